@@ -1,0 +1,220 @@
+//! The rigid world: Rapier's bodies and colliders, the scene's own or a caller's.
+//!
+//! A world owns a [`RigidWorld`] made from the scene's bodies, floor and back wall. A game that already runs Rapier lends
+//! its sets as a [`RigidView`] instead. Bodies stand still or follow a path; they are not pushed by sheets yet.
+
+use glam::{DQuat, DVec3};
+use rapier3d::prelude::*;
+
+use crate::error::InputError;
+use crate::scene::{BodySpec, PathKey, Placement, Polyhedron, Room, Scene, Shape, path_at, pol};
+
+/// Rapier's sets, as a step looks at them.
+#[derive(Clone, Copy)]
+pub struct RigidView<'a> {
+    broad_phase: &'a BroadPhaseBvh,
+    narrow_phase: &'a NarrowPhase,
+    /// The bodies.
+    pub bodies: &'a RigidBodySet,
+    /// The colliders.
+    pub colliders: &'a ColliderSet,
+}
+
+impl<'a> RigidView<'a> {
+    /// A view of a caller's Rapier world, whose broad phase must be up to date with the colliders' places.
+    pub fn new(
+        broad_phase: &'a BroadPhaseBvh,
+        narrow_phase: &'a NarrowPhase,
+        bodies: &'a RigidBodySet,
+        colliders: &'a ColliderSet,
+    ) -> Self {
+        Self { broad_phase, narrow_phase, bodies, colliders }
+    }
+
+    /// Queries over everything but sensors.
+    pub fn query(&self) -> QueryPipeline<'a> {
+        let filter = QueryFilter::default().exclude_sensors();
+        self.broad_phase.as_query_pipeline(self.narrow_phase.query_dispatcher(), self.bodies, self.colliders, filter)
+    }
+}
+
+/// A body of the scene, for those who show or name it.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Name, unique among the bodies.
+    pub name: String,
+    /// What it was made from.
+    pub shape: Shape,
+    /// Its faces, local coordinates, m; empty for balls and half spaces.
+    pub polyhedra: Vec<Polyhedron>,
+    /// Where it was put.
+    pub placement: Placement,
+    /// How it moves; empty for a body that stands still.
+    pub path: Vec<PathKey>,
+    handle: RigidBodyHandle,
+    colliders: Vec<ColliderHandle>,
+}
+
+/// The scene's own Rapier world.
+pub struct RigidWorld {
+    inner: PhysicsWorld,
+    bodies: Vec<Body>,
+    moving: bool,
+}
+
+impl RigidWorld {
+    /// The bodies of `scene`, its floor and its back wall.
+    ///
+    /// # Errors
+    /// When a shape is not valid or its file cannot be read.
+    pub fn build(scene: &Scene) -> Result<Self, InputError> {
+        let mut world = Self { inner: PhysicsWorld::new(), bodies: Vec::new(), moving: false };
+        world.inner.gravity = Vector::ZERO;
+        for (index, spec) in scene.bodies.iter().enumerate() {
+            let field = format!("bodies.{index}");
+            world.add(scene, spec, index).map_err(|mut e| {
+                if e.file.is_none() {
+                    e.field = if e.field.is_empty() { field } else { format!("{field}.{}", e.field) };
+                }
+                e
+            })?;
+        }
+        if let Some(room) = &scene.room {
+            world.add_room(scene, room)?;
+        }
+        // Rapier fills its broad phase in a step; nothing in it moves by itself.
+        world.inner.integration_parameters.dt = 1e-6;
+        world.inner.step();
+        Ok(world)
+    }
+
+    fn add_room(&mut self, scene: &Scene, room: &Room) -> Result<(), InputError> {
+        let plane = |name: &str, position: DVec3, rotation: DVec3| BodySpec {
+            name: name.to_owned(),
+            shape: Shape::HalfSpace,
+            placement: Placement { position, rotation },
+            path: Vec::new(),
+            friction: None,
+            restitution: None,
+        };
+        self.add(scene, &plane("floor", DVec3::new(0.0, room.y.0, 0.0), DVec3::ZERO), 0)?;
+        if room.back_wall {
+            // Local +y, the side a half space is touched from, turned to +z.
+            self.add(scene, &plane("back wall", DVec3::new(0.0, 0.0, room.z.0), DVec3::new(90.0, 0.0, 0.0)), 0)?;
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, scene: &Scene, spec: &BodySpec, index: usize) -> Result<(), InputError> {
+        let polyhedra = polyhedra_of(scene, &spec.shape)?;
+        let shapes = shapes_of(&spec.shape, &polyhedra)?;
+        let builder = if spec.path.is_empty() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
+        let handle = self.inner.insert_body(builder.pose(pose(&spec.placement, &spec.path, 0.0)));
+        let friction = spec.friction.unwrap_or(scene.contact.friction) as f32;
+        let restitution = spec.restitution.unwrap_or(scene.contact.restitution) as f32;
+        let mut colliders = Vec::new();
+        for shape in shapes {
+            let collider = ColliderBuilder::new(shape).friction(friction).restitution(restitution).density(0.0);
+            colliders.push(self.inner.insert_collider(collider, Some(handle)));
+        }
+        self.moving |= !spec.path.is_empty();
+        let name = if spec.name.is_empty() { format!("body {index}") } else { spec.name.clone() };
+        self.bodies.push(Body {
+            name,
+            shape: spec.shape.clone(),
+            polyhedra,
+            placement: spec.placement,
+            path: spec.path.clone(),
+            handle,
+            colliders,
+        });
+        Ok(())
+    }
+
+    /// The bodies, scene order, then floor and back wall.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Where body `index` is: position (m) and rotation; `None` when there is no such body.
+    pub fn pose(&self, index: usize) -> Option<(DVec3, DQuat)> {
+        let body = self.inner.bodies.get(self.bodies.get(index)?.handle)?;
+        let p = body.position();
+        Some((p.translation.as_dvec3(), p.rotation.as_dquat()))
+    }
+
+    /// Name of the body that a collider belongs to.
+    pub fn name_of(&self, collider: ColliderHandle) -> Option<&str> {
+        self.bodies.iter().find(|b| b.colliders.contains(&collider)).map(|b| b.name.as_str())
+    }
+
+    /// Whether any body follows a path.
+    pub fn moving(&self) -> bool {
+        self.moving
+    }
+
+    /// Moves the bodies that follow paths from time `t` to `t + dt` (s).
+    pub fn step(&mut self, t: f64, dt: f64) {
+        if !self.moving {
+            return;
+        }
+        for body in self.bodies.iter().filter(|b| !b.path.is_empty()) {
+            if let Some(rigid) = self.inner.bodies.get_mut(body.handle) {
+                rigid.set_next_kinematic_position(pose(&body.placement, &body.path, t + dt));
+            }
+        }
+        self.inner.integration_parameters.dt = dt as f32;
+        self.inner.step();
+    }
+
+    /// Puts the bodies where their paths have them at time `t` (s), at rest.
+    pub fn place(&mut self, t: f64) {
+        for body in self.bodies.iter().filter(|b| !b.path.is_empty()) {
+            if let Some(rigid) = self.inner.bodies.get_mut(body.handle) {
+                rigid.set_position(pose(&body.placement, &body.path, t), true);
+            }
+        }
+        if self.moving {
+            self.inner.integration_parameters.dt = 1e-6;
+            self.inner.step();
+        }
+    }
+
+    /// What a step looks at.
+    pub fn view(&self) -> RigidView<'_> {
+        RigidView::new(&self.inner.broad_phase, &self.inner.narrow_phase, &self.inner.bodies, &self.inner.colliders)
+    }
+}
+
+fn pose(placement: &Placement, path: &[PathKey], time: f64) -> Pose {
+    let (offset, turn) = path_at(path, time);
+    let moved = Placement { position: placement.position + offset, rotation: turn };
+    Pose::from_parts(moved.position.as_vec3(), (moved.quaternion() * placement.quaternion()).as_quat())
+}
+
+fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedron>, InputError> {
+    match shape {
+        Shape::File(file) => pol::read_pol_file(&scene.base.join(file)),
+        Shape::Polyhedron(polyhedron) => {
+            polyhedron.check_closed().map_err(|e| InputError::new(format!("shape.{}", e.field), e.problem))?;
+            Ok(vec![polyhedron.clone()])
+        }
+        Shape::Box(size) => Ok(vec![Polyhedron::cuboid(*size)]),
+        Shape::Ball(_) | Shape::HalfSpace => Ok(Vec::new()),
+    }
+}
+
+/// Polyhedra become oriented triangle meshes: convex or not, Parry then knows their inside.
+fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron]) -> Result<Vec<SharedShape>, InputError> {
+    match shape {
+        Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
+        Shape::HalfSpace => Ok(vec![SharedShape::halfspace(Vector::Y)]),
+        Shape::File(_) | Shape::Polyhedron(_) | Shape::Box(_) => polyhedra.iter().map(mesh_of).collect(),
+    }
+}
+
+fn mesh_of(polyhedron: &Polyhedron) -> Result<SharedShape, InputError> {
+    let vertices = polyhedron.vertices.iter().map(|p| p.as_vec3()).collect();
+    SharedShape::trimesh_with_flags(vertices, polyhedron.triangulate(), TriMeshFlags::ORIENTED)
+        .map_err(|e| InputError::new("shape", format!("cannot be made into a surface: {e}")))
+}

@@ -1,0 +1,187 @@
+//! Scene files: reading, writing, and overriding any field by path.
+
+use std::path::{Path, PathBuf};
+
+use ron::extensions::Extensions;
+use serde_json::Value;
+
+use super::{Scene, locate, material, validate};
+use crate::error::InputError;
+
+fn options() -> ron::Options {
+    ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
+}
+
+impl Scene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of range: with file, line
+    /// and field.
+    pub fn load(file: &Path) -> Result<Self, InputError> {
+        let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
+        let mut scene = Self::parse(&text).map_err(|e| e.in_file(file))?;
+        scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        Ok(scene)
+    }
+
+    /// Reads and checks a scene from text. File names in it are relative to the working directory.
+    ///
+    /// # Errors
+    /// As [`Scene::load`], without the file.
+    pub fn parse(text: &str) -> Result<Self, InputError> {
+        let mut reader = ron::Deserializer::from_str_with_options(text, &options())
+            .map_err(|e| InputError::new("", e.code.to_string()).at_line(e.span.start.line))?;
+        let scene: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+            let field = e.path().to_string().replace('[', ".").replace(']', "");
+            let field = if field == "." { String::new() } else { field };
+            let at = reader.span_error(e.into_inner());
+            InputError::new(field, at.code.to_string()).at_line(at.span.start.line)
+        })?;
+        reader.end().map_err(|e| {
+            let at = reader.span_error(e);
+            InputError::new("", at.code.to_string()).at_line(at.span.start.line)
+        })?;
+        validate::scene(&scene).map_err(|e| {
+            let line = locate::line_of(text, &e.field);
+            e.at_line(line)
+        })?;
+        Ok(scene)
+    }
+
+    /// The scene as a file's text. Reading it back gives the same scene.
+    ///
+    /// # Errors
+    /// Never for a scene that was read or checked; the serialiser's own error otherwise.
+    pub fn to_text(&self) -> Result<String, InputError> {
+        options()
+            .to_string_pretty(self, ron::ser::PrettyConfig::new().depth_limit(6))
+            .map_err(|e| InputError::new("", e.to_string()))
+    }
+
+    /// The scene with the field at `path` set to `value`, a RON or JSON scalar, tuple or list.
+    ///
+    /// `sheets` and `bodies` may be named by index or by name: `sheets.0.material.young`, `sheets.strip.damping`.
+    ///
+    /// # Errors
+    /// When there is no such field, or the value has the wrong type or is out of range. The scene is then as before.
+    pub fn with_override(&self, path: &str, value: &str) -> Result<Self, InputError> {
+        if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
+            return Err(InputError::new(path, format!("{value} is not a finite number")));
+        }
+        let parsed: Value =
+            options().from_str(value).unwrap_or_else(|_| Value::String(value.trim().trim_matches('"').to_owned()));
+        let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
+        *slot(&mut tree, path)? = parsed;
+        let mut scene: Self = serde_path_to_error::deserialize(tree).map_err(|e| {
+            InputError::new(path, format!("{value} cannot be used: {}", e.into_inner()))
+        })?;
+        scene.base.clone_from(&self.base);
+        validate::scene(&scene)?;
+        Ok(scene)
+    }
+
+    /// Where the file `name` in the scene is.
+    pub fn resolve(&self, name: &Path) -> PathBuf {
+        self.base.join(name)
+    }
+}
+
+/// The place in `tree` that `path` names.
+fn slot<'a>(tree: &'a mut Value, path: &str) -> Result<&'a mut Value, InputError> {
+    let mut at = tree;
+    let mut walked = String::new();
+    for name in path.split('.') {
+        if walked.ends_with("material") && at.is_string() {
+            // A library material is opened up when one of its constants is set.
+            let named = material::by_name(at.as_str().unwrap_or_default())?;
+            *at = serde_json::to_value(named).map_err(|e| InputError::new(path, e.to_string()))?;
+        }
+        let free_keys = walked.ends_with("probes");
+        at = match at {
+            Value::Array(items) => {
+                let count = items.len();
+                let index = name.parse().ok().or_else(|| items.iter().position(|i| i["name"] == name));
+                index.and_then(|i: usize| items.get_mut(i)).ok_or_else(|| {
+                    let problem = format!("{walked} has no \"{name}\": it has {count} items, by number from 0 or by name");
+                    InputError::new(path, problem)
+                })?
+            }
+            Value::Object(fields) => {
+                if !fields.contains_key(name) && !free_keys {
+                    let names: Vec<&str> = fields.keys().map(String::as_str).collect();
+                    let problem = format!("there is no field \"{name}\"; there are {}", names.join(", "));
+                    return Err(InputError::new(path, problem));
+                }
+                fields.entry(name).or_insert(Value::Null)
+            }
+            _ => return Err(InputError::new(path, format!("{walked} has no fields"))),
+        };
+        walked = if walked.is_empty() { name.to_owned() } else { format!("{walked}.{name}") };
+    }
+    Ok(at)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scene() -> Scene {
+        Scene::parse(r#"(sheets: [(name: "strip", material: "hips", probes: {"tip": (1.0, 0.5)})])"#).expect("valid")
+    }
+
+    #[test]
+    fn a_scene_written_and_read_again_is_the_same() {
+        let mut scene = scene();
+        scene.sheets[0].flexion_limit = None;
+        scene.bodies = vec![];
+        let text = scene.to_text().expect("serialisable");
+        assert_eq!(Scene::parse(&text).expect("valid"), scene);
+    }
+
+    #[test]
+    fn errors_name_line_field_value_and_range() {
+        let error = Scene::parse("(\n  dt: 0.001,\n  sheets: [\n    (damping: -3.0),\n  ],\n)").expect_err("negative");
+        assert_eq!(error.line, Some(4));
+        assert_eq!(error.field, "sheets.0.damping");
+        assert!(error.problem.contains("-3") && error.problem.contains("0 to 10"), "{error}");
+        let error = Scene::parse("(\n  sheets: [\n    (dampin: 0.1),\n  ],\n)").expect_err("unknown field");
+        assert_eq!(error.line, Some(3));
+        assert!(error.to_string().contains("dampin"), "{error}");
+        let error = Scene::parse("(\n  dt: \"soon\",\n)").expect_err("wrong type");
+        assert_eq!((error.line, error.field.as_str()), (Some(2), "dt"));
+        let error = Scene::parse("(\n  gravity: (0, NaN, 0),\n)").expect_err("NaN");
+        assert_eq!((error.line, error.field.as_str()), (Some(2), "gravity.1"));
+        let error = Scene::parse("(engine: \"euler-kramer\")").expect_err("no such engine");
+        assert!(error.problem.contains("euler-cromer"), "{error}");
+        assert!(Scene::parse("(dt: 0.001) trailing").is_err());
+    }
+
+    #[test]
+    fn any_field_can_be_overridden_by_index_or_name() {
+        let scene = scene();
+        let set = |path: &str, value: &str| scene.with_override(path, value).expect("valid");
+        let young = |s: &Scene| s.sheets[0].material.resolve().expect("material").young;
+        assert_eq!(young(&set("sheets.0.material.young", "2e9")), 2e9);
+        assert_eq!(young(&set("sheets.strip.material.young", "3000")), 3000.0);
+        assert_eq!(set("gravity", "(0, -1.62, 0)").gravity.y, -1.62);
+        assert_eq!(set("gravity.1", "-1").gravity.y, -1.0);
+        assert_eq!(set("engine", "rk4").engine.name(), "rk4");
+        assert_eq!(set("sheets.0.grid", "(5, 3, 4)").sheets[0].grid, (5, 3, 4));
+        assert_eq!(set("sheets.0.structure", "samm").sheets[0].structure.name(), "samm");
+        assert_eq!(set("sheets.0.node_mass", "4e-4").sheets[0].node_mass, Some(4e-4));
+        assert_eq!(set("sheets.0.probes.mid", "(0.5, 0.5)").sheets[0].probes["mid"], (0.5, 0.5));
+    }
+
+    #[test]
+    fn a_bad_override_is_refused_by_name() {
+        let scene = scene();
+        let refuse = |path: &str, value: &str| scene.with_override(path, value).expect_err("bad");
+        assert!(refuse("sheets.0.material.yung", "2e9").problem.contains("young"));
+        assert!(refuse("sheets.7.damping", "0.1").problem.contains("1 items"));
+        assert_eq!(refuse("sheets.0.damping", "-1").field, "sheets.0.damping");
+        assert!(refuse("dt", "NaN").problem.contains("finite"));
+        assert!(refuse("dt", "inf").problem.contains("finite"));
+        assert!(refuse("sheets.0.grid", "7").problem.contains('7'));
+    }
+}

@@ -1,0 +1,410 @@
+//! What a scene is, as data: sheets, bodies, heaters, engine, gravity, room. Nothing here moves.
+//!
+//! The structs of this module are the scene file (RON) field by field; `assets/README.md` documents the same fields for
+//! those who write files. All values are SI (metres, kilograms, seconds, radians are never used: angles are degrees
+//! because people type them). Reading is in `load`, range checks in `validate`, so that files, command-line overrides and
+//! programs meet the same checks.
+
+pub mod heater;
+pub mod load;
+mod locate;
+pub mod material;
+pub mod pol;
+pub mod polyhedron;
+mod record_lines;
+pub mod sht;
+pub mod validate;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+pub use material::{Material, MaterialChoice};
+pub use polyhedron::Polyhedron;
+
+use crate::engine::EngineKind;
+use crate::lattice::StructureKind;
+
+/// A whole scene: the contents of a scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Scene {
+    /// Short name, shown in menus and reports.
+    pub name: String,
+    /// What the scene shows, in a sentence or two.
+    pub description: String,
+    /// Acceleration of gravity, m/s²; each component within ±1000.
+    pub gravity: DVec3,
+    /// Time-stepping scheme of every sheet.
+    pub engine: EngineKind,
+    /// Step of the engine, s; 1e-7 to 1.
+    pub dt: f64,
+    /// Position error that the adaptive engine (`rk45`) allows itself per step, m; 1e-15 to 1.
+    pub tolerance: f64,
+    /// How long a run lasts unless told otherwise, s; 0 to 1e6.
+    pub duration: f64,
+    /// The floor and the back wall, if any.
+    pub room: Option<Room>,
+    /// Friction and restitution of everything that does not say otherwise.
+    pub contact: ContactDefaults,
+    /// Slowing of every mass by the air.
+    pub air: Air,
+    /// Temperature of the surroundings, °C; -273.15 to 5000.
+    pub ambient_temperature: f64,
+    /// The sheets.
+    pub sheets: Vec<SheetSpec>,
+    /// The rigid bodies the sheets meet.
+    pub bodies: Vec<BodySpec>,
+    /// Hot polyhedra. Read, checked and kept; they do not heat anything yet.
+    pub heaters: Vec<HeaterSpec>,
+    /// Where a picture of the scene is taken from.
+    pub camera: Option<CameraSpec>,
+    /// Folder that file names in the scene are relative to; set by the loader, not part of the file.
+    #[serde(skip)]
+    pub base: PathBuf,
+}
+
+impl Default for Scene {
+    fn default() -> Self {
+        Self {
+            name: "untitled".into(),
+            description: String::new(),
+            gravity: DVec3::new(0.0, -9.81, 0.0),
+            engine: EngineKind::EulerRichardson,
+            dt: 1.0e-3,
+            tolerance: 1.0e-7,
+            duration: 10.0,
+            room: None,
+            contact: ContactDefaults::default(),
+            air: Air::default(),
+            ambient_temperature: 20.0,
+            sheets: Vec::new(),
+            bodies: Vec::new(),
+            heaters: Vec::new(),
+            camera: None,
+            base: PathBuf::new(),
+        }
+    }
+}
+
+/// The thesis's room: a floor below and a wall behind, each a plane with a square grid drawn on it.
+///
+/// The other two numbers of `x`, `y`, `z` only bound what is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Room {
+    /// Extent along x, m: (left, right).
+    pub x: (f64, f64),
+    /// Extent along y, m: (floor, top). The floor is the plane y = `y.0`.
+    pub y: (f64, f64),
+    /// Extent along z, m: (back wall, front). The back wall is the plane z = `z.0`.
+    pub z: (f64, f64),
+    /// Spacing of the drawn grid, m; 1e-4 to 100.
+    #[serde(default = "Room::default_grid")]
+    pub grid: f64,
+    /// Whether the back wall is there to touch (and to be drawn).
+    #[serde(default = "yes")]
+    pub back_wall: bool,
+}
+
+impl Room {
+    fn default_grid() -> f64 {
+        0.005
+    }
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// Contact coefficients that bodies and sheets have unless they say otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactDefaults {
+    /// Coulomb friction coefficient, 0 to 10.
+    pub friction: f64,
+    /// Coefficient of restitution, 0 to 1.
+    pub restitution: f64,
+}
+
+impl Default for ContactDefaults {
+    fn default() -> Self {
+        Self { friction: 0.3, restitution: 0.1 }
+    }
+}
+
+/// Air as the thesis has it: in every `per` seconds a mass keeps `factor` of its velocity (thesis table 4.3).
+///
+/// Applied as the force -λ m v with λ = -ln(factor)/per, so that it means the same for every engine and step.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Air {
+    /// Fraction of its velocity that a mass keeps, more than 0 up to 1; 1 is no air.
+    pub factor: f64,
+    /// Time in which it keeps that fraction, s; 1e-6 to 1e3. The thesis's own step is 0.015 s.
+    pub per: f64,
+}
+
+impl Default for Air {
+    fn default() -> Self {
+        Self { factor: 1.0, per: 0.015 }
+    }
+}
+
+impl Air {
+    /// Decay rate λ of a velocity, 1/s.
+    pub fn rate(&self) -> f64 {
+        if self.factor >= 1.0 { 0.0 } else { -self.factor.ln() / self.per }
+    }
+}
+
+/// Position and orientation. The rotation turns about x, then y, then z (fixed axes), then the position is added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Placement {
+    /// Where the local origin goes, m; each component within ±1e4.
+    pub position: DVec3,
+    /// Turns about the fixed x, y and z axes, applied in that order, degrees; each within ±36000.
+    pub rotation: DVec3,
+}
+
+impl Placement {
+    /// The rotation as a quaternion.
+    pub fn quaternion(&self) -> DQuat {
+        let r = self.rotation * (std::f64::consts::PI / 180.0);
+        DQuat::from_rotation_z(r.z) * DQuat::from_rotation_y(r.y) * DQuat::from_rotation_x(r.x)
+    }
+
+    /// A local point in the world, m.
+    pub fn apply(&self, p: DVec3) -> DVec3 {
+        self.quaternion() * p + self.position
+    }
+}
+
+/// One sheet.
+///
+/// Local axes: x along the length (u), z along the width (v), y through the thickness; the origin is the middle of the
+/// bottom layer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SheetSpec {
+    /// Name in reports and parameter paths; empty for "sheet N".
+    pub name: String,
+    /// How the masses are connected.
+    pub structure: StructureKind,
+    /// Masses along the length, layers, masses along the width: 2 to 2000, 1 to 64, 2 to 2000.
+    pub grid: (u32, u32, u32),
+    /// Length (x) and width (z) of the bottom layer, m; 1e-6 to 1e3.
+    pub size: (f64, f64),
+    /// Distance between layers, m; 1e-7 to 10.
+    pub gap: f64,
+    /// Read the sheet from a .SHT file instead of generating it; `structure`, `grid`, `size` and `gap` are then the file's.
+    pub file: Option<PathBuf>,
+    /// The material, by name or in line.
+    pub material: MaterialChoice,
+    /// How springs get their stiffness from the material.
+    pub springs: SpringLaw,
+    /// Mass of each node, kg, in place of density x thickness x area shared by area; 1e-12 to 1e6.
+    pub node_mass: Option<f64>,
+    /// Dashpot along every spring, as a fraction of the critical damping of that spring with its two masses; 0 to 10.
+    pub damping: f64,
+    /// Whether second neighbours along every spring line of a layer are joined too (slamm, double-diagonal, trimm).
+    pub cross_over: bool,
+    /// Stiffness of flexion and cross-over springs as a fraction of a planar spring's, 0 to 1000.
+    pub flexion_stiffness: f64,
+    /// Largest angle a flexion triple may bend to, degrees, 1 to 180 (provot2d, provot3d); none for no limit.
+    pub flexion_limit: Option<f64>,
+    /// Where the sheet is put.
+    pub placement: Placement,
+    /// Velocity of the whole sheet, m/s; each component within ±1e4.
+    pub velocity: DVec3,
+    /// Spin of the whole sheet about its centre of mass, rad/s; each component within ±1e4.
+    pub spin: DVec3,
+    /// Velocities of some masses, added to the above.
+    pub velocities: Vec<RegionVector>,
+    /// Constant forces on some masses, N per mass.
+    pub forces: Vec<RegionVector>,
+    /// Masses that are held, or led along a path.
+    pub pins: Vec<PinSpec>,
+    /// Named material points whose place is reported: (u, v), each 0 to 1, on the bottom layer.
+    pub probes: BTreeMap<String, (f64, f64)>,
+    /// Friction coefficient of the sheet; the scene's default if none.
+    pub friction: Option<f64>,
+    /// Restitution coefficient of the sheet; the scene's default if none.
+    pub restitution: Option<f64>,
+}
+
+impl Default for SheetSpec {
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            structure: StructureKind::Trimm,
+            grid: (11, 2, 11),
+            size: (0.025, 0.025),
+            gap: 0.001,
+            file: None,
+            material: MaterialChoice::Named("thesis".into()),
+            springs: SpringLaw::Uniform,
+            node_mass: None,
+            damping: 0.115,
+            cross_over: false,
+            flexion_stiffness: 1.0,
+            flexion_limit: None,
+            placement: Placement::default(),
+            velocity: DVec3::ZERO,
+            spin: DVec3::ZERO,
+            velocities: Vec::new(),
+            forces: Vec::new(),
+            pins: Vec::new(),
+            probes: BTreeMap::new(),
+            friction: None,
+            restitution: None,
+        }
+    }
+}
+
+/// How a spring's stiffness follows from Young's modulus E and thickness t (thesis 3.5: k = E A / L).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SpringLaw {
+    /// Every spring has k = E t: a square cell's own k = E (w t) / l with w = l, given to all springs as the thesis does.
+    #[default]
+    Uniform,
+    /// k = E A / L with the spring's own length L and A = t x (area of the layer that falls to the spring) / L.
+    Length,
+}
+
+/// Part of a sheet's bottom layer, or of all its layers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Region {
+    /// Every mass of every layer.
+    All,
+    /// The mass nearest to a material point (u, v) of the bottom layer.
+    Point(f64, f64),
+    /// Every mass, in every layer, with u in the first range and v in the second; ranges within 0 to 1.
+    Rect((f64, f64), (f64, f64)),
+    /// The row of masses at u = 0, all layers.
+    Left,
+    /// The row of masses at u = 1, all layers.
+    Right,
+    /// The row of masses at v = 0, all layers.
+    Back,
+    /// The row of masses at v = 1, all layers.
+    Front,
+    /// Masses by index.
+    Masses(Vec<u32>),
+}
+
+/// A vector quantity given to each mass of a region.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RegionVector {
+    /// Which masses.
+    pub region: Region,
+    /// The value for each, m/s or N; each component within ±1e6.
+    pub value: DVec3,
+}
+
+/// Masses that do not move freely.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PinSpec {
+    /// Which masses.
+    pub region: Region,
+    /// Where they are led: displacement from the start, over time. Empty for masses that are held.
+    #[serde(default)]
+    pub path: Vec<PathKey>,
+}
+
+/// One point of a path: at `time` the thing is displaced by `offset` and turned by `rotation` from where it started.
+///
+/// Between keys the motion is linear; before the first and after the last it stands still.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PathKey {
+    /// Simulated time, s; 0 to 1e6, increasing along the path.
+    pub time: f64,
+    /// Displacement from the start, m; each component within ±1e4.
+    pub offset: DVec3,
+    /// Turn from the start about fixed x, y, z axes through the thing's origin, degrees (bodies only).
+    pub rotation: DVec3,
+}
+
+/// Displacement (m) and turn (degrees) of a path at `time`.
+pub fn path_at(path: &[PathKey], time: f64) -> (DVec3, DVec3) {
+    let Some(first) = path.first() else { return (DVec3::ZERO, DVec3::ZERO) };
+    if time <= first.time {
+        return (first.offset, first.rotation);
+    }
+    for pair in path.windows(2) {
+        let (a, b) = (&pair[0], &pair[1]);
+        if time < b.time {
+            let s = (time - a.time) / (b.time - a.time);
+            return (a.offset.lerp(b.offset, s), a.rotation.lerp(b.rotation, s));
+        }
+    }
+    path.last().map_or((DVec3::ZERO, DVec3::ZERO), |last| (last.offset, last.rotation))
+}
+
+/// A rigid body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodySpec {
+    /// Name in reports; empty for "body N".
+    #[serde(default)]
+    pub name: String,
+    /// What it is.
+    pub shape: Shape,
+    /// Where it is put.
+    #[serde(default)]
+    pub placement: Placement,
+    /// How it moves; empty for a body that stands still.
+    #[serde(default)]
+    pub path: Vec<PathKey>,
+    /// Friction coefficient; the scene's default if none.
+    #[serde(default)]
+    pub friction: Option<f64>,
+    /// Restitution coefficient; the scene's default if none.
+    #[serde(default)]
+    pub restitution: Option<f64>,
+}
+
+/// The shape of a body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Shape {
+    /// A .POL file; all its polyhedra together are one body.
+    File(PathBuf),
+    /// A polyhedron given in place.
+    Polyhedron(Polyhedron),
+    /// A box of this size (x, y, z), m, about its centre.
+    Box(DVec3),
+    /// A ball of this radius, m, about its centre.
+    Ball(f64),
+    /// Everything below the local plane y = 0.
+    HalfSpace,
+}
+
+/// A hot polyhedron.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeaterSpec {
+    /// Name in reports; empty for "heater N".
+    #[serde(default)]
+    pub name: String,
+    /// A heater file.
+    pub file: PathBuf,
+    /// Where it is put.
+    #[serde(default)]
+    pub placement: Placement,
+}
+
+/// A view of the scene.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraSpec {
+    /// Where the eye is, m.
+    pub eye: DVec3,
+    /// What it looks at, m.
+    pub target: DVec3,
+}

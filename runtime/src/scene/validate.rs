@@ -1,0 +1,213 @@
+//! Range checks of a scene, the same for files, command-line overrides and programs.
+//!
+//! The first problem found is reported: field (dotted path), value, unit and range. Checks that need a file read or a
+//! lattice built are made when the world is built.
+
+use glam::DVec3;
+
+use super::{
+    Air, BodySpec, CameraSpec, ContactDefaults, Material, PathKey, Placement, Region, RegionVector, Room, Scene, Shape,
+    SheetSpec,
+};
+use crate::error::{InputError, check_range};
+
+type Check = Result<(), InputError>;
+
+/// Checks a whole scene.
+///
+/// # Errors
+/// The first value that is not finite or out of range.
+pub fn scene(scene: &Scene) -> Check {
+    vector("gravity", scene.gravity, 1e3, "m/s²")?;
+    check_range("dt", scene.dt, 1e-7, 1.0, "s")?;
+    check_range("tolerance", scene.tolerance, 1e-15, 1.0, "m")?;
+    check_range("duration", scene.duration, 0.0, 1e6, "s")?;
+    check_range("ambient_temperature", scene.ambient_temperature, -273.15, 5000.0, "°C")?;
+    contact(&scene.contact)?;
+    air(&scene.air)?;
+    if let Some(view) = &scene.camera {
+        camera(view)?;
+    }
+    if let Some(walls) = &scene.room {
+        room(walls)?;
+    }
+    for (i, sheet) in scene.sheets.iter().enumerate() {
+        self::sheet(sheet).map_err(|e| within(&format!("sheets.{i}"), e))?;
+    }
+    for (i, body) in scene.bodies.iter().enumerate() {
+        self::body(body).map_err(|e| within(&format!("bodies.{i}"), e))?;
+    }
+    for (i, heater) in scene.heaters.iter().enumerate() {
+        placement(&heater.placement).map_err(|e| within(&format!("heaters.{i}"), e))?;
+    }
+    names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
+    names("bodies", scene.bodies.iter().map(|b| b.name.as_str()))
+}
+
+fn within(outer: &str, mut error: InputError) -> InputError {
+    error.field = if error.field.is_empty() { outer.to_owned() } else { format!("{outer}.{}", error.field) };
+    error
+}
+
+fn vector(field: &str, v: DVec3, bound: f64, unit: &str) -> Check {
+    for (axis, value) in v.to_array().into_iter().enumerate() {
+        check_range(&format!("{field}.{axis}"), value, -bound, bound, unit)?;
+    }
+    Ok(())
+}
+
+fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> Check {
+    let mut seen = std::collections::BTreeSet::new();
+    for (i, name) in names.enumerate() {
+        if !name.is_empty() && !seen.insert(name) {
+            return Err(InputError::new(format!("{field}.{i}.name"), format!("\"{name}\" is used twice")));
+        }
+        if name.contains('.') || (!name.is_empty() && name.bytes().all(|b| b.is_ascii_digit())) {
+            let problem = format!("\"{name}\" cannot be told from a path or an index: no dots, not only digits");
+            return Err(InputError::new(format!("{field}.{i}.name"), problem));
+        }
+    }
+    Ok(())
+}
+
+/// Friction and restitution of a scene.
+///
+/// # Errors
+/// When one is out of range.
+pub fn contact(contact: &ContactDefaults) -> Check {
+    check_range("contact.friction", contact.friction, 0.0, 10.0, "")?;
+    check_range("contact.restitution", contact.restitution, 0.0, 1.0, "")
+}
+
+/// The air of a scene.
+///
+/// # Errors
+/// When a value is out of range.
+pub fn air(air: &Air) -> Check {
+    check_range("air.factor", air.factor, 1e-6, 1.0, "")?;
+    check_range("air.per", air.per, 1e-6, 1e3, "s")
+}
+
+fn camera(camera: &CameraSpec) -> Check {
+    vector("camera.eye", camera.eye, 1e4, "m")?;
+    vector("camera.target", camera.target, 1e4, "m")?;
+    if camera.eye.distance(camera.target) < 1e-9 {
+        return Err(InputError::new("camera.target", "is where the eye is"));
+    }
+    Ok(())
+}
+
+fn room(room: &Room) -> Check {
+    for (axis, (low, high)) in [("x", room.x), ("y", room.y), ("z", room.z)] {
+        check_range(&format!("room.{axis}.0"), low, -1e4, 1e4, "m")?;
+        check_range(&format!("room.{axis}.1"), high, -1e4, 1e4, "m")?;
+        if low >= high {
+            return Err(InputError::new(format!("room.{axis}"), format!("{low} m to {high} m has no extent")));
+        }
+    }
+    check_range("room.grid", room.grid, 1e-4, 100.0, "m")
+}
+
+/// A material's constants.
+///
+/// # Errors
+/// When one is out of range; fields are below `field`.
+pub fn material(field: &str, m: &Material) -> Check {
+    let at = |name: &str| format!("{field}.{name}");
+    check_range(&at("young"), m.young, 1e-3, 2e12, "Pa")?;
+    check_range(&at("poisson"), m.poisson, -0.99, 0.499, "")?;
+    check_range(&at("density"), m.density, 1e-3, 1e6, "kg/m³")?;
+    check_range(&at("thickness"), m.thickness, 1e-7, 1.0, "m")?;
+    check_range(&at("specific_heat"), m.specific_heat, 1.0, 1e5, "J/(kg K)")?;
+    check_range(&at("conductivity"), m.conductivity, 0.0, 1e4, "W/(m K)")?;
+    check_range(&at("emissivity"), m.emissivity, 0.0, 1.0, "")
+}
+
+fn placement(p: &Placement) -> Check {
+    vector("placement.position", p.position, 1e4, "m")?;
+    vector("placement.rotation", p.rotation, 36000.0, "degrees")
+}
+
+fn sheet(s: &SheetSpec) -> Check {
+    material("material", &s.material.resolve()?)?;
+    check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
+    let (fewest, most) = s.structure.info().layers;
+    if s.file.is_none() {
+        check_range("grid.1", s.grid.1.into(), fewest.into(), most.into(), "layers")
+            .map_err(|e| InputError::new(e.field, format!("{} for {}", e.problem, s.structure)))?;
+    }
+    check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")?;
+    check_range("size.0", s.size.0, 1e-6, 1e3, "m")?;
+    check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
+    check_range("gap", s.gap, 1e-7, 10.0, "m")?;
+    check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
+    check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
+    option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
+    option("flexion_limit", s.flexion_limit, (1.0, 180.0), "degrees")?;
+    option("friction", s.friction, (0.0, 10.0), "")?;
+    option("restitution", s.restitution, (0.0, 1.0), "")?;
+    placement(&s.placement)?;
+    vector("velocity", s.velocity, 1e4, "m/s")?;
+    vector("spin", s.spin, 1e4, "rad/s")?;
+    region_vectors("velocities", &s.velocities, "m/s")?;
+    region_vectors("forces", &s.forces, "N")?;
+    for (i, pin) in s.pins.iter().enumerate() {
+        region(&pin.region).map_err(|e| within(&format!("pins.{i}.region"), e))?;
+        path(&pin.path).map_err(|e| within(&format!("pins.{i}"), e))?;
+    }
+    for (name, (u, v)) in &s.probes {
+        check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
+        check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
+    }
+    Ok(())
+}
+
+fn option(field: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str) -> Check {
+    value.map_or(Ok(()), |v| check_range(field, v, low, high, unit))
+}
+
+fn region_vectors(field: &str, list: &[RegionVector], unit: &str) -> Check {
+    for (i, item) in list.iter().enumerate() {
+        region(&item.region).map_err(|e| within(&format!("{field}.{i}.region"), e))?;
+        vector(&format!("{field}.{i}.value"), item.value, 1e6, unit)?;
+    }
+    Ok(())
+}
+
+fn region(region: &Region) -> Check {
+    let unit = |value: f64| check_range("", value, 0.0, 1.0, "");
+    match region {
+        Region::Point(u, v) => unit(*u).and(unit(*v)),
+        Region::Rect(u, v) => [u.0, u.1, v.0, v.1].into_iter().try_for_each(unit),
+        _ => Ok(()),
+    }
+}
+
+fn path(path: &[PathKey]) -> Check {
+    for (i, key) in path.iter().enumerate() {
+        check_range(&format!("path.{i}.time"), key.time, 0.0, 1e6, "s")?;
+        vector(&format!("path.{i}.offset"), key.offset, 1e4, "m")?;
+        vector(&format!("path.{i}.rotation"), key.rotation, 36000.0, "degrees")?;
+        if i > 0 && key.time <= path[i - 1].time {
+            let problem = format!("{} s does not come after {} s", key.time, path[i - 1].time);
+            return Err(InputError::new(format!("path.{i}.time"), problem));
+        }
+    }
+    Ok(())
+}
+
+fn body(b: &BodySpec) -> Check {
+    match &b.shape {
+        Shape::Box(size) => {
+            for (axis, value) in size.to_array().into_iter().enumerate() {
+                check_range(&format!("shape.{axis}"), value, 1e-6, 1e4, "m")?;
+            }
+        }
+        Shape::Ball(radius) => check_range("shape", *radius, 1e-6, 1e4, "m")?,
+        Shape::File(_) | Shape::Polyhedron(_) | Shape::HalfSpace => {}
+    }
+    placement(&b.placement)?;
+    path(&b.path)?;
+    option("friction", b.friction, (0.0, 10.0), "")?;
+    option("restitution", b.restitution, (0.0, 1.0), "")
+}

@@ -1,0 +1,308 @@
+//! From a description to a sheet: generate or read the lattice, give springs their stiffness, place it, pin it.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
+use crate::contact::through_thickness::Stack;
+use crate::element::spring::{SpringClass, Springs};
+use crate::error::InputError;
+use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
+use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
+use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, SpringLaw, sht};
+
+/// What is common to a generated sheet and one from a file, before it is placed.
+struct Parts {
+    lattice: Lattice,
+    /// Of each link, at rest, m.
+    rest: Vec<f64>,
+    /// Of each link, N/m.
+    stiffness: Vec<f64>,
+    mass: Vec<f64>,
+    velocity: Vec<DVec3>,
+    force: Vec<DVec3>,
+    structure: StructureKind,
+    grid: (u32, u32, u32),
+    damping: f64,
+}
+
+impl Sheet {
+    /// Builds sheet number `index` of `scene`.
+    ///
+    /// # Errors
+    /// When the description, or the file it names, is not valid; fields are given relative to the sheet.
+    pub fn build(scene: &Scene, index: usize) -> Result<Self, InputError> {
+        let spec = &scene.sheets[index];
+        let material = spec.material.resolve()?;
+        let parts = match &spec.file {
+            Some(file) => read(&sht::read_sht_file(&scene.base.join(file))?)?,
+            None => generated(spec, &material)?,
+        };
+        let mut sheet = assemble(scene, spec, material, parts);
+        if sheet.name.is_empty() {
+            sheet.name = format!("sheet {index}");
+        }
+        apply_regions(spec, &mut sheet)?;
+        sheet.set_flexion_limit(spec.flexion_limit)?;
+        sheet.work.touching = vec![false; sheet.masses()];
+        Ok(sheet)
+    }
+}
+
+fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError> {
+    let lattice = generate(&LatticeSpec {
+        structure: spec.structure,
+        grid: spec.grid,
+        size: spec.size,
+        gap: spec.gap,
+        cross_over: spec.cross_over,
+    })?;
+    let n = lattice.positions.len();
+    let sheet_mass = material.density * material.thickness * spec.size.0 * spec.size.1;
+    let mass = vec![spec.node_mass.unwrap_or(sheet_mass / n as f64); n];
+    let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
+    let stiffness = stiffnesses(spec, material, &lattice, &rest);
+    Ok(Parts {
+        rest,
+        stiffness,
+        mass,
+        velocity: vec![DVec3::ZERO; n],
+        force: vec![DVec3::ZERO; n],
+        structure: spec.structure,
+        grid: spec.grid,
+        damping: spec.damping,
+        lattice,
+    })
+}
+
+fn length_of(link: &Link, positions: &[DVec3]) -> f64 {
+    positions[link.a as usize].distance(positions[link.b as usize])
+}
+
+/// Stiffness of every spring, N/m, by the sheet's spring law.
+fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &[f64]) -> Vec<f64> {
+    let et = material.young * material.thickness;
+    let area = spec.size.0 * spec.size.1;
+    let mut family: BTreeMap<(SpringClass, u32), f64> = BTreeMap::new();
+    for link in &lattice.links {
+        *family.entry((link.class, link.layer)).or_default() += 1.0;
+    }
+    let layers = f64::from(spec.grid.1);
+    let each = lattice.links.iter().zip(rest).map(|(link, length)| {
+        let k = match spec.springs {
+            SpringLaw::Uniform => et,
+            SpringLaw::Length => {
+                let share = area / family.get(&(link.class, link.layer)).copied().unwrap_or(1.0);
+                if link.class == SpringClass::Inter {
+                    material.young * share / length
+                } else {
+                    // Each layer carries its part of the thickness; the spring stands for a strip share/length wide.
+                    (et / layers) * (share / length) / length
+                }
+            }
+        };
+        match link.class {
+            SpringClass::Flexion | SpringClass::CrossOver => k * spec.flexion_stiffness,
+            _ => k,
+        }
+    });
+    each.collect()
+}
+
+/// The parts of a sheet file. Its positions are where the sheet is, and its springs' rest lengths their own.
+fn read(file: &SheetFile) -> Result<Parts, InputError> {
+    let structure: StructureKind = file.structure.parse()?;
+    let [nx, layers, nz] = file.dimensions;
+    let mut lattice = Lattice {
+        positions: file.masses.iter().map(|m| m.position).collect(),
+        layer_of: file.masses.iter().map(|m| m.layer).collect(),
+        border: file.masses.iter().map(|m| m.border).collect(),
+        ..Lattice::default()
+    };
+    let mut first = 0;
+    for index in 0..layers {
+        let (lx, lz) = if index % 2 == 1 { (nx - 1, nz - 1) } else { (nx, nz) };
+        lattice.layers.push(Layer { first, nx: lx, nz: lz, triangular: structure.info().triangular });
+        first += lx * lz;
+    }
+    for spring in &file.springs {
+        let layer = lattice.layer_of[spring.a as usize].min(lattice.layer_of[spring.b as usize]);
+        lattice.links.push(Link { a: spring.a, b: spring.b, class: spring.kind, layer });
+    }
+    if structure.info().flexion {
+        let plain = LatticeSpec {
+            structure,
+            grid: (nx, layers, nz),
+            size: (1.0, 1.0),
+            gap: 1.0,
+            cross_over: false,
+        };
+        lattice.flexion = generate(&plain)?.flexion;
+    }
+    Ok(Parts {
+        rest: file.springs.iter().map(|s| s.rest).collect(),
+        stiffness: file.springs.iter().map(|s| s.stiffness).collect(),
+        mass: file.masses.iter().map(|m| m.mass).collect(),
+        velocity: file.masses.iter().map(|m| m.velocity).collect(),
+        force: file.masses.iter().map(|m| m.force).collect(),
+        structure,
+        grid: (nx, layers, nz),
+        damping: file.damping,
+        lattice,
+    })
+}
+
+fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -> Sheet {
+    let Parts { lattice, rest, stiffness, mass, velocity, force, structure, grid, damping } = parts;
+    let uv = material_coordinates(&lattice);
+    let rotation = spec.placement.quaternion();
+    let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
+    for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {
+        x.push(spec.placement.apply(*p));
+        v.push(rotation * *u + spec.velocity);
+        applied.push(rotation * *f);
+    }
+    let et = material.young * material.thickness;
+    let mut springs = Springs::default();
+    for ((link, rest), k) in lattice.links.iter().zip(&rest).zip(&stiffness) {
+        springs.push(link.a, link.b, link.class, *k, *rest, 0.0);
+    }
+    let stack = Stack::new(&springs, &lattice.layer_of);
+    let mut engine = scene.engine.make();
+    engine.set_tolerance(scene.tolerance);
+    let probes = lattice.layers.first().map_or_else(Vec::new, |bottom| {
+        spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom, &uv)).collect()
+    });
+    let mut sheet = Sheet {
+        name: spec.name.clone(),
+        structure,
+        grid,
+        x,
+        v,
+        applied,
+        friction: spec.friction.unwrap_or(scene.contact.friction),
+        restitution: spec.restitution.unwrap_or(scene.contact.restitution),
+        layers: lattice.layers,
+        uv,
+        border: lattice.border,
+        layer_of: lattice.layer_of,
+        probes,
+        status: Status::Awake,
+        counters: Counters::default(),
+        inverse_mass: mass.iter().map(|m| 1.0 / m).collect(),
+        mass,
+        springs,
+        flexion: lattice.flexion,
+        flexion_limit: None,
+        pins: Pins::default(),
+        engine_kind: scene.engine,
+        engine,
+        stack,
+        quiet: 0.0,
+        work: Work::default(),
+        material,
+        damping,
+        stiffness_per_et: stiffness.iter().map(|k| k / et).collect(),
+        damped: false,
+        spread: 0.0,
+    };
+    sheet.spread = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
+    if spec.spin != DVec3::ZERO {
+        let centre = sheet.centre_of_mass();
+        for i in 0..sheet.masses() {
+            let spun = sheet.v.get(i) + spec.spin.cross(sheet.x.get(i) - centre);
+            sheet.v.set(i, spun);
+        }
+    }
+    sheet.refresh();
+    sheet
+}
+
+/// (u, v) of every mass: its place along x and z in the bounding rectangle of the bottom layer at rest.
+fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
+    let bottom = lattice.layers.first().map_or(0..0, Layer::range);
+    let bottom = &lattice.positions[bottom];
+    let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let fraction = |p: f64, low: f64, high: f64| if high > low { (p - low) / (high - low) } else { 0.0 };
+    lattice.positions.iter().map(|p| (fraction(p.x, low.x, high.x), fraction(p.z, low.z, high.z))).collect()
+}
+
+fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet) -> Result<(), InputError> {
+    let find = |region: &Region, field: String| {
+        region::select(region, &sheet.layers, &sheet.uv).map_err(|e| InputError::new(field, e.problem))
+    };
+    let each = |list: &[RegionVector], what: &str| -> Result<Vec<(Vec<u32>, DVec3)>, InputError> {
+        let masses = list.iter().enumerate().map(|(i, r)| Ok((find(&r.region, format!("{what}.{i}.region"))?, r.value)));
+        masses.collect()
+    };
+    let velocities = each(&spec.velocities, "velocities")?;
+    let forces = each(&spec.forces, "forces")?;
+    let pinned: Result<Vec<_>, _> =
+        spec.pins.iter().enumerate().map(|(i, p)| find(&p.region, format!("pins.{i}.region"))).collect();
+    for (masses, value) in velocities {
+        masses.iter().for_each(|i| sheet.v.set(*i as usize, sheet.v.get(*i as usize) + value));
+    }
+    for (masses, value) in forces {
+        masses.iter().for_each(|i| sheet.applied.set(*i as usize, sheet.applied.get(*i as usize) + value));
+    }
+    for (pin, masses) in spec.pins.iter().zip(pinned?) {
+        let start = masses.iter().map(|i| sheet.x.get(*i as usize)).collect();
+        for i in &masses {
+            sheet.inverse_mass[*i as usize] = 0.0;
+            sheet.v.set(*i as usize, DVec3::ZERO);
+        }
+        sheet.pins.add(masses, start, pin.path.clone());
+    }
+    Ok(())
+}
+
+/// The sheet as a .SHT file: where it is and how it moves now.
+pub fn to_file(sheet: &Sheet) -> SheetFile {
+    let (nx, layers, nz) = sheet.grid;
+    let masses = (0..sheet.masses()).map(|i| SheetMass {
+        acceleration: DVec3::ZERO,
+        position: sheet.x.get(i),
+        force: sheet.applied.get(i),
+        velocity: sheet.v.get(i),
+        mass: sheet.mass[i],
+        layer: sheet.layer_of[i],
+        border: sheet.border[i],
+    });
+    let springs = (0..sheet.springs.len()).map(|i| SheetSpring {
+        kind: sheet.springs.class[i],
+        a: sheet.springs.a[i],
+        b: sheet.springs.b[i],
+        stiffness: sheet.springs.stiffness[i],
+        rest: sheet.springs.rest[i],
+    });
+    let bottom = sheet.layers.first().copied().unwrap_or_default();
+    let last = |n: u32| n.saturating_sub(1);
+    SheetFile {
+        masses: masses.collect(),
+        springs: springs.collect(),
+        corners: [
+            bottom.at(0, 0),
+            bottom.at(last(bottom.nx), 0),
+            bottom.at(0, last(bottom.nz)),
+            bottom.at(last(bottom.nx), last(bottom.nz)),
+        ],
+        centre: bottom.at(bottom.nx / 2, bottom.nz / 2),
+        dimensions: [nx, layers, nz],
+        damping: sheet.damping(),
+        structure: sheet.structure.name().to_owned(),
+    }
+}
+
+/// A sheet alone, straight from a file, in an empty scene: for conversions and tests.
+///
+/// # Errors
+/// When the file's contents do not make a sheet.
+pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
+    let scene = Scene::default();
+    let spec = SheetSpec::default();
+    let mut sheet = assemble(&scene, &spec, spec.material.resolve()?, read(file)?);
+    sheet.work.touching = vec![false; sheet.masses()];
+    Ok(sheet)
+}

@@ -1,0 +1,77 @@
+//! Energies of a sheet and its largest frequency.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::{Sheet, Vectors};
+
+/// Energies, J. Gravity's is zero at the origin; a held mass has gravity's energy and moves nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Energy {
+    /// Σ ½ m v².
+    pub kinetic: f64,
+    /// Σ ½ k (L - s)² over the springs.
+    pub elastic: f64,
+    /// -Σ m g·x.
+    pub gravity: f64,
+    /// The sum of the three.
+    pub total: f64,
+}
+
+impl Energy {
+    pub(super) fn of(sheet: &Sheet, g: DVec3) -> Self {
+        let kinetic = sheet.v.iter().zip(&sheet.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum();
+        let gravity = sheet.x.iter().zip(&sheet.mass).map(|(x, m)| -m * g.dot(x)).sum();
+        let elastic = sheet.springs.energy(&sheet.x);
+        Self { kinetic, elastic, gravity, total: kinetic + elastic + gravity }
+    }
+}
+
+/// Power iteration on M⁻¹K, K the tangent stiffness of the springs at the present positions.
+pub(super) fn largest_frequency(sheet: &Sheet, iterations: usize) -> f64 {
+    let n = sheet.masses();
+    let mut mode = Vectors::zeros(n);
+    // A fixed start with a part in every mode: a small linear congruential sequence, the same on every run.
+    let mut seed = 0x2545_f491_u32;
+    for axis in mode.axes_mut() {
+        for value in axis {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *value = f64::from(seed) / f64::from(u32::MAX) - 0.5;
+        }
+    }
+    let mut next = Vectors::zeros(n);
+    let mut eigenvalue = 0.0;
+    for _ in 0..iterations {
+        apply_stiffness(sheet, &mode, &mut next);
+        let norm: f64 = next.iter().map(|p| p.length_squared()).sum::<f64>().sqrt();
+        let before: f64 = mode.iter().map(|p| p.length_squared()).sum::<f64>().sqrt();
+        if norm <= 0.0 || before <= 0.0 {
+            return 0.0;
+        }
+        eigenvalue = norm / before;
+        mode.clear();
+        mode.add_scaled(1.0 / norm, &next);
+    }
+    eigenvalue.sqrt()
+}
+
+/// out = M⁻¹ K d: each spring's tangent is k d̂d̂ᵀ + k (1 - s/L)(I - d̂d̂ᵀ).
+fn apply_stiffness(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
+    out.clear();
+    let springs = sheet.springs();
+    for i in 0..springs.len() {
+        let (a, b) = (springs.a[i] as usize, springs.b[i] as usize);
+        let along = sheet.x.get(b) - sheet.x.get(a);
+        let length = along.length();
+        if length <= 0.0 {
+            continue;
+        }
+        let unit = along / length;
+        let difference = d.get(b) - d.get(a);
+        let axial = unit * unit.dot(difference);
+        let f = axial * springs.stiffness[i]
+            + (difference - axial) * (springs.stiffness[i] * (1.0 - springs.rest[i] / length));
+        out.set(a, out.get(a) - f * sheet.inverse_mass[a]);
+        out.set(b, out.get(b) + f * sheet.inverse_mass[b]);
+    }
+}

@@ -1,0 +1,286 @@
+//! What a sheet is: masses with positions and velocities, springs between them, a material, pins, and its engine.
+//!
+//! Built from a [`SheetSpec`](crate::scene::SheetSpec) or a .SHT file by `build`; changed while it runs by the setters here;
+//! stepped by [`crate::step`]. SI units throughout.
+
+mod build;
+mod energy;
+mod forces;
+mod pins;
+mod probe;
+mod region;
+pub mod surface;
+mod vectors;
+
+use glam::DVec3;
+
+pub use build::{from_file, to_file};
+pub use energy::Energy;
+pub use forces::Field;
+pub use pins::Pins;
+pub use probe::Probe;
+pub use region::select;
+pub use vectors::Vectors;
+
+use crate::contact::through_thickness::{Stack, Strike};
+use crate::element::flexion_limit::FlexionLimit;
+use crate::element::spring::{SpringScratch, Springs};
+use crate::engine::{Engine, EngineKind};
+use crate::error::{InputError, check_range};
+use crate::lattice::{Layer, StructureKind};
+use crate::scene::Material;
+
+/// How a sheet fares.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Status {
+    /// It moves, or could.
+    #[default]
+    Awake,
+    /// It has been still for a while and is not stepped until something wakes it.
+    Asleep,
+    /// It went unstable and was stopped; the rest of the scene goes on.
+    Unstable {
+        /// Simulated time it was caught at, s.
+        time: f64,
+        /// Mass that was fastest then.
+        mass: u32,
+        /// Where that mass was before the step that was thrown away, m.
+        place: DVec3,
+        /// Its speed, m/s; infinite when it was not a number.
+        speed: f64,
+    },
+}
+
+/// Counts of what a sheet's stepping has done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Counters {
+    /// Engine steps accepted.
+    pub accepted: u64,
+    /// Engine steps rejected by error control.
+    pub rejected: u64,
+    /// Evaluations of the forces of the whole sheet.
+    pub evaluations: u64,
+    /// Times a mass was met with a body's surface.
+    pub contacts: u64,
+}
+
+/// A sheet in a world.
+pub struct Sheet {
+    /// Name, unique in its world.
+    pub name: String,
+    /// Structure it was generated with.
+    pub structure: StructureKind,
+    /// Masses along the length, layers, masses along the width.
+    pub grid: (u32, u32, u32),
+    /// Positions of the masses, m.
+    pub x: Vectors,
+    /// Velocities of the masses, m/s.
+    pub v: Vectors,
+    /// Constant force on each mass, N.
+    pub applied: Vectors,
+    /// Friction coefficient, 0 to 10.
+    pub friction: f64,
+    /// Restitution coefficient, 0 to 1.
+    pub restitution: f64,
+    /// Layers, bottom first.
+    pub layers: Vec<Layer>,
+    /// Place of each mass in the sheet, (u, v), 0 to 1 over the bottom layer.
+    pub uv: Vec<(f64, f64)>,
+    /// Masses on the outline of their layer.
+    pub border: Vec<bool>,
+    /// Layer of each mass.
+    pub layer_of: Vec<u32>,
+    /// Named material points.
+    pub probes: Vec<Probe>,
+    /// Whether it moves, sleeps or was stopped.
+    pub status: Status,
+    /// What stepping has done.
+    pub counters: Counters,
+    pub(crate) mass: Vec<f64>,
+    pub(crate) inverse_mass: Vec<f64>,
+    pub(crate) springs: Springs,
+    pub(crate) flexion: Vec<[u32; 3]>,
+    pub(crate) flexion_limit: Option<FlexionLimit>,
+    pub(crate) pins: Pins,
+    pub(crate) engine_kind: EngineKind,
+    pub(crate) engine: Box<dyn Engine>,
+    pub(crate) stack: Stack,
+    /// How long it has been still, s.
+    pub(crate) quiet: f64,
+    pub(crate) work: Work,
+    material: Material,
+    damping: f64,
+    /// Stiffness of each spring per pascal of Young's modulus and metre of thickness.
+    stiffness_per_et: Vec<f64>,
+    /// Diagonal of its bounding box when it was built, m.
+    pub(crate) spread: f64,
+    damped: bool,
+}
+
+/// Arrays a step works in; kept so that a warm step allocates nothing.
+#[derive(Default)]
+pub(crate) struct Work {
+    pub springs: SpringScratch,
+    pub force: Vectors,
+    pub x_before: Vectors,
+    pub v_before: Vectors,
+    /// Normal (unit) and fraction of the impact each mass met in this step; the fraction is 0 for none.
+    pub struck: Vec<Strike>,
+    pub touching: Vec<bool>,
+}
+
+impl Sheet {
+    /// How many masses it has.
+    pub fn masses(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Mass of node `i`, kg; panics when there is none, as indexing does.
+    pub fn mass(&self, i: usize) -> f64 {
+        self.mass[i]
+    }
+
+    /// Mass of the whole sheet, kg.
+    pub fn total_mass(&self) -> f64 {
+        self.mass.iter().sum()
+    }
+
+    /// Its springs.
+    pub fn springs(&self) -> &Springs {
+        &self.springs
+    }
+
+    /// Its material as it is now.
+    pub fn material(&self) -> &Material {
+        &self.material
+    }
+
+    /// Dashpot of its springs as a fraction of critical.
+    pub fn damping(&self) -> f64 {
+        self.damping
+    }
+
+    /// Its angle limit, degrees, if one is set.
+    pub fn flexion_angle_limit(&self) -> Option<f64> {
+        self.flexion_limit.as_ref().map(|l| l.limit)
+    }
+
+    /// Largest angle of its flexion triples as it lies, degrees; `None` for a structure without flexion.
+    pub fn largest_flexion_angle(&self) -> Option<f64> {
+        (!self.flexion.is_empty())
+            .then(|| FlexionLimit { triples: self.flexion.clone(), limit: 180.0 }.largest_angle(&self.x))
+    }
+
+    /// Masses that touched a body in the last step.
+    pub fn touching(&self) -> &[bool] {
+        &self.work.touching
+    }
+
+    /// Centre of mass, m.
+    pub fn centre_of_mass(&self) -> DVec3 {
+        let sum: DVec3 = self.x.iter().zip(&self.mass).map(|(x, m)| x * *m).sum();
+        sum / self.total_mass()
+    }
+
+    /// Linear momentum, kg m/s.
+    pub fn momentum(&self) -> DVec3 {
+        self.v.iter().zip(&self.mass).map(|(v, m)| v * *m).sum()
+    }
+
+    /// Angular momentum about the centre of mass, kg m²/s.
+    pub fn angular_momentum(&self) -> DVec3 {
+        let centre = self.centre_of_mass();
+        (0..self.masses()).map(|i| (self.x.get(i) - centre).cross(self.v.get(i)) * self.mass[i]).sum()
+    }
+
+    /// Energies under `gravity` (m/s²), J. The potential energy of gravity is zero at the origin.
+    pub fn energy(&self, gravity: DVec3) -> Energy {
+        Energy::of(self, gravity)
+    }
+
+    /// Largest speed of a mass, m/s.
+    pub fn max_speed(&self) -> f64 {
+        self.v.max_squared().sqrt()
+    }
+
+    /// Largest frequency of the sheet as it lies, rad/s, by power iteration on its stiffness; explicit engines are stable
+    /// for steps up to their limit over this. `iterations` of 200 give it to about a percent.
+    pub fn largest_frequency(&self, iterations: usize) -> f64 {
+        energy::largest_frequency(self, iterations)
+    }
+
+    /// The engine that steps it.
+    pub fn engine(&self) -> EngineKind {
+        self.engine_kind
+    }
+
+    /// Changes the engine; the next step is taken by the new one from where the sheet is.
+    pub fn set_engine(&mut self, kind: EngineKind, tolerance: f64) {
+        if kind != self.engine_kind {
+            self.engine = kind.make();
+            self.engine_kind = kind;
+        }
+        self.engine.set_tolerance(tolerance);
+        self.wake();
+    }
+
+    /// Changes the material: stiffness and dashpots follow at once, masses stay as they were built.
+    ///
+    /// # Errors
+    /// When a constant is out of range; nothing is changed then.
+    pub fn set_material(&mut self, material: Material) -> Result<(), InputError> {
+        crate::scene::validate::material("material", &material)?;
+        self.material = material;
+        self.refresh();
+        Ok(())
+    }
+
+    /// Changes the dashpots of the springs: a fraction of critical, 0 to 10.
+    ///
+    /// # Errors
+    /// When out of range; nothing is changed then.
+    pub fn set_damping(&mut self, damping: f64) -> Result<(), InputError> {
+        check_range("damping", damping, 0.0, 10.0, "of critical")?;
+        self.damping = damping;
+        self.refresh();
+        Ok(())
+    }
+
+    /// Sets or lifts the angle limit of the flexion triples, degrees.
+    ///
+    /// # Errors
+    /// When out of range or the structure has no flexion; nothing is changed then.
+    pub fn set_flexion_limit(&mut self, limit: Option<f64>) -> Result<(), InputError> {
+        if let Some(limit) = limit {
+            check_range("flexion_limit", limit, 1.0, 180.0, "degrees")?;
+            if self.flexion.is_empty() {
+                let problem = format!("{} has no flexion triples to limit", self.structure);
+                return Err(InputError::new("flexion_limit", problem));
+            }
+        }
+        self.flexion_limit = limit.map(|limit| FlexionLimit { triples: self.flexion.clone(), limit });
+        self.wake();
+        Ok(())
+    }
+
+    /// Wakes it if it sleeps.
+    pub fn wake(&mut self) {
+        self.quiet = 0.0;
+        if self.status == Status::Asleep {
+            self.status = Status::Awake;
+        }
+    }
+
+    /// Stiffness and dashpots from material and damping: k = (k per E t) E t, c = ζ · 2 √(k μ) with μ the reduced mass.
+    fn refresh(&mut self) {
+        let et = self.material.young * self.material.thickness;
+        for i in 0..self.springs.len() {
+            let (ma, mb) = (self.mass[self.springs.a[i] as usize], self.mass[self.springs.b[i] as usize]);
+            let k = self.stiffness_per_et[i] * et;
+            self.springs.stiffness[i] = k;
+            self.springs.damping[i] = self.damping * 2.0 * (k * ma * mb / (ma + mb)).sqrt();
+        }
+        self.damped = self.springs.damped();
+        self.wake();
+    }
+}

@@ -1,0 +1,45 @@
+//! Named material points: where a given (u, v) of the bottom layer is now.
+
+use glam::DVec3;
+
+use super::Vectors;
+use crate::lattice::Layer;
+
+/// A point of the bottom layer, as three masses and weights that sum to 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Probe {
+    /// Name in reports.
+    pub name: String,
+    masses: [u32; 3],
+    weights: [f64; 3],
+}
+
+impl Probe {
+    /// The probe at (u, v), each 0 to 1; outside the triangles of a zigzag edge it is extrapolated from the nearest one.
+    pub fn new(name: &str, (u, v): (f64, f64), layer: &Layer, uv: &[(f64, f64)]) -> Self {
+        let mut best = Self { name: name.to_owned(), masses: [layer.first; 3], weights: [1.0, 0.0, 0.0] };
+        let mut best_slack = f64::NEG_INFINITY;
+        for masses in layer.triangles() {
+            let [a, b, c] = masses.map(|i| uv[i as usize]);
+            let area = (b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1);
+            let wb = ((u - a.0) * (c.1 - a.1) - (c.0 - a.0) * (v - a.1)) / area;
+            let wc = ((b.0 - a.0) * (v - a.1) - (u - a.0) * (b.1 - a.1)) / area;
+            let weights = [1.0 - wb - wc, wb, wc];
+            let slack = weights.iter().copied().fold(f64::INFINITY, f64::min);
+            if slack > best_slack {
+                best_slack = slack;
+                best.masses = masses;
+                best.weights = weights;
+            }
+            if slack >= 0.0 {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Its value of a quantity given per mass: with positions, where it is (m).
+    pub fn of(&self, field: &Vectors) -> DVec3 {
+        self.masses.iter().zip(&self.weights).map(|(i, w)| field.get(*i as usize) * *w).sum()
+    }
+}

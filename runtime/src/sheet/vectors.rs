@@ -1,0 +1,131 @@
+//! Three coordinates of many points as three arrays, so that loops over one coordinate are plain loops over `f64`.
+
+use glam::DVec3;
+
+/// A vector per mass, stored by coordinate. All three arrays have the same length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vectors {
+    /// First coordinates.
+    pub x: Vec<f64>,
+    /// Second coordinates.
+    pub y: Vec<f64>,
+    /// Third coordinates.
+    pub z: Vec<f64>,
+}
+
+impl Vectors {
+    /// `n` zero vectors.
+    pub fn zeros(n: usize) -> Self {
+        Self { x: vec![0.0; n], y: vec![0.0; n], z: vec![0.0; n] }
+    }
+
+    /// How many vectors there are.
+    pub fn len(&self) -> usize {
+        self.x.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.x.is_empty()
+    }
+
+    /// Vector `i`; panics when there is no such vector, as indexing does.
+    #[inline]
+    pub fn get(&self, i: usize) -> DVec3 {
+        DVec3::new(self.x[i], self.y[i], self.z[i])
+    }
+
+    /// Sets vector `i`; panics when there is no such vector, as indexing does.
+    #[inline]
+    pub fn set(&mut self, i: usize, v: DVec3) {
+        self.x[i] = v.x;
+        self.y[i] = v.y;
+        self.z[i] = v.z;
+    }
+
+    /// Appends a vector.
+    pub fn push(&mut self, v: DVec3) {
+        self.x.push(v.x);
+        self.y.push(v.y);
+        self.z.push(v.z);
+    }
+
+    /// All vectors in order.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = DVec3> + '_ {
+        (0..self.len()).map(|i| self.get(i))
+    }
+
+    /// The three arrays, for loops that treat all coordinates alike.
+    #[inline]
+    pub fn axes(&self) -> [&[f64]; 3] {
+        [&self.x, &self.y, &self.z]
+    }
+
+    /// The three arrays, mutable.
+    #[inline]
+    pub fn axes_mut(&mut self) -> [&mut [f64]; 3] {
+        [&mut self.x, &mut self.y, &mut self.z]
+    }
+
+    /// Copies all vectors of `other`, which must be as many.
+    pub fn copy_from(&mut self, other: &Self) {
+        for (to, from) in self.axes_mut().into_iter().zip(other.axes()) {
+            to.copy_from_slice(from);
+        }
+    }
+
+    /// Sets every component to zero.
+    pub fn clear(&mut self) {
+        for axis in self.axes_mut() {
+            axis.fill(0.0);
+        }
+    }
+
+    /// self += h · d, component by component.
+    #[inline]
+    pub fn add_scaled(&mut self, h: f64, d: &Self) {
+        for (to, from) in self.axes_mut().into_iter().zip(d.axes()) {
+            for (t, f) in to.iter_mut().zip(from) {
+                *t += h * f;
+            }
+        }
+    }
+
+    /// self = a + h · d, component by component.
+    #[inline]
+    pub fn set_sum(&mut self, a: &Self, h: f64, d: &Self) {
+        for ((to, a), d) in self.axes_mut().into_iter().zip(a.axes()).zip(d.axes()) {
+            for ((t, a), d) in to.iter_mut().zip(a).zip(d) {
+                *t = a + h * d;
+            }
+        }
+    }
+
+    /// Largest squared length; NaN counts as infinite, so that it cannot hide.
+    pub fn max_squared(&self) -> f64 {
+        let mut largest = 0.0_f64;
+        for ((x, y), z) in self.x.iter().zip(&self.y).zip(&self.z) {
+            let s = x * x + y * y + z * z;
+            // Not `max`: that would drop a NaN. The negated comparison is true for it.
+            #[allow(clippy::neg_cmp_op_on_partial_ord)]
+            if !(s <= largest) {
+                largest = if s.is_nan() { f64::INFINITY } else { s };
+            }
+        }
+        largest
+    }
+
+    /// Smallest and largest corner of the box around all vectors; `None` when there is no vector.
+    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+        if self.is_empty() {
+            return None;
+        }
+        let mut low = self.get(0);
+        let mut high = low;
+        for p in self.iter() {
+            low = low.min(p);
+            high = high.max(p);
+        }
+        Some((low, high))
+    }
+}

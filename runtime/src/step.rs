@@ -1,0 +1,155 @@
+//! One step of a sheet: the order in which things happen.
+//!
+//! lead the pins → engine (forces) → flexion limit → guard → contact → (again, where the engine took less than the step)
+//! → put the pins in place → still enough to sleep?
+//!
+//! What a scene does not use is not called: no pins, no limit, no bodies. Nothing here allocates once the first step has
+//! sized the working arrays. Sheets do not see one another, so they can be stepped on any number of threads with the same
+//! result.
+
+use crate::contact::detect::contact;
+use crate::contact::rigid::RigidView;
+use crate::event::{EventKind, Recorder, Touches};
+use crate::sheet::{Sheet, Status, Vectors};
+
+pub use crate::sheet::Field;
+
+/// Speed below which a sheet counts as still, m/s.
+pub const SLEEP_SPEED: f64 = 1e-3;
+/// How long it must be still before it sleeps, s.
+pub const SLEEP_TIME: f64 = 0.5;
+/// Speed above which a sheet has gone unstable, m/s: beyond any velocity a scene may set.
+const SPEED_LIMIT: f64 = 2e4;
+/// A sheet whose bounding box has grown to this many times its diagonal at the start has flown apart.
+const SPREAD_LIMIT: f64 = 20.0;
+/// Steps an adaptive engine may take within one step before the sheet counts as unstable.
+const MOST_SUBSTEPS: u32 = 100_000;
+
+/// What a sheet's step is given.
+#[derive(Clone, Copy)]
+pub(crate) struct Stage<'a> {
+    pub field: Field,
+    pub time: f64,
+    pub dt: f64,
+    pub view: Option<&'a RigidView<'a>>,
+    pub sleep: bool,
+}
+
+/// Steps one sheet by `stage.dt`.
+pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) {
+    match sheet.status {
+        Status::Unstable { .. } => return,
+        Status::Asleep => {
+            if !disturbed(sheet, stage) {
+                return;
+            }
+            sheet.wake();
+            touches.events.push((stage.time, EventKind::Woke, None));
+        }
+        Status::Awake => {}
+    }
+    size_work(sheet);
+    touches.begin();
+    sheet.work.touching.fill(false);
+    let mut done = 0.0;
+    let mut substeps = 0;
+    // The last part of a step may be a rounding error long; it is then the step's.
+    while stage.dt - done > stage.dt * 1e-12 {
+        let part = stage.dt - done;
+        done += substep(sheet, touches, stage, done, part);
+        substeps += 1;
+        if substeps > MOST_SUBSTEPS {
+            give_up(sheet, touches, stage);
+        }
+        if matches!(sheet.status, Status::Unstable { .. }) {
+            return;
+        }
+    }
+    if !sheet.pins.is_empty() {
+        sheet.pins.place(stage.time + stage.dt, &mut sheet.x);
+    }
+    let end = stage.time + stage.dt;
+    touches.end(end, sheet.layers.first().map_or(0, |l| l.len() as usize));
+    if stage.sleep {
+        fall_asleep(sheet, touches, end, stage.dt);
+    }
+}
+
+fn size_work(sheet: &mut Sheet) {
+    let n = sheet.masses();
+    if sheet.work.x_before.len() != n {
+        sheet.work.x_before = Vectors::zeros(n);
+        sheet.work.v_before = Vectors::zeros(n);
+        sheet.work.struck = vec![Default::default(); n];
+        sheet.work.touching = vec![false; n];
+    }
+}
+
+/// One call of the engine and what follows it; returns the time taken.
+fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, part: f64) -> f64 {
+    let time = stage.time + done;
+    if !sheet.pins.is_empty() {
+        sheet.pins.lead(time, part, &sheet.x, &mut sheet.v);
+    }
+    sheet.work.x_before.copy_from(&sheet.x);
+    sheet.work.v_before.copy_from(&sheet.v);
+    let taken = sheet.advance(stage.field, time, part).taken;
+    if let Some(limit) = &sheet.flexion_limit {
+        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
+    }
+    if is_unstable(sheet) {
+        give_up(sheet, touches, stage);
+        return taken;
+    }
+    if let Some(view) = stage.view {
+        let remaining = (stage.dt - done - taken).max(0.0);
+        contact(sheet, view, taken, remaining, &mut Recorder { touches, view });
+    }
+    taken
+}
+
+fn is_unstable(sheet: &Sheet) -> bool {
+    // Written so that a NaN is unstable too.
+    let slow = sheet.v.max_squared() < SPEED_LIMIT * SPEED_LIMIT;
+    let together = sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < SPREAD_LIMIT * sheet.spread);
+    !(slow && together)
+}
+
+/// Stops an unstable sheet where it was before the step, and says so.
+fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) {
+    let fastest = |i: &usize| {
+        let speed = sheet.v.get(*i).length_squared();
+        if speed.is_nan() { f64::INFINITY } else { speed }
+    };
+    let mass = (0..sheet.masses()).max_by(|a, b| fastest(a).total_cmp(&fastest(b))).unwrap_or(0);
+    let speed = fastest(&mass).sqrt();
+    sheet.x.copy_from(&sheet.work.x_before);
+    sheet.v.clear();
+    let place = sheet.x.get(mass);
+    sheet.status = Status::Unstable { time: stage.time, mass: mass as u32, place, speed };
+    touches.events.push((stage.time, EventKind::Unstable, None));
+}
+
+fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, time: f64, dt: f64) {
+    // A sheet adrift is not at rest, however slow: something must hold it.
+    let held = !sheet.pins.is_empty() || touches.count() > 0;
+    if held && sheet.v.max_squared() < SLEEP_SPEED * SLEEP_SPEED {
+        sheet.quiet += dt;
+        if sheet.quiet >= SLEEP_TIME {
+            sheet.status = Status::Asleep;
+            sheet.v.clear();
+            touches.events.push((time, EventKind::AtRest, None));
+        }
+    } else {
+        sheet.quiet = 0.0;
+    }
+}
+
+/// Whether something that moves comes near a sleeping sheet, or leads it.
+fn disturbed(sheet: &Sheet, stage: &Stage) -> bool {
+    if !sheet.pins.is_empty() && sheet.pins.moving(stage.time, stage.time + stage.dt) {
+        return true;
+    }
+    let Some(view) = stage.view else { return false };
+    crate::contact::detect::moving_body_near(sheet, view, stage.dt)
+}

@@ -1,0 +1,335 @@
+//! A world: sheets, rigid bodies, gravity, and the one function that steps them.
+//!
+//! Built from a [`Scene`]; read by those who show it; changed between steps by its setters, or by path with
+//! [`World::set`], with the same checks as a scene file.
+
+mod parameters;
+mod report;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+pub use parameters::Parameter;
+pub use report::{BodyReport, Report, SheetReport, TemperatureReport};
+
+use crate::contact::detect::deepest;
+use crate::contact::rigid::{RigidView, RigidWorld};
+use crate::engine::EngineKind;
+use crate::error::{InputError, check_range};
+use crate::event::{Event, Touches};
+use crate::scene::{Air, Scene, validate};
+use crate::sheet::{Sheet, Status};
+use crate::step::{Field, Stage, step_sheet};
+
+/// Sheets and bodies in time.
+pub struct World {
+    scene: Scene,
+    sheets: Vec<Sheet>,
+    touches: Vec<Touches>,
+    rigid: Option<RigidWorld>,
+    gravity: DVec3,
+    air: Air,
+    engine: EngineKind,
+    tolerance: f64,
+    dt: f64,
+    time: f64,
+    steps: u64,
+    events: Vec<Event>,
+    sleep: bool,
+    pool: Option<Arc<rayon::ThreadPool>>,
+}
+
+impl World {
+    /// A world with its own rigid bodies.
+    ///
+    /// # Errors
+    /// When the scene, or a file it names, is not valid.
+    pub fn new(scene: &Scene) -> Result<Self, InputError> {
+        let rigid = RigidWorld::build(scene)?;
+        Self::build(scene, Some(rigid))
+    }
+
+    /// A world without bodies of its own: the sheets meet what is lent to [`World::step_with`]. The scene's bodies and room
+    /// are not built.
+    ///
+    /// # Errors
+    /// When the scene, or a file it names, is not valid.
+    pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
+        Self::build(scene, None)
+    }
+
+    fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
+        validate::scene(scene)?;
+        let mut sheets = Vec::with_capacity(scene.sheets.len());
+        for index in 0..scene.sheets.len() {
+            sheets.push(Sheet::build(scene, index).map_err(|mut e| {
+                if e.file.is_none() {
+                    let dot = if e.field.is_empty() { "" } else { "." };
+                    e.field = format!("sheets.{index}{dot}{}", e.field);
+                }
+                e
+            })?);
+        }
+        check_heaters(scene)?;
+        let touches = sheets.iter().map(|_| Touches::default()).collect();
+        Ok(Self {
+            sheets,
+            touches,
+            rigid,
+            gravity: scene.gravity,
+            air: scene.air,
+            engine: scene.engine,
+            tolerance: scene.tolerance,
+            dt: scene.dt,
+            time: 0.0,
+            steps: 0,
+            events: Vec::new(),
+            sleep: true,
+            pool: None,
+            scene: scene.clone(),
+        })
+    }
+
+    /// Puts everything back to the scene it was built from; the number of threads and sleeping stay as set.
+    ///
+    /// # Errors
+    /// When a file the scene names can no longer be read; the world is then as before.
+    pub fn reset(&mut self) -> Result<(), InputError> {
+        let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
+        let fresh = Self::build(&self.scene, rigid)?;
+        let (sleep, pool) = (self.sleep, self.pool.take());
+        *self = Self { sleep, pool, ..fresh };
+        Ok(())
+    }
+
+    /// Steps sheets on this many threads; 1 uses the caller's. The result does not depend on it.
+    ///
+    /// # Errors
+    /// When the system refuses to start the threads.
+    pub fn set_threads(&mut self, threads: usize) -> Result<(), InputError> {
+        self.pool = if threads <= 1 {
+            None
+        } else {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            Some(Arc::new(pool.map_err(|e| InputError::new("threads", e.to_string()))?))
+        };
+        Ok(())
+    }
+
+    /// Whether sheets that come to rest are put to sleep (they are, unless told otherwise).
+    pub fn set_sleep(&mut self, sleep: bool) {
+        self.sleep = sleep;
+        if !sleep {
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+    }
+
+    /// Takes one step of [`World::dt`] with the world's own bodies.
+    pub fn step(&mut self) {
+        self.step_by(self.dt);
+    }
+
+    /// Advances by `duration` s in equal steps of at most [`World::dt`]; returns how many.
+    pub fn advance(&mut self, duration: f64) -> u64 {
+        let steps = steps_in(duration, self.dt);
+        for _ in 0..steps {
+            self.step_by(duration / steps as f64);
+        }
+        steps
+    }
+
+    fn step_by(&mut self, dt: f64) {
+        // Taken out for the step: the view borrows it while the sheets are changed.
+        let mut rigid = self.rigid.take();
+        if let Some(rigid) = &mut rigid {
+            rigid.step(self.time, dt);
+        }
+        let view = rigid.as_ref().map(RigidWorld::view);
+        self.step_sheets(view.as_ref(), dt);
+        self.rigid = rigid;
+        self.collect_events(|world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
+    }
+
+    /// Advances by `duration` s in equal steps of at most [`World::dt`] against a caller's rigid world, which must already be
+    /// at the end of that time; returns how many.
+    pub fn advance_with(&mut self, view: &RigidView, duration: f64) -> u64 {
+        let steps = steps_in(duration, self.dt);
+        let dt = duration / steps as f64;
+        for _ in 0..steps {
+            self.step_sheets(Some(view), dt);
+            self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
+        }
+        steps
+    }
+
+    fn step_sheets(&mut self, view: Option<&RigidView>, dt: f64) {
+        let field = Field { gravity: self.gravity, air: self.air.rate() };
+        let stage = Stage { field, time: self.time, dt, view, sleep: self.sleep };
+        match &self.pool {
+            Some(pool) if self.sheets.len() > 1 => pool.install(|| {
+                let pairs = self.sheets.par_iter_mut().zip(self.touches.par_iter_mut());
+                pairs.for_each(|(sheet, touches)| step_sheet(sheet, touches, &stage));
+            }),
+            _ => {
+                for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
+                    step_sheet(sheet, touches, &stage);
+                }
+            }
+        }
+        self.steps += 1;
+        self.time += dt;
+    }
+
+    /// Moves the sheets' events to the world's list, sheet by sheet, so that their order does not depend on threads.
+    fn collect_events(&mut self, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
+        for index in 0..self.touches.len() {
+            if self.touches[index].events.is_empty() {
+                continue;
+            }
+            for (time_s, kind, collider) in std::mem::take(&mut self.touches[index].events) {
+                let body = collider.and_then(|c| name(self, c));
+                self.events.push(Event { time_s, kind, sheet: self.sheets[index].name.clone(), body });
+            }
+        }
+    }
+
+    /// The scene it was built from.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The sheets.
+    pub fn sheets(&self) -> &[Sheet] {
+        &self.sheets
+    }
+
+    /// The sheets, to be changed between steps.
+    pub fn sheets_mut(&mut self) -> &mut [Sheet] {
+        &mut self.sheets
+    }
+
+    /// The world's own rigid bodies; `None` where the caller lends them.
+    pub fn rigid(&self) -> Option<&RigidWorld> {
+        self.rigid.as_ref()
+    }
+
+    /// What has happened so far, in order of the steps.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Simulated time, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Steps taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Step of the engine, s.
+    pub fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// Gravity, m/s².
+    pub fn gravity(&self) -> DVec3 {
+        self.gravity
+    }
+
+    /// The engine.
+    pub fn engine(&self) -> EngineKind {
+        self.engine
+    }
+
+    /// The air.
+    pub fn air(&self) -> Air {
+        self.air
+    }
+
+    /// Whether no sheet is moving: all asleep or stopped.
+    pub fn is_quiet(&self) -> bool {
+        self.sheets.iter().all(|s| s.status != Status::Awake)
+    }
+
+    /// The first sheet that went unstable, if one did.
+    pub fn unstable(&self) -> Option<&Sheet> {
+        self.sheets.iter().find(|s| matches!(s.status, Status::Unstable { .. }))
+    }
+
+    /// How deep the deepest mass of any sheet is inside a body now, m.
+    pub fn penetration(&self) -> f64 {
+        let Some(rigid) = &self.rigid else { return 0.0 };
+        let view = rigid.view();
+        self.sheets.iter().map(|s| deepest(s, &view)).fold(0.0, f64::max)
+    }
+
+    /// Changes the step, s; 1e-7 to 1.
+    ///
+    /// # Errors
+    /// When out of range; nothing is changed then.
+    pub fn set_dt(&mut self, dt: f64) -> Result<(), InputError> {
+        check_range("dt", dt, 1e-7, 1.0, "s")?;
+        self.dt = dt;
+        Ok(())
+    }
+
+    /// Changes gravity, m/s²; each component within ±1000.
+    ///
+    /// # Errors
+    /// When out of range; nothing is changed then.
+    pub fn set_gravity(&mut self, gravity: DVec3) -> Result<(), InputError> {
+        for (axis, value) in gravity.to_array().into_iter().enumerate() {
+            check_range(&format!("gravity.{axis}"), value, -1e3, 1e3, "m/s²")?;
+        }
+        self.gravity = gravity;
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        Ok(())
+    }
+
+    /// Changes the air.
+    ///
+    /// # Errors
+    /// When out of range; nothing is changed then.
+    pub fn set_air(&mut self, air: Air) -> Result<(), InputError> {
+        validate::air(&air)?;
+        self.air = air;
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        Ok(())
+    }
+
+    /// Changes the engine of every sheet; the next step is the new one's.
+    pub fn set_engine(&mut self, engine: EngineKind) {
+        self.engine = engine;
+        let tolerance = self.tolerance;
+        self.sheets.iter_mut().for_each(|s| s.set_engine(engine, tolerance));
+    }
+
+    /// Changes the error an adaptive engine may make in a step, m; 1e-15 to 1.
+    ///
+    /// # Errors
+    /// When out of range; nothing is changed then.
+    pub fn set_tolerance(&mut self, tolerance: f64) -> Result<(), InputError> {
+        check_range("tolerance", tolerance, 1e-15, 1.0, "m")?;
+        self.tolerance = tolerance;
+        self.set_engine(self.engine);
+        Ok(())
+    }
+}
+
+/// Equal steps of at most `dt` that make up `duration`; at least one.
+fn steps_in(duration: f64, dt: f64) -> u64 {
+    // The slack keeps a duration that is a whole number of steps, but for rounding, at that number.
+    ((duration / dt) - 1e-9).ceil().max(1.0) as u64
+}
+
+/// Heaters are read and checked now, so that a bad file is refused when the scene is opened.
+fn check_heaters(scene: &Scene) -> Result<(), InputError> {
+    for heater in &scene.heaters {
+        crate::scene::heater::read_heaters_file(&scene.resolve(&heater.file))?;
+    }
+    Ok(())
+}

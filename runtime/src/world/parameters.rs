@@ -1,0 +1,142 @@
+//! Parameters that can be changed while a world runs, by path.
+
+use glam::DVec3;
+
+use super::World;
+use crate::error::InputError;
+use crate::scene::Air;
+use crate::sheet::Sheet;
+
+/// A parameter as it is now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// Its path: `sheets.strip.material.young`.
+    pub path: String,
+    /// Its value, as text that [`World::set`] takes back.
+    pub value: String,
+    /// Its unit; empty for a name or a plain number.
+    pub unit: &'static str,
+    /// Smallest and largest value, where it is a number.
+    pub range: Option<(f64, f64)>,
+}
+
+/// Parameters of each sheet: name, unit, range.
+const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
+    ("material.young", "Pa", (1e-3, 2e12)),
+    ("material.thickness", "m", (1e-7, 1.0)),
+    ("damping", "of critical", (0.0, 10.0)),
+    ("friction", "", (0.0, 10.0)),
+    ("restitution", "", (0.0, 1.0)),
+    ("flexion_limit", "degrees", (1.0, 180.0)),
+];
+
+impl World {
+    /// Every parameter that [`World::set`] takes, with its present value.
+    pub fn parameters(&self) -> Vec<Parameter> {
+        let new = |path: &str, value: String, unit, range| Parameter { path: path.into(), value, unit, range };
+        let g = self.gravity;
+        let mut all = vec![
+            new("gravity", format!("({}, {}, {})", g.x, g.y, g.z), "m/s²", Some((-1e3, 1e3))),
+            new("engine", self.engine.to_string(), "", None),
+            new("dt", self.dt.to_string(), "s", Some((1e-7, 1.0))),
+            new("tolerance", self.tolerance.to_string(), "m", Some((1e-15, 1.0))),
+            new("air.factor", self.air.factor.to_string(), "", Some((1e-6, 1.0))),
+            new("air.per", self.air.per.to_string(), "s", Some((1e-6, 1e3))),
+        ];
+        for sheet in &self.sheets {
+            for (name, unit, range) in OF_SHEET {
+                if let Some(value) = value_of(sheet, name) {
+                    all.push(new(&format!("sheets.{}.{name}", sheet.name), value, unit, Some(*range)));
+                }
+            }
+        }
+        all
+    }
+
+    /// Sets the parameter at `path`; takes effect with the next step. Returns the old value as text.
+    ///
+    /// # Errors
+    /// When there is no such parameter, or the value is not of its kind or out of range; nothing is changed then.
+    pub fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
+        let value = value.trim();
+        let old = |world: &Self| world.parameters().into_iter().find(|p| p.path == path).map(|p| p.value);
+        let before = old(self).unwrap_or_default();
+        let named = |e: InputError| InputError::new(path, e.problem);
+        match path {
+            "gravity" => self.set_gravity(vector(path, value)?).map_err(named)?,
+            "engine" => self.set_engine(value.parse().map_err(named)?),
+            "dt" => self.set_dt(number(path, value)?).map_err(named)?,
+            "tolerance" => self.set_tolerance(number(path, value)?).map_err(named)?,
+            "air.factor" => self.set_air(Air { factor: number(path, value)?, ..self.air }).map_err(named)?,
+            "air.per" => self.set_air(Air { per: number(path, value)?, ..self.air }).map_err(named)?,
+            _ => return self.set_of_sheet(path, value),
+        }
+        Ok(before)
+    }
+
+    fn set_of_sheet(&mut self, path: &str, value: &str) -> Result<String, InputError> {
+        let unknown = || {
+            let names: Vec<String> = self.parameters().into_iter().map(|p| p.path).collect();
+            let problem = format!("cannot be set while the world runs; these can: {}", names.join(", "));
+            InputError::new(path, problem)
+        };
+        let rest = path.strip_prefix("sheets.").and_then(|r| r.split_once('.'));
+        let Some((which, name)) = rest else { return Err(unknown()) };
+        let by_name = self.sheets.iter().position(|s| s.name == which);
+        let index = by_name.or_else(|| which.parse().ok()).filter(|i| *i < self.sheets.len());
+        let row = OF_SHEET.iter().find(|(n, _, _)| *n == name);
+        let (Some(index), Some((name, unit, range))) = (index, row) else { return Err(unknown()) };
+        let value = if *name == "flexion_limit" && value == "none" { None } else { Some(number(path, value)?) };
+        if let Some(value) = value {
+            crate::error::check_range(path, value, range.0, range.1, unit)?;
+        }
+        let sheet = &mut self.sheets[index];
+        let before = value_of(sheet, name).unwrap_or_default();
+        set_value(sheet, name, value).map_err(|e| InputError::new(path, e.problem))?;
+        Ok(before)
+    }
+}
+
+fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
+    Some(match name {
+        "material.young" => sheet.material().young.to_string(),
+        "material.thickness" => sheet.material().thickness.to_string(),
+        "damping" => sheet.damping().to_string(),
+        "friction" => sheet.friction.to_string(),
+        "restitution" => sheet.restitution.to_string(),
+        "flexion_limit" if sheet.flexion.is_empty() => return None,
+        "flexion_limit" => sheet.flexion_angle_limit().map_or_else(|| "none".to_owned(), |l| l.to_string()),
+        _ => return None,
+    })
+}
+
+fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), InputError> {
+    let Some(value) = value else { return sheet.set_flexion_limit(None) };
+    let mut material = sheet.material().clone();
+    match name {
+        "material.young" => material.young = value,
+        "material.thickness" => material.thickness = value,
+        "damping" => return sheet.set_damping(value),
+        "flexion_limit" => return sheet.set_flexion_limit(Some(value)),
+        "friction" => sheet.friction = value,
+        _ => sheet.restitution = value,
+    }
+    sheet.wake();
+    sheet.set_material(material)
+}
+
+fn number(path: &str, value: &str) -> Result<f64, InputError> {
+    match value.parse::<f64>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err(InputError::new(path, format!("\"{value}\" is not a finite number"))),
+    }
+}
+
+fn vector(path: &str, value: &str) -> Result<DVec3, InputError> {
+    let inner = value.trim_matches(|c| "()[] ".contains(c));
+    let parts: Result<Vec<f64>, InputError> = inner.split(',').map(|p| number(path, p.trim())).collect();
+    match parts?.as_slice() {
+        [x, y, z] => Ok(DVec3::new(*x, *y, *z)),
+        other => Err(InputError::new(path, format!("{} numbers, but it takes 3: (x, y, z)", other.len()))),
+    }
+}

@@ -1,0 +1,159 @@
+//! The report of a run: the JSON object of `sheetwork run --json`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::World;
+use crate::event::Event;
+use crate::sheet::{Energy, Status};
+
+/// A run, in numbers.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// Name of the scene.
+    pub scene: String,
+    /// Engine at the end of the run.
+    pub engine: &'static str,
+    /// Step of the engine, s.
+    pub dt_s: f64,
+    /// Simulated time, s.
+    pub simulated_s: f64,
+    /// CPU time of the stepping, s.
+    pub cpu_s: f64,
+    /// Steps taken.
+    pub steps: u64,
+    /// "ok", or "unstable" with where and when.
+    pub status: String,
+    /// The sheets.
+    pub sheets: Vec<SheetReport>,
+    /// The bodies.
+    pub bodies: Vec<BodyReport>,
+    /// What happened.
+    pub events: Vec<Event>,
+}
+
+/// A sheet at the end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SheetReport {
+    /// Name.
+    pub name: String,
+    /// Structure.
+    pub structure: &'static str,
+    /// Masses.
+    pub masses: usize,
+    /// Springs.
+    pub springs: usize,
+    /// Whether it sleeps.
+    pub asleep: bool,
+    /// "ok", or "unstable" with where and when.
+    pub status: String,
+    /// Energies, J.
+    pub energy_j: Energy,
+    /// Deepest a mass was inside a body at any frame of the run, m.
+    pub max_penetration_m: f64,
+    /// Largest speed of a mass now, m/s.
+    pub max_speed_m_s: f64,
+    /// Temperature, °C.
+    pub temperature_c: TemperatureReport,
+    /// Named points, m.
+    pub probes: BTreeMap<String, [f64; 3]>,
+    /// Engine steps accepted by error control (all of them, for a fixed step).
+    pub steps_accepted: u64,
+    /// Engine steps rejected by error control.
+    pub steps_rejected: u64,
+    /// Evaluations of the forces.
+    pub evaluations: u64,
+    /// Times a mass met a surface.
+    pub contacts: u64,
+}
+
+/// Temperatures of a sheet, °C. Without a source of heat, those of the surroundings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TemperatureReport {
+    /// Lowest.
+    pub min: f64,
+    /// Mean.
+    pub mean: f64,
+    /// Highest.
+    pub max: f64,
+}
+
+/// A body at the end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BodyReport {
+    /// Name.
+    pub name: String,
+    /// Position, m.
+    pub position_m: [f64; 3],
+    /// Rotation, quaternion (x, y, z, w).
+    pub rotation: [f64; 4],
+}
+
+impl World {
+    /// The world as it is now. `penetration` (m) is the deepest seen in the run per sheet, `cpu_s` the time it took; both
+    /// are the caller's to measure, since the core reads no clock.
+    pub fn report(&self, cpu_s: f64, penetration: &[f64]) -> Report {
+        let ambient = self.scene.ambient_temperature;
+        let sheets = self.sheets.iter().enumerate().map(|(index, sheet)| SheetReport {
+            name: sheet.name.clone(),
+            structure: sheet.structure.name(),
+            masses: sheet.masses(),
+            springs: sheet.springs().len(),
+            asleep: sheet.status == Status::Asleep,
+            status: describe(&sheet.name, &sheet.status),
+            energy_j: sheet.energy(self.gravity),
+            max_penetration_m: penetration.get(index).copied().unwrap_or(0.0),
+            max_speed_m_s: sheet.max_speed(),
+            temperature_c: TemperatureReport { min: ambient, mean: ambient, max: ambient },
+            probes: sheet.probes.iter().map(|p| (p.name.clone(), p.of(&sheet.x).to_array())).collect(),
+            steps_accepted: sheet.counters.accepted,
+            steps_rejected: sheet.counters.rejected,
+            evaluations: sheet.counters.evaluations,
+            contacts: sheet.counters.contacts,
+        });
+        let bodies = self.rigid.iter().flat_map(|rigid| {
+            rigid.bodies().iter().enumerate().filter_map(|(index, body)| {
+                let (position, rotation) = rigid.pose(index)?;
+                Some(BodyReport {
+                    name: body.name.clone(),
+                    position_m: position.to_array(),
+                    rotation: rotation.to_array(),
+                })
+            })
+        });
+        let status = self.unstable().map_or_else(|| "ok".to_owned(), |s| describe(&s.name, &s.status));
+        Report {
+            scene: self.scene.name.clone(),
+            engine: self.engine.name(),
+            dt_s: self.dt,
+            simulated_s: self.time,
+            cpu_s,
+            steps: self.steps,
+            status,
+            sheets: sheets.collect(),
+            bodies: bodies.collect(),
+            events: self.events.clone(),
+        }
+    }
+
+    /// How deep the deepest mass of each sheet is inside a body now, m: deepens the values in `so_far`.
+    pub fn watch_penetration(&self, so_far: &mut Vec<f64>) {
+        so_far.resize(self.sheets.len(), 0.0);
+        let Some(rigid) = &self.rigid else { return };
+        let view = rigid.view();
+        for (deepest, sheet) in so_far.iter_mut().zip(&self.sheets) {
+            *deepest = deepest.max(crate::contact::detect::deepest(sheet, &view));
+        }
+    }
+}
+
+fn describe(name: &str, status: &Status) -> String {
+    match status {
+        Status::Awake | Status::Asleep => "ok".to_owned(),
+        Status::Unstable { time, mass, place, speed } => format!(
+            "unstable: {name} at {time:.6} s, mass {mass} at ({:.5}, {:.5}, {:.5}) m, {speed:.3e} m/s",
+            place.x, place.y, place.z
+        ),
+    }
+}
