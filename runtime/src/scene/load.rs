@@ -69,8 +69,7 @@ impl Scene {
         if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
             return Err(InputError::new(path, format!("{value} is not a finite number")));
         }
-        let parsed: Value =
-            options().from_str(value).unwrap_or_else(|_| Value::String(value.trim().trim_matches('"').to_owned()));
+        let parsed = literal(value.trim());
         let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
         *slot(&mut tree, path)? = parsed;
         let mut scene: Self = serde_path_to_error::deserialize(tree).map_err(|e| {
@@ -84,6 +83,18 @@ impl Scene {
     /// Where the file `name` in the scene is.
     pub fn resolve(&self, name: &Path) -> PathBuf {
         self.base.join(name)
+    }
+}
+
+/// A value as typed on a command line: RON, with bare words as strings and `none` for a field that is left out.
+fn literal(value: &str) -> Value {
+    let is_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) && !value.contains(['(', '[', '{']);
+    match value {
+        "true" => Value::Bool(true),
+        "false" => Value::Bool(false),
+        "none" | "None" => Value::Null,
+        _ if is_word => Value::String(value.to_owned()),
+        _ => options().from_str(value).unwrap_or_else(|_| Value::String(value.trim_matches('"').to_owned())),
     }
 }
 
