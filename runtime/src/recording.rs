@@ -33,8 +33,10 @@ pub struct Header {
 }
 
 impl Header {
+    /// Length of a frame; saturates where a damaged header asks for the impossible.
     fn frame_bytes(&self) -> usize {
-        8 + 12 * self.masses.iter().sum::<usize>() + 28 * self.bodies
+        let masses = self.masses.iter().fold(0_usize, |sum, n| sum.saturating_add(*n));
+        masses.saturating_mul(12).saturating_add(self.bodies.saturating_mul(28)).saturating_add(8)
     }
 }
 

@@ -260,7 +260,10 @@ impl World {
     /// When the world has no bodies of its own, or the description, or a file it names, is not valid.
     pub fn add_body(&mut self, spec: &BodySpec) -> Result<String, InputError> {
         let Some(rigid) = &mut self.rigid else {
-            return Err(InputError::new("bodies", "this world meets bodies that are lent to it and has none of its own"));
+            return Err(InputError::new(
+                "bodies",
+                "this world meets bodies that are lent to it and has none of its own",
+            ));
         };
         let base = if spec.name.is_empty() { "body" } else { spec.name.as_str() };
         let name = free_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));

@@ -229,6 +229,14 @@ fn pose(placement: &Placement, path: &[PathKey], time: f64) -> Pose {
 fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedron>, InputError> {
     match shape {
         Shape::File(file) => pol::read_pol_file(&scene.base.join(file)),
+        Shape::Part(file, index) => {
+            let mut all = pol::read_pol_file(&scene.base.join(file))?;
+            if *index >= all.len() {
+                let problem = format!("polyhedron {index} of {}, which holds {}", file.display(), all.len());
+                return Err(InputError::new("shape", problem));
+            }
+            Ok(vec![all.swap_remove(*index)])
+        }
         Shape::Polyhedron(polyhedron) => {
             polyhedron.check_closed().map_err(|e| InputError::new(format!("shape.{}", e.field), e.problem))?;
             Ok(vec![polyhedron.clone()])
@@ -243,7 +251,7 @@ fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron]) -> Result<Vec<SharedShape>
     match shape {
         Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
         Shape::HalfSpace => Ok(vec![SharedShape::halfspace(Vector::Y)]),
-        Shape::File(_) | Shape::Polyhedron(_) | Shape::Box(_) => polyhedra.iter().map(mesh_of).collect(),
+        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => polyhedra.iter().map(mesh_of).collect(),
     }
 }
 

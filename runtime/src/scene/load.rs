@@ -72,9 +72,8 @@ impl Scene {
         let parsed = literal(value.trim());
         let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
         *slot(&mut tree, path)? = parsed;
-        let mut scene: Self = serde_path_to_error::deserialize(tree).map_err(|e| {
-            InputError::new(path, format!("{value} cannot be used: {}", e.into_inner()))
-        })?;
+        let mut scene: Self = serde_path_to_error::deserialize(tree)
+            .map_err(|e| InputError::new(path, format!("{value} cannot be used: {}", e.into_inner())))?;
         scene.base.clone_from(&self.base);
         validate::scene(&scene)?;
         Ok(scene)
@@ -114,7 +113,8 @@ fn slot<'a>(tree: &'a mut Value, path: &str) -> Result<&'a mut Value, InputError
                 let count = items.len();
                 let index = name.parse().ok().or_else(|| items.iter().position(|i| i["name"] == name));
                 index.and_then(|i: usize| items.get_mut(i)).ok_or_else(|| {
-                    let problem = format!("{walked} has no \"{name}\": it has {count} items, by number from 0 or by name");
+                    let problem =
+                        format!("{walked} has no \"{name}\": it has {count} items, by number from 0 or by name");
                     InputError::new(path, problem)
                 })?
             }
