@@ -127,6 +127,7 @@ pub(crate) struct Work {
     /// Normal (unit) and fraction of the impact each mass met in this step; the fraction is 0 for none.
     pub struck: Vec<Strike>,
     pub touching: Vec<bool>,
+    pub clearance: crate::contact::Clearance,
 }
 
 impl Sheet {
@@ -266,6 +267,7 @@ impl Sheet {
     /// Wakes it if it sleeps.
     pub fn wake(&mut self) {
         self.quiet = 0.0;
+        self.work.clearance.forget();
         if self.status == Status::Asleep {
             self.status = Status::Awake;
         }
