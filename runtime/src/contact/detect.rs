@@ -77,6 +77,7 @@ fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
 
 /// Meets the masses that must be looked at with one collider; true if any took an impact.
 fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dyn Touch) -> bool {
+    let drift = sheet.engine_kind.info().drift;
     let mut struck = false;
     for i in 0..sheet.x.len() {
         if sheet.work.clearance.nearest[i] < 0.0 {
@@ -96,7 +97,7 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dy
             }
             Meeting::Surface(surface) => surface,
         };
-        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt };
+        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt, drift };
         let Outcome { x, v, impact, rest } = resolve(&flight, &surface, SKIN);
         sheet.x.set(i, x);
         sheet.v.set(i, v);
