@@ -29,11 +29,12 @@
 //! # Order of a frame
 //! In `FixedUpdate`, the sets of [`SheetworkSet`]: `Sync` (entities to world), `Step` (time passes), `Writeback` (world to
 //! entities). Systems of your own that move bodies go before `Sync`; those that read sheets go after `Writeback`. Once a
-//! frame, in `PostUpdate`, the display is drawn between the last two steps.
+//! frame, in `PostUpdate`, the display is drawn between the last states, at [`SheetWorld::shown_time`].
 //!
 //! # Time
-//! Every run of `FixedUpdate` advances the sheets by the period of `Time<Fixed>`, in as many engine steps of at most
-//! [`World::dt`](sheetwork::World::dt) as that takes. [`SheetClock`] pauses, slows, single-steps and caps it.
+//! Every run of `FixedUpdate` advances the sheets by the period of `Time<Fixed>`, in whole engine steps of
+//! [`World::dt`](sheetwork::World::dt); what is left over waits for the next. [`SheetClock`] pauses, slows, single-steps and
+//! caps it.
 
 #![forbid(unsafe_op_in_unsafe_fn)]
 

@@ -50,6 +50,11 @@ impl SheetClock {
         self.due
     }
 
+    /// Simulated seconds per second: the speed, or 0 while paused.
+    pub(super) fn rate(&self) -> f64 {
+        if self.paused || !self.speed.is_finite() { 0.0 } else { self.speed.max(0.0) }
+    }
+
     /// Seconds that were not simulated because frames took too long, since the start.
     pub fn time_lost(&self) -> f64 {
         self.time_lost
@@ -78,8 +83,8 @@ pub(super) fn begin_tick(mut clock: ResMut<SheetClock>, world: Res<SheetWorld>, 
         clock.due = f64::from(clock.single_steps) * world.dt();
     } else if clock.ticks > clock.max_ticks_per_frame.max(1) {
         clock.time_lost += period;
-    } else if clock.speed.is_finite() {
-        clock.due = period * clock.speed.max(0.0);
+    } else {
+        clock.due = period * clock.rate();
     }
     clock.single_steps = 0;
 }

@@ -35,6 +35,14 @@ pub enum SheetworkSet {
     Writeback,
 }
 
+/// In `PostUpdate`, before the display: what was spawned in this frame is in the world.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SheetworkSynced;
+
+/// In `PostUpdate`, before transforms are propagated: the time that is shown moves on.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SheetworkDisplay;
+
 /// Puts [`Sheet`] and [`SheetBody`] entities into a [`SheetWorld`] and steps it in `FixedUpdate`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetworkCorePlugin {
@@ -47,10 +55,7 @@ impl Plugin for SheetworkCorePlugin {
     fn build(&self, app: &mut App) {
         app.insert_resource(SheetWorld::new(self.borrow_bodies)).init_resource::<SheetClock>();
         app.add_message::<SheetEvent>();
-        app.configure_sets(
-            FixedUpdate,
-            (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain(),
-        );
+        app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
         app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
         app.add_systems(First, clock::begin_frame);
         app.add_systems(
@@ -60,12 +65,22 @@ impl Plugin for SheetworkCorePlugin {
                     .chain()
                     .in_set(SheetworkSet::Sync),
                 step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step),
-                (step::write_sheets, step::write_bodies, event::send).chain().in_set(SheetworkSet::Writeback),
+                (step::write_sheets, event::send).chain().in_set(SheetworkSet::Writeback),
             ),
         );
         // Once a frame too, so that what was spawned in this frame is seen in it.
-        app.add_systems(PostUpdate, (sync::sync_sheets, sync::sync_bodies).chain().before(TransformSystems::Propagate));
-        app.add_systems(PostUpdate, step::show_led_bodies.before(TransformSystems::Propagate));
+        app.add_systems(
+            PostUpdate,
+            (sync::sync_sheets, sync::sync_bodies)
+                .chain()
+                .in_set(SheetworkSynced)
+                .before(SheetworkDisplay)
+                .before(TransformSystems::Propagate),
+        );
+        app.add_systems(
+            PostUpdate,
+            (step::show, step::show_led_bodies).chain().in_set(SheetworkDisplay).before(TransformSystems::Propagate),
+        );
         app.register_type::<Sheet>()
             .register_type::<SheetBody>()
             .register_type::<SheetState>()

@@ -2,6 +2,7 @@
 
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
+use sheetwork::scene::{PathKey, Placement, path_at};
 use sheetwork::sheet::{Sheet as SheetInWorld, Status, Vectors};
 
 use super::{Sheet, SheetBody};
@@ -34,7 +35,7 @@ impl SheetState {
     }
 }
 
-/// A sheet's place in the [`SheetWorld`](super::SheetWorld) and its masses before and after the last tick.
+/// A sheet's place in the [`SheetWorld`](super::SheetWorld), and where its masses were after the last three ticks.
 ///
 /// Put on the entity when its sheet is built, and taken off with its [`Sheet`].
 #[derive(Component, Clone, Debug)]
@@ -42,15 +43,19 @@ pub struct SheetMotion {
     name: String,
     generation: u32,
     built_from: Sheet,
-    before: Vectors,
-    after: Vectors,
-    moving: bool,
+    /// Oldest first.
+    states: [Vectors; 3],
+    /// Simulated times of the states, s.
+    times: [f64; 3],
+    /// Ticks in which nothing moved, up to 2: from then on the three states are the same.
+    still: u8,
     revision: u64,
 }
 
 impl SheetMotion {
-    pub(crate) fn new(name: String, generation: u32, built_from: Sheet, x: &Vectors) -> Self {
-        Self { name, generation, built_from, before: x.clone(), after: x.clone(), moving: false, revision: 0 }
+    pub(crate) fn new(name: String, generation: u32, built_from: Sheet, time: f64, x: &Vectors) -> Self {
+        let states = [x.clone(), x.clone(), x.clone()];
+        Self { name, generation, built_from, states, times: [time; 3], still: 2, revision: 0 }
     }
 
     /// The sheet's name in the world: `world.sheet(motion.name())`.
@@ -58,28 +63,32 @@ impl SheetMotion {
         &self.name
     }
 
-    /// Positions of the masses before the last tick, m.
-    pub fn before(&self) -> &Vectors {
-        &self.before
+    /// Positions of the masses after the last tick, m.
+    pub fn positions(&self) -> &Vectors {
+        &self.states[2]
     }
 
-    /// Positions of the masses now, m.
-    pub fn after(&self) -> &Vectors {
-        &self.after
-    }
-
-    /// Whether it moved in the last tick.
+    /// Whether it has moved in the last ticks.
     pub fn is_moving(&self) -> bool {
-        self.moving
+        self.still < 2
     }
 
-    /// Where mass `i` is shown at fraction `s` (0 to 1) of the way from the last tick but one to the last; `None` when
-    /// there is no such mass.
-    pub fn at(&self, i: usize, s: f32) -> Option<Vec3> {
-        (i < self.after.len()).then(|| self.before.get(i).lerp(self.after.get(i), f64::from(s)).as_vec3())
+    /// The states that the simulated time `time` (s) lies between and how far, 0 to 1, it is from the first to the second.
+    pub fn around(&self, time: f64) -> (&Vectors, &Vectors, f32) {
+        let first = if time < self.times[1] { 0 } else { 1 };
+        let (from, to) = (self.times[first], self.times[first + 1]);
+        let s = if to > from { ((time - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
+        (&self.states[first], &self.states[first + 1], s as f32)
     }
 
-    /// Changes whenever what is to be drawn may have changed other than by the fraction of the tick.
+    /// Where mass `i` is at the simulated time `time` (s), m; for one that is shown,
+    /// [`SheetWorld::shown_time`](super::SheetWorld::shown_time). `None` when there is no such mass.
+    pub fn at(&self, i: usize, time: f64) -> Option<Vec3> {
+        let (a, b, s) = self.around(time);
+        (i < a.len().min(b.len())).then(|| a.get(i).lerp(b.get(i), f64::from(s)).as_vec3())
+    }
+
+    /// Changes whenever what is to be drawn has changed other than by the time that is shown.
     pub(crate) fn revision(&self) -> u64 {
         self.revision
     }
@@ -92,18 +101,31 @@ impl SheetMotion {
         &self.built_from
     }
 
-    /// Takes in where the masses are after a tick. Nothing is allocated.
-    pub(super) fn push(&mut self, x: &Vectors) {
-        if *x != self.after {
-            std::mem::swap(&mut self.before, &mut self.after);
-            copy(&mut self.after, x);
-            self.moving = true;
-            self.revision += 1;
-        } else if self.moving {
-            copy(&mut self.before, &self.after);
-            self.moving = false;
-            self.revision += 1;
+    pub(super) fn set_built_from(&mut self, sheet: &Sheet) {
+        self.built_from = sheet.clone();
+    }
+
+    /// Takes in where the masses are at `time`; says whether that is news. Nothing is allocated.
+    pub(super) fn record(&mut self, time: f64, x: &Vectors) -> bool {
+        let same = *x == self.states[2];
+        if time <= self.times[2] {
+            // No time has passed; someone may have moved masses by hand.
+            if !same {
+                copy(&mut self.states[2], x);
+                self.still = 0;
+                self.revision += 1;
+            }
+            return !same;
         }
+        self.times = [self.times[1], self.times[2], time];
+        if same && self.still >= 2 {
+            return false;
+        }
+        self.states.rotate_left(1);
+        copy(&mut self.states[2], x);
+        self.still = if same { self.still + 1 } else { 0 };
+        self.revision += 1;
+        true
     }
 }
 
@@ -119,7 +141,7 @@ fn copy(to: &mut Vectors, from: &Vectors) {
 /// Position (m) and rotation.
 pub(crate) type Pose = (DVec3, DQuat);
 
-/// A body's place in the [`SheetWorld`](super::SheetWorld) and where it was before and after the last tick.
+/// A body's place in the [`SheetWorld`](super::SheetWorld).
 ///
 /// Put on the entity when its body is built, and taken off with its [`SheetBody`].
 #[derive(Component, Clone, Debug)]
@@ -127,20 +149,13 @@ pub struct BodyMotion {
     pub(super) names: Vec<String>,
     pub(super) generation: u32,
     pub(super) built_from: SheetBody,
-    /// The entity's own transform that the body was last sent to.
+    /// The entity's own transform that the body was put at or last sent to.
     pub(super) given: GlobalTransform,
-    pub(super) before: Pose,
-    pub(super) after: Pose,
-    pub(super) led: bool,
+    /// The path it follows from there, in the world's time; empty for one that is moved by its transform.
+    pub(super) path: Vec<PathKey>,
 }
 
 impl BodyMotion {
-    pub(crate) fn new(names: Vec<String>, generation: u32, built_from: SheetBody, given: GlobalTransform) -> Self {
-        let pose = super::placement::pose_of(&given);
-        let led = !built_from.path.is_empty();
-        Self { names, generation, built_from, given, before: pose, after: pose, led }
-    }
-
     /// The body's name in the world; a body of several polyhedra is as many bodies there, and this is the first's.
     pub fn name(&self) -> &str {
         self.names.first().map_or("", String::as_str)
@@ -150,34 +165,55 @@ impl BodyMotion {
     pub fn is_named(&self, name: &str) -> bool {
         self.names.iter().any(|n| n == name)
     }
+
+    /// Whether it follows a path.
+    pub fn is_led(&self) -> bool {
+        !self.path.is_empty()
+    }
+
+    /// Where its path has it at the simulated time `time`, s.
+    pub(super) fn led_to(&self, time: f64) -> Pose {
+        let (offset, rotation) = path_at(&self.path, time);
+        let turn = Placement { rotation, ..Placement::default() }.quaternion();
+        let (position, start) = super::placement::pose_of(&self.given);
+        (position + offset, turn * start)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn at(x: f64) -> Vectors {
+    fn x_of(x: f64) -> Vectors {
         let mut v = Vectors::default();
         v.push(DVec3::new(x, 0.0, 0.0));
         v
     }
 
     #[test]
-    fn motion_keeps_the_last_two_states_and_settles_when_nothing_moves() {
-        let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), &at(0.0));
+    fn motion_is_shown_between_the_states_on_both_sides_of_the_time() {
+        let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(!motion.is_moving());
-        motion.push(&at(1.0));
-        motion.push(&at(3.0));
+        motion.record(1.0, &x_of(1.0));
+        motion.record(2.0, &x_of(3.0));
         assert!(motion.is_moving());
-        assert_eq!(motion.at(0, 0.5), Some(Vec3::new(2.0, 0.0, 0.0)), "two steps in a frame: between the last two");
+        let x = |motion: &SheetMotion, time| motion.at(0, time).map(|p| p.x);
+        assert_eq!(x(&motion, 1.5), Some(2.0));
+        assert_eq!(x(&motion, 0.5), Some(0.5));
+        assert_eq!((x(&motion, -1.0), x(&motion, 9.0)), (Some(0.0), Some(3.0)), "held at the ends");
+        assert_eq!(motion.at(1, 1.5), None);
+    }
+
+    #[test]
+    fn what_stands_still_is_no_news_from_its_third_state_on() {
+        let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
+        assert!(motion.record(1.0, &x_of(1.0)));
+        assert!(motion.record(2.0, &x_of(1.0)) && motion.record(3.0, &x_of(1.0)));
+        assert!(!motion.is_moving() && !motion.record(4.0, &x_of(1.0)));
+        assert_eq!(motion.at(0, 2.5), Some(Vec3::X));
         let revision = motion.revision();
-        motion.push(&at(3.0));
-        assert!(!motion.is_moving());
-        assert_eq!(motion.at(0, 0.25), Some(Vec3::new(3.0, 0.0, 0.0)));
-        assert_ne!(motion.revision(), revision, "it has to be drawn once more, where it stopped");
-        let revision = motion.revision();
-        motion.push(&at(3.0));
-        assert_eq!(motion.revision(), revision);
-        assert_eq!(motion.at(1, 0.5), None);
+        assert!(motion.record(4.0, &x_of(2.0)), "moved by hand while time stood still");
+        assert_ne!(motion.revision(), revision);
+        assert_eq!(motion.at(0, 4.0), Some(2.0 * Vec3::X));
     }
 }

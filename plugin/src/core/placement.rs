@@ -33,12 +33,7 @@ pub(crate) fn pose_of_placement(placement: &Placement) -> Pose {
     (placement.position, placement.quaternion())
 }
 
-/// The pose between two, `s` from 0 to 1.
-pub(crate) fn between(a: Pose, b: Pose, s: f64) -> Pose {
-    (a.0.lerp(b.0, s), a.1.slerp(b.1, s))
-}
-
-/// Whether a rotation turns nothing.
+/// Whether a pose moves nothing.
 pub(crate) fn is_identity((position, rotation): Pose) -> bool {
     position == DVec3::ZERO && rotation == DQuat::IDENTITY
 }

@@ -12,9 +12,7 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::reflect::reflect_remote;
 use sheetwork::lattice::StructureKind;
-use sheetwork::scene::{
-    Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw,
-};
+use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw};
 
 #[reflect_remote(SheetSpec)]
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,6 @@
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
 
-use super::motion::Pose;
 use super::{BodyMotion, SheetClock, SheetMotion, SheetState, SheetWorld, placement};
 
 /// Whether the plugin steps by itself.
@@ -19,38 +18,31 @@ pub(super) fn advance(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>) {
 /// Brings positions and state of every sheet to its entity.
 pub(super) fn write_sheets(world: Res<SheetWorld>, mut sheets: Query<(&mut SheetMotion, &mut SheetState)>) {
     for (mut motion, mut state) in &mut sheets {
-        if let Some(sheet) = world.sheet(motion.name()) {
-            // What stands still is not marked as changed.
-            if motion.is_moving() || *motion.after() != sheet.x {
-                motion.push(&sheet.x);
-            }
-            state.set_if_neq(SheetState::of(sheet));
+        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        // What stands still is not marked as changed.
+        if motion.bypass_change_detection().record(world.time(), &sheet.x) {
+            motion.set_changed();
         }
+        state.set_if_neq(SheetState::of(sheet));
     }
 }
 
-/// Notes where the bodies are that follow a path.
-pub(super) fn write_bodies(world: Res<SheetWorld>, mut bodies: Query<&mut BodyMotion>) {
-    let Some(rigid) = world.rigid() else { return };
-    for mut motion in bodies.iter_mut().filter(|m| m.led) {
-        let index = rigid.bodies().iter().position(|b| b.name == motion.name());
-        if let Some(pose) = index.and_then(|i| rigid.pose(i)) {
-            motion.before = motion.after;
-            motion.after = pose;
-        }
-    }
+/// Moves the display on to where it is in this frame.
+pub(super) fn show(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>, fixed: Res<Time<Fixed>>) {
+    let tick = fixed.timestep().as_secs_f64() * clock.rate();
+    let fraction = (tick > 0.0).then(|| fixed.overstep_fraction_f64().clamp(0.0, 1.0));
+    // Time that is shown is not a change of the world.
+    world.bypass_change_detection().show(tick, fraction);
 }
 
-/// Shows the bodies that follow a path between their last two places.
+/// Shows the bodies that follow a path where they are at the time that is shown.
 pub(super) fn show_led_bodies(
-    fixed: Res<Time<Fixed>>,
+    world: Res<SheetWorld>,
     bodies: Query<(Entity, &BodyMotion, Option<&ChildOf>)>,
     mut transforms: ParamSet<(TransformHelper, Query<&mut Transform>)>,
 ) {
-    let s = fixed.overstep_fraction_f64().clamp(0.0, 1.0);
-    for (entity, motion, parent) in bodies.iter().filter(|(_, m, _)| m.led) {
-        let pose: Pose = placement::between(motion.before, motion.after, s);
-        let shown = GlobalTransform::from(placement::transform_of(pose));
+    for (entity, motion, parent) in bodies.iter().filter(|(_, m, _)| m.is_led()) {
+        let shown = GlobalTransform::from(placement::transform_of(motion.led_to(world.shown_time())));
         let parent = parent.and_then(|p| transforms.p0().compute_global_transform(p.parent()).ok());
         let local = parent.map_or_else(|| shown.compute_transform(), |p| shown.reparented_to(&p));
         if let Ok(mut transform) = transforms.p1().get_mut(entity) {

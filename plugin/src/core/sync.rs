@@ -43,12 +43,14 @@ pub(super) fn sync_sheets(
         }
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         match add_sheet(&mut world, &clock, &sheet, name, &there) {
-            Ok(motion) => commands.entity(entity).try_insert(motion).try_remove::<Refused>(),
+            Ok(motion) => {
+                commands.entity(entity).try_insert(motion).try_remove::<Refused>();
+            }
             Err(problem) => {
                 error!("sheet {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<SheetMotion>()
+                commands.entity(entity).try_insert(Refused).try_remove::<SheetMotion>();
             }
-        };
+        }
     }
 }
 
@@ -85,7 +87,7 @@ pub(crate) fn insert_sheet(
     let name = world.add_sheet(&spec)?;
     let generation = world.generation();
     let x = world.sheet(&name).map(|s| s.x.clone()).unwrap_or_default();
-    Ok(SheetMotion::new(name, generation, built_from.clone(), &x))
+    Ok(SheetMotion::new(name, generation, built_from.clone(), world.time(), &x))
 }
 
 /// Paths are in the world's time; those of what comes in later start then.
@@ -155,15 +157,19 @@ pub(super) fn sync_bodies(
         };
         let ready = polyhedra_of(&body.shape, assets.as_deref());
         let (true, Some(polyhedra)) = (stale, ready) else { continue };
-        let Ok(there) = transforms.compute_global_transform(entity) else { continue };
+        let start = motion.filter(|m| m.is_led() && m.built_from.path == body.path).map(|m| m.given);
+        // A body that is led starts its path again where it first started it: its transform shows where it is now.
+        let Some(there) = start.or_else(|| transforms.compute_global_transform(entity).ok()) else { continue };
         remove_body(&mut world, motion);
         match add_body(&mut world, &body, polyhedra, name, there) {
-            Ok(motion) => commands.entity(entity).try_insert(motion).try_remove::<Refused>(),
+            Ok(motion) => {
+                commands.entity(entity).try_insert(motion).try_remove::<Refused>();
+            }
             Err(problem) => {
                 error!("body {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<BodyMotion>()
+                commands.entity(entity).try_insert(Refused).try_remove::<BodyMotion>();
             }
-        };
+        }
     }
 }
 
@@ -214,7 +220,7 @@ fn add_body(
             }
         }
     }
-    Ok(BodyMotion::new(names, world.generation(), body.clone(), there))
+    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path })
 }
 
 /// Puts a body into the world as its description says, its path starting now.
@@ -227,7 +233,8 @@ pub(crate) fn insert_body(
     let mut spec = spec.clone();
     delay(&mut spec.path, world.time());
     let name = world.add_body(&spec)?;
-    Ok(BodyMotion::new(vec![name], world.generation(), built_from.clone(), there))
+    let (generation, built_from) = (world.generation(), built_from.clone());
+    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path })
 }
 
 fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
@@ -245,8 +252,7 @@ pub(super) fn move_bodies(
     mut bodies: Query<(Entity, &mut BodyMotion)>,
     transforms: TransformHelper,
 ) {
-    world.moves.clear();
-    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.led) {
+    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.is_led()) {
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         if there == motion.given || motion.generation != world.generation() {
             continue;
@@ -259,8 +265,13 @@ pub(super) fn move_bodies(
             continue;
         }
         let (from, to) = (placement::pose_of(&motion.given), placement::pose_of(&there));
-        let moves = motion.names.iter().map(|name| Move { name: name.clone(), from, to });
-        world.moves.extend(moves);
+        for name in &motion.names {
+            // One that is still waiting for a step goes on from where it started.
+            match world.moves.iter_mut().find(|m| m.name == *name) {
+                Some(waiting) => waiting.to = to,
+                None => world.moves.push(Move { name: name.clone(), from, to }),
+            }
+        }
         motion.given = there;
     }
 }

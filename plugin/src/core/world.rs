@@ -29,13 +29,26 @@ pub struct SheetWorld {
     pub(super) moves: Vec<Move>,
     pub(super) events_seen: usize,
     step_time: Duration,
+    /// Time that has come and is not yet a whole step, s.
+    owed: f64,
+    /// Time the display is at, s.
+    shown: f64,
 }
 
 impl SheetWorld {
     pub(super) fn new(borrowed: bool) -> Self {
         // An empty scene is valid; there is nothing in it to refuse.
         let world = make(&Scene::default(), borrowed).unwrap_or_else(|e| unreachable!("the empty scene: {e}"));
-        Self { world, borrowed, generation: 0, moves: Vec::new(), events_seen: 0, step_time: Duration::ZERO }
+        Self {
+            world,
+            borrowed,
+            generation: 0,
+            moves: Vec::new(),
+            events_seen: 0,
+            step_time: Duration::ZERO,
+            owed: 0.0,
+            shown: 0.0,
+        }
     }
 
     /// Starts the world anew at time 0 with the gravity, engine, step, air and contact defaults of `settings`, whose sheets,
@@ -49,6 +62,7 @@ impl SheetWorld {
         self.generation += 1;
         self.moves.clear();
         self.events_seen = 0;
+        (self.owed, self.shown) = (0.0, 0.0);
         Ok(())
     }
 
@@ -67,34 +81,33 @@ impl SheetWorld {
         self.world.sheets().is_empty() && self.world.rigid().is_none_or(|r| r.bodies().is_empty())
     }
 
-    /// Advances by `duration` s against the world's own bodies, in equal steps of at most
-    /// [`World::dt`](sheetwork::World::dt); 0 does nothing. Returns how many steps it took.
+    /// Advances against the world's own bodies by as many whole steps of [`World::dt`](sheetwork::World::dt) as `duration` s,
+    /// and what was left the last time, have room for: what a sheet does depends neither on frames nor on playback speed.
+    /// Returns how many steps that were.
     pub fn advance(&mut self, duration: f64) -> u64 {
-        if duration <= 0.0 {
+        if duration.is_nan() || duration <= 0.0 {
             return 0;
         }
         let start = Instant::now();
-        let steps = if self.moves.is_empty() { self.world.advance(duration) } else { self.advance_with_moves(duration) };
-        self.step_time = start.elapsed();
-        steps
-    }
-
-    /// Step by step, so that a body moves evenly over the whole tick and not all the way in its first step.
-    fn advance_with_moves(&mut self, duration: f64) -> u64 {
-        let steps = ((duration / self.world.dt()) - 1e-9).ceil().max(1.0) as u64;
-        let moves = std::mem::take(&mut self.moves);
+        self.owed += duration;
+        // The slack keeps a duration that is a whole number of steps, but for rounding, at that number.
+        let steps = (self.owed / self.world.dt() + 1e-9).floor().max(0.0) as u64;
+        let moves = if steps > 0 { std::mem::take(&mut self.moves) } else { Vec::new() };
         for step in 1..=steps {
+            // Evenly over the tick, and not all the way in its first step.
             let s = step as f64 / steps as f64;
             for Move { name, from, to } in &moves {
                 self.world.move_body(name, from.0.lerp(to.0, s), from.1.slerp(to.1, s));
             }
-            self.world.advance(duration / steps as f64);
+            self.world.step();
         }
+        self.owed = (self.owed - steps as f64 * self.world.dt()).max(0.0);
+        self.step_time = start.elapsed();
         steps
     }
 
-    /// Advances by `duration` s against a Rapier world of the caller's, which is already at the end of that time; 0 does
-    /// nothing. For a system in [`SheetworkSet::Step`](super::SheetworkSet::Step), with
+    /// Advances by `duration` s, in equal steps of at most [`World::dt`](sheetwork::World::dt), against a Rapier world of the
+    /// caller's, which is already at the end of that time; 0 does nothing. For a system in [`SheetworkSet::Step`](super::SheetworkSet::Step), with
     /// [`SheetClock::due`](super::SheetClock::due) as the duration.
     pub fn advance_with(&mut self, view: &RigidView, duration: f64) -> u64 {
         if duration <= 0.0 {
@@ -104,6 +117,28 @@ impl SheetWorld {
         let steps = self.world.advance_with(view, duration);
         self.step_time = start.elapsed();
         steps
+    }
+
+    /// Simulated time that is shown in this frame, s: a little behind [`World::time`](sheetwork::World::time), so that it can
+    /// run smoothly between steps that were taken.
+    pub fn shown_time(&self) -> f64 {
+        self.shown
+    }
+
+    /// Moves the shown time on: `fraction` of the next tick, of `tick` s, has passed; `None` while the sheets stand still.
+    pub(super) fn show(&mut self, tick: f64, fraction: Option<f64>) {
+        let now = self.world.time();
+        let Some(fraction) = fraction else {
+            self.shown = now;
+            return;
+        };
+        // A tick behind, so that there is always a state ahead; and a step more unless ticks are whole steps.
+        let steps = tick / self.world.dt();
+        let whole = (steps - steps.round()).abs() < 1e-6 && self.owed < 1e-6 * self.world.dt();
+        let behind = if whole || self.borrowed { tick } else { tick + self.world.dt() };
+        let target = now + self.owed + fraction * tick - behind;
+        // Never backwards: not after a pause, and not when the speed changes.
+        self.shown = target.min(now).max(self.shown);
     }
 
     /// Wall-clock time the last [`SheetWorld::advance`] or [`SheetWorld::advance_with`] took.
