@@ -25,16 +25,11 @@ fn step_sheets(
     clock: Res<SheetClock>,
 ) {
     let (simulation, colliders, bodies) = *rapier;
-    let view =
-        RigidView::new(&simulation.broad_phase, &simulation.narrow_phase, &bodies.bodies, &colliders.colliders);
+    let view = RigidView::new(&simulation.broad_phase, &simulation.narrow_phase, &bodies.bodies, &colliders.colliders);
     sheets.advance_with(&view, clock.due());
 }
 
-fn setup(
-    mut commands: Commands,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<StandardMaterial>>,
-) {
+fn setup(mut commands: Commands, mut meshes: ResMut<Assets<Mesh>>, mut materials: ResMut<Assets<StandardMaterial>>) {
     commands.spawn((Camera3d::default(), Transform::from_xyz(0.9, 0.9, 1.6).looking_at(Vec3::Y * 0.2, Vec3::Y)));
     commands.spawn((
         DirectionalLight { shadow_maps_enabled: true, ..default() },

@@ -30,7 +30,12 @@ fn setup(mut commands: Commands, server: Res<AssetServer>) {
     // The thesis's scenes are centimetres large: the near plane has to be nearer than usual.
     let near = Projection::Perspective(PerspectiveProjection { near: 0.002, ..default() });
     let ambient = AmbientLight { brightness: 500.0, ..default() };
-    commands.spawn((Camera3d::default(), near, ambient, Transform::from_xyz(0.05, 0.03, 0.09).looking_at(Vec3::ZERO, Vec3::Y)));
+    commands.spawn((
+        Camera3d::default(),
+        near,
+        ambient,
+        Transform::from_xyz(0.05, 0.03, 0.09).looking_at(Vec3::ZERO, Vec3::Y),
+    ));
 }
 
 /// Puts the camera where the scene wants it, and lets ticks be whole engine steps.

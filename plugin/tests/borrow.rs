@@ -3,10 +3,10 @@
 mod common;
 
 use bevy::prelude::*;
+use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
 use bevy_sheetwork::prelude::*;
 use bevy_sheetwork::sheetwork::contact::rigid::RigidView;
 use common::{app_with, run};
-use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
 
 /// The caller's own rigid world.
 #[derive(Resource)]

@@ -59,13 +59,11 @@ fn a_sheet_at_rest_or_hidden_is_not_sent_again() {
     run(&mut app, 0.1);
     assert!(changes(&mut app) > 0);
     app.world_mut().entity_mut(sheet).insert(Visibility::Hidden);
-    // What the visibility plugin would do.
-    app.world_mut().entity_mut(sheet).insert(InheritedVisibility::HIDDEN);
     run(&mut app, 0.1);
     changes(&mut app);
     run(&mut app, 0.1);
     assert_eq!(changes(&mut app), 0, "hidden");
-    app.world_mut().entity_mut(sheet).insert(InheritedVisibility::VISIBLE);
+    app.world_mut().entity_mut(sheet).insert(Visibility::Visible);
     run(&mut app, 4.0);
     assert!(app.world().get::<SheetState>(sheet).expect("has one").asleep);
     changes(&mut app);

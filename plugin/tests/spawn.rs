@@ -154,9 +154,12 @@ fn events_are_sent_with_their_entities() {
     #[derive(Resource, Default)]
     struct Heard(Vec<SheetEvent>);
     let mut app = app();
-    app.init_resource::<Heard>().add_systems(Update, |mut events: MessageReader<SheetEvent>, mut heard: ResMut<Heard>| {
-        heard.0.extend(events.read().cloned());
-    });
+    app.init_resource::<Heard>().add_systems(
+        Update,
+        |mut events: MessageReader<SheetEvent>, mut heard: ResMut<Heard>| {
+            heard.0.extend(events.read().cloned());
+        },
+    );
     let floor = app.world_mut().spawn(SheetBody::floor().named("ground")).id();
     let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.01, 0.0))).id();
     run(&mut app, 3.0);
@@ -173,7 +176,9 @@ fn components_are_reflected_field_by_field() {
     let app = app();
     let registry = app.world().resource::<AppTypeRegistry>().read();
     let has = |registry: &TypeRegistry, path: &str| registry.get_with_type_path(path).is_some();
-    for name in ["core::sheet::Sheet", "core::body::SheetBody", "core::motion::SheetState", "render::sheet::SheetDisplay"] {
+    for name in
+        ["core::sheet::Sheet", "core::body::SheetBody", "core::motion::SheetState", "render::sheet::SheetDisplay"]
+    {
         assert!(has(&registry, &format!("bevy_sheetwork::{name}")), "{name}");
     }
     let mut sheet = Sheet::new("hips");

@@ -8,6 +8,7 @@ mod grid;
 mod room;
 mod sheet;
 
+use bevy::asset::AssetEventSystems;
 use bevy::camera::visibility::VisibilitySystems;
 use bevy::prelude::*;
 use bevy::transform::TransformSystems;
@@ -38,9 +39,11 @@ impl Plugin for SheetworkRenderPlugin {
                 (sheet::dress, body::dress, room::dress)
                     .after(crate::core::SheetworkSynced)
                     .before(TransformSystems::Propagate),
+                // Before the asset events are sent, or the picture would be a frame late.
                 sheet::update
                     .after(TransformSystems::Propagate)
                     .after(VisibilitySystems::VisibilityPropagate)
+                    .before(AssetEventSystems)
                     .before(VisibilitySystems::CheckVisibility),
             )
                 .run_if(can_draw),

@@ -18,15 +18,11 @@ pub fn app() -> App {
 /// The given plugins over the least of Bevy.
 pub fn app_with(plugins: impl PluginGroup) -> App {
     let mut app = App::new();
-    app.add_plugins((
-        MinimalPlugins,
-        TransformPlugin,
-        AssetPlugin { file_path: "../assets".into(), ..default() },
-    ));
-    app.init_asset::<Mesh>().init_asset::<StandardMaterial>().init_asset::<Image>();
+    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin { file_path: "../assets".into(), ..default() }));
+    app.add_plugins((bevy::mesh::MeshPlugin, bevy::camera::visibility::VisibilityPlugin));
+    app.init_asset::<StandardMaterial>().init_asset::<Image>();
     app.add_plugins(plugins);
     app.add_plugins(bevy::diagnostic::DiagnosticsPlugin);
-    // No VisibilityPlugin: what it would work out from the hierarchy is true for everything.
     app.finish();
     app.cleanup();
     app
