@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::contact::detect::Touch;
 use crate::contact::rigid::RigidView;
+use crate::sheet::Sheet;
 
 /// Kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -14,7 +15,8 @@ pub enum EventKind {
     FirstContact,
     /// A sheet that had touched a body has not done so for a tenth of a second; the time is that of the last touch.
     SlidOff,
-    /// At least 95 % of the masses of a sheet's bottom (or top) layer touched one body in one step, for the first time.
+    /// A sheet lay flat on one body for the first time: at least as many masses touched it in one step as 95 % of the bottom
+    /// layer, and that layer was plane to 2 % of the sheet's diagonal.
     Flat,
     /// Every mass was slower than a millimetre a second for half a second; the sheet sleeps.
     AtRest,
@@ -42,6 +44,20 @@ const OFF_AFTER: f64 = 0.1;
 
 /// Share of a layer's masses that must touch for the sheet to lie flat.
 const FLAT_SHARE: f64 = 0.95;
+
+/// Deviation from a plane below which a sheet is flat, as a fraction of its diagonal.
+const FLATNESS: f64 = 0.02;
+
+/// Whether the bottom layer is plane: every mass near the plane through three of its corners.
+fn is_flat(sheet: &Sheet) -> bool {
+    let Some(layer) = sheet.layers.first() else { return false };
+    let corner = |i, j| sheet.x.get(layer.at(i, j) as usize);
+    let (i, j) = (layer.nx.saturating_sub(1), layer.nz.saturating_sub(1));
+    let origin = corner(0, 0);
+    let normal = (corner(i, 0) - origin).cross(corner(0, j) - origin).normalize_or_zero();
+    let bound = FLATNESS * sheet.spread;
+    layer.range().all(|m| (sheet.x.get(m) - origin).dot(normal).abs() < bound)
+}
 
 /// A body that a sheet has touched, with the masses that did so in this step.
 #[derive(Clone, Debug)]
@@ -94,8 +110,9 @@ impl Touches {
         self.list.iter().filter(|t| t.masses > 0).count()
     }
 
-    /// Turns this step's counts into events; `layer` is the number of masses of the bottom layer.
-    pub fn end(&mut self, time: f64, layer: usize) {
+    /// Turns this step's counts into events.
+    pub fn end(&mut self, time: f64, sheet: &Sheet) {
+        let layer = sheet.layers.first().map_or(0, |l| l.len());
         for t in &mut self.list {
             if t.masses > 0 {
                 if !t.known {
@@ -104,7 +121,7 @@ impl Touches {
                 }
                 t.last = time;
                 t.off = false;
-                if !t.flat && f64::from(t.masses) >= FLAT_SHARE * layer as f64 {
+                if !t.flat && f64::from(t.masses) >= FLAT_SHARE * f64::from(layer) && is_flat(sheet) {
                     t.flat = true;
                     self.events.push((time, EventKind::Flat, Some(t.collider)));
                 }

@@ -26,6 +26,8 @@ pub mod engine;
 mod error;
 pub mod event;
 pub mod lattice;
+pub mod measure;
+pub mod recording;
 pub mod scene;
 pub mod sheet;
 pub mod step;

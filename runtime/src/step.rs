@@ -69,7 +69,7 @@ pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage
         sheet.pins.place(stage.time + stage.dt, &mut sheet.x);
     }
     let end = stage.time + stage.dt;
-    touches.end(end, sheet.layers.first().map_or(0, |l| l.len() as usize));
+    touches.end(end, sheet);
     if stage.sleep {
         fall_asleep(sheet, touches, end, stage.dt);
     }

@@ -8,7 +8,7 @@ mod report;
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
 pub use parameters::Parameter;
@@ -19,7 +19,7 @@ use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::event::{Event, Touches};
-use crate::scene::{Air, Scene, validate};
+use crate::scene::{Air, BodySpec, Scene, SheetSpec, validate};
 use crate::sheet::{Sheet, Status};
 use crate::step::{Field, Stage, step_sheet};
 
@@ -215,6 +215,82 @@ impl World {
         self.rigid.as_ref()
     }
 
+    /// The sheet of that name.
+    pub fn sheet(&self, name: &str) -> Option<&Sheet> {
+        self.sheets.iter().find(|s| s.name == name)
+    }
+
+    /// The sheet of that name, to be changed between steps.
+    pub fn sheet_mut(&mut self, name: &str) -> Option<&mut Sheet> {
+        self.sheets.iter_mut().find(|s| s.name == name)
+    }
+
+    /// Adds a sheet and returns its name: the description's, made unique with a number where it is taken.
+    ///
+    /// # Errors
+    /// When the description, or a file it names, is not valid; nothing is added then.
+    pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<String, InputError> {
+        let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
+        let taken = |name: &str| self.sheets.iter().any(|s| s.name == name);
+        let name = free_name(base, taken);
+        let mut scene = self.scene.clone();
+        scene.engine = self.engine;
+        scene.tolerance = self.tolerance;
+        scene.sheets.push(SheetSpec { name: name.clone(), ..spec.clone() });
+        validate::scene(&scene)?;
+        let sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
+        self.scene.sheets = scene.sheets;
+        self.sheets.push(sheet);
+        self.touches.push(Touches::default());
+        Ok(name)
+    }
+
+    /// Removes the sheet of that name; false when there is none.
+    pub fn remove_sheet(&mut self, name: &str) -> bool {
+        let Some(index) = self.sheets.iter().position(|s| s.name == name) else { return false };
+        self.sheets.remove(index);
+        self.touches.remove(index);
+        self.scene.sheets.remove(index);
+        true
+    }
+
+    /// Adds a rigid body and returns its name: the description's, made unique with a number where it is taken.
+    ///
+    /// # Errors
+    /// When the world has no bodies of its own, or the description, or a file it names, is not valid.
+    pub fn add_body(&mut self, spec: &BodySpec) -> Result<String, InputError> {
+        let Some(rigid) = &mut self.rigid else {
+            return Err(InputError::new(
+                "bodies",
+                "this world meets bodies that are lent to it and has none of its own",
+            ));
+        };
+        let base = if spec.name.is_empty() { "body" } else { spec.name.as_str() };
+        let name = free_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));
+        let spec = BodySpec { name: name.clone(), ..spec.clone() };
+        let checked = Scene { bodies: vec![spec.clone()], ..Scene::default() };
+        validate::scene(&checked)?;
+        rigid.add(&self.scene, &spec, 0)?;
+        self.scene.bodies.push(spec);
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        Ok(name)
+    }
+
+    /// Removes the rigid body of that name and wakes the sheets; false when there is none.
+    pub fn remove_body(&mut self, name: &str) -> bool {
+        let removed = self.rigid.as_mut().is_some_and(|r| r.remove(name));
+        if removed {
+            self.scene.bodies.retain(|b| b.name != name);
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        removed
+    }
+
+    /// Sends a rigid body to where it shall be at the end of the next step (m); false when there is none of that name.
+    pub fn move_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
+        self.rigid.as_mut().is_some_and(|r| r.send(name, position, rotation))
+    }
+
     /// What has happened so far, in order of the steps.
     pub fn events(&self) -> &[Event] {
         &self.events
@@ -318,6 +394,12 @@ impl World {
         self.set_engine(self.engine);
         Ok(())
     }
+}
+
+/// `base`, or `base 2`, `base 3`... whichever is first not taken.
+fn free_name(base: &str, taken: impl Fn(&str) -> bool) -> String {
+    let numbered = (2_u64..).map(|n| format!("{base} {n}"));
+    std::iter::once(base.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }
 
 /// Equal steps of at most `dt` that make up `duration`; at least one.

@@ -11,10 +11,10 @@ use rapier3d::parry::query::Ray;
 use rapier3d::parry::shape::Shape;
 use rapier3d::prelude::{CoefficientCombineRule, Collider, ColliderHandle, FeatureId};
 
+use super::SKIN;
 use super::response::{Flight, Outcome, Surface, resolve};
 use super::rigid::RigidView;
 use super::through_thickness::{Strike, share_impacts};
-use super::SKIN;
 use crate::sheet::Sheet;
 
 /// Called for every mass that touches a collider in a step.
@@ -61,10 +61,7 @@ impl Frame {
     /// The frame a time `dt` earlier, moving with `linear` and `angular` about `centre`.
     fn earlier(&self, linear: DVec3, angular: DVec3, centre: DVec3, dt: f64) -> Self {
         let back = DQuat::from_scaled_axis(-angular * dt);
-        Self {
-            origin: centre + back * (self.origin - centre) - linear * dt,
-            rotation: back * self.rotation,
-        }
+        Self { origin: centre + back * (self.origin - centre) - linear * dt, rotation: back * self.rotation }
     }
 }
 

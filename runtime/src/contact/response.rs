@@ -109,13 +109,8 @@ fn bounce(v: DVec3, surface: &Surface) -> (DVec3, f64) {
 mod tests {
     use super::*;
 
-    const FLOOR: Surface = Surface {
-        point: DVec3::ZERO,
-        normal: DVec3::Y,
-        velocity: DVec3::ZERO,
-        friction: 0.3,
-        restitution: 0.5,
-    };
+    const FLOOR: Surface =
+        Surface { point: DVec3::ZERO, normal: DVec3::Y, velocity: DVec3::ZERO, friction: 0.3, restitution: 0.5 };
 
     #[test]
     fn an_impact_reverses_the_normal_and_slows_the_tangential_velocity() {

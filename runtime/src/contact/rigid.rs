@@ -82,9 +82,7 @@ impl RigidWorld {
         if let Some(room) = &scene.room {
             world.add_room(scene, room)?;
         }
-        // Rapier fills its broad phase in a step; nothing in it moves by itself.
-        world.inner.integration_parameters.dt = 1e-6;
-        world.inner.step();
+        world.settle();
         Ok(world)
     }
 
@@ -105,10 +103,15 @@ impl RigidWorld {
         Ok(())
     }
 
-    fn add(&mut self, scene: &Scene, spec: &BodySpec, index: usize) -> Result<(), InputError> {
+    /// Adds a body; friction, restitution and files are taken as in `scene`. Named "body `index`" if it has no name.
+    ///
+    /// # Errors
+    /// When its shape is not valid or its file cannot be read; nothing is added then.
+    pub fn add(&mut self, scene: &Scene, spec: &BodySpec, index: usize) -> Result<(), InputError> {
         let polyhedra = polyhedra_of(scene, &spec.shape)?;
         let shapes = shapes_of(&spec.shape, &polyhedra)?;
-        let builder = if spec.path.is_empty() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
+        let builder =
+            if spec.path.is_empty() { RigidBodyBuilder::fixed() } else { RigidBodyBuilder::kinematic_position_based() };
         let handle = self.inner.insert_body(builder.pose(pose(&spec.placement, &spec.path, 0.0)));
         let friction = spec.friction.unwrap_or(scene.contact.friction) as f32;
         let restitution = spec.restitution.unwrap_or(scene.contact.restitution) as f32;
@@ -128,12 +131,44 @@ impl RigidWorld {
             handle,
             colliders,
         });
+        self.settle();
         Ok(())
     }
 
     /// The bodies, scene order, then floor and back wall.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
+    }
+
+    /// Removes the body of that name; false when there is none.
+    pub fn remove(&mut self, name: &str) -> bool {
+        let Some(index) = self.bodies.iter().position(|b| b.name == name) else { return false };
+        self.inner.remove_body(self.bodies.remove(index).handle);
+        self.settle();
+        true
+    }
+
+    /// Sends the body of that name to a place (m) where it will be at the end of the next step; false when there is none.
+    /// From then on it is moved this way and not by a path.
+    pub fn send(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
+        let Some(body) = self.bodies.iter_mut().find(|b| b.name == name) else { return false };
+        let Some(rigid) = self.inner.bodies.get_mut(body.handle) else { return false };
+        let (position, rotation) = (position.as_vec3(), rotation.as_quat());
+        let here = rigid.position();
+        if here.translation == position && here.rotation == rotation && body.path.is_empty() {
+            return true;
+        }
+        body.path.clear();
+        rigid.set_body_type(RigidBodyType::KinematicPositionBased, true);
+        rigid.set_next_kinematic_position(Pose::from_parts(position, rotation));
+        self.moving = true;
+        true
+    }
+
+    /// Rapier fills its broad phase in a step; nothing moves by itself in so short a time.
+    fn settle(&mut self) {
+        self.inner.integration_parameters.dt = 1e-6;
+        self.inner.step();
     }
 
     /// Where body `index` is: position (m) and rotation; `None` when there is no such body.
@@ -175,8 +210,7 @@ impl RigidWorld {
             }
         }
         if self.moving {
-            self.inner.integration_parameters.dt = 1e-6;
-            self.inner.step();
+            self.settle();
         }
     }
 
@@ -195,6 +229,14 @@ fn pose(placement: &Placement, path: &[PathKey], time: f64) -> Pose {
 fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedron>, InputError> {
     match shape {
         Shape::File(file) => pol::read_pol_file(&scene.base.join(file)),
+        Shape::Part(file, index) => {
+            let mut all = pol::read_pol_file(&scene.base.join(file))?;
+            if *index >= all.len() {
+                let problem = format!("polyhedron {index} of {}, which holds {}", file.display(), all.len());
+                return Err(InputError::new("shape", problem));
+            }
+            Ok(vec![all.swap_remove(*index)])
+        }
         Shape::Polyhedron(polyhedron) => {
             polyhedron.check_closed().map_err(|e| InputError::new(format!("shape.{}", e.field), e.problem))?;
             Ok(vec![polyhedron.clone()])
@@ -209,7 +251,7 @@ fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron]) -> Result<Vec<SharedShape>
     match shape {
         Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
         Shape::HalfSpace => Ok(vec![SharedShape::halfspace(Vector::Y)]),
-        Shape::File(_) | Shape::Polyhedron(_) | Shape::Box(_) => polyhedra.iter().map(mesh_of).collect(),
+        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => polyhedra.iter().map(mesh_of).collect(),
     }
 }
 

@@ -92,15 +92,8 @@ pub struct EngineInfo {
 }
 
 /// Every engine, in the order menus show them.
-pub const TABLE: &[EngineInfo] = &[
-    analytical::INFO,
-    euler::INFO,
-    euler_cromer::INFO,
-    euler_richardson::INFO,
-    verlet::INFO,
-    rk4::INFO,
-    rk45::INFO,
-];
+pub const TABLE: &[EngineInfo] =
+    &[analytical::INFO, euler::INFO, euler_cromer::INFO, euler_richardson::INFO, verlet::INFO, rk4::INFO, rk45::INFO];
 
 impl EngineKind {
     /// Its row in the table.

@@ -69,13 +69,11 @@ impl Scene {
         if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
             return Err(InputError::new(path, format!("{value} is not a finite number")));
         }
-        let parsed: Value =
-            options().from_str(value).unwrap_or_else(|_| Value::String(value.trim().trim_matches('"').to_owned()));
+        let parsed = literal(value.trim());
         let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
         *slot(&mut tree, path)? = parsed;
-        let mut scene: Self = serde_path_to_error::deserialize(tree).map_err(|e| {
-            InputError::new(path, format!("{value} cannot be used: {}", e.into_inner()))
-        })?;
+        let mut scene: Self = serde_path_to_error::deserialize(tree)
+            .map_err(|e| InputError::new(path, format!("{value} cannot be used: {}", e.into_inner())))?;
         scene.base.clone_from(&self.base);
         validate::scene(&scene)?;
         Ok(scene)
@@ -84,6 +82,18 @@ impl Scene {
     /// Where the file `name` in the scene is.
     pub fn resolve(&self, name: &Path) -> PathBuf {
         self.base.join(name)
+    }
+}
+
+/// A value as typed on a command line: RON, with bare words as strings and `none` for a field that is left out.
+fn literal(value: &str) -> Value {
+    let is_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) && !value.contains(['(', '[', '{']);
+    match value {
+        "true" => Value::Bool(true),
+        "false" => Value::Bool(false),
+        "none" | "None" => Value::Null,
+        _ if is_word => Value::String(value.to_owned()),
+        _ => options().from_str(value).unwrap_or_else(|_| Value::String(value.trim_matches('"').to_owned())),
     }
 }
 
@@ -103,7 +113,8 @@ fn slot<'a>(tree: &'a mut Value, path: &str) -> Result<&'a mut Value, InputError
                 let count = items.len();
                 let index = name.parse().ok().or_else(|| items.iter().position(|i| i["name"] == name));
                 index.and_then(|i: usize| items.get_mut(i)).ok_or_else(|| {
-                    let problem = format!("{walked} has no \"{name}\": it has {count} items, by number from 0 or by name");
+                    let problem =
+                        format!("{walked} has no \"{name}\": it has {count} items, by number from 0 or by name");
                     InputError::new(path, problem)
                 })?
             }

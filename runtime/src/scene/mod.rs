@@ -375,6 +375,8 @@ pub struct BodySpec {
 pub enum Shape {
     /// A .POL file; all its polyhedra together are one body.
     File(PathBuf),
+    /// One polyhedron of a .POL file, by number from 0.
+    Part(PathBuf, usize),
     /// A polyhedron given in place.
     Polyhedron(Polyhedron),
     /// A box of this size (x, y, z), m, about its centre.

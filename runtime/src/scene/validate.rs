@@ -204,7 +204,7 @@ fn body(b: &BodySpec) -> Check {
             }
         }
         Shape::Ball(radius) => check_range("shape", *radius, 1e-6, 1e4, "m")?,
-        Shape::File(_) | Shape::Polyhedron(_) | Shape::HalfSpace => {}
+        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::HalfSpace => {}
     }
     placement(&b.placement)?;
     path(&b.path)?;

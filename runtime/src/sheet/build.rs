@@ -131,13 +131,7 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         lattice.links.push(Link { a: spring.a, b: spring.b, class: spring.kind, layer });
     }
     if structure.info().flexion {
-        let plain = LatticeSpec {
-            structure,
-            grid: (nx, layers, nz),
-            size: (1.0, 1.0),
-            gap: 1.0,
-            cross_over: false,
-        };
+        let plain = LatticeSpec { structure, grid: (nx, layers, nz), size: (1.0, 1.0), gap: 1.0, cross_over: false };
         lattice.flexion = generate(&plain)?.flexion;
     }
     Ok(Parts {
@@ -234,7 +228,8 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet) -> Result<(), InputError> 
         region::select(region, &sheet.layers, &sheet.uv).map_err(|e| InputError::new(field, e.problem))
     };
     let each = |list: &[RegionVector], what: &str| -> Result<Vec<(Vec<u32>, DVec3)>, InputError> {
-        let masses = list.iter().enumerate().map(|(i, r)| Ok((find(&r.region, format!("{what}.{i}.region"))?, r.value)));
+        let masses =
+            list.iter().enumerate().map(|(i, r)| Ok((find(&r.region, format!("{what}.{i}.region"))?, r.value)));
         masses.collect()
     };
     let velocities = each(&spec.velocities, "velocities")?;

@@ -119,7 +119,14 @@ impl Surface {
     /// Writes positions and normals for a moment between two steps: `before` at s = 0, `after` at s = 1.
     ///
     /// Both slices must be [`Surface::len`] long; what is shorter is filled as far as it goes.
-    pub fn update(&self, before: &Vectors, after: &Vectors, s: f32, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+    pub fn update(
+        &self,
+        before: &Vectors,
+        after: &Vectors,
+        s: f32,
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
         for (vertex, out) in positions.iter_mut().enumerate().take(self.len()) {
             let mut sum = Vec3::ZERO;
             for k in self.first[vertex] as usize..self.first[vertex + 1] as usize {

@@ -1,0 +1,93 @@
+//! `sheetwork generate`: a sheet from its structure and size.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+use sheetwork::lattice::StructureKind;
+use sheetwork::scene::{MaterialChoice, Scene, SheetSpec, sht};
+use sheetwork::sheet::{Sheet, to_file};
+use sheetwork::{InputError, check_range};
+
+use crate::{counts, number, print_json, print_line};
+
+#[derive(Args)]
+pub struct Generate {
+    /// Structure, by name (see `sheetwork list structures`).
+    #[arg(long)]
+    structure: StructureKind,
+    /// Masses along the length, layers, masses along the width: 11x2x11.
+    #[arg(long, value_parser = counts::<3>)]
+    grid: [u32; 3],
+    /// Extent along x, m.
+    #[arg(long, default_value = "0.025", value_parser = number)]
+    width: f64,
+    /// Extent along z, m.
+    #[arg(long, default_value = "0.025", value_parser = number)]
+    depth: f64,
+    /// Distance between layers, m.
+    #[arg(long, default_value = "0.001", value_parser = number)]
+    gap: f64,
+    /// Second-neighbour springs (slamm, double-diagonal, trimm).
+    #[arg(long)]
+    cross_over: bool,
+    /// Material, by name (see `sheetwork list materials`).
+    #[arg(long, default_value = "thesis")]
+    material: String,
+    /// Mass of each node, kg, in place of the material's density.
+    #[arg(long, value_parser = number)]
+    node_mass: Option<f64>,
+    /// Write the sheet to a .SHT file.
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+    /// Print the counts as JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Generate {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let [nx, layers, nz] = self.grid;
+        check_range("width", self.width, 1e-6, 1e3, "m")?;
+        check_range("depth", self.depth, 1e-6, 1e3, "m")?;
+        let spec = SheetSpec {
+            name: "sheet".into(),
+            structure: self.structure,
+            grid: (nx, layers, nz),
+            size: (self.width, self.depth),
+            gap: self.gap,
+            material: MaterialChoice::Named(self.material.clone()),
+            node_mass: self.node_mass,
+            cross_over: self.cross_over,
+            ..SheetSpec::default()
+        };
+        let scene = Scene { sheets: vec![spec], ..Scene::default() };
+        sheetwork::scene::validate::scene(&scene).map_err(unprefixed)?;
+        let sheet = Sheet::build(&scene, 0)?;
+        let (masses, springs) = (sheet.masses(), sheet.springs().len());
+        if let Some(file) = &self.output {
+            sht::write_sht_file(file, &to_file(&sheet))?;
+        }
+        if self.json {
+            print_json(&json!({
+                "structure": self.structure.name(),
+                "grid": format!("{nx}x{layers}x{nz}"),
+                "masses": masses,
+                "springs": springs,
+                "mass_kg": sheet.total_mass(),
+            }))?;
+        } else {
+            print_line(&format!("{} {nx}x{layers}x{nz}: {masses} masses, {springs} springs", self.structure))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Flags have no scene around them.
+fn unprefixed(mut error: InputError) -> InputError {
+    if let Some(field) = error.field.strip_prefix("sheets.0.") {
+        error.field = field.to_owned();
+    }
+    error
+}

@@ -1,0 +1,83 @@
+//! The command line. Its flags, JSON keys and exit statuses are a contract; `README.md` and `--help` describe it.
+//!
+//! Exit status: 0 done; 1 a sheet went unstable or a limit was missed; 2 bad input.
+
+mod generate;
+mod list;
+mod measure;
+mod run;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use sheetwork::InputError;
+
+/// Stiff thin sheets in real time: run scenes, generate sheets, measure.
+#[derive(Parser)]
+#[command(name = "sheetwork", version, about)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Run a scene without a screen and report what happened.
+    Run(run::Run),
+    /// Generate a sheet: count its masses and springs, write it as a .SHT file.
+    Generate(generate::Generate),
+    /// Put a sheet on a virtual test rig.
+    Measure(measure::Measure),
+    /// List structures, engines, materials, cases or scenes.
+    List(list::List),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Run(run) => run.execute(),
+        Command::Generate(generate) => generate.execute(),
+        Command::Measure(measure) => measure.execute(),
+        Command::List(list) => list.execute(),
+    };
+    match result {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Prints a JSON value as the only thing on standard output.
+fn print_json(value: &impl serde::Serialize) -> Result<(), InputError> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| InputError::new("", e.to_string()))?;
+    print_line(&text)
+}
+
+/// Prints a line; a reader that went away (`| head`) is no error of ours.
+fn print_line(text: &str) -> Result<(), InputError> {
+    use std::io::Write;
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(InputError::new("standard output", e.to_string())),
+        _ => Ok(()),
+    }
+}
+
+/// A number, or a fraction such as `1/60`.
+fn number(text: &str) -> Result<f64, String> {
+    let parse = |t: &str| t.trim().parse::<f64>().map_err(|_| format!("\"{text}\" is not a number"));
+    let value = match text.split_once('/') {
+        Some((above, below)) => parse(above)? / parse(below)?,
+        None => parse(text)?,
+    };
+    if value.is_finite() { Ok(value) } else { Err(format!("\"{text}\" is not a finite number")) }
+}
+
+/// Counts separated by `x`, as `11x2x11`.
+fn counts<const N: usize>(text: &str) -> Result<[u32; N], String> {
+    let parts: Result<Vec<u32>, _> = text.split(['x', 'X']).map(|p| p.trim().parse::<u32>()).collect();
+    parts
+        .ok()
+        .and_then(|p| <[u32; N]>::try_from(p).ok())
+        .ok_or_else(|| format!("\"{text}\" is not {N} whole numbers joined by x"))
+}

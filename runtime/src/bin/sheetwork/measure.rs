@@ -1,0 +1,131 @@
+//! `sheetwork measure`: a sheet on a virtual test rig.
+
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::Value;
+use sheetwork::InputError;
+use sheetwork::engine::EngineKind;
+use sheetwork::lattice::StructureKind;
+use sheetwork::measure::{Setup, measure};
+use sheetwork::scene::{Material, material};
+
+use crate::{counts, number, print_json, print_line};
+
+#[derive(Args)]
+pub struct Measure {
+    /// Case, by name (see `sheetwork list cases`).
+    case: String,
+    /// Structure.
+    #[arg(long, default_value = "trimm")]
+    structure: StructureKind,
+    /// Masses along length and width of the bottom layer.
+    #[arg(long, default_value = "21x21", value_parser = counts::<2>)]
+    grid: [u32; 2],
+    /// Layers; the structure's fewest or most where it cannot have 2.
+    #[arg(long)]
+    layers: Option<u32>,
+    /// Engine.
+    #[arg(long, default_value = "verlet")]
+    engine: EngineKind,
+    /// Step, s, or a fraction such as 1/60; a stable one is chosen if left out.
+    #[arg(long, value_parser = number)]
+    dt: Option<f64>,
+    /// Young's modulus, Pa (default 3e9).
+    #[arg(long, value_parser = number)]
+    young: Option<f64>,
+    /// Poisson's ratio (default 0.35).
+    #[arg(long, value_parser = number)]
+    poisson: Option<f64>,
+    /// Density, kg/m³ (default 1050).
+    #[arg(long, value_parser = number)]
+    density: Option<f64>,
+    /// Thickness, m (default 5e-4).
+    #[arg(long, value_parser = number)]
+    thickness: Option<f64>,
+    /// Material by name, for what the four flags above do not say.
+    #[arg(long)]
+    material: Option<String>,
+    /// Length of the sheet, m.
+    #[arg(long, default_value = "0.25", value_parser = number)]
+    length: f64,
+    /// Width of the sheet, m.
+    #[arg(long, default_value = "0.25", value_parser = number)]
+    width: f64,
+    /// Gravity, m/s².
+    #[arg(long, default_value = "9.81", value_parser = number)]
+    gravity: f64,
+    /// Dashpots of the springs, fraction of critical.
+    #[arg(long, default_value = "0.05", value_parser = number)]
+    damping_ratio: f64,
+    /// Angle of the incline, degrees (incline).
+    #[arg(long, default_value = "20", value_parser = number)]
+    angle: f64,
+    /// Coefficient of friction (incline, slide).
+    #[arg(long, default_value = "0.3", value_parser = number)]
+    friction: f64,
+    /// Coefficient of restitution (bounce; elsewhere 0 unless given).
+    #[arg(long, value_parser = number)]
+    restitution: Option<f64>,
+    /// Height of the drop, m (bounce).
+    #[arg(long, default_value = "0.2", value_parser = number)]
+    height: f64,
+    /// Speed at the start, m/s (slide).
+    #[arg(long, default_value = "1", value_parser = number)]
+    speed: f64,
+    /// Rate of spin, rad/s (spin).
+    #[arg(long, default_value = "10", value_parser = number)]
+    rate: f64,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Measure {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let found = measure(&self.case, &self.setup()?)?;
+        if self.json {
+            print_json(&found)?;
+        } else if let Value::Object(map) = &found {
+            let width = map.keys().map(String::len).max().unwrap_or(0);
+            for (key, value) in map {
+                let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+                print_line(&format!("{key:<width$}  {text}"))?;
+            }
+        }
+        Ok(if found["status"] == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    fn setup(&self) -> Result<Setup, InputError> {
+        let defaults = Setup::default();
+        let base = match &self.material {
+            Some(name) => material::by_name(name)?,
+            None => defaults.material.clone(),
+        };
+        let (fewest, most) = self.structure.info().layers;
+        Ok(Setup {
+            structure: self.structure,
+            grid: (self.grid[0], self.grid[1]),
+            layers: self.layers.unwrap_or_else(|| defaults.layers.clamp(fewest, most)),
+            engine: self.engine,
+            dt: self.dt,
+            material: Material {
+                young: self.young.unwrap_or(base.young),
+                poisson: self.poisson.unwrap_or(base.poisson),
+                density: self.density.unwrap_or(base.density),
+                thickness: self.thickness.unwrap_or(base.thickness),
+                ..base
+            },
+            length: self.length,
+            width: self.width,
+            gravity: self.gravity,
+            damping_ratio: self.damping_ratio,
+            angle: self.angle,
+            friction: self.friction,
+            restitution: self.restitution.unwrap_or(if self.case == "bounce" { 0.5 } else { 0.0 }),
+            height: self.height,
+            speed: self.speed,
+            rate: self.rate,
+        })
+    }
+}

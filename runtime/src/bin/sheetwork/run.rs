@@ -1,0 +1,186 @@
+//! `sheetwork run`: a scene, stepped to its end, and a report.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use cpu_time::ProcessTime;
+use indicatif::{ProgressBar, ProgressStyle};
+use sheetwork::engine::EngineKind;
+use sheetwork::recording::Recorder;
+use sheetwork::scene::Scene;
+use sheetwork::{InputError, Report, World};
+
+use crate::{number, print_json, print_line};
+
+/// Frames a simulated second: for the recording, the progress bar and the watch on penetration.
+const FRAME_RATE: f64 = 60.0;
+
+#[derive(Args)]
+pub struct Run {
+    /// Scene file (RON).
+    scene: PathBuf,
+    /// Simulated time, s; the scene's own if left out.
+    #[arg(long, value_parser = number)]
+    seconds: Option<f64>,
+    /// Step of the engine, s, or a fraction such as 1/60.
+    #[arg(long, value_parser = number)]
+    dt: Option<f64>,
+    /// Engine, by name (see `sheetwork list engines`).
+    #[arg(long)]
+    engine: Option<EngineKind>,
+    /// Threads to step sheets on; the result does not depend on it.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Go on stepping sheets that have come to rest.
+    #[arg(long)]
+    no_sleep: bool,
+    /// Set any field of the scene: PATH=VALUE, as in sheets.0.material.young=2e9. May be repeated.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Write the report to a file, as JSON.
+    #[arg(long)]
+    report: Option<PathBuf>,
+    /// Record positions, 60 frames a simulated second.
+    #[arg(long)]
+    record: Option<PathBuf>,
+    /// Print the report as JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Run {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let scene = self.scene()?;
+        let mut world = World::new(&scene)?;
+        if self.threads == 0 || self.threads > 1024 {
+            return Err(InputError::new("threads", format!("{} is outside 1 to 1024", self.threads)));
+        }
+        world.set_threads(self.threads)?;
+        world.set_sleep(!self.no_sleep);
+        let report = self.step(&mut world)?;
+        if let Some(file) = &self.report {
+            let text = serde_json::to_string_pretty(&report).map_err(|e| InputError::new("report", e.to_string()))?;
+            std::fs::write(file, text).map_err(|e| InputError::io(file, &e))?;
+        }
+        if self.json {
+            print_json(&report)?;
+        } else {
+            print_line(&table(&report))?;
+        }
+        Ok(if report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// The scene with everything the command line says in place of its own.
+    fn scene(&self) -> Result<Scene, InputError> {
+        let mut scene = Scene::load(&self.scene)?;
+        for item in &self.overrides {
+            let (path, value) = item
+                .split_once('=')
+                .ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;
+            scene = scene.with_override(path.trim(), value)?;
+        }
+        for (path, value) in [("duration", self.seconds), ("dt", self.dt)] {
+            if let Some(value) = value {
+                scene = scene.with_override(path, &value.to_string())?;
+            }
+        }
+        if let Some(engine) = self.engine {
+            scene.engine = engine;
+        }
+        Ok(scene)
+    }
+
+    fn step(&self, world: &mut World) -> Result<Report, InputError> {
+        let duration = world.scene().duration;
+        let steps = (duration / world.dt() - 1e-9).ceil().max(0.0) as u64;
+        let per_frame = ((1.0 / FRAME_RATE / world.dt()).round() as u64).max(1);
+        let mut recorder = self
+            .record
+            .as_ref()
+            .map(|f| Recorder::create(f, world, 1.0 / (per_frame as f64 * world.dt())))
+            .transpose()?;
+        let bar = self.bar(steps);
+        let mut penetration = Vec::new();
+        let mut cpu = 0.0;
+        let mut done = 0;
+        loop {
+            world.watch_penetration(&mut penetration);
+            if let Some(recorder) = &mut recorder {
+                recorder.frame(world)?;
+            }
+            if done >= steps || (world.unstable().is_some() && world.is_quiet()) {
+                break;
+            }
+            let batch = per_frame.min(steps - done);
+            let start = ProcessTime::now();
+            for _ in 0..batch {
+                world.step();
+            }
+            cpu += start.elapsed().as_secs_f64();
+            done += batch;
+            bar.set_position(done);
+        }
+        bar.finish_and_clear();
+        if let Some(recorder) = recorder {
+            recorder.finish()?;
+        }
+        Ok(world.report(cpu, &penetration))
+    }
+
+    /// A progress bar on standard error; indicatif hides it where that is not a terminal.
+    fn bar(&self, steps: u64) -> ProgressBar {
+        if self.json {
+            return ProgressBar::hidden();
+        }
+        let style = ProgressStyle::with_template("{bar:40.cyan/blue} {percent:>3} %  {elapsed} elapsed, {eta} left");
+        ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    }
+}
+
+fn table(report: &Report) -> String {
+    let mut lines = vec![
+        format!("scene      {}", report.scene),
+        format!("engine     {}, step {:.6} s", report.engine, report.dt_s),
+        format!(
+            "simulated  {:.3} s in {} steps, {:.4} s of CPU ({:.0} times real time)",
+            report.simulated_s,
+            report.steps,
+            report.cpu_s,
+            report.simulated_s / report.cpu_s.max(1e-9)
+        ),
+        format!("status     {}", report.status),
+    ];
+    for sheet in &report.sheets {
+        let e = &sheet.energy_j;
+        lines.push(String::new());
+        lines.push(format!(
+            "{}: {}, {} masses, {} springs{}",
+            sheet.name,
+            sheet.structure,
+            sheet.masses,
+            sheet.springs,
+            if sheet.asleep { ", asleep" } else { "" }
+        ));
+        lines.push(format!(
+            "  energy   {:.3e} J kinetic, {:.3e} elastic, {:.3e} gravity, {:.3e} total",
+            e.kinetic, e.elastic, e.gravity, e.total
+        ));
+        lines.push(format!(
+            "  fastest  {:.3e} m/s; deepest in a body {:.2e} m; {} steps rejected",
+            sheet.max_speed_m_s, sheet.max_penetration_m, sheet.steps_rejected
+        ));
+        for (name, p) in &sheet.probes {
+            lines.push(format!("  {name:<8} ({:.5}, {:.5}, {:.5}) m", p[0], p[1], p[2]));
+        }
+    }
+    if !report.events.is_empty() {
+        lines.push(String::new());
+    }
+    for event in &report.events {
+        let kind = serde_json::to_value(event.kind).ok().and_then(|v| v.as_str().map(str::to_owned));
+        let body = event.body.as_ref().map_or_else(String::new, |b| format!(", {b}"));
+        lines.push(format!("{:>9.4} s  {}: {}{body}", event.time_s, event.sheet, kind.unwrap_or_default()));
+    }
+    lines.join("\n")
+}

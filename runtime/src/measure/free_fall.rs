@@ -1,0 +1,19 @@
+//! A sheet falling freely for a second: every engine's own error against ½ g t².
+
+use serde_json::json;
+
+use super::{Case, Outcome, Runner, Setup};
+use crate::error::InputError;
+
+pub(super) const CASE: Case = Case { name: "free-fall", about: "error of a second's free fall against ½ g t²", run };
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut runner = Runner::new(setup.world(&setup.scene())?);
+    let start = runner.world.sheets()[0].centre_of_mass().y;
+    runner.run(1.0, |_| true);
+    let time = runner.world.time();
+    let drop = start - runner.world.sheets()[0].centre_of_mass().y;
+    let exact = 0.5 * setup.gravity * time * time;
+    let keys = json!({ "drop_m": drop, "expected_drop_m": exact, "drop_error_m": drop - exact });
+    Ok(runner.outcome(keys))
+}

@@ -1,0 +1,101 @@
+//! An engine on x'' = -ω²x: its order of convergence, its stability limit and what it does to the energy.
+//!
+//! Every scheme is linear here, so one step is a 2x2 matrix on (x, v/ω), found by stepping the two unit vectors. Stability
+//! is its spectral radius; the order is the slope of the error after one period as the step is halved. Adaptive engines are
+//! given a tolerance they always meet, so that they take the steps they are told.
+
+use serde_json::json;
+
+use super::{Case, Outcome, Setup};
+use crate::engine::{EngineKind, Forces};
+use crate::error::InputError;
+use crate::sheet::Vectors;
+
+pub(super) const CASE: Case =
+    Case { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", run };
+
+/// Spectral radius above 1 by more than this is growth, not rounding.
+const GROWTH: f64 = 1e-12;
+
+struct Harmonic;
+
+impl Forces for Harmonic {
+    fn accelerations(&mut self, _t: f64, x: &Vectors, _v: &Vectors, a: &mut Vectors) {
+        a.clear();
+        a.add_scaled(-1.0, x);
+    }
+}
+
+/// One step of a = hω as a matrix on (x, v), ω = 1: columns are the images of (1, 0) and (0, 1).
+pub fn step_matrix(engine: EngineKind, a: f64) -> [[f64; 2]; 2] {
+    let mut columns = [[0.0; 2]; 2];
+    for (column, start) in columns.iter_mut().zip([(1.0, 0.0), (0.0, 1.0)]) {
+        let mut engine = engine.make();
+        engine.set_tolerance(f64::MAX);
+        let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
+        (x.x[0], v.x[0]) = start;
+        engine.advance(&mut Harmonic, 0.0, a, &mut x, &mut v);
+        *column = [x.x[0], v.x[0]];
+    }
+    columns
+}
+
+/// Largest factor by which a step of a = hω can enlarge the motion in the long run.
+pub fn spectral_radius(engine: EngineKind, a: f64) -> f64 {
+    let [[xx, vx], [xv, vv]] = step_matrix(engine, a);
+    let (half_trace, determinant) = (0.5 * (xx + vv), xx * vv - xv * vx);
+    let discriminant = half_trace * half_trace - determinant;
+    if discriminant <= 0.0 { determinant.abs().sqrt() } else { half_trace.abs() + discriminant.sqrt() }
+}
+
+/// Largest a = hω up to which no step makes the motion grow; 0 when even small steps do.
+pub fn stability_limit(engine: EngineKind) -> f64 {
+    let stable = |a: f64| spectral_radius(engine, a) <= 1.0 + GROWTH;
+    let step = 0.01;
+    let mut low = 0.0;
+    while low < 10.0 && stable(low + step) {
+        low += step;
+    }
+    if low == 0.0 {
+        return 0.0;
+    }
+    let mut high = low + step;
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Slope of log error against log step of the position after one period, between 400 and 800 steps.
+pub fn order(engine: EngineKind) -> f64 {
+    (error(engine, 400) / error(engine, 800)).log2()
+}
+
+/// Distance from the exact place in the (x, v) plane after one period from (cos 1, -sin 1).
+fn error(engine: EngineKind, steps: u32) -> f64 {
+    let mut engine = engine.make();
+    engine.set_tolerance(f64::MAX);
+    let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
+    // Started off the turning point, where some schemes' errors cancel by symmetry.
+    let (x0, v0) = (1.0_f64.cos(), -(1.0_f64.sin()));
+    (x.x[0], v.x[0]) = (x0, v0);
+    let h = std::f64::consts::TAU / f64::from(steps);
+    for step in 0..steps {
+        engine.advance(&mut Harmonic, f64::from(step) * h, h, &mut x, &mut v);
+    }
+    (x.x[0] - x0).hypot(v.x[0] - v0)
+}
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let engine = setup.engine;
+    let energy = |a: f64| spectral_radius(engine, a).powi(2) - 1.0;
+    let keys = json!({
+        "order": order(engine),
+        "stability_limit": stability_limit(engine),
+        "energy_growth_per_step_at_0.1": energy(0.1),
+        "energy_growth_per_step_at_0.5": energy(0.5),
+    });
+    let Some(map) = keys.as_object().cloned() else { return Err(InputError::new("", "no keys")) };
+    Ok(Outcome { keys: map, dt: 0.0, steps: 0, simulated: 0.0, cpu: 0.0, settled: None, status: "ok".into() })
+}

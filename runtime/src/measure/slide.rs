@@ -1,0 +1,50 @@
+//! A sheet sliding on a floor with friction μ from speed v stops after d = v²/(2 μ g).
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::{Case, Outcome, Runner, Setup};
+use crate::contact::SKIN;
+use crate::error::InputError;
+use crate::scene::{BodySpec, Placement, Shape};
+
+pub(super) const CASE: Case =
+    Case { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", run };
+
+/// Speed below which the sheet has stopped, as a fraction of the start: its layers may still tremble.
+const STOPPED: f64 = 1e-4;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = setup.scene();
+    scene.bodies.push(BodySpec {
+        name: "floor".into(),
+        shape: Shape::HalfSpace,
+        placement: Placement::default(),
+        path: Vec::new(),
+        friction: None,
+        restitution: None,
+    });
+    scene.sheets[0].placement.position = DVec3::new(0.0, SKIN, 0.0);
+    scene.sheets[0].velocity = DVec3::new(setup.speed, 0.0, 0.0);
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let start = runner.world.sheets()[0].centre_of_mass().x;
+    let deceleration = setup.friction * setup.gravity;
+    let time = if deceleration > 0.0 { setup.speed / deceleration } else { 1.0 };
+    let mut stopped = false;
+    runner.run((1.2 * time).min(100.0), |world| {
+        let sheet = &world.sheets()[0];
+        stopped = sheet.momentum().x / sheet.total_mass() < STOPPED * setup.speed;
+        !stopped
+    });
+    let distance = runner.world.sheets()[0].centre_of_mass().x - start;
+    let expected = (deceleration > 0.0).then(|| setup.speed * setup.speed / (2.0 * deceleration));
+    let keys = json!({
+        "speed_m_s": setup.speed,
+        "friction": setup.friction,
+        "distance_m": stopped.then_some(distance),
+        "expected_distance_m": expected,
+    });
+    let mut outcome = runner.outcome(keys);
+    outcome.settled = Some(stopped);
+    Ok(outcome)
+}

@@ -1,0 +1,28 @@
+//! A sheet spinning about its normal, without gravity, air or damping: it keeps its angular momentum and its energy.
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::{Case, Outcome, Runner, Setup};
+use crate::error::InputError;
+
+pub(super) const CASE: Case =
+    Case { name: "spin", about: "momentum and energy kept by a second's spin: --rate RAD_S", run };
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
+    scene.gravity = DVec3::ZERO;
+    scene.sheets[0].spin = DVec3::new(0.0, setup.rate, 0.0);
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let sheet = &runner.world.sheets()[0];
+    let (momentum, energy) = (sheet.angular_momentum(), sheet.energy(DVec3::ZERO).total);
+    let direction = momentum.normalize_or_zero();
+    runner.run(1.0, |_| true);
+    let sheet = &runner.world.sheets()[0];
+    let keys = json!({
+        "rate_rad_s": setup.rate,
+        "angular_momentum_ratio": sheet.angular_momentum().dot(direction) / momentum.length(),
+        "energy_ratio": sheet.energy(DVec3::ZERO).total / energy,
+    });
+    Ok(runner.outcome(keys))
+}
