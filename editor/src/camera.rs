@@ -34,11 +34,16 @@ impl Camera {
         Self { target, yaw: back.x.atan2(back.z), pitch, distance, ..Self::default() }
     }
 
-    /// The view that a scene asks for, or one from the right and above that holds its sheets and bodies.
+    /// The view that a scene asks for, or a fitted one.
     pub fn of(world: &World) -> Self {
         if let Some(spec) = &world.scene().camera {
             return Self::looking(spec.eye.as_vec3(), spec.target.as_vec3());
         }
+        Self::fitted(world)
+    }
+
+    /// A view from the right and above that holds the sheets and bodies of `world`.
+    pub fn fitted(world: &World) -> Self {
         let (low, high) = content(world).unwrap_or((Vec3::splat(-0.05), Vec3::splat(0.05)));
         let base = Self::default();
         let radius = (0.5 * (high - low).length()).max(1e-3);

@@ -81,6 +81,7 @@ pub struct Session {
     changes: Vec<(String, String)>,
     messages: Vec<Message>,
     told_unstable: bool,
+    largest_step: Option<f64>,
     generation: u64,
 }
 
@@ -105,6 +106,7 @@ impl Session {
             changes: Vec::new(),
             messages: Vec::new(),
             told_unstable: false,
+            largest_step: None,
             generation: 0,
         };
         session.begin();
@@ -168,6 +170,19 @@ impl Session {
         self.told_unstable = false;
         self.settle_display();
         self.sample();
+        self.find_largest_step();
+    }
+
+    /// The engine's limit over the highest frequency of any sheet as it lies.
+    fn find_largest_step(&mut self) {
+        let limit = self.world.engine().info().stability_limit;
+        let frequency = self.world.sheets().iter().map(|sheet| {
+            // A power iteration costs about a step each: fewer for large sheets, for which it is only a hint.
+            let iterations = (400_000 / sheet.springs().len().max(1)).clamp(20, 100);
+            sheet.largest_frequency(iterations)
+        });
+        let frequency = frequency.fold(0.0, f64::max);
+        self.largest_step = (frequency > 0.0 && limit > 0.0).then(|| limit / frequency);
     }
 
     /// Makes the picture show the present state, whatever part of a step is owed.
@@ -335,6 +350,9 @@ impl Session {
             Ok(_) => {
                 self.changes.retain(|(p, _)| p != path);
                 self.changes.push((path.to_owned(), value.to_owned()));
+                if path == "engine" || path.contains("material") {
+                    self.find_largest_step();
+                }
                 true
             }
             Err(error) => {
@@ -342,6 +360,17 @@ impl Session {
                 false
             }
         }
+    }
+
+    /// A parameter that is a number, as it is now; `None` when there is none at this path.
+    pub fn parameter(&self, path: &str) -> Option<f64> {
+        self.world.parameters().into_iter().find(|p| p.path == path)?.value.parse().ok()
+    }
+
+    /// Largest step, s, at which the undamped sheets hold with the present engine, as they lay at the last change; `None`
+    /// where there is no such limit.
+    pub fn largest_step(&self) -> Option<f64> {
+        self.largest_step
     }
 
     /// Parameters changed since the scene was opened: path and value.
