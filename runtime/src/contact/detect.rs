@@ -12,7 +12,7 @@ use rapier3d::prelude::ColliderHandle;
 use super::SKIN;
 use super::response::{Flight, Outcome, resolve};
 use super::rigid::RigidView;
-use super::target::{Frame, Meeting, Target};
+use super::target::{Frame, Meeting, NO_FACE, Target};
 use super::through_thickness::{Strike, share_impacts};
 use crate::sheet::Sheet;
 
@@ -77,6 +77,7 @@ fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
 
 /// Meets the masses that must be looked at with one collider; true if any took an impact.
 fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dyn Touch) -> bool {
+    let drift = sheet.engine_kind.info().drift;
     let mut struck = false;
     for i in 0..sheet.x.len() {
         if sheet.work.clearance.nearest[i] < 0.0 {
@@ -84,7 +85,11 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dy
         }
         let (x0, x1) = (sheet.work.x_before.get(i), sheet.x.get(i));
         let reach = if sheet.work.clearance.is_new(i) { Real::MAX } else { margin as Real };
-        let surface = match target.meet(target.start.local(x0), target.end.local(x1), reach) {
+        let (near, mut face) = sheet.work.clearance.face[i];
+        if near != target.handle {
+            face = NO_FACE;
+        }
+        let surface = match target.meet(target.start.local(x0), target.end.local(x1), reach, &mut face) {
             Meeting::Clear(distance) => {
                 let nearest = &mut sheet.work.clearance.nearest[i];
                 *nearest = nearest.min(distance.into());
@@ -92,11 +97,12 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dy
             }
             Meeting::Surface(surface) => surface,
         };
-        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt };
+        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt, drift };
         let Outcome { x, v, impact, rest } = resolve(&flight, &surface, SKIN);
         sheet.x.set(i, x);
         sheet.v.set(i, v);
         sheet.work.clearance.nearest[i] = 0.0;
+        sheet.work.clearance.face[i] = (target.handle, face);
         sheet.counters.contacts += 1;
         if sheet.work.touching[i] {
             sheet.work.clearance.cornered.push(i as u32);
