@@ -27,7 +27,7 @@ fn fullest() -> Scene {
         room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
         camera: (eye: (1, 1, 1), target: (0, 0, 0)),
         sheets: [(
-            material: (),
+            material: (young: 185),
             velocities: [(region: Left, value: (0, 0, 0))],
             forces: [(region: All, value: (0, 0, 0))],
             pins: [(region: Back, path: [(time: 0)])],

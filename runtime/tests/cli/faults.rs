@@ -111,7 +111,7 @@ fn faults_of_a_polyhedron_file_are_named() {
         place.write("bad.pol", text);
         place.refused(&["run", "bad.ron"], &[&["bad.pol:"], parts].concat());
     };
-    refused(&format!("{}P\n*\n", CUBE[..5].concat()), &["bad.pol:26: ", "edge"]);
+    refused(&format!("{}P\n*\n", CUBE[..5].concat()), &["bad.pol:5: polyhedra.0.faces.0", "edge", "open"]);
     refused(&good.replacen("V -1 -1 1\n", "V -1 -1 1.1\n", 1), &["bad.pol:5: ", "plane"]);
     refused(&good.replacen("V -1 -1 1\n", "V -1 NaN 1\n", 1), &["bad.pol:1: V.y: \"NaN\" is not a number", "cm"]);
     refused(&good.replacen("V -1 -1 1\n", "V -1 2e6 1\n", 1), &["bad.pol:1: V.y: \"2e6\" cm is outside -1000000 to"]);

@@ -78,7 +78,7 @@ fn orders_and_limits_are_those_of_the_list() {
     for row in rows.as_array().expect("rows") {
         let name = row["name"].as_str().expect("a name");
         let found = measure(&place, "oscillator", &["--engine", name]);
-        assert!((number(&found, "order") - number(row, "order")).abs() < 0.1, "{name}: {found}");
+        assert!((number(&found, "order") - number(row, "order")).abs() < 0.2, "{name}: {found}");
         // An adaptive engine shortens its steps before any limit.
         if row["adaptive"] == false {
             let (limit, tabled) = (number(&found, "stability_limit"), number(row, "stability_limit"));

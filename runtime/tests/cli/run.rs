@@ -77,7 +77,7 @@ fn an_override_changes_what_happens() {
     };
     assert!(low("100") < low("300"), "a softer sheet hangs lower");
     let report = place.json(&["run", WEDGE, "--json", "--seconds", "0.2", "--set", "gravity=(0, 0, 0)"]);
-    assert_eq!(report["sheets"][0]["energy_j"]["kinetic"].as_f64(), Some(0.0));
+    assert!(report["sheets"][0]["energy_j"]["kinetic"].as_f64().is_some_and(|e| e < 1e-30), "nothing moves it");
 }
 
 #[test]
@@ -114,8 +114,8 @@ fn reports_and_recordings_are_written() {
     assert_eq!(frames.len(), 21, "the start and one a step of 15 ms");
     let last = frames.last().expect("frames");
     assert!((last.time - 0.3).abs() < 1e-9);
-    let centre = printed["sheets"][0]["probes"]["centre"][1].as_f64().expect("a number");
-    assert!(last.sheets[0].iter().any(|p| (f64::from(p.y) - centre).abs() < 1e-7));
+    let corner = printed["sheets"][0]["probes"]["corner"][1].as_f64().expect("a number");
+    assert!((f64::from(last.sheets[0][0].y) - corner).abs() < 1e-7);
     place.refused(&["run", WEDGE, "--seconds", "0", "--record", "no/folder/r.swr"], &["no/folder/r.swr"]);
     place.refused(&["run", WEDGE, "--seconds", "0", "--report", "no/folder/r.json"], &["no/folder/r.json"]);
 }
