@@ -259,7 +259,9 @@ fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron]) -> Result<Vec<SharedShape>
     match shape {
         Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
         Shape::HalfSpace => Ok(vec![SharedShape::halfspace(Vector::Y)]),
-        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => polyhedra.iter().map(mesh_of).collect(),
+        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => {
+            polyhedra.iter().map(mesh_of).collect()
+        }
     }
 }
 
