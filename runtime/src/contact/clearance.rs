@@ -4,7 +4,10 @@
 //! c, less what bodies have moved since. Only the distance from c is looked at, so that whatever moved the mass (an engine,
 //! a pin, a program) is covered. The result of a step is the same with and without; only the time differs.
 
+use rapier3d::prelude::ColliderHandle;
+
 use super::SKIN;
+use super::target::NO_FACE;
 use crate::sheet::Vectors;
 
 /// What is known of the masses of a sheet.
@@ -18,6 +21,8 @@ pub(crate) struct Clearance {
     moved: f64,
     /// Of this step: distance to the nearest body so far, m; negative for masses that are not looked at.
     pub nearest: Vec<f64>,
+    /// Collider and face that each mass was nearest to when it was last looked at.
+    pub face: Vec<(ColliderHandle, u32)>,
     /// Masses that met two bodies in this step: each was put where the other may be.
     pub cornered: Vec<u32>,
 }
@@ -40,6 +45,7 @@ impl Clearance {
             self.checked = Vectors::zeros(x.len());
             self.until = vec![f64::NEG_INFINITY; x.len()];
             self.nearest = vec![0.0; x.len()];
+            self.face = vec![(ColliderHandle::invalid(), NO_FACE); x.len()];
             self.cornered = Vec::with_capacity(x.len());
         }
         self.cornered.clear();

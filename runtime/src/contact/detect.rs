@@ -12,7 +12,7 @@ use rapier3d::prelude::ColliderHandle;
 use super::SKIN;
 use super::response::{Flight, Outcome, resolve};
 use super::rigid::RigidView;
-use super::target::{Frame, Meeting, Target};
+use super::target::{Frame, Meeting, NO_FACE, Target};
 use super::through_thickness::{Strike, share_impacts};
 use crate::sheet::Sheet;
 
@@ -84,7 +84,11 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dy
         }
         let (x0, x1) = (sheet.work.x_before.get(i), sheet.x.get(i));
         let reach = if sheet.work.clearance.is_new(i) { Real::MAX } else { margin as Real };
-        let surface = match target.meet(target.start.local(x0), target.end.local(x1), reach) {
+        let (near, mut face) = sheet.work.clearance.face[i];
+        if near != target.handle {
+            face = NO_FACE;
+        }
+        let surface = match target.meet(target.start.local(x0), target.end.local(x1), reach, &mut face) {
             Meeting::Clear(distance) => {
                 let nearest = &mut sheet.work.clearance.nearest[i];
                 *nearest = nearest.min(distance.into());
@@ -97,6 +101,7 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dy
         sheet.x.set(i, x);
         sheet.v.set(i, v);
         sheet.work.clearance.nearest[i] = 0.0;
+        sheet.work.clearance.face[i] = (target.handle, face);
         sheet.counters.contacts += 1;
         if sheet.work.touching[i] {
             sheet.work.clearance.cornered.push(i as u32);

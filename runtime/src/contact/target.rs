@@ -60,7 +60,7 @@ pub(super) struct Target<'a> {
     pub end: Frame,
     pub start: Frame,
     shape: &'a dyn Shape,
-    mesh: Option<&'a TriMesh>,
+    kind: Kind<'a>,
     convex: bool,
     /// Box of the shape in its own frame, grown by the skin.
     bounds: Aabb,
@@ -71,12 +71,25 @@ pub(super) struct Target<'a> {
     restitution: f64,
 }
 
+/// Shapes with a way of their own.
+#[derive(Clone, Copy)]
+enum Kind<'a> {
+    Mesh(&'a TriMesh),
+    /// A half space, by its outward normal.
+    Plane(Vector),
+    Other,
+}
+
 /// Where a point projects on a shape.
 struct Nearest {
     point: Vector,
     inside: bool,
     normal: Option<Vector>,
+    face: u32,
 }
+
+/// Stands for no face in a hint.
+pub(super) const NO_FACE: u32 = u32::MAX;
 
 impl<'a> Target<'a> {
     /// `remaining` is the time from the end of the step to the time the body's pose is of.
@@ -99,12 +112,16 @@ impl<'a> Target<'a> {
             start = last.earlier(linear, angular, centre, remaining + dt);
         }
         let shape = collider.shape();
-        let mesh = shape.as_trimesh();
+        let kind = match shape.as_typed_shape() {
+            TypedShape::TriMesh(mesh) => Kind::Mesh(mesh),
+            TypedShape::HalfSpace(plane) => Kind::Plane(plane.normal),
+            _ => Kind::Other,
+        };
         let combine = |ours: f64, theirs: Real, rule| combined(ours, f64::from(theirs), rule);
         Self {
             handle,
             shape,
-            mesh,
+            kind,
             convex: collider.user_data == CONVEX || is_convex(shape),
             bounds: shape.compute_local_aabb().loosened(2.0 * SKIN as Real),
             end,
@@ -118,16 +135,27 @@ impl<'a> Target<'a> {
     }
 
     /// What a point going from `a` (local, at the start) to `b` (local, at the end) meets. Surfaces further than `reach`
-    /// from b need not be found.
-    pub fn meet(&self, a: Vector, b: Vector, reach: Real) -> Meeting {
+    /// from b need not be found. `face` is where the point lay on this shape last, if it did, and is brought up to date.
+    pub fn meet(&self, a: Vector, b: Vector, reach: Real, face: &mut u32) -> Meeting {
+        let skin = SKIN as Real;
+        if let Kind::Plane(n) = self.kind {
+            let height = b.dot(n);
+            return if height < skin {
+                Meeting::Surface(self.surface(b - n * height, n))
+            } else {
+                Meeting::Clear(height)
+            };
+        }
         if !self.bounds.intersects(&Aabb::new(a.min(b), a.max(b))) {
             return Meeting::Clear(self.bounds.distance_to_local_point(b, true));
         }
-        let skin = SKIN as Real;
+        if let Some(surface) = self.still_on(*face, a, b) {
+            return Meeting::Surface(surface);
+        }
         let travel = (b - a).length();
-        let Some(nearest) = self.nearest(b, reach.max(travel + 2.0 * skin)) else {
-            return Meeting::Clear(reach.max(travel + 2.0 * skin));
-        };
+        let reach = reach.max(travel + 2.0 * skin);
+        let Some(nearest) = self.nearest(b, reach) else { return Meeting::Clear(reach) };
+        *face = nearest.face;
         let offset = b - nearest.point;
         let distance = offset.length();
         if let Some(n) = nearest.normal.filter(|_| self.convex) {
@@ -152,6 +180,27 @@ impl<'a> Target<'a> {
         normal.map_or(Meeting::Clear(0.0), |n| Meeting::Surface(self.surface(nearest.point, n)))
     }
 
+    /// A point that lay on a face of a convex mesh and ends behind it, over the same triangle, is on it still: no search
+    /// is needed. Most points of a resting sheet are.
+    fn still_on(&self, face: u32, a: Vector, b: Vector) -> Option<Surface> {
+        let Kind::Mesh(mesh) = self.kind else { return None };
+        if face == NO_FACE || !self.convex || face as usize >= mesh.num_triangles() {
+            return None;
+        }
+        let triangle = mesh.triangle(face);
+        let (u, v) = (triangle.b - triangle.a, triangle.c - triangle.a);
+        let area = u.cross(v);
+        let n = area.try_normalize()?;
+        let (before, after) = ((a - triangle.a).dot(n), (b - triangle.a).dot(n));
+        if before < -0.5 * SKIN as Real || after >= SKIN as Real {
+            return None;
+        }
+        let along = b - n * after - triangle.a;
+        let whole = area.dot(area);
+        let (s, t) = (along.cross(v).dot(area), u.cross(along).dot(area));
+        (s >= 0.0 && t >= 0.0 && s + t <= whole).then(|| self.surface(b - n * after, n))
+    }
+
     /// The surface at which a point at rest at `p` (world) is held back, if it is nearer than the skin or inside.
     pub fn holds(&self, p: DVec3) -> Option<Surface> {
         let b = self.end.local(p);
@@ -164,12 +213,22 @@ impl<'a> Target<'a> {
     }
 
     fn nearest(&self, b: Vector, reach: Real) -> Option<Nearest> {
-        if let Some(mesh) = self.mesh {
-            let (on, (face, _)) = mesh.project_local_point_and_get_location_with_max_dist(b, false, reach)?;
-            return Some(Nearest { point: on.point, inside: on.is_inside, normal: mesh.triangle(face).normal() });
+        match self.kind {
+            Kind::Mesh(mesh) => {
+                let (on, (face, _)) = mesh.project_local_point_and_get_location_with_max_dist(b, false, reach)?;
+                let normal = mesh.triangle(face).normal();
+                Some(Nearest { point: on.point, inside: on.is_inside, normal, face })
+            }
+            Kind::Plane(n) => {
+                let height = b.dot(n);
+                Some(Nearest { point: b - n * height, inside: height <= 0.0, normal: Some(n), face: NO_FACE })
+            }
+            Kind::Other => {
+                let (on, feature) = self.shape.project_local_point_and_get_feature(b);
+                let normal = normal_of(self.shape, feature, on.point);
+                Some(Nearest { point: on.point, inside: on.is_inside, normal, face: NO_FACE })
+            }
         }
-        let (on, feature) = self.shape.project_local_point_and_get_feature(b);
-        Some(Nearest { point: on.point, inside: on.is_inside, normal: normal_of(self.shape, feature, on.point) })
     }
 
     fn cast(&self, a: Vector, b: Vector) -> Option<Surface> {

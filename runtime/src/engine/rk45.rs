@@ -13,7 +13,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     name: "rk45",
     about: "Dormand-Prince 5(4), adaptive with error control",
     order: 5,
-    // |R(ia)|² - 1 = a⁶ (-1/1800 + a²/1600 - a⁴/14400 + a⁶/360000) of the order-5 formula is 0 here.
+    // Of the order-5 formula with steps it is told to take; error control keeps well below by itself.
     stability_limit: 0.997,
     evaluations: 7,
     adaptive: true,

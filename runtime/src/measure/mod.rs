@@ -43,7 +43,7 @@ pub struct Setup {
     pub layers: u32,
     /// Engine.
     pub engine: EngineKind,
-    /// Step, s, 1e-7 to 1; `None` for 0.4 of what is stable at two radians a step.
+    /// Step, s, 1e-7 to 1; `None` for 0.7 of the engine's stability limit on this sheet.
     pub dt: Option<f64>,
     /// Material: modulus, density, thickness.
     pub material: Material,
@@ -163,9 +163,11 @@ impl Setup {
         world.set_sleep(false);
         if self.dt.is_none() {
             let omega = world.sheets()[0].largest_frequency(100);
-            // The dashpots lower every engine's limit; 0.8 rad a step is stable for all but plain Euler.
+            // The dashpots lower the limit a little; engines without one get a step that the dashpots can hold.
+            let limit = self.engine.info().stability_limit;
+            let radians = if limit > 0.0 { 0.7 * limit } else { 0.7 };
             if omega > 0.0 {
-                world.set_dt((0.8 / omega).clamp(1e-7, 1.0))?;
+                world.set_dt((radians / omega).clamp(1e-7, 1.0))?;
             }
         }
         Ok(world)

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
-use crate::element::spring::{SpringClass, Springs};
+use crate::element::spring::{Spring, SpringClass, Springs};
 use crate::error::InputError;
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
@@ -94,12 +94,10 @@ fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &
             SpringLaw::Uniform => et,
             SpringLaw::Length => {
                 let share = area / family.get(&(link.class, link.layer)).copied().unwrap_or(1.0);
-                if link.class == SpringClass::Inter {
-                    material.young * share / length
-                } else {
-                    // Each layer carries its part of the thickness; the spring stands for a strip share/length wide.
-                    (et / layers) * (share / length) / length
-                }
+                // Each layer carries its part of the thickness; the spring stands for a strip share/length wide. Between
+                // layers the same: E A / h there would be many times stiffer, and shorten the step for nothing seen.
+                let strip = if link.class == SpringClass::Inter { 1.0 } else { (share / length) / length };
+                (et / layers) * strip
             }
         };
         match link.class {
@@ -158,10 +156,21 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         applied.push(rotation * *f);
     }
     let et = material.young * material.thickness;
-    let mut springs = Springs::default();
-    for ((link, rest), k) in lattice.links.iter().zip(&rest).zip(&stiffness) {
-        springs.push(link.a, link.b, link.class, *k, *rest, 0.0);
-    }
+    let list: Vec<Spring> = lattice
+        .links
+        .iter()
+        .zip(&rest)
+        .zip(&stiffness)
+        .map(|((link, rest), k)| Spring {
+            a: link.a,
+            b: link.b,
+            class: link.class,
+            stiffness: *k,
+            rest: *rest,
+            damping: 0.0,
+        })
+        .collect();
+    let springs = Springs::new(&list);
     let stack = Stack::new(&springs, &lattice.layer_of);
     let mut engine = scene.engine.make();
     engine.set_tolerance(scene.tolerance);

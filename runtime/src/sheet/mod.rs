@@ -279,8 +279,7 @@ impl Sheet {
         for i in 0..self.springs.len() {
             let (ma, mb) = (self.mass[self.springs.a[i] as usize], self.mass[self.springs.b[i] as usize]);
             let k = self.stiffness_per_et[i] * et;
-            self.springs.stiffness[i] = k;
-            self.springs.damping[i] = self.damping * 2.0 * (k * ma * mb / (ma + mb)).sqrt();
+            self.springs.set_law(i, k, self.damping * 2.0 * (k * ma * mb / (ma + mb)).sqrt());
         }
         self.damped = self.springs.damped();
         self.wake();
