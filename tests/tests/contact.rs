@@ -25,7 +25,17 @@ const RIGS: [(EngineKind, StructureKind, u32); 7] = [
 
 fn setup((engine, structure, layers): (EngineKind, StructureKind, u32)) -> Setup {
     let material = Material { young: 1e5, poisson: 0.3, density: 900.0, thickness: 1e-3, ..Material::default() };
-    Setup { engine, structure, layers, grid: (7, 6), material, length: 0.2, width: 0.15, damping_ratio: 0.1, ..Setup::default() }
+    Setup {
+        engine,
+        structure,
+        layers,
+        grid: (7, 6),
+        material,
+        length: 0.2,
+        width: 0.15,
+        damping_ratio: 0.1,
+        ..Setup::default()
+    }
 }
 
 fn measured(case: &str, setup: &Setup) -> Value {
@@ -73,7 +83,9 @@ fn a_sheet_sticks_on_an_incline_up_to_the_angle_of_friction() {
 fn a_dropped_sheet_rebounds_to_e_squared_of_its_height() {
     for rig in RIGS {
         for (height, restitution) in [(0.15, 0.7), (0.3, 0.4)] {
-            let setup = Setup { height, restitution, ..setup(rig) };
+            // Euler-Cromer's own flight is off by ½ g v h in height: 1 % of a small bounce at the rig's step.
+            let dt = (rig.0 == EngineKind::EulerCromer).then_some(1e-4);
+            let setup = Setup { height, restitution, dt, ..setup(rig) };
             let found = measured("bounce", &setup);
             let heights: Vec<f64> =
                 found["heights_m"].as_array().expect("a list").iter().filter_map(Value::as_f64).collect();

@@ -93,31 +93,40 @@ fn no_mass_passes_a_plate_that_moves() {
                 assert!(p.y > height + 0.4 * THICKNESS, "{} is {} m through", sheet.name, height - p.y);
             }
         }
-        assert!(world.sheets().iter().all(|s| s.counters.contacts > 0), "a shot missed with {drift}");
+        // Those that fly slower than a plate that runs away never reach it.
+        let met = world.sheets().iter().filter(|s| s.counters.contacts > 0).count();
+        assert!(met == 300 || (drift.y < 0.0 && met > 200), "{met} of 300 met the plate with {drift}");
     }
 }
 
 #[test]
-fn no_mass_passes_a_plate_that_turns() {
-    // Two turns a second about z: 12 degrees a step, and 6 m/s where the shots meet it.
+fn a_mass_near_the_rim_of_a_large_turning_plate_is_not_taken_to_be_clear_of_it() {
+    // Two turns a second about z: 12 degrees a step, 75 m/s at the rim of a plate of 12 m. Half of the masses stand still in
+    // its way.
     let turn = |time: f64| PathKey { time, offset: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, 720.0 * time) };
-    let plate = body("plate", Shape::Box(DVec3::new(12.0, THICKNESS, 12.0)), Placement::default(), vec![turn(0.0), turn(1.0)]);
+    let box_ = Shape::Box(DVec3::new(12.0, THICKNESS, 12.0));
+    let plate = body("plate", box_, Placement::default(), vec![turn(0.0), turn(1.0)]);
     let mut random = Random::new(7);
     let sheets = (0..300).map(|i| {
-        let (start, velocity) = aimed(&mut random);
-        projectile(i, start, velocity)
+        if i % 2 == 0 {
+            let (start, velocity) = aimed(&mut random);
+            return projectile(i, start, velocity);
+        }
+        // On the side that the plate turns towards.
+        let start = DVec3::new(3.5 + 1.5 * random.signed(), 1.5 + random.signed(), random.signed());
+        projectile(i, start, DVec3::ZERO)
     });
     let mut world = shots(vec![plate], 0.0, sheets.collect());
-    let side = |world: &World| -> Vec<bool> {
+    let mut through = 0;
+    for _ in 0..12 {
+        world.step();
         let q = world.rigid().and_then(|r| r.pose(0)).map_or(DQuat::IDENTITY, |p| p.1);
-        world.sheets().iter().flat_map(|s| s.x.iter().map(move |p| (q.inverse() * p).y > 0.0)).collect()
-    };
-    let start = side(&world);
-    (0..STEPS).for_each(|_| world.step());
-    let end = side(&world);
-    let through = start.iter().zip(&end).filter(|(a, b)| a != b).count();
-    assert!(world.sheets().iter().filter(|s| s.counters.contacts > 0).count() > 250);
-    assert_eq!(through, 0, "masses are on the other side");
+        let back = q.inverse();
+        through += world.sheets().iter().flat_map(|s| s.x.iter()).filter(|p| (back * *p).y < 0.0).count();
+    }
+    assert_eq!(through, 0, "masses were on the other side");
+    let met = world.sheets().iter().filter(|s| s.counters.contacts > 0).count();
+    assert!(met > 200, "{met}");
 }
 
 /// A plate of 5 mm bent at a right angle: an L of 1 m legs seen along z, 2 m long; its inner edge runs along z at the origin
@@ -133,7 +142,7 @@ fn bent_plate() -> Polyhedron {
 }
 
 #[test]
-fn no_mass_passes_a_thin_plate_that_is_not_convex() {
+fn a_mass_that_slides_along_one_leg_of_a_bent_plate_does_not_leave_through_the_other() {
     // Into the corner, at either leg and at both: a mass thrown in must stay in the quadrant x > 0, y > 0 while it is nearer
     // than the legs are long.
     for rotation in [DVec3::ZERO, DVec3::new(20.0, -70.0, 100.0)] {
@@ -163,5 +172,30 @@ fn no_mass_passes_a_thin_plate_that_is_not_convex() {
             }
         }
         assert!(world.sheets().iter().all(|s| s.counters.contacts > 0));
+    }
+}
+
+#[test]
+fn a_mass_turned_aside_by_one_body_does_not_pass_through_another() {
+    // The same corner made of two plates, whichever of them is looked at first.
+    for swapped in [false, true] {
+        let t = THICKNESS;
+        let at = |x: f64, y: f64| Placement { position: DVec3::new(x, y, 0.0), rotation: DVec3::ZERO };
+        let floor = body("floor", Shape::Box(DVec3::new(4.0, t, 4.0)), at(0.0, -0.5 * t), vec![]);
+        let wall = body("wall", Shape::Box(DVec3::new(t, 4.0, 4.0)), at(-0.5 * t, 1.0), vec![]);
+        let bodies = if swapped { vec![wall, floor] } else { vec![floor, wall] };
+        let mut random = Random::new(9);
+        let sheets = (0..400).map(|i| {
+            let start = DVec3::new(0.5 + 0.2 * random.signed(), 0.5 + 0.2 * random.signed(), 0.3 * random.signed());
+            let target = DVec3::new(0.1 * random.signed().abs(), 0.1 * random.signed().abs(), 0.3 * random.signed());
+            projectile(i, start, (target - start).normalize() * SPEED)
+        });
+        let mut world = shots(bodies, 0.3, sheets.collect());
+        for _ in 0..6 {
+            world.step();
+            for (sheet, p) in world.sheets().iter().flat_map(|s| s.x.iter().map(move |p| (s, p))) {
+                assert!(p.x > -1e-6 && p.y > -1e-6, "{} is at {p}", sheet.name);
+            }
+        }
     }
 }
