@@ -49,6 +49,10 @@ pub struct Flight {
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
+    /// Where the mass met the surface, m.
+    pub touch: DVec3,
+    /// Its velocity right after that, m/s.
+    pub leaving: DVec3,
     /// Position at the end of the step, m.
     pub x: DVec3,
     /// Velocity at the end of the step, m/s.
@@ -90,7 +94,7 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     if depth > 0.0 {
         x += n * depth;
     }
-    Outcome { x, v: last + surface.velocity, impact, rest }
+    Outcome { touch, leaving: leaving + surface.velocity, x, v: last + surface.velocity, impact, rest }
 }
 
 /// Relative velocity after the impact, and the approach speed if it counts as one.
