@@ -104,6 +104,7 @@ fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
 
 /// Meets the masses that must be looked at with one collider; true if any took an impact.
 fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dyn Touch) -> bool {
+    let drift = sheet.engine_kind.info().drift;
     let mut struck = false;
     for i in 0..sheet.x.len() {
         if sheet.work.clearance.nearest[i] < 0.0 {
@@ -123,7 +124,7 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dy
             }
             Meeting::Surface(surface) => surface,
         };
-        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt };
+        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt, drift };
         sheet.work.clearance.face[i] = (target.handle, face);
         struck |= turn_aside(sheet, i, &flight, &surface, target);
         touch.touched(target.handle, i);
@@ -144,7 +145,8 @@ fn turn_aside(sheet: &mut Sheet, i: usize, flight: &Flight, surface: &Surface, t
     }
     sheet.work.touching[i] = true;
     if out.rest > 0.0 && out.x.distance_squared(out.touch) > LONG_LEG * LONG_LEG {
-        let flight = Flight { x0: out.touch, v0: out.leaving, x1: out.x, v1: out.v, dt: out.rest };
+        let (x0, v0, x1, v1) = (out.touch, out.leaving, out.x, out.v);
+        let flight = Flight { x0, v0, x1, v1, dt: out.rest, drift: flight.drift };
         clearance.legs.push(Leg { mass: i as u32, from: target.handle, normal: surface.normal, flight });
     }
     if out.impact > 0.0 {

@@ -16,6 +16,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     // Of the order-5 formula with steps it is told to take; error control keeps well below by itself.
     stability_limit: 0.997,
     evaluations: 7,
+    drift: 0.5,
     adaptive: true,
     make: || Box::new(Rk45::default()),
 };

@@ -22,6 +22,8 @@ struct Parts {
     mass: Vec<f64>,
     velocity: Vec<DVec3>,
     force: Vec<DVec3>,
+    /// Place of each mass in the sheet, 0 to 1 over the bottom layer.
+    uv: Vec<(f64, f64)>,
     structure: StructureKind,
     grid: (u32, u32, u32),
     damping: f64,
@@ -72,6 +74,7 @@ fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError>
         structure: spec.structure,
         grid: spec.grid,
         damping: spec.damping,
+        uv: material_coordinates(&lattice),
         lattice,
     })
 }
@@ -128,10 +131,10 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         let layer = lattice.layer_of[spring.a as usize].min(lattice.layer_of[spring.b as usize]);
         lattice.links.push(Link { a: spring.a, b: spring.b, class: spring.kind, layer });
     }
-    if structure.info().flexion {
-        let plain = LatticeSpec { structure, grid: (nx, layers, nz), size: (1.0, 1.0), gap: 1.0, cross_over: false };
-        lattice.flexion = generate(&plain)?.flexion;
-    }
+    // The file's positions may be of a bent sheet: what lies where in it is known from the same lattice at rest.
+    let grid = (nx, layers, nz);
+    let plain = generate(&LatticeSpec { structure, grid, size: (1.0, 1.0), gap: 1.0, cross_over: false })?;
+    lattice.flexion.clone_from(&plain.flexion);
     Ok(Parts {
         rest: file.springs.iter().map(|s| s.rest).collect(),
         stiffness: file.springs.iter().map(|s| s.stiffness).collect(),
@@ -141,13 +144,13 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         structure,
         grid: (nx, layers, nz),
         damping: file.damping,
+        uv: material_coordinates(&plain),
         lattice,
     })
 }
 
 fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -> Sheet {
-    let Parts { lattice, rest, stiffness, mass, velocity, force, structure, grid, damping } = parts;
-    let uv = material_coordinates(&lattice);
+    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, structure, grid, damping } = parts;
     let rotation = spec.placement.quaternion();
     let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
     for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {

@@ -1,0 +1,139 @@
+//! The eye: it orbits a target, slides across the picture plane and comes nearer. Plain geometry, metres and radians.
+
+use glam::{Vec2, Vec3};
+use sheetwork::World;
+use sheetwork::scene::Shape;
+
+/// Where the picture is taken from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// What is looked at, m.
+    pub target: Vec3,
+    /// Turn about the vertical, radians; 0 looks along -z (at the back wall).
+    pub yaw: f32,
+    /// Height of the eye above the target as an angle, radians; within ±1.55.
+    pub pitch: f32,
+    /// From eye to target, m; 1e-4 to 1e4.
+    pub distance: f32,
+    /// Angle between the upper and the lower edge of the picture, radians.
+    pub field_of_view: f32,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { target: Vec3::ZERO, yaw: 0.45, pitch: 0.42, distance: 0.15, field_of_view: 0.6 }
+    }
+}
+
+impl Camera {
+    /// A camera at `eye` that looks at `target`, m.
+    pub fn looking(eye: Vec3, target: Vec3) -> Self {
+        let back = eye - target;
+        let distance = back.length().max(1e-4);
+        let pitch = (back.y / distance).clamp(-1.0, 1.0).asin().clamp(-1.55, 1.55);
+        Self { target, yaw: back.x.atan2(back.z), pitch, distance, ..Self::default() }
+    }
+
+    /// The view that a scene asks for, or a fitted one.
+    pub fn of(world: &World) -> Self {
+        if let Some(spec) = &world.scene().camera {
+            return Self::looking(spec.eye.as_vec3(), spec.target.as_vec3());
+        }
+        Self::fitted(world)
+    }
+
+    /// A view from the right and above that holds the sheets and bodies of `world`.
+    pub fn fitted(world: &World) -> Self {
+        let (low, high) = content(world).unwrap_or((Vec3::splat(-0.05), Vec3::splat(0.05)));
+        let base = Self::default();
+        let radius = (0.5 * (high - low).length()).max(1e-3);
+        let distance = 1.05 * radius / (0.5 * base.field_of_view).sin();
+        Self { target: 0.5 * (low + high), distance, ..base }
+    }
+
+    /// Unit vector from the target to the eye.
+    pub fn back(&self) -> Vec3 {
+        let (sy, cy) = self.yaw.sin_cos();
+        let (sp, cp) = self.pitch.sin_cos();
+        Vec3::new(cp * sy, sp, cp * cy)
+    }
+
+    /// Where the eye is, m.
+    pub fn eye(&self) -> Vec3 {
+        self.target + self.back() * self.distance
+    }
+
+    /// Unit vectors to the right and upwards in the picture.
+    pub fn axes(&self) -> (Vec3, Vec3) {
+        let back = self.back();
+        let right = Vec3::Y.cross(back).normalize_or(Vec3::X);
+        (right, back.cross(right))
+    }
+
+    /// Turns the eye about the target by a drag of the mouse, points.
+    pub fn orbit(&mut self, drag: Vec2) {
+        self.yaw = (self.yaw - 0.008 * drag.x) % std::f32::consts::TAU;
+        self.pitch = (self.pitch + 0.008 * drag.y).clamp(-1.55, 1.55);
+    }
+
+    /// Slides eye and target so that the target's plane follows a drag of the mouse, points, in a picture `height` points
+    /// high.
+    pub fn pan(&mut self, drag: Vec2, height: f32) {
+        let scale = 2.0 * self.distance * (0.5 * self.field_of_view).tan() / height.max(1.0);
+        let (right, up) = self.axes();
+        self.target += (up * drag.y - right * drag.x) * scale;
+    }
+
+    /// Comes nearer by notches of the wheel, or goes away for negative ones.
+    pub fn zoom(&mut self, notches: f32) {
+        self.distance = (self.distance * (-0.12 * notches.clamp(-20.0, 20.0)).exp()).clamp(1e-4, 1e4);
+    }
+}
+
+/// Box around the sheets and the bodies that have an end, as they are now, m.
+fn content(world: &World) -> Option<(Vec3, Vec3)> {
+    let mut points = Vec::new();
+    for sheet in world.sheets() {
+        points.extend(sheet.x.bounds().into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
+    }
+    if let Some(rigid) = world.rigid() {
+        for (index, body) in rigid.bodies().iter().enumerate() {
+            let Some((position, rotation)) = rigid.pose(index) else { continue };
+            if let Shape::Ball(radius) = body.shape {
+                points.extend([-radius, radius].map(|r| (position + glam::DVec3::splat(r)).as_vec3()));
+            }
+            let corners = body.polyhedra.iter().flat_map(|p| &p.vertices);
+            points.extend(corners.map(|v| (rotation * *v + position).as_vec3()));
+        }
+    }
+    let low = points.iter().copied().reduce(Vec3::min)?;
+    let high = points.iter().copied().reduce(Vec3::max)?;
+    Some((low, high))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_eye_given_is_the_eye_taken() {
+        let (eye, target) = (Vec3::new(0.3, 0.2, 0.5), Vec3::new(0.0, 0.1, 0.0));
+        let camera = Camera::looking(eye, target);
+        assert!(camera.eye().distance(eye) < 1e-6);
+        let (right, up) = camera.axes();
+        assert!(right.dot(camera.back()).abs() < 1e-6 && up.dot(right).abs() < 1e-6 && up.y > 0.0);
+    }
+
+    #[test]
+    fn a_drag_turns_slides_and_nears_without_leaving_its_limits() {
+        let mut camera = Camera::default();
+        camera.orbit(Vec2::new(0.0, 1e6));
+        assert!(camera.pitch <= 1.55);
+        camera.zoom(1e9);
+        assert!(camera.distance >= 1e-4);
+        let mut camera = Camera { pitch: 0.0, yaw: 0.0, ..Camera::default() };
+        camera.pan(Vec2::new(10.0, 0.0), 100.0);
+        // The scene follows the mouse to the right, so the eye goes left.
+        assert!(camera.target.x < 0.0 && camera.target.y.abs() < 1e-9);
+    }
+}

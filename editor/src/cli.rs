@@ -1,0 +1,126 @@
+//! The command line.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser;
+use sheetwork::InputError;
+use sheetwork::scene::Scene;
+
+use crate::{headless, scenes, shell};
+
+/// Watch stiff thin sheets fall, bend and slide, and change them while they do.
+///
+/// Opens a window. Without a display or a Vulkan driver the scene runs headless instead, and leaves a picture and a
+/// recording.
+#[derive(Clone, Debug, Default, Parser)]
+#[command(name = "sheetwork-editor", version)]
+pub struct Arguments {
+    /// Scene file, or the name of one in assets/scenes; the wedge when left out.
+    pub scene: Option<PathBuf>,
+    /// Render one frame offscreen to this PNG file and end.
+    #[arg(long, value_name = "FILE")]
+    pub screenshot: Option<PathBuf>,
+    /// Simulated time of the screenshot, s, from 0; the scene's own duration when left out.
+    #[arg(long, value_name = "SECONDS", requires = "screenshot")]
+    pub at: Option<f64>,
+    /// Size of the picture or the window, pixels.
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Have the panels in the screenshot too.
+    #[arg(long, requires = "screenshot")]
+    pub with_ui: bool,
+    /// Run without a window: print the report, write a picture and a recording to sheetwork-out/.
+    #[arg(long, conflicts_with = "screenshot")]
+    pub headless: bool,
+    /// How long a headless run lasts, simulated s; the scene's own duration when left out.
+    #[arg(long, value_name = "S")]
+    pub seconds: Option<f64>,
+    /// Close the window after this many frames and say how long the first took.
+    #[arg(long, value_name = "N", hide = true)]
+    pub frames: Option<u32>,
+}
+
+/// Reads `1280x720`.
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let wrong = || format!("\"{text}\" is not a size like 1280x720, 16x16 to 8192x8192 pixels");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let side = |s: &str| s.trim().parse().ok().filter(|n| (16..=8192).contains(n)).ok_or_else(wrong);
+    Ok((side(width)?, side(height)?))
+}
+
+impl Arguments {
+    /// The scene file that is meant.
+    pub fn scene_file(&self) -> PathBuf {
+        let name = self.scene.clone().unwrap_or_else(|| scenes::FIRST_SCENE.into());
+        scenes::find(&name)
+    }
+
+    /// Does what the command line asks.
+    pub fn run(&self) -> ExitCode {
+        match self.try_run() {
+            Ok(code) => code,
+            Err(error) => {
+                eprintln!("error: {error}");
+                ExitCode::from(2)
+            }
+        }
+    }
+
+    fn try_run(&self) -> Result<ExitCode, InputError> {
+        for (flag, seconds) in [("--at", self.at), ("--seconds", self.seconds)] {
+            if let Some(seconds) = seconds {
+                sheetwork::check_range(flag, seconds, 0.0, 1e6, "s")?;
+            }
+        }
+        let file = self.scene_file();
+        let scene = Scene::load(&file)?;
+        if let Some(picture) = &self.screenshot {
+            return shell::offscreen::screenshot(self, &scene, &file, picture);
+        }
+        if self.headless {
+            return headless::run(&scene, self.seconds, self.size);
+        }
+        if let Err(reason) = shell::probe::window_possible() {
+            eprintln!("No window: {reason}.");
+            eprintln!("Running \"{}\" headless instead.", scene.name);
+            return headless::run(&scene, self.seconds, self.size);
+        }
+        match shell::window::run(self, &file) {
+            Ok(code) => Ok(code),
+            Err(reason) => {
+                eprintln!("The window could not be opened: {reason}.");
+                eprintln!("Running \"{}\" headless instead.", scene.name);
+                headless::run(&scene, self.seconds, self.size)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+        let parse = |line: &str| Arguments::try_parse_from(line.split(' '));
+        let shot = parse("x wedge --screenshot a.png --at 1.5 --size 640x360").expect("valid");
+        assert_eq!((shot.size, shot.at), (Some((640, 360)), Some(1.5)));
+        assert!(parse("x --at 1").is_err(), "--at without --screenshot");
+        assert!(parse("x --headless --screenshot a.png").is_err());
+        for bad in ["640", "axb", "0x10", "9999x20", "-4x20"] {
+            assert!(parse(&format!("x --size={bad}")).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn bad_numbers_and_scenes_are_refused() {
+        let refused = |a: Arguments| a.try_run().expect_err("refused").to_string();
+        let nan = Arguments { headless: true, seconds: Some(f64::NAN), ..Arguments::default() };
+        assert!(refused(nan).contains("--seconds"));
+        let missing = Arguments { scene: Some("no-such-scene".into()), ..Arguments::default() };
+        assert!(refused(missing).contains("no-such-scene"));
+    }
+}

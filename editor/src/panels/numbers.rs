@@ -1,0 +1,133 @@
+//! Live numbers: energies, how fast it runs, contacts, what happened.
+
+use bevy_egui::egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Shape, Stroke, Ui, vec2};
+use sheetwork::event::{Event, EventKind};
+use sheetwork::sheet::Status;
+
+use super::controls::format_si;
+use super::style::{ELASTIC, GRAVITY, KINETIC, TOTAL};
+use crate::session::{EnergySample, Session};
+
+/// How many events are listed.
+const EVENTS: usize = 12;
+
+/// The numbers of the session as it is now.
+pub fn numbers(ui: &mut Ui, session: &Session) {
+    ui.add_space(4.0);
+    ui.strong("Energy");
+    energies(ui, session.history());
+    ui.separator();
+    ui.strong("Speed of the simulation");
+    Grid::new("timing").num_columns(2).show(ui, |ui| timing(ui, session));
+    ui.separator();
+    ui.strong("Sheets");
+    Grid::new("sheets").num_columns(2).show(ui, |ui| counts(ui, session));
+    ui.separator();
+    ui.strong("Events");
+    events(ui, session.world().events());
+}
+
+fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
+    ui.weak(name);
+    ui.label(value.into().monospace());
+    ui.end_row();
+}
+
+fn energies(ui: &mut Ui, history: &[EnergySample]) {
+    let now = history.last().copied().unwrap_or_default();
+    Grid::new("energies").num_columns(2).show(ui, |ui| {
+        let rows = [
+            ("kinetic", KINETIC, now.kinetic),
+            ("elastic", ELASTIC, now.elastic),
+            ("gravity", GRAVITY, now.gravity),
+            ("total", TOTAL, now.total()),
+        ];
+        for (name, colour, value) in rows {
+            ui.label(RichText::new(name).color(colour));
+            ui.monospace(format_si(value, "J"));
+            ui.end_row();
+        }
+    });
+    graph(ui, history);
+}
+
+/// The four energies over the last moments; gravity and total from their lowest value up.
+fn graph(ui: &mut Ui, history: &[EnergySample]) {
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 76.0), Sense::hover());
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 4.0, Color32::from_black_alpha(60));
+    if history.len() < 2 {
+        return;
+    }
+    let lines: [(Color32, fn(&EnergySample) -> f64); 4] =
+        [(TOTAL, EnergySample::total), (GRAVITY, |e| e.gravity), (ELASTIC, |e| e.elastic), (KINETIC, |e| e.kinetic)];
+    // Height has no zero of its own: all lines are drawn on the scale of what changes.
+    let lowest = history.iter().map(|e| e.gravity).fold(f64::INFINITY, f64::min);
+    let base = [lowest, lowest, 0.0, 0.0];
+    let values = |k: usize| history.iter().map(move |e| lines[k].1(e) - base[k]);
+    let top = (0..4).flat_map(values).fold(1e-15, f64::max);
+    for (k, (colour, _)) in lines.iter().enumerate() {
+        let points = values(k).enumerate().map(|(i, value)| {
+            let x = i as f32 / (history.len() - 1) as f32;
+            point(rect, x, (value / top).clamp(-0.1, 1.0) as f32)
+        });
+        painter.add(Shape::line(points.collect(), Stroke::new(1.3, *colour)));
+    }
+}
+
+fn point(rect: Rect, x: f32, y: f32) -> Pos2 {
+    let inner = rect.shrink(4.0);
+    Pos2::new(inner.left() + x * inner.width(), inner.bottom() - y * inner.height())
+}
+
+fn timing(ui: &mut Ui, session: &Session) {
+    let timing = session.timing();
+    let none = || "-".to_owned();
+    let step = if timing.step_s > 0.0 { format!("{:.1} µs", 1e6 * timing.step_s) } else { none() };
+    row(ui, "a step", step);
+    row(ui, "real time", session.real_time_factor().map_or_else(none, |f| format!("{f:.1}×")));
+    row(ui, "steps a frame", timing.steps.to_string());
+    row(ui, "steps", session.world().steps().to_string());
+    if timing.lost_s > 0.0 {
+        row(ui, "time lost", RichText::new(format!("{:.2} s", timing.lost_s)).color(ui.visuals().warn_fg_color));
+    }
+}
+
+fn counts(ui: &mut Ui, session: &Session) {
+    let sheets = session.world().sheets();
+    row(ui, "simulated", format!("{:.3} s", session.world().time()));
+    row(ui, "masses", sheets.iter().map(|s| s.masses()).sum::<usize>().to_string());
+    row(ui, "springs", sheets.iter().map(|s| s.springs().len()).sum::<usize>().to_string());
+    row(ui, "contacts", session.contacts().to_string());
+    row(ui, "max speed", format_si(sheets.iter().map(|s| s.max_speed()).fold(0.0, f64::max), "m/s"));
+    row(ui, "deepest", format_si(session.penetration().iter().copied().fold(0.0, f64::max), "m"));
+    let resting = sheets.iter().filter(|s| s.status == Status::Asleep).count();
+    row(ui, "at rest", format!("{resting} of {}", sheets.len()));
+}
+
+fn events(ui: &mut Ui, events: &[Event]) {
+    if events.is_empty() {
+        ui.weak("nothing yet");
+    }
+    for event in events.iter().rev().take(EVENTS) {
+        ui.horizontal_wrapped(|ui| {
+            ui.monospace(format!("{:7.3}", event.time_s));
+            ui.label(describe(event));
+        });
+    }
+}
+
+fn describe(event: &Event) -> String {
+    let what = match event.kind {
+        EventKind::FirstContact => "touches",
+        EventKind::SlidOff => "has left",
+        EventKind::Flat => "lies flat on",
+        EventKind::AtRest => "is at rest",
+        EventKind::Woke => "wakes",
+        EventKind::Unstable => "went unstable",
+    };
+    match &event.body {
+        Some(body) => format!("{} {what} {body}", event.sheet),
+        None => format!("{} {what}", event.sheet),
+    }
+}

@@ -1,0 +1,38 @@
+//! Colours and spacing of the controls.
+
+use bevy_egui::egui::{self, Color32, CornerRadius};
+
+/// The sheets' own colour, for what is chosen or active.
+pub(super) const ACCENT: Color32 = Color32::from_rgb(226, 92, 52);
+/// Energy of motion.
+pub(super) const KINETIC: Color32 = Color32::from_rgb(240, 150, 70);
+/// Energy in the springs.
+pub(super) const ELASTIC: Color32 = Color32::from_rgb(95, 170, 235);
+/// Energy of height.
+pub(super) const GRAVITY: Color32 = Color32::from_rgb(140, 200, 120);
+/// All of it.
+pub(super) const TOTAL: Color32 = Color32::from_rgb(225, 225, 230);
+
+/// Gives a context the editor's look.
+pub fn apply(ctx: &egui::Context) {
+    ctx.set_theme(egui::Theme::Dark);
+    ctx.all_styles_mut(|style| {
+        let visuals = &mut style.visuals;
+        visuals.panel_fill = Color32::from_rgb(32, 34, 38);
+        visuals.window_fill = Color32::from_rgb(38, 40, 45);
+        visuals.selection.bg_fill = ACCENT.gamma_multiply(0.75);
+        visuals.slider_trailing_fill = true;
+        visuals.hyperlink_color = ACCENT;
+        for widget in [
+            &mut visuals.widgets.inactive,
+            &mut visuals.widgets.hovered,
+            &mut visuals.widgets.active,
+            &mut visuals.widgets.open,
+        ] {
+            widget.corner_radius = CornerRadius::same(4);
+        }
+        style.spacing.item_spacing = egui::vec2(7.0, 5.0);
+        style.spacing.slider_width = 120.0;
+        style.spacing.interact_size.y = 21.0;
+    });
+}

@@ -1,0 +1,166 @@
+//! A world as triangles with paint: sheets' surfaces, bodies, floor and back wall. Metres, world coordinates.
+
+use glam::{DQuat, DVec3, Vec3};
+use sheetwork::World;
+use sheetwork::contact::rigid::Body;
+use sheetwork::scene::{Polyhedron, Room, Shape};
+use sheetwork::sheet::Sheet;
+use sheetwork::sheet::surface::Surface;
+
+/// Which layer of a sheet is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Layer {
+    /// The uppermost.
+    #[default]
+    Top,
+    /// The lowest.
+    Bottom,
+}
+
+/// What of the sheets is drawn, and how.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Look {
+    /// Which layer the surface goes through.
+    pub layer: Layer,
+    /// Spline pieces between two masses: 1 (flat) to 16.
+    pub parts: u32,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self { layer: Layer::Top, parts: 4 }
+    }
+}
+
+/// How a triangle is painted; colours are linear red, green, blue.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Paint {
+    /// A body's face.
+    Matt(Vec3),
+    /// A sheet: one colour above, one below, glossy.
+    Sheet(Vec3, Vec3),
+    /// A plane with a square grid of this spacing, m, seen from its front only; the axes are those the grid runs along.
+    Grid(Vec3, f32, [usize; 2]),
+}
+
+/// A triangle, counter-clockwise seen from its front.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Triangle {
+    pub corners: [Vec3; 3],
+    pub normals: [Vec3; 3],
+    pub paint: Paint,
+}
+
+impl Triangle {
+    /// Normal of its plane, not of unit length.
+    pub fn across(&self) -> Vec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a)
+    }
+
+    /// Whether it can be seen through from behind.
+    pub fn one_sided(&self) -> bool {
+        !matches!(self.paint, Paint::Sheet(..))
+    }
+
+    /// Whether it throws a shadow.
+    pub fn throws_shadow(&self) -> bool {
+        !matches!(self.paint, Paint::Grid(..))
+    }
+}
+
+/// Everything there is to draw.
+pub(super) struct Model {
+    pub triangles: Vec<Triangle>,
+}
+
+const SHEET_ABOVE: Vec3 = Vec3::new(0.80, 0.115, 0.035);
+const SHEET_BELOW: Vec3 = Vec3::new(0.52, 0.075, 0.03);
+const BODY: Vec3 = Vec3::new(0.36, 0.44, 0.56);
+const FLOOR: Vec3 = Vec3::new(0.66, 0.635, 0.60);
+const WALL: Vec3 = Vec3::new(0.70, 0.69, 0.675);
+
+impl Model {
+    pub fn of(world: &World, look: &Look) -> Self {
+        let mut model = Self { triangles: Vec::new() };
+        if let Some(room) = &world.scene().room {
+            model.add_room(room);
+        }
+        if let Some(rigid) = world.rigid() {
+            for (index, body) in rigid.bodies().iter().enumerate() {
+                if let Some((position, rotation)) = rigid.pose(index) {
+                    model.add_body(body, position, rotation);
+                }
+            }
+        }
+        for sheet in world.sheets() {
+            model.add_sheet(sheet, look);
+        }
+        // A number that is none would poison the depth buffer.
+        model.triangles.retain(|t| t.corners.iter().all(|c| c.is_finite()));
+        model
+    }
+
+    fn add_room(&mut self, room: &Room) {
+        let at = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).as_vec3();
+        let (x, y, z, grid) = (room.x, room.y, room.z, room.grid as f32);
+        let floor = [at(x.0, y.0, z.0), at(x.0, y.0, z.1), at(x.1, y.0, z.1), at(x.1, y.0, z.0)];
+        self.add_quad(floor, Paint::Grid(FLOOR, grid, [0, 2]));
+        if room.back_wall {
+            let wall = [at(x.0, y.0, z.0), at(x.1, y.0, z.0), at(x.1, y.1, z.0), at(x.0, y.1, z.0)];
+            self.add_quad(wall, Paint::Grid(WALL, grid, [0, 1]));
+        }
+    }
+
+    fn add_quad(&mut self, [a, b, c, d]: [Vec3; 4], paint: Paint) {
+        let normal = (b - a).cross(c - a).normalize_or(Vec3::Y);
+        for corners in [[a, b, c], [a, c, d]] {
+            self.triangles.push(Triangle { corners, normals: [normal; 3], paint });
+        }
+    }
+
+    fn add_body(&mut self, body: &Body, position: DVec3, rotation: DQuat) {
+        let place = |p: DVec3| (rotation * p + position).as_vec3();
+        for polyhedron in &body.polyhedra {
+            for face in polyhedron.triangulate() {
+                let corners = face.map(|i| polyhedron.vertices.get(i as usize).map_or(Vec3::ZERO, |v| place(*v)));
+                let mut triangle = Triangle { corners, normals: [Vec3::Y; 3], paint: Paint::Matt(BODY) };
+                triangle.normals = [triangle.across().normalize_or(Vec3::Y); 3];
+                self.triangles.push(triangle);
+            }
+        }
+        if let Shape::Ball(radius) = body.shape {
+            let half = Polyhedron::hemisphere(radius, 16, 48);
+            for turn in [DQuat::IDENTITY, DQuat::from_rotation_x(std::f64::consts::PI)] {
+                let round = half.triangulate().into_iter().map(|t| t.map(|i| half.vertices[i as usize]));
+                // The flat base is inside the ball.
+                for local in round.filter(|t| t.iter().any(|p| p.y > 1e-9 * radius)) {
+                    let corners = local.map(|p| place(turn * p));
+                    let normals = corners.map(|c| (c - position.as_vec3()).normalize_or(Vec3::Y));
+                    self.triangles.push(Triangle { corners, normals, paint: Paint::Matt(BODY) });
+                }
+            }
+        }
+    }
+
+    fn add_sheet(&mut self, sheet: &Sheet, look: &Look) {
+        let layer = match look.layer {
+            Layer::Top => sheet.layers.last(),
+            Layer::Bottom => sheet.layers.first(),
+        };
+        let Some(layer) = layer else { return };
+        let mesh = Surface::new(layer, &sheet.uv, look.parts).mesh(&sheet.x);
+        let position = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::ZERO, |p| Vec3::from(*p));
+        let normal = |i: u32| mesh.normals.get(i as usize).map_or(Vec3::Y, |n| Vec3::from(*n));
+        for triangle in &mesh.indices {
+            let (corners, normals) = (triangle.map(position), triangle.map(normal));
+            self.triangles.push(Triangle { corners, normals, paint: Paint::Sheet(SHEET_ABOVE, SHEET_BELOW) });
+        }
+    }
+
+    /// Box around what throws a shadow, m; the origin when nothing does.
+    pub fn bounds(&self) -> (Vec3, Vec3) {
+        let corners = || self.triangles.iter().filter(|t| t.throws_shadow()).flat_map(|t| t.corners);
+        (corners().reduce(Vec3::min).unwrap_or_default(), corners().reduce(Vec3::max).unwrap_or_default())
+    }
+}

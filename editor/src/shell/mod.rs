@@ -1,0 +1,25 @@
+//! The thin Bevy layer: a window or an image with the scene in it, and the panels around.
+//!
+//! `probe` asks whether there can be a window; `window` and `offscreen` are the two apps; `stage` is what they share: lights,
+//! camera, backdrop; `scenery` shows the session's world.
+
+pub mod offscreen;
+pub mod probe;
+mod scenery;
+mod shapes;
+mod stage;
+pub mod window;
+
+use bevy::prelude::Resource;
+
+use crate::panels::EditorState;
+use crate::session::Session;
+
+/// The session and what the editor remembers, as Bevy holds them.
+#[derive(Resource)]
+pub struct Editor {
+    /// The world and its clock.
+    pub session: Session,
+    /// The rest.
+    pub state: EditorState,
+}

@@ -1,0 +1,145 @@
+//! One picture of a scene, drawn by the graphics driver into an image, without any window.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+
+use bevy::app::PluginsState;
+use bevy::camera::RenderTarget;
+use bevy::log::{Level, LogPlugin};
+use bevy::prelude::*;
+use bevy::render::RenderPlugin;
+use bevy::render::pipelined_rendering::PipelinedRenderingPlugin;
+use bevy::render::render_resource::TextureFormat;
+use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
+use bevy::window::ExitCondition;
+use bevy::winit::WinitPlugin;
+use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+use sheetwork::InputError;
+use sheetwork::scene::Scene;
+
+use super::scenery::{self, Shown};
+use super::stage::{self, Quality, Scale};
+use super::{Editor, probe, window};
+use crate::cli::Arguments;
+use crate::panels::EditorState;
+use crate::picture::{LARGEST, Look, Picture};
+use crate::session::Session;
+
+/// Size of a picture unless told otherwise, pixels.
+pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
+
+/// Frames before the picture is taken: lights, shadows and textures take a few to arrive.
+const WARM_UP: u32 = 12;
+
+/// How long a picture may take.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Simulates to the asked time, draws, writes the file. Without a graphics driver the picture is our own rasteriser's.
+///
+/// # Errors
+/// When the scene is not valid or the file cannot be written.
+pub fn screenshot(arguments: &Arguments, scene: &Scene, file: &Path, picture: &Path) -> Result<ExitCode, InputError> {
+    let size = arguments.size.unwrap_or(PICTURE_SIZE);
+    let mut session = Session::new(scene)?;
+    session.run(arguments.at.unwrap_or(scene.duration));
+    let status = if session.world().unstable().is_some() { ExitCode::from(1) } else { ExitCode::SUCCESS };
+    for message in session.messages() {
+        eprintln!("{}", message.text);
+    }
+    let drawn = match probe::adapter() {
+        Ok(adapter) => {
+            eprintln!("Drawing {} with {}.", file.display(), adapter.name);
+            draw(session, size, arguments.with_ui)
+        }
+        Err(reason) => {
+            eprintln!("Drawing {} with the built-in rasteriser: {reason}.", file.display());
+            let camera = crate::camera::Camera::of(session.world());
+            Ok(Picture::draw(session.world(), &camera, &Look::default(), size))
+        }
+    };
+    let drawn = drawn.map_err(|problem| InputError::new("", problem).in_file(picture))?;
+    drawn.save(picture).map_err(|e| InputError::io(picture, &e))?;
+    Ok(status)
+}
+
+/// Draws the session's world as it is, with the panels if `panels` says so. Needs a graphics driver: ask
+/// [`probe::adapter`] first. `size` in pixels, taken to 16 to [`LARGEST`].
+///
+/// # Errors
+/// What went wrong, when no picture came back.
+pub fn draw(session: Session, (width, height): (u32, u32), panels: bool) -> Result<Picture, String> {
+    let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
+    let mut app = app(session);
+    let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
+    image.texture_descriptor.usage |= bevy::render::render_resource::TextureUsages::COPY_SRC;
+    let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
+    let camera = (stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into()));
+    let camera = app.world_mut().spawn(camera).id();
+    if panels {
+        app.add_systems(EguiPrimaryContextPass, show_panels);
+        app.world_mut().entity_mut(camera).insert(PrimaryEguiContext);
+    }
+    for _ in 0..WARM_UP {
+        app.update();
+    }
+    let received: Arc<Mutex<Option<Image>>> = Arc::default();
+    let slot = Arc::clone(&received);
+    app.world_mut().spawn(Screenshot::image(target)).observe(move |captured: On<ScreenshotCaptured>| {
+        *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(captured.image.clone());
+    });
+    let start = Instant::now();
+    while start.elapsed() < PATIENCE {
+        app.update();
+        if let Some(image) = received.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            return convert(&image, width, height);
+        }
+    }
+    Err("the graphics driver gave no picture back".to_owned())
+}
+
+/// An app without a window that is driven frame by frame.
+fn app(session: Session) -> App {
+    let mut app = App::new();
+    let plugins = DefaultPlugins
+        .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
+        .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
+        .set(LogPlugin { level: Level::ERROR, ..default() })
+        .disable::<WinitPlugin>()
+        .disable::<PipelinedRenderingPlugin>();
+    app.add_plugins(plugins).add_plugins(EguiPlugin::default());
+    app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
+    let state = EditorState::new(&session);
+    app.insert_resource(Editor { session, state });
+    add_scene(&mut app, Quality::BEST);
+    while app.plugins_state() == PluginsState::Adding {
+        bevy::tasks::tick_global_task_pools_on_main_thread();
+    }
+    app.finish();
+    app.cleanup();
+    app
+}
+
+/// What shows the session's world, in the window as in a picture.
+pub(super) fn add_scene(app: &mut App, quality: Quality) {
+    app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
+    app.add_systems(Startup, (stage::set_up, scenery::mix_paints));
+    let show = (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
+    app.add_systems(PostUpdate, show.chain().before(TransformSystems::Propagate));
+}
+
+fn show_panels(mut contexts: EguiContexts, mut editor: ResMut<Editor>) -> Result {
+    window::draw_panels(contexts.ctx_mut()?, &mut editor);
+    Ok(())
+}
+
+/// Drops the alpha channel.
+fn convert(image: &Image, width: u32, height: u32) -> Result<Picture, String> {
+    let data = image.data.as_deref().unwrap_or_default();
+    let pixels: Vec<u8> = data.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
+    if pixels.len() != 3 * width as usize * height as usize {
+        return Err(format!("the graphics driver gave {} bytes for {width} x {height} pixels", data.len()));
+    }
+    Ok(Picture { width, height, pixels })
+}

@@ -1,0 +1,307 @@
+//! Shows the session's world: room, bodies, sheets as meshes; springs as lines and masses as dots where asked for.
+
+use bevy::camera::visibility::NoFrustumCulling;
+use bevy::light::NotShadowCaster;
+use bevy::mesh::VertexAttributeValues;
+use bevy::prelude::*;
+use sheetwork::scene::{Room, Shape};
+use sheetwork::sheet::surface::Surface;
+
+use super::stage::Scale;
+use super::{Editor, shapes};
+use crate::camera::Camera as View;
+use crate::panels::Display;
+use crate::picture::Layer;
+
+/// Spline pieces from one mass to the next of a smoothed surface.
+const SMOOTH_PARTS: u32 = 5;
+
+/// Everything that belongs to the scene hangs on this; it carries the scale.
+#[derive(Component)]
+pub struct Root;
+
+/// A part of the room.
+#[derive(Component)]
+pub struct RoomPart;
+
+/// Shows body `0`.
+#[derive(Component)]
+pub struct BodyPart(usize);
+
+/// Shows a sheet's surface.
+#[derive(Component)]
+pub struct SheetPart {
+    index: usize,
+    surface: Surface,
+    layer: Layer,
+    smooth: bool,
+}
+
+/// Shows mass `mass` of sheet `sheet`.
+#[derive(Component)]
+pub struct Dot {
+    sheet: usize,
+    mass: usize,
+}
+
+/// What the entities were made for.
+#[derive(Resource, Default)]
+pub struct Shown {
+    generation: Option<u64>,
+    masses: bool,
+    moment: Option<(u64, u64, f64)>,
+}
+
+/// Materials, made once.
+#[derive(Resource)]
+pub struct Paints {
+    floor: Handle<StandardMaterial>,
+    wall: Handle<StandardMaterial>,
+    body: Handle<StandardMaterial>,
+    sheet: Handle<StandardMaterial>,
+    dot: Handle<StandardMaterial>,
+    touching: Handle<StandardMaterial>,
+    round: Handle<Mesh>,
+}
+
+/// Makes the materials.
+pub fn mix_paints(
+    mut commands: Commands,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut images: ResMut<Assets<Image>>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    let grid = images.add(shapes::grid_texture());
+    let matt = |base_color: Color| StandardMaterial { base_color, perceptual_roughness: 0.85, reflectance: 0.25, ..default() };
+    let gridded = |colour| StandardMaterial { base_color_texture: Some(grid.clone()), ..matt(colour) };
+    let glowing = |colour: Color| StandardMaterial { emissive: colour.to_linear() * 0.6, ..matt(colour) };
+    let sheet = StandardMaterial {
+        base_color: Color::srgb(0.90, 0.27, 0.11),
+        perceptual_roughness: 0.38,
+        reflectance: 0.45,
+        double_sided: true,
+        cull_mode: None,
+        ..default()
+    };
+    commands.insert_resource(Paints {
+        floor: materials.add(gridded(Color::srgb(0.83, 0.815, 0.79))),
+        wall: materials.add(gridded(Color::srgb(0.85, 0.845, 0.835))),
+        body: materials.add(StandardMaterial { perceptual_roughness: 0.6, ..matt(Color::srgb(0.60, 0.67, 0.77)) }),
+        sheet: materials.add(sheet),
+        dot: materials.add(glowing(Color::srgb(0.16, 0.18, 0.22))),
+        touching: materials.add(glowing(Color::srgb(1.0, 0.80, 0.15))),
+        round: meshes.add(shapes::dot()),
+    });
+}
+
+/// Makes the entities of a newly opened scene.
+pub fn rebuild(
+    mut commands: Commands,
+    editor: Res<Editor>,
+    paints: Res<Paints>,
+    mut shown: ResMut<Shown>,
+    mut scale: ResMut<Scale>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    roots: Query<Entity, With<Root>>,
+) {
+    let session = &editor.session;
+    if shown.generation == Some(session.generation()) {
+        return;
+    }
+    *shown = Shown { generation: Some(session.generation()), ..default() };
+    roots.iter().for_each(|root| commands.entity(root).despawn());
+    scale.0 = 2.0 / View::fitted(session.world()).distance.max(1e-6);
+    let root = commands.spawn((Root, Transform::from_scale(Vec3::splat(scale.0)), Visibility::default())).id();
+    let mut add = |mesh: Mesh, paint: &Handle<StandardMaterial>| {
+        let parts = (Mesh3d(meshes.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default(), ChildOf(root));
+        commands.spawn(parts).id()
+    };
+    let mut rooms = Vec::new();
+    if let Some(room) = &session.world().scene().room {
+        rooms = room_parts(room).into_iter().map(|(mesh, wall)| add(mesh, if wall { &paints.wall } else { &paints.floor })).collect();
+    }
+    let mut bodies = Vec::new();
+    for (index, body) in session.world().rigid().iter().flat_map(|r| r.bodies()).enumerate() {
+        let mesh = match &body.shape {
+            Shape::Ball(radius) => Sphere::new(*radius as f32).mesh().uv(64, 40),
+            Shape::HalfSpace => continue,
+            _ => shapes::polyhedra(&body.polyhedra),
+        };
+        bodies.push((add(mesh, &paints.body), index));
+    }
+    let display = editor.state.display;
+    let mut sheets = Vec::new();
+    for index in 0..session.world().sheets().len() {
+        if let Some((part, mesh)) = sheet_part(&editor, index, display) {
+            sheets.push((add(mesh, &paints.sheet), part));
+        }
+    }
+    for entity in rooms {
+        commands.entity(entity).insert((RoomPart, NotShadowCaster));
+    }
+    for (entity, index) in bodies {
+        commands.entity(entity).insert(BodyPart(index));
+    }
+    for (entity, part) in sheets {
+        commands.entity(entity).insert((part, NoFrustumCulling));
+    }
+}
+
+/// The floor and the back wall: mesh, and whether it is the wall.
+fn room_parts(room: &Room) -> Vec<(Mesh, bool)> {
+    let (x, y, z) = (room.x, room.y, room.z);
+    let corner = Vec3::new(x.0 as f32, y.0 as f32, z.0 as f32);
+    let size = Vec3::new((x.1 - x.0) as f32, (y.1 - y.0) as f32, (z.1 - z.0) as f32);
+    let tile = (room.grid * f64::from(shapes::CELLS)) as f32;
+    let front = corner + Vec3::Z * size.z;
+    let mut parts = vec![(shapes::plane(front, [Vec3::X * size.x, -Vec3::Z * size.z], tile), false)];
+    if room.back_wall {
+        parts.push((shapes::plane(corner, [Vec3::X * size.x, Vec3::Y * size.y], tile), true));
+    }
+    parts
+}
+
+fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetPart, Mesh)> {
+    let sheet = editor.session.world().sheets().get(index)?;
+    let layer = match display.layer {
+        Layer::Top => sheet.layers.last(),
+        Layer::Bottom => sheet.layers.first(),
+    }?;
+    let surface = Surface::new(layer, &sheet.uv, if display.smooth { SMOOTH_PARTS } else { 1 });
+    let mesh = shapes::sheet(&surface.mesh(&sheet.x));
+    Some((SheetPart { index, surface, layer: display.layer, smooth: display.smooth }, mesh))
+}
+
+/// Shows or hides parts as the display asks.
+pub fn choose(
+    editor: Res<Editor>,
+    mut rooms: Query<&mut Visibility, (With<RoomPart>, Without<SheetPart>)>,
+    mut sheets: Query<(&mut Visibility, &mut SheetPart, &mut Mesh3d)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut shown: ResMut<Shown>,
+) {
+    let display = editor.state.display;
+    let seen = |yes: bool| if yes { Visibility::Inherited } else { Visibility::Hidden };
+    for mut visibility in &mut rooms {
+        visibility.set_if_neq(seen(display.room));
+    }
+    for (mut visibility, mut part, mut mesh) in &mut sheets {
+        visibility.set_if_neq(seen(display.surface));
+        if (part.layer, part.smooth) != (display.layer, display.smooth)
+            && let Some((new, fresh)) = sheet_part(&editor, part.index, display)
+        {
+            *part = new;
+            mesh.0 = meshes.add(fresh);
+            shown.moment = None;
+        }
+    }
+}
+
+/// Moves bodies, surfaces and dots to where the session has them at this moment.
+pub fn animate(
+    editor: Res<Editor>,
+    mut shown: ResMut<Shown>,
+    mut bodies: Query<(&BodyPart, &mut Transform), Without<Dot>>,
+    sheets: Query<(&SheetPart, &Mesh3d)>,
+    mut meshes: ResMut<Assets<Mesh>>,
+) {
+    let session = &editor.session;
+    let moment = Some((session.generation(), session.world().steps(), session.alpha()));
+    // A scene that stands still is not sent to the graphics card again.
+    if shown.moment == moment {
+        return;
+    }
+    shown.moment = moment;
+    for (part, mut transform) in &mut bodies {
+        if let Some((position, rotation)) = session.body_pose(part.0) {
+            transform.set_if_neq(Transform::from_translation(position.as_vec3()).with_rotation(rotation.as_quat()));
+        }
+    }
+    for (part, handle) in &sheets {
+        let (Some(sheet), Some(before)) = (session.world().sheets().get(part.index), session.before().get(part.index))
+        else {
+            continue;
+        };
+        let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
+        let [mut positions, mut normals] = [Mesh::ATTRIBUTE_POSITION, Mesh::ATTRIBUTE_NORMAL]
+            .map(|id| match mesh.attribute_mut(id) {
+                Some(VertexAttributeValues::Float32x3(values)) => std::mem::take(values),
+                _ => Vec::new(),
+            });
+        part.surface.update(before, &sheet.x, session.alpha() as f32, &mut positions, &mut normals);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, positions);
+        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, normals);
+    }
+}
+
+/// Makes, moves and removes the dots of the masses.
+pub fn dots(
+    mut commands: Commands,
+    editor: Res<Editor>,
+    paints: Res<Paints>,
+    mut shown: ResMut<Shown>,
+    roots: Query<Entity, With<Root>>,
+    mut dots: Query<(Entity, &Dot, &mut Transform, &mut MeshMaterial3d<StandardMaterial>)>,
+) {
+    let session = &editor.session;
+    let wanted = editor.state.display.masses;
+    let Ok(root) = roots.single() else { return };
+    if shown.masses != wanted {
+        shown.masses = wanted;
+        dots.iter().for_each(|(entity, ..)| commands.entity(entity).despawn());
+        for (index, sheet) in session.world().sheets().iter().enumerate().filter(|_| wanted) {
+            let radius = dot_radius(sheet.springs().rest.iter().copied().fold(f64::INFINITY, f64::min));
+            for mass in 0..sheet.masses() {
+                let place = Transform::from_translation(sheet.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
+                let look = (Mesh3d(paints.round.clone()), MeshMaterial3d(paints.dot.clone()), NotShadowCaster);
+                commands.spawn((Dot { sheet: index, mass }, look, place, ChildOf(root)));
+            }
+        }
+        return;
+    }
+    let alpha = session.alpha();
+    for (_, dot, mut transform, mut paint) in &mut dots {
+        let (Some(sheet), Some(before)) = (session.world().sheets().get(dot.sheet), session.before().get(dot.sheet))
+        else {
+            continue;
+        };
+        if dot.mass < sheet.masses() && dot.mass < before.len() {
+            let place = before.get(dot.mass).lerp(sheet.x.get(dot.mass), alpha).as_vec3();
+            if transform.translation != place {
+                transform.translation = place;
+            }
+            let touching = sheet.touching().get(dot.mass).copied().unwrap_or(false);
+            paint.set_if_neq(MeshMaterial3d(if touching { paints.touching.clone() } else { paints.dot.clone() }));
+        }
+    }
+}
+
+/// A dot is a quarter of the shortest spring across, m.
+fn dot_radius(shortest: f64) -> f32 {
+    if shortest.is_finite() { (0.16 * shortest) as f32 } else { 1e-3 }
+}
+
+/// Draws the springs as lines: blue where compressed, red where stretched, full colour at the sheet's largest strain.
+pub fn springs(editor: Res<Editor>, scale: Res<Scale>, mut gizmos: Gizmos) {
+    if !editor.state.display.springs {
+        return;
+    }
+    let (session, alpha) = (&editor.session, editor.session.alpha());
+    for (sheet, before) in session.world().sheets().iter().zip(session.before()) {
+        let springs = sheet.springs();
+        let at = |i: u32| before.get(i as usize).lerp(sheet.x.get(i as usize), alpha);
+        let strain = |i: usize| at(springs.a[i]).distance(at(springs.b[i])) / springs.rest[i] - 1.0;
+        let largest = (0..springs.len()).map(|i| strain(i).abs()).fold(1e-3, f64::max);
+        for i in 0..springs.len() {
+            let (a, b) = (at(springs.a[i]).as_vec3(), at(springs.b[i]).as_vec3());
+            gizmos.line(a * scale.0, b * scale.0, strain_colour((strain(i) / largest) as f32));
+        }
+    }
+}
+
+/// -1 blue, 0 pale, 1 red.
+fn strain_colour(s: f32) -> LinearRgba {
+    let pale = LinearRgba::rgb(0.85, 0.85, 0.80);
+    let full = if s < 0.0 { LinearRgba::rgb(0.03, 0.16, 0.95) } else { LinearRgba::rgb(0.95, 0.05, 0.02) };
+    pale + (full - pale) * s.abs().min(1.0).sqrt()
+}

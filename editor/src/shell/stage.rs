@@ -1,0 +1,114 @@
+//! Lights, camera and backdrop: the same for the window and for pictures.
+//!
+//! The scene is drawn at a scale at which its content is about one unit across, because shadow biases and cascades have
+//! lengths of their own: a sheet of centimetres and one of metres then look alike.
+
+use bevy::camera::visibility::NoFrustumCulling;
+use bevy::core_pipeline::tonemapping::Tonemapping;
+use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver, ShadowFilteringMethod};
+use bevy::prelude::*;
+
+use super::{Editor, shapes};
+
+/// How much is spent on the picture.
+#[derive(Resource, Clone, Copy, Debug)]
+pub struct Quality {
+    /// Samples a pixel.
+    pub msaa: Msaa,
+    /// Texels along the edge of the shadow map; 0 for no shadows.
+    pub shadows: usize,
+}
+
+impl Quality {
+    /// For pictures to be shown.
+    pub const BEST: Self = Self { msaa: Msaa::Sample4, shadows: 4096 };
+    /// For a window with a graphics processor.
+    pub const WINDOW: Self = Self { msaa: Msaa::Sample4, shadows: 2048 };
+    /// For a window drawn by the processor.
+    pub const SOFTWARE: Self = Self { msaa: Msaa::Off, shadows: 512 };
+}
+
+/// Drawn units a metre.
+#[derive(Resource, Clone, Copy, Debug)]
+pub struct Scale(pub f32);
+
+/// The camera that sees the scene.
+#[derive(Component)]
+pub struct SceneCamera;
+
+/// The ball behind everything.
+#[derive(Component)]
+pub struct Backdrop;
+
+/// What the scene camera needs, whatever it draws into.
+pub fn camera(quality: &Quality) -> impl Bundle {
+    (
+        SceneCamera,
+        Camera3d::default(),
+        Camera { clear_color: ClearColorConfig::Custom(Color::srgb(0.86, 0.86, 0.85)), ..default() },
+        Projection::Perspective(PerspectiveProjection { near: 1e-3, far: 1e3, ..default() }),
+        Tonemapping::AgX,
+        ShadowFilteringMethod::Gaussian,
+        quality.msaa,
+        Transform::default(),
+    )
+}
+
+/// Puts up the lights and the backdrop.
+pub fn set_up(
+    mut commands: Commands,
+    quality: Res<Quality>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+) {
+    let shadows = quality.shadows > 0;
+    commands.insert_resource(DirectionalLightShadowMap { size: quality.shadows.max(64) });
+    commands.insert_resource(GlobalAmbientLight { color: Color::srgb(0.90, 0.94, 1.0), brightness: 430.0, ..default() });
+    let light = |colour: Color, illuminance: f32, from: Vec3, shadows: bool| {
+        (
+            DirectionalLight {
+                color: colour,
+                illuminance,
+                shadow_maps_enabled: shadows,
+                shadow_depth_bias: 0.01,
+                shadow_normal_bias: 1.4,
+                ..default()
+            },
+            CascadeShadowConfigBuilder { num_cascades: 1, minimum_distance: 0.1, maximum_distance: 8.0, ..default() }
+                .build(),
+            Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y),
+        )
+    };
+    commands.spawn(light(Color::srgb(1.0, 0.965, 0.90), 7_200.0, Vec3::new(0.55, 1.15, 0.75), shadows));
+    commands.spawn(light(Color::srgb(0.72, 0.82, 1.0), 1_500.0, Vec3::new(-1.0, 0.55, 0.6), false));
+    commands.spawn(light(Color::srgb(1.0, 0.9, 0.8), 700.0, Vec3::new(0.3, 0.5, -1.0), false));
+    commands.spawn((
+        Backdrop,
+        Mesh3d(meshes.add(shapes::backdrop())),
+        MeshMaterial3d(materials.add(StandardMaterial { unlit: true, cull_mode: None, fog_enabled: false, ..default() })),
+        Transform::from_scale(Vec3::splat(400.0)),
+        (NotShadowCaster, NotShadowReceiver, NoFrustumCulling),
+    ));
+}
+
+/// Puts the camera where the editor's state has it.
+pub fn move_camera(
+    editor: Res<Editor>,
+    scale: Res<Scale>,
+    mut cameras: Query<(&mut Transform, &mut Projection), With<SceneCamera>>,
+    mut backdrops: Query<&mut Transform, (With<Backdrop>, Without<SceneCamera>)>,
+) {
+    let camera = &editor.state.camera;
+    let wanted = Transform::from_translation(camera.eye() * scale.0).looking_at(camera.target * scale.0, Vec3::Y);
+    for (mut transform, mut projection) in &mut cameras {
+        transform.set_if_neq(wanted);
+        if let Projection::Perspective(perspective) = &mut *projection
+            && perspective.fov != camera.field_of_view
+        {
+            perspective.fov = camera.field_of_view;
+        }
+    }
+    for mut transform in &mut backdrops {
+        transform.translation = wanted.translation;
+    }
+}

@@ -1,0 +1,188 @@
+//! The window: scene in the middle, panels around, redrawn as long as something moves.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use bevy::camera::visibility::RenderLayers;
+use bevy::camera::{CameraOutputMode, Viewport};
+use bevy::log::{Level, LogPlugin};
+use bevy::prelude::*;
+use bevy::render::render_resource::BlendState;
+use bevy::window::{PrimaryWindow, WindowResolution};
+use bevy::winit::{UpdateMode, WinitSettings};
+use bevy_egui::egui::{self, UiBuilder};
+use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+
+use super::stage::{self, Quality, SceneCamera};
+use super::{Editor, offscreen, probe};
+use crate::cli::Arguments;
+use crate::panels::{self, EditorState};
+use crate::session::Session;
+
+/// Whether a frame has been shown: until then a failure means that there can be no window.
+static SHOWN: AtomicBool = AtomicBool::new(false);
+
+/// When the program asked for the window, and how many frames to show where that was limited.
+#[derive(Resource)]
+struct Watch {
+    start: Instant,
+    frames: Option<u32>,
+    seen: u32,
+}
+
+/// Opens the window on the scene in `file` and stays until it is closed.
+///
+/// # Errors
+/// Why no window could be opened, as part of a sentence.
+pub fn run(arguments: &Arguments, file: &Path) -> Result<ExitCode, String> {
+    let start = Instant::now();
+    let adapter = probe::adapter()?;
+    let session = Session::open(file).map_err(|e| e.to_string())?;
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |info| {
+        // Bevy panics when the system gives it no window; that is answered by a headless run, not by a backtrace.
+        if SHOWN.load(Ordering::Relaxed) {
+            hook(info);
+        }
+    }));
+    let watch = Watch { start, frames: arguments.frames, seen: 0 };
+    let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments.size, watch).run()));
+    match result {
+        Ok(AppExit::Success) => Ok(ExitCode::SUCCESS),
+        Ok(AppExit::Error(code)) if SHOWN.load(Ordering::Relaxed) => Ok(ExitCode::from(code.get())),
+        Err(panic) if SHOWN.load(Ordering::Relaxed) => std::panic::resume_unwind(panic),
+        _ => Err("the system refused it".to_owned()),
+    }
+}
+
+fn app(session: Session, adapter: &probe::Adapter, size: Option<(u32, u32)>, watch: Watch) -> App {
+    // Drawn by the processor, a large window would be too slow to turn by mouse.
+    let usual = if adapter.software { (1100, 700) } else { (1480, 900) };
+    let (width, height) = size.unwrap_or(usual);
+    let window = Window {
+        title: format!("{} - Sheetwork", session.world().scene().name),
+        resolution: WindowResolution::new(width, height),
+        ..default()
+    };
+    let mut app = App::new();
+    let plugins = DefaultPlugins
+        .set(WindowPlugin { primary_window: Some(window), ..default() })
+        .set(LogPlugin { level: Level::WARN, filter: "wgpu=error,naga=warn,bevy_render::renderer=error".into(), ..default() });
+    app.add_plugins(plugins).add_plugins(EguiPlugin::default());
+    app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
+    let mut state = EditorState::new(&session);
+    let mut session = session;
+    session.play();
+    state.path = session.file().map(|f| f.display().to_string()).unwrap_or_default();
+    app.insert_resource(Editor { session, state }).insert_resource(watch);
+    let quality = if adapter.software { Quality::SOFTWARE } else { Quality::WINDOW };
+    offscreen::add_scene(&mut app, quality);
+    app.add_systems(Startup, cameras);
+    app.add_systems(Update, (pass_time, title, pace));
+    app.add_systems(EguiPrimaryContextPass, (style, show_panels).chain());
+    app.add_systems(Last, count_frames);
+    app
+}
+
+/// One camera for the scene, one above it for the panels.
+fn cameras(mut commands: Commands, quality: Res<Quality>) {
+    commands.spawn(stage::camera(&quality));
+    commands.spawn((
+        PrimaryEguiContext,
+        Camera2d,
+        Msaa::Off,
+        RenderLayers::none(),
+        Camera {
+            order: 1,
+            output_mode: CameraOutputMode::Write {
+                blend_state: Some(BlendState::ALPHA_BLENDING),
+                clear_color: ClearColorConfig::None,
+            },
+            clear_color: ClearColorConfig::Custom(Color::NONE),
+            ..default()
+        },
+    ));
+}
+
+fn pass_time(mut editor: ResMut<Editor>, time: Res<Time<Real>>) {
+    editor.session.frame(time.delta_secs_f64());
+}
+
+fn style(mut contexts: EguiContexts, mut done: Local<bool>) -> Result {
+    if !*done {
+        panels::apply_style(contexts.ctx_mut()?);
+        *done = true;
+    }
+    Ok(())
+}
+
+/// Lays the panels over the whole of an egui context.
+pub(super) fn draw_panels(ctx: &egui::Context, editor: &mut Editor) {
+    let Editor { session, state } = editor;
+    let everything = UiBuilder::new().layer_id(egui::LayerId::background()).max_rect(ctx.viewport_rect());
+    let mut ui = egui::Ui::new(ctx.clone(), "editor".into(), everything);
+    panels::show(&mut ui, session, state);
+}
+
+fn show_panels(
+    mut contexts: EguiContexts,
+    mut editor: ResMut<Editor>,
+    mut camera: Single<&mut Camera, With<SceneCamera>>,
+    window: Single<&Window, With<PrimaryWindow>>,
+    mut exit: MessageWriter<AppExit>,
+) -> Result {
+    let ctx = contexts.ctx_mut()?;
+    draw_panels(ctx, &mut editor);
+    if editor.state.quit {
+        exit.write(AppExit::Success);
+    }
+    let scale = ctx.pixels_per_point();
+    let rect = editor.state.viewport;
+    let whole = UVec2::new(window.physical_width(), window.physical_height());
+    let low = UVec2::new((rect.left() * scale).round() as u32, (rect.top() * scale).round() as u32).min(whole);
+    let high = UVec2::new((rect.right() * scale).round() as u32, (rect.bottom() * scale).round() as u32).min(whole);
+    let size = high.saturating_sub(low);
+    let viewport = (size.x > 0 && size.y > 0)
+        .then(|| Viewport { physical_position: low, physical_size: size, ..default() });
+    let place = |v: &Option<Viewport>| v.as_ref().map(|v| (v.physical_position, v.physical_size));
+    if place(&camera.viewport) != place(&viewport) {
+        camera.viewport = viewport;
+    }
+    Ok(())
+}
+
+fn title(editor: Res<Editor>, mut window: Single<&mut Window, With<PrimaryWindow>>) {
+    let title = format!("{} - Sheetwork", editor.session.world().scene().name);
+    if window.title != title {
+        window.title = title;
+    }
+}
+
+/// Draws all the time while the scene plays, and only when something happens while it is paused.
+fn pace(editor: Res<Editor>, mut settings: ResMut<WinitSettings>) {
+    let playing = editor.session.playing();
+    let mode = if playing { UpdateMode::Continuous } else { UpdateMode::reactive(Duration::from_millis(250)) };
+    if settings.focused_mode != mode {
+        settings.focused_mode = mode;
+        settings.unfocused_mode = mode;
+    }
+}
+
+fn count_frames(mut watch: ResMut<Watch>, mut exit: MessageWriter<AppExit>) {
+    watch.seen += 1;
+    if watch.seen == 2 {
+        // The first frame is on its way to the screen while the second is made.
+        SHOWN.store(true, Ordering::Relaxed);
+        if watch.frames.is_some() {
+            println!("first frame after {:.2} s", watch.start.elapsed().as_secs_f64());
+        }
+    }
+    if watch.frames.is_some_and(|n| watch.seen >= n.max(2)) {
+        let rate = f64::from(watch.seen) / watch.start.elapsed().as_secs_f64();
+        println!("{} frames, {rate:.1} a second", watch.seen);
+        exit.write(AppExit::Success);
+    }
+}
