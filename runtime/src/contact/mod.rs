@@ -7,10 +7,14 @@
 //! Rapier works in `f32` in each body's own frame; positions are taken there in `f64` first, so that a body far from the
 //! origin costs no accuracy. Masses are kept [`SKIN`] outside a surface, above what `f32` resolves.
 
+mod clearance;
 pub mod detect;
 pub mod response;
 pub mod rigid;
+mod target;
 pub mod through_thickness;
+
+pub(crate) use clearance::Clearance;
 
 /// Distance at which a mass lies on a surface, m.
 pub const SKIN: f64 = 1e-5;

@@ -18,7 +18,12 @@ pub struct RigidView<'a> {
     pub bodies: &'a RigidBodySet,
     /// The colliders.
     pub colliders: &'a ColliderSet,
+    /// Whether the bodies are the world's own, which move only as their velocities say.
+    pub(crate) owned: bool,
 }
+
+/// `user_data` of a collider whose mesh is known to be convex.
+pub(super) const CONVEX: u128 = 0x636f_6e76_6578;
 
 impl<'a> RigidView<'a> {
     /// A view of a caller's Rapier world, whose broad phase must be up to date with the colliders' places.
@@ -28,7 +33,7 @@ impl<'a> RigidView<'a> {
         bodies: &'a RigidBodySet,
         colliders: &'a ColliderSet,
     ) -> Self {
-        Self { broad_phase, narrow_phase, bodies, colliders }
+        Self { broad_phase, narrow_phase, bodies, colliders, owned: false }
     }
 
     /// Queries over everything but sensors.
@@ -116,8 +121,9 @@ impl RigidWorld {
         let friction = spec.friction.unwrap_or(scene.contact.friction) as f32;
         let restitution = spec.restitution.unwrap_or(scene.contact.restitution) as f32;
         let mut colliders = Vec::new();
-        for shape in shapes {
-            let collider = ColliderBuilder::new(shape).friction(friction).restitution(restitution).density(0.0);
+        for (index, shape) in shapes.into_iter().enumerate() {
+            let mark = if polyhedra.get(index).is_some_and(is_convex) { CONVEX } else { 0 };
+            let collider = ColliderBuilder::new(shape).friction(friction).restitution(restitution).user_data(mark);
             colliders.push(self.inner.insert_collider(collider, Some(handle)));
         }
         self.moving |= !spec.path.is_empty();
@@ -216,7 +222,9 @@ impl RigidWorld {
 
     /// What a step looks at.
     pub fn view(&self) -> RigidView<'_> {
-        RigidView::new(&self.inner.broad_phase, &self.inner.narrow_phase, &self.inner.bodies, &self.inner.colliders)
+        let inner = &self.inner;
+        let view = RigidView::new(&inner.broad_phase, &inner.narrow_phase, &inner.bodies, &inner.colliders);
+        RigidView { owned: true, ..view }
     }
 }
 
@@ -251,7 +259,9 @@ fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron]) -> Result<Vec<SharedShape>
     match shape {
         Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
         Shape::HalfSpace => Ok(vec![SharedShape::halfspace(Vector::Y)]),
-        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => polyhedra.iter().map(mesh_of).collect(),
+        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => {
+            polyhedra.iter().map(mesh_of).collect()
+        }
     }
 }
 
@@ -259,4 +269,17 @@ fn mesh_of(polyhedron: &Polyhedron) -> Result<SharedShape, InputError> {
     let vertices = polyhedron.vertices.iter().map(|p| p.as_vec3()).collect();
     SharedShape::trimesh_with_flags(vertices, polyhedron.triangulate(), TriMeshFlags::ORIENTED)
         .map_err(|e| InputError::new("shape", format!("cannot be made into a surface: {e}")))
+}
+
+/// Whether every vertex lies behind every face, but for rounding.
+fn is_convex(polyhedron: &Polyhedron) -> bool {
+    let (low, high) = polyhedron.bounds();
+    let slack = 1e-6 * low.distance(high);
+    (0..polyhedron.faces.len()).all(|face| {
+        let normal = polyhedron.face_normal(face);
+        let Some(on) = polyhedron.faces[face].first().and_then(|v| polyhedron.vertices.get(*v as usize)) else {
+            return false;
+        };
+        polyhedron.vertices.iter().all(|p| (*p - *on).dot(normal) <= slack)
+    })
 }

@@ -7,11 +7,12 @@
 //!
 //! A spring of no length has no direction and pulls on nothing.
 //!
-//! Springs are stored as arrays, and grouped into runs: consecutive springs that join consecutive masses. A regular grid
-//! is a handful of long runs, so that gathering differences and scattering forces are contiguous loops, and the square
-//! root and division between them run over all springs at once. Order of summation is fixed by the order of the springs
-//! and does not depend on the width of the vector unit: results are the same bits on every x86-64.
+//! For the kernel, springs are ordered into runs that join consecutive masses. A regular grid is a handful of long runs, so
+//! that gathering differences and scattering forces are contiguous loops, and the square root and division between them
+//! run over all springs at once. The order of summation is fixed by that order and does not depend on the width of the
+//! vector unit: results are the same bits on every x86-64.
 
+use multiversion::multiversion;
 use serde::{Deserialize, Serialize};
 
 use crate::sheet::Vectors;
@@ -59,13 +60,45 @@ impl SpringClass {
     }
 }
 
-/// Consecutive springs that join consecutive masses: spring `first + i` joins `a + i` to `b + i`.
+/// A spring, on its way into [`Springs`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// First mass.
+    pub a: u32,
+    /// Second mass.
+    pub b: u32,
+    /// What it does.
+    pub class: SpringClass,
+    /// Stiffness k, N/m, 0 or more.
+    pub stiffness: f64,
+    /// Rest length s, m, more than 0.
+    pub rest: f64,
+    /// Dashpot c, N s/m, 0 or more.
+    pub damping: f64,
+}
+
+/// Consecutive slots that join consecutive masses: slot `first + i` joins `a + i` to `b + i`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Run {
     first: u32,
     a: u32,
     b: u32,
     len: u32,
+}
+
+/// Empty slots that may be put between two springs to make one run of two: cheaper than starting another.
+const GAP: u32 = 2;
+
+/// The springs as the kernel sees them: in slots, ordered by the distance b - a of their masses and then by a. A slot that
+/// holds no spring has zero stiffness and pulls on nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Slots {
+    runs: Vec<Run>,
+    /// Slot of each spring.
+    of: Vec<u32>,
+    stiffness: Vec<f64>,
+    rest: Vec<f64>,
+    damping: Vec<f64>,
 }
 
 /// The springs of a sheet, as arrays of one length.
@@ -77,13 +110,13 @@ pub struct Springs {
     pub b: Vec<u32>,
     /// What each does.
     pub class: Vec<SpringClass>,
-    /// Stiffness k, N/m, 0 or more.
+    /// Stiffness k, N/m.
     pub stiffness: Vec<f64>,
-    /// Rest length s, m, more than 0.
+    /// Rest length s, m.
     pub rest: Vec<f64>,
-    /// Dashpot c, N s/m, 0 or more.
+    /// Dashpot c, N s/m.
     pub damping: Vec<f64>,
-    runs: Vec<Run>,
+    slots: Slots,
 }
 
 /// Room for the intermediate values of [`Springs::add_forces`]; kept between calls so that a warm step allocates nothing.
@@ -95,19 +128,28 @@ pub struct SpringScratch {
 }
 
 impl Springs {
-    /// Appends a spring.
-    pub fn push(&mut self, a: u32, b: u32, class: SpringClass, stiffness: f64, rest: f64, damping: f64) {
-        let first = self.a.len() as u32;
-        self.a.push(a);
-        self.b.push(b);
-        self.class.push(class);
-        self.stiffness.push(stiffness);
-        self.rest.push(rest);
-        self.damping.push(damping);
-        match self.runs.last_mut() {
-            Some(run) if run.a + run.len == a && run.b + run.len == b => run.len += 1,
-            _ => self.runs.push(Run { first, a, b, len: 1 }),
+    /// From a list, in its order.
+    pub fn new(list: &[Spring]) -> Self {
+        let mut springs = Self::default();
+        for s in list {
+            springs.a.push(s.a);
+            springs.b.push(s.b);
+            springs.class.push(s.class);
+            springs.stiffness.push(s.stiffness);
+            springs.rest.push(s.rest);
+            springs.damping.push(s.damping);
         }
+        springs.slots = Slots::new(list);
+        springs
+    }
+
+    /// Changes stiffness (N/m) and dashpot (N s/m) of spring `i`; panics when there is none, as indexing does.
+    pub fn set_law(&mut self, i: usize, stiffness: f64, damping: f64) {
+        self.stiffness[i] = stiffness;
+        self.damping[i] = damping;
+        let slot = self.slots.of[i] as usize;
+        self.slots.stiffness[slot] = stiffness;
+        self.slots.damping[slot] = damping;
     }
 
     /// How many springs there are.
@@ -137,50 +179,54 @@ impl Springs {
 
     /// Adds the forces (N) at positions `x` (m) and velocities `v` (m/s) to `force`.
     pub fn add_forces(&self, x: &Vectors, v: &Vectors, damped: bool, scratch: &mut SpringScratch, force: &mut Vectors) {
-        let n = self.len();
+        let n = self.slots.rest.len();
         if scratch.factor.len() != n {
             *scratch = SpringScratch { d: Vectors::zeros(n), rate: Vectors::zeros(n), factor: vec![0.0; n] };
         }
-        self.gather(x, &mut scratch.d);
-        if damped {
-            self.gather(v, &mut scratch.rate);
-            damped_factors(self, &scratch.d, &scratch.rate, &mut scratch.factor);
-        } else {
-            elastic_factors(self, &scratch.d, &mut scratch.factor);
+        add_forces(&self.slots, x, v, damped, scratch, force);
+    }
+}
+
+impl Slots {
+    fn new(list: &[Spring]) -> Self {
+        let mut order: Vec<u32> = (0..list.len() as u32).collect();
+        // Springs that join the same two masses keep their order, so that this is a total order.
+        order.sort_by_key(|i| {
+            let s = &list[*i as usize];
+            (i64::from(s.b) - i64::from(s.a), s.a, *i)
+        });
+        let mut slots = Self { of: vec![0; list.len()], ..Self::default() };
+        for i in order {
+            let spring = &list[i as usize];
+            slots.place(spring.a, spring.b);
+            slots.of[i as usize] = slots.rest.len() as u32 - 1;
+            if let (Some(k), Some(s), Some(c)) =
+                (slots.stiffness.last_mut(), slots.rest.last_mut(), slots.damping.last_mut())
+            {
+                (*k, *s, *c) = (spring.stiffness, spring.rest, spring.damping);
+            }
         }
-        self.scatter(scratch, force);
+        slots
     }
 
-    /// d = p_b - p_a for every spring.
-    fn gather(&self, p: &Vectors, d: &mut Vectors) {
-        for (d, p) in d.axes_mut().into_iter().zip(p.axes()) {
-            for run in &self.runs {
-                let (first, a, b, len) = run.ranges();
-                let d = &mut d[first..first + len];
-                for ((d, a), b) in d.iter_mut().zip(&p[a..a + len]).zip(&p[b..b + len]) {
-                    *d = b - a;
-                }
+    /// Opens a slot that joins a to b, in the last run if it can be reached there.
+    fn place(&mut self, a: u32, b: u32) {
+        let first = self.rest.len() as u32;
+        let mut open = 1;
+        match self.runs.last_mut() {
+            Some(run)
+                if b.wrapping_sub(a) == run.b.wrapping_sub(run.a)
+                    && (run.a + run.len..=run.a + run.len + GAP).contains(&a) =>
+            {
+                open = a - run.a - run.len + 1;
+                run.len += open;
             }
+            _ => self.runs.push(Run { first, a, b, len: 1 }),
         }
-    }
-
-    /// Adds factor · d to the first mass of every spring and takes it from the second.
-    fn scatter(&self, scratch: &mut SpringScratch, force: &mut Vectors) {
-        for (d, force) in scratch.d.axes_mut().into_iter().zip(force.axes_mut()) {
-            for (d, factor) in d.iter_mut().zip(&scratch.factor) {
-                *d *= factor;
-            }
-            for run in &self.runs {
-                let (first, a, b, len) = run.ranges();
-                let d = &d[first..first + len];
-                for (f, d) in force[a..a + len].iter_mut().zip(d) {
-                    *f += d;
-                }
-                for (f, d) in force[b..b + len].iter_mut().zip(d) {
-                    *f -= d;
-                }
-            }
-        }
+        let end = (first + open) as usize;
+        self.stiffness.resize(end, 0.0);
+        self.rest.resize(end, 0.0);
+        self.damping.resize(end, 0.0);
     }
 }
 
@@ -190,11 +236,64 @@ impl Run {
     }
 }
 
+/// Gathers, evaluates and scatters. Compiled for each width of vector unit and chosen at run time; no variant contracts
+/// or reorders, so all give the same bits.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn add_forces(slots: &Slots, x: &Vectors, v: &Vectors, damped: bool, scratch: &mut SpringScratch, force: &mut Vectors) {
+    let SpringScratch { d, rate, factor } = scratch;
+    gather(&slots.runs, x, d);
+    if damped {
+        gather(&slots.runs, v, rate);
+        damped_factors(slots, d, rate, factor);
+    } else {
+        elastic_factors(slots, d, factor);
+    }
+    scatter(&slots.runs, d, factor, force);
+}
+
+/// d = p_b - p_a for every slot.
+#[inline(always)]
+fn gather(runs: &[Run], p: &Vectors, d: &mut Vectors) {
+    for (d, p) in d.axes_mut().into_iter().zip(p.axes()) {
+        for run in runs {
+            let (first, a, b, len) = run.ranges();
+            let (d, a, b) = (&mut d[first..first + len], &p[a..a + len], &p[b..b + len]);
+            for i in 0..len {
+                d[i] = b[i] - a[i];
+            }
+        }
+    }
+}
+
+/// Adds factor · d to the first mass of every slot and takes it from the second.
+#[inline(always)]
+fn scatter(runs: &[Run], d: &mut Vectors, factor: &[f64], force: &mut Vectors) {
+    for (d, force) in d.axes_mut().into_iter().zip(force.axes_mut()) {
+        for (d, factor) in d.iter_mut().zip(factor) {
+            *d *= factor;
+        }
+        for run in runs {
+            let (first, a, b, len) = run.ranges();
+            let d = &d[first..first + len];
+            // Two loops: the masses of one run may be the first of one spring and the second of another.
+            let ends = &mut force[a..a + len];
+            for i in 0..len {
+                ends[i] += d[i];
+            }
+            let ends = &mut force[b..b + len];
+            for i in 0..len {
+                ends[i] -= d[i];
+            }
+        }
+    }
+}
+
 /// factor = k (1 - s/L): the force on the first mass is factor · d.
-fn elastic_factors(springs: &Springs, d: &Vectors, factor: &mut [f64]) {
+#[inline(always)]
+fn elastic_factors(slots: &Slots, d: &Vectors, factor: &mut [f64]) {
     let n = factor.len();
     let (x, y, z) = (&d.x[..n], &d.y[..n], &d.z[..n]);
-    let (k, s) = (&springs.stiffness[..n], &springs.rest[..n]);
+    let (k, s) = (&slots.stiffness[..n], &slots.rest[..n]);
     for i in 0..n {
         let squared = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
         let inverse = if squared > 0.0 { 1.0 / squared.sqrt() } else { 0.0 };
@@ -203,11 +302,12 @@ fn elastic_factors(springs: &Springs, d: &Vectors, factor: &mut [f64]) {
 }
 
 /// factor = k (1 - s/L) + c (rate·d)/L².
-fn damped_factors(springs: &Springs, d: &Vectors, rate: &Vectors, factor: &mut [f64]) {
+#[inline(always)]
+fn damped_factors(slots: &Slots, d: &Vectors, rate: &Vectors, factor: &mut [f64]) {
     let n = factor.len();
     let (x, y, z) = (&d.x[..n], &d.y[..n], &d.z[..n]);
     let (u, v, w) = (&rate.x[..n], &rate.y[..n], &rate.z[..n]);
-    let (k, s, c) = (&springs.stiffness[..n], &springs.rest[..n], &springs.damping[..n]);
+    let (k, s, c) = (&slots.stiffness[..n], &slots.rest[..n], &slots.damping[..n]);
     for i in 0..n {
         let squared = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
         let inverse = if squared > 0.0 { 1.0 / squared.sqrt() } else { 0.0 };
@@ -230,10 +330,8 @@ mod tests {
 
     #[test]
     fn force_is_minus_the_gradient_of_the_energy() {
-        let mut springs = Springs::default();
-        springs.push(0, 1, SpringClass::X, 3.0, 0.7, 0.0);
-        springs.push(1, 2, SpringClass::X, 5.0, 0.9, 0.0);
-        springs.push(0, 2, SpringClass::Flexion, 2.0, 1.1, 0.0);
+        let spring = |a, b, stiffness, rest| Spring { a, b, class: SpringClass::X, stiffness, rest, damping: 0.0 };
+        let springs = Springs::new(&[spring(0, 1, 3.0, 0.7), spring(1, 2, 5.0, 0.9), spring(0, 2, 2.0, 1.1)]);
         let points = [DVec3::new(0.1, 0.2, 0.3), DVec3::new(1.0, -0.2, 0.1), DVec3::new(1.4, 0.9, -0.5)];
         let x = vectors(&points);
         let v = Vectors::zeros(3);
@@ -255,8 +353,8 @@ mod tests {
 
     #[test]
     fn a_dashpot_opposes_the_rate_of_stretch_only() {
-        let mut springs = Springs::default();
-        springs.push(0, 1, SpringClass::X, 0.0, 1.0, 4.0);
+        let class = SpringClass::X;
+        let springs = Springs::new(&[Spring { a: 0, b: 1, class, stiffness: 0.0, rest: 1.0, damping: 4.0 }]);
         let x = vectors(&[DVec3::ZERO, DVec3::new(2.0, 0.0, 0.0)]);
         let v = vectors(&[DVec3::ZERO, DVec3::new(0.5, 3.0, -1.0)]);
         let mut force = Vectors::zeros(2);
@@ -267,12 +365,28 @@ mod tests {
 
     #[test]
     fn a_spring_of_no_length_pulls_on_nothing() {
-        let mut springs = Springs::default();
-        springs.push(0, 1, SpringClass::X, 1.0, 1.0, 1.0);
+        let class = SpringClass::X;
+        let springs = Springs::new(&[Spring { a: 0, b: 1, class, stiffness: 1.0, rest: 1.0, damping: 1.0 }]);
         let x = vectors(&[DVec3::ONE, DVec3::ONE]);
         let v = vectors(&[DVec3::ZERO, DVec3::ONE]);
         let mut force = Vectors::zeros(2);
         springs.add_forces(&x, &v, true, &mut SpringScratch::default(), &mut force);
         assert_eq!(force, Vectors::zeros(2));
+    }
+
+    #[test]
+    fn slots_between_springs_pull_on_nothing() {
+        // Springs of two rows of three: 0-1, 1-2 and 3-4, 4-5; the slot 2-3 between the rows must stay empty.
+        let rows = [(0, 1), (1, 2), (3, 4), (4, 5)];
+        let list = rows.map(|(a, b)| Spring { a, b, class: SpringClass::X, stiffness: 2.0, rest: 1.0, damping: 0.5 });
+        let springs = Springs::new(&list);
+        assert_eq!(springs.slots.runs.len(), 1);
+        let mut x = Vectors::default();
+        (0..6).for_each(|i| x.push(DVec3::new(f64::from(i % 3) * 1.5, f64::from(i / 3) * 9.0, 0.0)));
+        let mut force = Vectors::zeros(6);
+        springs.add_forces(&x, &Vectors::zeros(6), true, &mut SpringScratch::default(), &mut force);
+        for (i, wanted) in [1.0, 0.0, -1.0, 1.0, 0.0, -1.0].into_iter().enumerate() {
+            assert_eq!(force.get(i), DVec3::new(wanted, 0.0, 0.0));
+        }
     }
 }

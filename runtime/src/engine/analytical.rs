@@ -13,6 +13,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     order: 1,
     stability_limit: 0.0,
     evaluations: 1,
+    drift: 0.5,
     adaptive: false,
     make: || Box::new(Analytical::default()),
 };

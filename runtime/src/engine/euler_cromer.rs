@@ -12,6 +12,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     order: 1,
     stability_limit: 2.0,
     evaluations: 1,
+    drift: 1.0,
     adaptive: false,
     make: || Box::new(EulerCromer::default()),
 };

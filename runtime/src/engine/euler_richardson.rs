@@ -14,6 +14,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     order: 2,
     stability_limit: 0.0,
     evaluations: 2,
+    drift: 0.5,
     adaptive: false,
     make: || Box::new(EulerRichardson::default()),
 };

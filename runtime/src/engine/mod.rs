@@ -85,6 +85,9 @@ pub struct EngineInfo {
     pub stability_limit: f64,
     /// Evaluations of the forces a step.
     pub evaluations: u32,
+    /// Weight θ of a constant acceleration in a step's displacement, Δx = v h + θ a h²: ½ but for the Euler schemes. Contact
+    /// moves what it slows by the same rule, or masses in contact would drift from their neighbours.
+    pub drift: f64,
     /// Whether it chooses its own steps within `dt`.
     pub adaptive: bool,
     /// Makes one.

@@ -13,6 +13,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     order: 4,
     stability_limit: 2.0 * std::f64::consts::SQRT_2,
     evaluations: 4,
+    drift: 0.5,
     adaptive: false,
     make: || Box::new(Rk4::default()),
 };

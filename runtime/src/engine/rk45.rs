@@ -13,9 +13,10 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     name: "rk45",
     about: "Dormand-Prince 5(4), adaptive with error control",
     order: 5,
-    // |R(ia)| of the order-5 formula first exceeds 1 (by more than its tiny early hump) here.
-    stability_limit: 0.0,
+    // Of the order-5 formula with steps it is told to take; error control keeps well below by itself.
+    stability_limit: 0.997,
     evaluations: 7,
+    drift: 0.5,
     adaptive: true,
     make: || Box::new(Rk45::default()),
 };

@@ -15,6 +15,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     order: 2,
     stability_limit: 2.0,
     evaluations: 2,
+    drift: 0.5,
     adaptive: false,
     make: || Box::new(Verlet::default()),
 };

@@ -12,9 +12,9 @@ pub(super) const CASE: Case =
     Case { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", run };
 
 /// Long enough to tell a slow slide from none, s.
-const DURATION: f64 = 0.25;
+const DURATION: f64 = 0.12;
 /// Of that, left out while the layers take up their weight, s.
-const START: f64 = 0.1;
+const START: f64 = 0.04;
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();

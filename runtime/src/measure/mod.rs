@@ -43,7 +43,7 @@ pub struct Setup {
     pub layers: u32,
     /// Engine.
     pub engine: EngineKind,
-    /// Step, s, 1e-7 to 1; `None` for 0.4 of what is stable at two radians a step.
+    /// Step, s, 1e-7 to 1; `None` for one that is stable for the engine on this sheet.
     pub dt: Option<f64>,
     /// Material: modulus, density, thickness.
     pub material: Material,
@@ -163,9 +163,16 @@ impl Setup {
         world.set_sleep(false);
         if self.dt.is_none() {
             let omega = world.sheets()[0].largest_frequency(100);
-            // The dashpots lower every engine's limit; 0.8 rad a step is stable for all but plain Euler.
+            // The dashpots lower the limit a little; engines without one get a step that the dashpots can hold.
+            let info = self.engine.info();
+            let radians = match info.order {
+                // Of first order: a tenth of a radian keeps flight and impact to a fraction of a percent.
+                1 => 0.1,
+                _ if info.stability_limit > 0.0 => 0.7 * info.stability_limit,
+                _ => 0.7,
+            };
             if omega > 0.0 {
-                world.set_dt((0.8 / omega).clamp(1e-7, 1.0))?;
+                world.set_dt((radians / omega).clamp(1e-7, 1.0))?;
             }
         }
         Ok(world)

@@ -271,7 +271,8 @@ pub enum SpringLaw {
     /// Every spring has k = E t: a square cell's own k = E (w t) / l with w = l, given to all springs as the thesis does.
     #[default]
     Uniform,
-    /// k = E A / L with the spring's own length L and A = t x (area of the layer that falls to the spring) / L.
+    /// k = E A / L with the spring's own length L and A = t/layers x (area of the layer that falls to the spring) / L;
+    /// between layers k = E t/layers.
     Length,
 }
 

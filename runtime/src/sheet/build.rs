@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
-use crate::element::spring::{SpringClass, Springs};
+use crate::element::spring::{Spring, SpringClass, Springs};
 use crate::error::InputError;
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
@@ -22,6 +22,8 @@ struct Parts {
     mass: Vec<f64>,
     velocity: Vec<DVec3>,
     force: Vec<DVec3>,
+    /// Place of each mass in the sheet, 0 to 1 over the bottom layer.
+    uv: Vec<(f64, f64)>,
     structure: StructureKind,
     grid: (u32, u32, u32),
     damping: f64,
@@ -72,6 +74,7 @@ fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError>
         structure: spec.structure,
         grid: spec.grid,
         damping: spec.damping,
+        uv: material_coordinates(&lattice),
         lattice,
     })
 }
@@ -94,12 +97,10 @@ fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &
             SpringLaw::Uniform => et,
             SpringLaw::Length => {
                 let share = area / family.get(&(link.class, link.layer)).copied().unwrap_or(1.0);
-                if link.class == SpringClass::Inter {
-                    material.young * share / length
-                } else {
-                    // Each layer carries its part of the thickness; the spring stands for a strip share/length wide.
-                    (et / layers) * (share / length) / length
-                }
+                // Each layer carries its part of the thickness; the spring stands for a strip share/length wide. Between
+                // layers the same: E A / h there would be many times stiffer, and shorten the step for nothing seen.
+                let strip = if link.class == SpringClass::Inter { 1.0 } else { (share / length) / length };
+                (et / layers) * strip
             }
         };
         match link.class {
@@ -130,10 +131,10 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         let layer = lattice.layer_of[spring.a as usize].min(lattice.layer_of[spring.b as usize]);
         lattice.links.push(Link { a: spring.a, b: spring.b, class: spring.kind, layer });
     }
-    if structure.info().flexion {
-        let plain = LatticeSpec { structure, grid: (nx, layers, nz), size: (1.0, 1.0), gap: 1.0, cross_over: false };
-        lattice.flexion = generate(&plain)?.flexion;
-    }
+    // The file's positions may be of a bent sheet: what lies where in it is known from the same lattice at rest.
+    let grid = (nx, layers, nz);
+    let plain = generate(&LatticeSpec { structure, grid, size: (1.0, 1.0), gap: 1.0, cross_over: false })?;
+    lattice.flexion.clone_from(&plain.flexion);
     Ok(Parts {
         rest: file.springs.iter().map(|s| s.rest).collect(),
         stiffness: file.springs.iter().map(|s| s.stiffness).collect(),
@@ -143,13 +144,13 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         structure,
         grid: (nx, layers, nz),
         damping: file.damping,
+        uv: material_coordinates(&plain),
         lattice,
     })
 }
 
 fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -> Sheet {
-    let Parts { lattice, rest, stiffness, mass, velocity, force, structure, grid, damping } = parts;
-    let uv = material_coordinates(&lattice);
+    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, structure, grid, damping } = parts;
     let rotation = spec.placement.quaternion();
     let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
     for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {
@@ -158,10 +159,21 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         applied.push(rotation * *f);
     }
     let et = material.young * material.thickness;
-    let mut springs = Springs::default();
-    for ((link, rest), k) in lattice.links.iter().zip(&rest).zip(&stiffness) {
-        springs.push(link.a, link.b, link.class, *k, *rest, 0.0);
-    }
+    let list: Vec<Spring> = lattice
+        .links
+        .iter()
+        .zip(&rest)
+        .zip(&stiffness)
+        .map(|((link, rest), k)| Spring {
+            a: link.a,
+            b: link.b,
+            class: link.class,
+            stiffness: *k,
+            rest: *rest,
+            damping: 0.0,
+        })
+        .collect();
+    let springs = Springs::new(&list);
     let stack = Stack::new(&springs, &lattice.layer_of);
     let mut engine = scene.engine.make();
     engine.set_tolerance(scene.tolerance);

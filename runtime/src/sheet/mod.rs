@@ -127,6 +127,7 @@ pub(crate) struct Work {
     /// Normal (unit) and fraction of the impact each mass met in this step; the fraction is 0 for none.
     pub struck: Vec<Strike>,
     pub touching: Vec<bool>,
+    pub clearance: crate::contact::Clearance,
 }
 
 impl Sheet {
@@ -266,6 +267,7 @@ impl Sheet {
     /// Wakes it if it sleeps.
     pub fn wake(&mut self) {
         self.quiet = 0.0;
+        self.work.clearance.forget();
         if self.status == Status::Asleep {
             self.status = Status::Awake;
         }
@@ -277,8 +279,7 @@ impl Sheet {
         for i in 0..self.springs.len() {
             let (ma, mb) = (self.mass[self.springs.a[i] as usize], self.mass[self.springs.b[i] as usize]);
             let k = self.stiffness_per_et[i] * et;
-            self.springs.stiffness[i] = k;
-            self.springs.damping[i] = self.damping * 2.0 * (k * ma * mb / (ma + mb)).sqrt();
+            self.springs.set_law(i, k, self.damping * 2.0 * (k * ma * mb / (ma + mb)).sqrt());
         }
         self.damped = self.springs.damped();
         self.wake();

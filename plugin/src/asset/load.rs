@@ -1,0 +1,117 @@
+//! Asset loaders: text in, checked description out.
+
+use std::path::{Path, PathBuf};
+
+use bevy::asset::io::Reader;
+use bevy::asset::{AssetLoader, LoadContext};
+use bevy::prelude::*;
+use sheetwork::scene::{Scene, Shape, pol, sht};
+use sheetwork::{InputError, World};
+
+use super::{SheetFileAsset, SheetPolyhedra, SheetScene};
+
+/// Reads a scene, and builds it once to be sure that it can be built.
+#[derive(TypePath)]
+pub(super) struct SceneLoader {
+    /// Folder that the default asset source reads from.
+    pub root: PathBuf,
+}
+
+/// Reads a .POL file.
+#[derive(TypePath)]
+pub(super) struct PolyhedraLoader;
+
+/// Reads a .SHT file.
+#[derive(TypePath)]
+pub(super) struct SheetLoader;
+
+async fn text(reader: &mut dyn Reader, path: &Path) -> Result<String, InputError> {
+    let mut bytes = Vec::new();
+    reader.read_to_end(&mut bytes).await.map_err(|e| InputError::io(path, &e))?;
+    String::from_utf8(bytes).map_err(|e| InputError::new("", format!("is not text: {e}")).in_file(path))
+}
+
+impl AssetLoader for SceneLoader {
+    type Asset = SheetScene;
+    type Settings = ();
+    type Error = InputError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _settings: &(),
+        context: &mut LoadContext<'_>,
+    ) -> Result<SheetScene, InputError> {
+        let path = context.path().path().to_owned();
+        let file = self.root.join(&path);
+        let text = text(reader, &file).await?;
+        let mut scene = Scene::parse(&text).map_err(|e| e.in_file(&file))?;
+        scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        for name in files_of(&scene) {
+            // Read for the asset server's sake, which loads the scene again when one of these changes. That they are there
+            // and valid is checked below.
+            if let Ok(named) = context.path().resolve_embed_str(&name.to_string_lossy()) {
+                let _bytes = context.read_asset_bytes(named).await;
+            }
+        }
+        World::new(&scene).map_err(|e| if e.file.is_none() { e.in_file(&file) } else { e })?;
+        Ok(SheetScene { scene })
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["sheet.ron"]
+    }
+}
+
+/// Files that a scene names.
+fn files_of(scene: &Scene) -> Vec<PathBuf> {
+    let sheets = scene.sheets.iter().filter_map(|s| s.file.clone());
+    let bodies = scene.bodies.iter().filter_map(|b| match &b.shape {
+        Shape::File(file) | Shape::Part(file, _) => Some(file.clone()),
+        Shape::Polyhedron(_) | Shape::Box(_) | Shape::Ball(_) | Shape::HalfSpace => None,
+    });
+    let heaters = scene.heaters.iter().map(|h| h.file.clone());
+    sheets.chain(bodies).chain(heaters).filter(|file| file.is_relative()).collect()
+}
+
+impl AssetLoader for PolyhedraLoader {
+    type Asset = SheetPolyhedra;
+    type Settings = ();
+    type Error = InputError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _settings: &(),
+        context: &mut LoadContext<'_>,
+    ) -> Result<SheetPolyhedra, InputError> {
+        let path = context.path().path().to_owned();
+        let polyhedra = pol::read_pol(&text(reader, &path).await?).map_err(|e| e.in_file(&path))?;
+        Ok(SheetPolyhedra { polyhedra })
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["pol", "POL"]
+    }
+}
+
+impl AssetLoader for SheetLoader {
+    type Asset = SheetFileAsset;
+    type Settings = ();
+    type Error = InputError;
+
+    async fn load(
+        &self,
+        reader: &mut dyn Reader,
+        _settings: &(),
+        context: &mut LoadContext<'_>,
+    ) -> Result<SheetFileAsset, InputError> {
+        let path = context.path().path().to_owned();
+        let file = sht::read_sht(&text(reader, &path).await?).map_err(|e| e.in_file(&path))?;
+        Ok(SheetFileAsset { file })
+    }
+
+    fn extensions(&self) -> &[&str] {
+        &["sht", "SHT"]
+    }
+}

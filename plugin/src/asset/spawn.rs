@@ -1,0 +1,233 @@
+//! A scene as entities: spawned under its root, and spawned again when the scene changes.
+
+use bevy::ecs::system::SystemState;
+use bevy::prelude::*;
+use bevy::transform::helper::TransformHelper;
+use sheetwork::scene::{BodySpec, PathKey, Placement, Room, Scene, Shape, SheetSpec};
+use sheetwork::{InputError, World as Sheets};
+
+use super::SheetScene;
+use crate::core::motion::Pose;
+use crate::core::{BodyShape, Sheet, SheetBody, SheetWorld, placement, sync};
+use crate::render::SheetRoom;
+
+/// Spawns the sheets, bodies and room of a [`SheetScene`] as children of its entity.
+///
+/// The scene is placed by the entity's transform (its scale is not used). Where the world is otherwise empty it starts anew at
+/// time 0 with the scene's gravity, engine, step, air and contact defaults; where it is not, gravity, engine, step and air
+/// are the newest scene's. When the asset changes, or this component is inserted again, the scene starts again.
+#[derive(Component, Reflect, Clone, Debug, PartialEq, Eq)]
+#[reflect(Component, Clone, Debug, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct SheetSceneRoot(pub Handle<SheetScene>);
+
+/// A [`SheetSceneRoot`] has been spawned, or spawned again.
+#[derive(Message, Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SheetSceneSpawned {
+    /// The root.
+    pub root: Entity,
+}
+
+/// What was spawned under a root.
+#[derive(Component, Default)]
+pub(super) struct Spawned {
+    children: Vec<Entity>,
+}
+
+/// Finds roots whose scene is there and not yet spawned, or has changed.
+#[allow(clippy::type_complexity)]
+pub(super) fn spawn_scenes(
+    mut commands: Commands,
+    roots: Query<(Entity, Ref<SheetSceneRoot>, Has<Spawned>)>,
+    scenes: Res<Assets<SheetScene>>,
+    mut changes: MessageReader<AssetEvent<SheetScene>>,
+) {
+    let modified: Vec<AssetId<SheetScene>> =
+        changes.read().filter_map(|e| if let AssetEvent::Modified { id } = e { Some(*id) } else { None }).collect();
+    for (entity, root, spawned) in &roots {
+        let changed = !spawned || root.is_changed() || modified.contains(&root.0.id());
+        if changed && let Some(asset) = scenes.get(&root.0) {
+            let scene = asset.scene.clone();
+            commands.queue(move |world: &mut World| respawn(world, entity, &scene));
+        }
+    }
+}
+
+/// Replaces what is under `root` by `scene`, unless the scene cannot be built.
+fn respawn(world: &mut World, root: Entity, scene: &Scene) {
+    // Also for a scene that is refused, so that it is not tried and reported in every frame.
+    let before = world.get_mut::<Spawned>(root).map(|mut s| std::mem::take(&mut s.children)).unwrap_or_default();
+    if let Err(problem) = Sheets::new(scene) {
+        error!("scene \"{}\" is left as it was: {problem}", scene.name);
+        set_spawned(world, root, before);
+        return;
+    }
+    for child in before {
+        world.try_despawn(child).ok();
+    }
+    let mut helper = SystemState::<TransformHelper>::new(world);
+    let Some(there) = helper.get(world).ok().and_then(|h| h.compute_global_transform(root).ok()) else { return };
+    let mut children = Vec::new();
+    let built = world.resource_scope(|world, mut sheets: Mut<SheetWorld>| {
+        apply_settings(&mut sheets, scene)?;
+        spawn(world, &mut sheets, root, placement::pose_of(&there), scene, &mut children)
+    });
+    if let Err(problem) = built {
+        error!("scene \"{}\" is incomplete: {problem}", scene.name);
+    }
+    set_spawned(world, root, children);
+    world.write_message(SheetSceneSpawned { root });
+}
+
+fn set_spawned(world: &mut World, root: Entity, children: Vec<Entity>) {
+    if let Ok(mut root) = world.get_entity_mut(root) {
+        root.insert(Spawned { children });
+    }
+}
+
+fn apply_settings(sheets: &mut SheetWorld, scene: &Scene) -> Result<(), InputError> {
+    if sheets.is_empty() {
+        return sheets.restart(scene);
+    }
+    sheets.set_gravity(scene.gravity)?;
+    sheets.set_air(scene.air)?;
+    sheets.set_dt(scene.dt)?;
+    sheets.set_tolerance(scene.tolerance)?;
+    sheets.set_engine(scene.engine);
+    Ok(())
+}
+
+/// Puts sheets and bodies straight into the world, from the description itself: an entity's transform has single precision.
+fn spawn(
+    world: &mut World,
+    sheets: &mut SheetWorld,
+    root: Entity,
+    outer: Pose,
+    scene: &Scene,
+    children: &mut Vec<Entity>,
+) -> Result<(), InputError> {
+    let defaults = scene.contact;
+    if let Some(room) = &scene.room {
+        children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
+    }
+    let room = scene.room.iter().flat_map(room_bodies);
+    for spec in scene.bodies.iter().cloned().chain(room) {
+        if sheets.borrows_bodies() {
+            break;
+        }
+        let mut spec = spec;
+        let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
+        match &mut spec.shape {
+            Shape::File(file) | Shape::Part(file, _) => *file = absolute(scene, file)?,
+            Shape::Polyhedron(_) | Shape::Box(_) | Shape::Ball(_) | Shape::HalfSpace => {}
+        }
+        spec.friction = spec.friction.or(Some(defaults.friction));
+        spec.restitution = spec.restitution.or(Some(defaults.restitution));
+        place_body(&mut spec, outer);
+        let component = body_component(scene, &spec)?;
+        let there = GlobalTransform::from(placement::transform_of(placement::pose_of_placement(&spec.placement)));
+        let motion = sync::insert_body(sheets, &spec, &component, there)?;
+        let name = Name::new(motion.name().to_owned());
+        children.push(world.spawn((component, motion, local, name, ChildOf(root))).id());
+    }
+    for (index, spec) in scene.sheets.iter().enumerate() {
+        let mut spec = spec.clone();
+        if spec.name.is_empty() {
+            spec.name = format!("sheet {index}");
+        }
+        let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
+        spec.file = spec.file.map(|file| absolute(scene, &file)).transpose()?;
+        spec.friction = spec.friction.or(Some(defaults.friction));
+        spec.restitution = spec.restitution.or(Some(defaults.restitution));
+        place_sheet(&mut spec, outer);
+        // Its placement is in the entity's transform from now on.
+        let component = Sheet::from(SheetSpec { placement: Placement::default(), ..spec.clone() });
+        let motion = sync::insert_sheet(sheets, &spec, &component)?;
+        let name = Name::new(motion.name().to_owned());
+        children.push(world.spawn((component, motion, local, name, ChildOf(root))).id());
+    }
+    Ok(())
+}
+
+/// The world resolves file names against its own scene's folder, which may be another's.
+fn absolute(scene: &Scene, file: &std::path::Path) -> Result<std::path::PathBuf, InputError> {
+    let found = scene.resolve(file);
+    std::path::absolute(&found).map_err(|e| InputError::io(&found, &e))
+}
+
+fn body_component(scene: &Scene, spec: &BodySpec) -> Result<SheetBody, InputError> {
+    let drawn_by_room = |name: &str| scene.room.is_some() && (name == "floor" || name == "back wall");
+    let shape = match &spec.shape {
+        Shape::File(file) => BodyShape::Polyhedra(sheetwork::scene::pol::read_pol_file(file)?),
+        Shape::Part(file, part) => {
+            let polyhedra = sheetwork::scene::pol::read_pol_file(file)?;
+            BodyShape::Polyhedra(polyhedra.into_iter().skip(*part).take(1).collect())
+        }
+        Shape::Polyhedron(polyhedron) => BodyShape::Polyhedra(vec![polyhedron.clone()]),
+        Shape::Box(size) => BodyShape::Cuboid(*size),
+        Shape::Ball(radius) => BodyShape::Ball(*radius),
+        Shape::HalfSpace if drawn_by_room(&spec.name) => BodyShape::HalfSpace { drawn: 0.0 },
+        Shape::HalfSpace => BodyShape::HalfSpace { drawn: 10.0 },
+    };
+    Ok(SheetBody {
+        name: spec.name.clone(),
+        shape,
+        friction: spec.friction,
+        restitution: spec.restitution,
+        path: spec.path.clone(),
+    })
+}
+
+/// The floor and the back wall of a room, touched from their inner sides.
+fn room_bodies(room: &Room) -> Vec<BodySpec> {
+    let plane = |name: &str, position: [f64; 3], turn: f64| BodySpec {
+        name: name.to_owned(),
+        shape: Shape::HalfSpace,
+        placement: Placement { position: position.into(), rotation: [turn, 0.0, 0.0].into() },
+        path: Vec::new(),
+        friction: None,
+        restitution: None,
+    };
+    let mut planes = vec![plane("floor", [0.0, room.y.0, 0.0], 0.0)];
+    if room.back_wall {
+        planes.push(plane("back wall", [0.0, 0.0, room.z.0], 90.0));
+    }
+    planes
+}
+
+/// Moves a body's description with its scene.
+fn place_body(spec: &mut BodySpec, outer: Pose) {
+    if !placement::is_identity(outer) {
+        spec.placement = placed(&spec.placement, outer);
+        turn_path(&mut spec.path, outer);
+    }
+}
+
+/// Moves a sheet's description with its scene; its velocities and forces turn with it.
+fn place_sheet(spec: &mut SheetSpec, outer: Pose) {
+    if placement::is_identity(outer) {
+        return;
+    }
+    spec.placement = placed(&spec.placement, outer);
+    spec.velocity = outer.1 * spec.velocity;
+    spec.spin = outer.1 * spec.spin;
+    for vector in spec.velocities.iter_mut().chain(&mut spec.forces) {
+        vector.value = outer.1 * vector.value;
+    }
+    for pin in &mut spec.pins {
+        turn_path(&mut pin.path, outer);
+    }
+}
+
+fn placed(inner: &Placement, outer: Pose) -> Placement {
+    placement::placement_of(placement::compose(outer, placement::pose_of_placement(inner)))
+}
+
+/// A path's displacements and turns, seen from outside its scene.
+fn turn_path(path: &mut [PathKey], outer: Pose) {
+    for key in path {
+        key.offset = outer.1 * key.offset;
+        let turn = Placement { rotation: key.rotation, ..Placement::default() }.quaternion();
+        key.rotation = placement::placement_of((key.offset, outer.1 * turn * outer.1.inverse())).rotation;
+    }
+}

@@ -1,0 +1,120 @@
+//! The component that describes a rigid body.
+
+use bevy::math::DVec3;
+use bevy::prelude::*;
+use sheetwork::scene::{PathKey, Polyhedron};
+
+use crate::asset::SheetPolyhedra;
+
+/// A rigid body that sheets meet: it stands still, or goes where its entity's `Transform` is moved.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_sheetwork::prelude::*;
+/// # fn setup(mut commands: Commands, server: Res<AssetServer>) {
+/// commands.spawn(SheetBody::floor());
+/// commands.spawn((SheetBody::ball(0.1), Transform::from_xyz(0.0, 0.3, 0.0)));
+/// commands.spawn(SheetBody::from_asset(server.load("polyhedra/wedge.pol")));
+/// # }
+/// ```
+///
+/// Scale the entity to scale the body (a ball by its x alone). Moving the `Transform`, or an ancestor's, carries sheets along:
+/// the body gets there evenly during the next tick. Sheets do not push bodies.
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
+#[reflect(Component, Clone, Debug, Default, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct SheetBody {
+    /// Name in the world and in events; made unique there. The entity's `Name` is used if this is empty.
+    pub name: String,
+    /// What it is.
+    pub shape: BodyShape,
+    /// Coulomb friction coefficient, 0 to 10; the world's default if none.
+    pub friction: Option<f64>,
+    /// Coefficient of restitution, 0 to 1; the world's default if none.
+    pub restitution: Option<f64>,
+    /// A path it follows from where it is spawned, times in s since then. Its `Transform` is then written, not read.
+    #[reflect(ignore)]
+    pub path: Vec<PathKey>,
+}
+
+/// The shape of a [`SheetBody`].
+#[derive(Reflect, Clone, Debug, PartialEq)]
+#[reflect(Clone, Debug, Default, PartialEq)]
+pub enum BodyShape {
+    /// A box of this size (x, y, z), m, about its centre.
+    Cuboid(DVec3),
+    /// A ball of this radius, m.
+    Ball(f64),
+    /// Everything below the local plane y = 0.
+    HalfSpace {
+        /// Side of the square that is drawn of it, m; 0 for none.
+        drawn: f32,
+    },
+    /// Closed polyhedra, convex or not.
+    Polyhedra(#[reflect(ignore)] Vec<Polyhedron>),
+    /// The polyhedra of a `.pol` file, once it is loaded.
+    Asset(Handle<SheetPolyhedra>),
+}
+
+impl Default for BodyShape {
+    fn default() -> Self {
+        Self::Cuboid(DVec3::ONE)
+    }
+}
+
+impl From<BodyShape> for SheetBody {
+    fn from(shape: BodyShape) -> Self {
+        Self { shape, ..Self::default() }
+    }
+}
+
+impl SheetBody {
+    /// A box of this size, m, about its centre.
+    pub fn cuboid(x: impl Into<f64>, y: impl Into<f64>, z: impl Into<f64>) -> Self {
+        BodyShape::Cuboid(DVec3::new(x.into(), y.into(), z.into())).into()
+    }
+
+    /// A ball of this radius, m, about its centre.
+    pub fn ball(radius: impl Into<f64>) -> Self {
+        BodyShape::Ball(radius.into()).into()
+    }
+
+    /// Everything below the local plane y = 0, drawn as a square of 10 m.
+    pub fn floor() -> Self {
+        BodyShape::HalfSpace { drawn: 10.0 }.into()
+    }
+
+    /// A closed polyhedron, convex or not.
+    pub fn polyhedron(polyhedron: Polyhedron) -> Self {
+        BodyShape::Polyhedra(vec![polyhedron]).into()
+    }
+
+    /// The polyhedra of a `.pol` file.
+    pub fn from_asset(handle: Handle<SheetPolyhedra>) -> Self {
+        BodyShape::Asset(handle).into()
+    }
+
+    /// Name in the world and in events.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.name = name.into();
+        self
+    }
+
+    /// Coulomb friction coefficient, 0 to 10. A sheet and a body meet with the friction that both together have.
+    pub fn friction(mut self, friction: impl Into<f64>) -> Self {
+        self.friction = Some(friction.into());
+        self
+    }
+
+    /// Coefficient of restitution, 0 to 1.
+    pub fn restitution(mut self, restitution: impl Into<f64>) -> Self {
+        self.restitution = Some(restitution.into());
+        self
+    }
+
+    /// Leads it along a path of displacements from where it is spawned; times are s since then.
+    pub fn along(mut self, path: impl Into<Vec<PathKey>>) -> Self {
+        self.path = path.into();
+        self
+    }
+}

@@ -1,0 +1,89 @@
+//! The sheets' world inside Bevy's: entities go in, time passes, motion comes out.
+//!
+//! `sheet` and `body` are the components that describe; `world` and `clock` the resources; `sync` puts entities into the
+//! world; `step` advances it; `motion` is what comes back.
+
+mod body;
+mod clock;
+mod event;
+pub(crate) mod motion;
+pub(crate) mod placement;
+mod reflect;
+mod sheet;
+mod step;
+pub(crate) mod sync;
+mod world;
+
+use bevy::prelude::*;
+use bevy::transform::TransformSystems;
+
+pub use body::{BodyShape, SheetBody};
+pub use clock::SheetClock;
+pub use event::SheetEvent;
+pub use motion::{BodyMotion, SheetMotion, SheetState};
+pub use sheet::Sheet;
+pub use world::SheetWorld;
+
+/// The stages of the sheets' step in `FixedUpdate`, in this order.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum SheetworkSet {
+    /// Entities that are new, changed or moved are brought into the world.
+    Sync,
+    /// Time passes.
+    Step,
+    /// What became of the sheets is brought back to the entities, and events are sent.
+    Writeback,
+}
+
+/// In `PostUpdate`, before the display: what was spawned in this frame is in the world.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SheetworkSynced;
+
+/// In `PostUpdate`, before transforms are propagated: the time that is shown moves on.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct SheetworkDisplay;
+
+/// Puts [`Sheet`] and [`SheetBody`] entities into a [`SheetWorld`] and steps it in `FixedUpdate`.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SheetworkCorePlugin {
+    /// The sheets meet a Rapier world of yours instead of [`SheetBody`] entities: the plugin does not step by itself, and a
+    /// system of yours in [`SheetworkSet::Step`] calls [`SheetWorld::advance_with`].
+    pub borrow_bodies: bool,
+}
+
+impl Plugin for SheetworkCorePlugin {
+    fn build(&self, app: &mut App) {
+        app.insert_resource(SheetWorld::new(self.borrow_bodies)).init_resource::<SheetClock>();
+        app.add_message::<SheetEvent>();
+        app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
+        app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
+        app.add_systems(First, clock::begin_frame);
+        app.add_systems(
+            FixedUpdate,
+            (
+                (clock::begin_tick, sync::sync_sheets, sync::sync_bodies, sync::move_bodies)
+                    .chain()
+                    .in_set(SheetworkSet::Sync),
+                step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step),
+                (step::write_sheets, event::send).chain().in_set(SheetworkSet::Writeback),
+            ),
+        );
+        // Once a frame too, so that what was spawned in this frame is seen in it.
+        app.add_systems(
+            PostUpdate,
+            (sync::sync_sheets, sync::sync_bodies)
+                .chain()
+                .in_set(SheetworkSynced)
+                .before(SheetworkDisplay)
+                .before(TransformSystems::Propagate),
+        );
+        app.add_systems(
+            PostUpdate,
+            (step::show, step::show_led_bodies).chain().in_set(SheetworkDisplay).before(TransformSystems::Propagate),
+        );
+        app.register_type::<Sheet>()
+            .register_type::<SheetBody>()
+            .register_type::<SheetState>()
+            .register_type::<SheetClock>();
+    }
+}

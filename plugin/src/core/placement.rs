@@ -1,0 +1,53 @@
+//! Between Bevy's transforms and the world's placements.
+
+use bevy::math::{DQuat, DVec3, EulerRot};
+use bevy::prelude::*;
+use sheetwork::scene::Placement;
+
+use super::motion::Pose;
+
+/// Position and rotation of a transform; its scale is left out.
+pub(crate) fn pose_of(transform: &GlobalTransform) -> Pose {
+    let (_, rotation, translation) = transform.to_scale_rotation_translation();
+    (translation.as_dvec3(), rotation.as_dquat().normalize())
+}
+
+/// The placement that puts something at `pose`.
+pub(crate) fn placement_of((position, rotation): Pose) -> Placement {
+    let (z, y, x) = rotation.to_euler(EulerRot::ZYX);
+    Placement { position, rotation: DVec3::new(x, y, z) * (180.0 / std::f64::consts::PI) }
+}
+
+/// The pose of something placed at `inner` within something at `outer`.
+pub(crate) fn compose(outer: Pose, inner: Pose) -> Pose {
+    (outer.0 + outer.1 * inner.0, outer.1 * inner.1)
+}
+
+/// A pose as a transform.
+pub(crate) fn transform_of((position, rotation): Pose) -> Transform {
+    Transform { translation: position.as_vec3(), rotation: rotation.as_quat(), scale: Vec3::ONE }
+}
+
+/// The pose a placement stands for.
+pub(crate) fn pose_of_placement(placement: &Placement) -> Pose {
+    (placement.position, placement.quaternion())
+}
+
+/// Whether a pose moves nothing.
+pub(crate) fn is_identity((position, rotation): Pose) -> bool {
+    position == DVec3::ZERO && rotation == DQuat::IDENTITY
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_transform_becomes_the_same_placement() {
+        let there = Transform::from_xyz(1.0, -2.0, 0.5).with_rotation(Quat::from_euler(EulerRot::XYZ, 0.3, -1.2, 2.0));
+        let placement = placement_of(pose_of(&GlobalTransform::from(there)));
+        let p = Vec3::new(0.3, 0.7, -0.2);
+        let (ours, theirs) = (placement.apply(p.as_dvec3()).as_vec3(), there.transform_point(p));
+        assert!(ours.distance(theirs) < 1e-6, "{ours} {theirs}");
+    }
+}

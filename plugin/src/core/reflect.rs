@@ -1,0 +1,106 @@
+//! How Bevy's reflection sees the scene description's types, which know nothing of Bevy.
+//!
+//! Each struct here repeats one of [`sheetwork::scene`] field by field; the compiler refuses it when the two differ. Lists
+//! of regions (pins, probes, applied velocities and forces) are left out of reflection.
+
+#![allow(missing_docs)]
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use bevy::math::DVec3;
+use bevy::prelude::*;
+use bevy::reflect::reflect_remote;
+use sheetwork::lattice::StructureKind;
+use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw};
+
+#[reflect_remote(SheetSpec)]
+#[derive(Clone, Debug, Default)]
+#[reflect(Default)]
+pub(super) struct SheetSpecReflect {
+    name: String,
+    #[reflect(remote = StructureKindReflect)]
+    structure: StructureKind,
+    grid: (u32, u32, u32),
+    size: (f64, f64),
+    gap: f64,
+    file: Option<PathBuf>,
+    #[reflect(remote = MaterialChoiceReflect)]
+    material: MaterialChoice,
+    #[reflect(remote = SpringLawReflect)]
+    springs: SpringLaw,
+    node_mass: Option<f64>,
+    damping: f64,
+    cross_over: bool,
+    flexion_stiffness: f64,
+    flexion_limit: Option<f64>,
+    #[reflect(remote = PlacementReflect)]
+    placement: Placement,
+    velocity: DVec3,
+    spin: DVec3,
+    #[reflect(ignore)]
+    velocities: Vec<RegionVector>,
+    #[reflect(ignore)]
+    forces: Vec<RegionVector>,
+    #[reflect(ignore)]
+    pins: Vec<PinSpec>,
+    #[reflect(ignore)]
+    probes: BTreeMap<String, (f64, f64)>,
+    friction: Option<f64>,
+    restitution: Option<f64>,
+}
+
+#[reflect_remote(StructureKind)]
+#[derive(Clone, Debug)]
+pub(super) enum StructureKindReflect {
+    Samm,
+    Slamm,
+    DoubleDiagonal,
+    Trimm,
+    Provot2d,
+    Provot3d,
+}
+
+#[reflect_remote(SpringLaw)]
+#[derive(Clone, Debug)]
+pub(super) enum SpringLawReflect {
+    Uniform,
+    Length,
+}
+
+#[reflect_remote(MaterialChoice)]
+#[derive(Clone, Debug)]
+pub(super) enum MaterialChoiceReflect {
+    Named(String),
+    Inline(#[reflect(remote = MaterialReflect)] Material),
+}
+
+#[reflect_remote(Material)]
+#[derive(Clone, Debug, Default)]
+#[reflect(Default)]
+pub(super) struct MaterialReflect {
+    young: f64,
+    poisson: f64,
+    density: f64,
+    thickness: f64,
+    specific_heat: f64,
+    conductivity: f64,
+    emissivity: f64,
+}
+
+#[reflect_remote(Placement)]
+#[derive(Clone, Debug, Default)]
+#[reflect(Default)]
+pub(super) struct PlacementReflect {
+    position: DVec3,
+    rotation: DVec3,
+}
+
+#[reflect_remote(PathKey)]
+#[derive(Clone, Debug, Default)]
+#[reflect(Default)]
+pub(super) struct PathKeyReflect {
+    time: f64,
+    offset: DVec3,
+    rotation: DVec3,
+}

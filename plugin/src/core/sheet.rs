@@ -1,0 +1,155 @@
+//! The component that describes a sheet.
+
+use std::path::PathBuf;
+
+use bevy::math::DVec3;
+use bevy::prelude::*;
+use sheetwork::lattice::StructureKind;
+use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Region, SheetSpec};
+
+use super::SheetState;
+use super::reflect::SheetSpecReflect;
+
+/// A sheet: spawn it, and it falls.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_sheetwork::prelude::*;
+/// # fn setup(mut commands: Commands) {
+/// commands.spawn(Sheet::new("rubber").size(0.5, 0.3).grid(25, 15));
+/// commands.spawn((Sheet::default().pin(Region::Left), Transform::from_xyz(0.0, 1.0, 0.0)));
+/// # }
+/// ```
+///
+/// It starts where the entity's global transform has it: length along local x, width along z, upper side +y, origin in the
+/// middle of the bottom layer; the scale multiplies size and gap. From then on it is where the simulation takes it; its
+/// mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion) follow, its `Transform` does not.
+///
+/// Changing the component while the sheet is in the world changes material, damping, friction and restitution at once; any
+/// other change builds the sheet anew at its entity's transform.
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
+#[reflect(Component, Clone, Debug, Default, PartialEq)]
+#[require(Transform, Visibility, SheetState)]
+pub struct Sheet {
+    /// All there is to say about it. Velocities and paths are along the world's axes; the placement is within the entity.
+    #[reflect(remote = SheetSpecReflect)]
+    pub spec: SheetSpec,
+}
+
+impl From<SheetSpec> for Sheet {
+    fn from(spec: SheetSpec) -> Self {
+        Self { spec }
+    }
+}
+
+impl Sheet {
+    /// A sheet of a material of the library, by name: `thesis`, `rubber`, `hips`, `paper`, `card`...
+    /// ([`LIBRARY`](sheetwork::scene::material::LIBRARY)). A name that is not in it is refused in the log.
+    ///
+    /// Two layers of 11 by 11 masses, 25 mm square, as [`SheetSpec`] has it.
+    pub fn new(material: impl Into<String>) -> Self {
+        SheetSpec { material: MaterialChoice::Named(material.into()), ..SheetSpec::default() }.into()
+    }
+
+    /// A sheet read from a `.sht` file of this path (relative to the working directory).
+    pub fn from_file(file: impl Into<PathBuf>) -> Self {
+        SheetSpec { file: Some(file.into()), ..SheetSpec::default() }.into()
+    }
+
+    /// Name in the world, in events and parameter paths; made unique there. The entity's `Name` is used if this is empty.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.spec.name = name.into();
+        self
+    }
+
+    /// Length (x) and width (z), m; 1e-6 to 1000.
+    pub fn size(mut self, length: impl Into<f64>, width: impl Into<f64>) -> Self {
+        self.spec.size = (length.into(), width.into());
+        self
+    }
+
+    /// Masses along length and width, 2 to 2000 each.
+    pub fn grid(mut self, along_length: u32, along_width: u32) -> Self {
+        self.spec.grid = (along_length, self.spec.grid.1, along_width);
+        self
+    }
+
+    /// Layers (1 to 64) and the distance between them, m (1e-7 to 10). The farther apart, the stiffer in bending.
+    pub fn layers(mut self, layers: u32, gap: impl Into<f64>) -> Self {
+        self.spec.grid.1 = layers;
+        self.spec.gap = gap.into();
+        self
+    }
+
+    /// How the masses are connected.
+    pub fn structure(mut self, structure: StructureKind) -> Self {
+        self.spec.structure = structure;
+        self
+    }
+
+    /// The material, given in place.
+    pub fn material(mut self, material: Material) -> Self {
+        self.spec.material = MaterialChoice::Inline(material);
+        self
+    }
+
+    /// Dashpot along every spring, as a fraction of critical; 0 to 10.
+    pub fn damping(mut self, damping: impl Into<f64>) -> Self {
+        self.spec.damping = damping.into();
+        self
+    }
+
+    /// Coulomb friction coefficient, 0 to 10.
+    pub fn friction(mut self, friction: impl Into<f64>) -> Self {
+        self.spec.friction = Some(friction.into());
+        self
+    }
+
+    /// Coefficient of restitution, 0 to 1.
+    pub fn restitution(mut self, restitution: impl Into<f64>) -> Self {
+        self.spec.restitution = Some(restitution.into());
+        self
+    }
+
+    /// Velocity it starts with, m/s, along the world's axes; each component within ±1e4.
+    pub fn velocity(mut self, velocity: Vec3) -> Self {
+        self.spec.velocity = velocity.as_dvec3();
+        self
+    }
+
+    /// Spin it starts with about its centre of mass, rad/s, along the world's axes; each component within ±1e4.
+    pub fn spin(mut self, spin: Vec3) -> Self {
+        self.spec.spin = spin.as_dvec3();
+        self
+    }
+
+    /// Holds the masses of a region where they start.
+    pub fn pin(self, region: Region) -> Self {
+        self.pin_along(region, [])
+    }
+
+    /// Leads the masses of a region along a path of displacements from where they start; times are s since the sheet was
+    /// spawned.
+    pub fn pin_along(mut self, region: Region, path: impl Into<Vec<PathKey>>) -> Self {
+        self.spec.pins.push(PinSpec { region, path: path.into() });
+        self
+    }
+
+    /// Names the material point at (u, v), each 0 to 1 over the bottom layer, so that its place can be asked for.
+    pub fn probe(mut self, name: impl Into<String>, u: f64, v: f64) -> Self {
+        self.spec.probes.insert(name.into(), (u, v));
+        self
+    }
+
+    /// The description of a sheet that is scaled by `scale`.
+    pub(super) fn scaled(&self, scale: Vec3) -> SheetSpec {
+        let mut spec = self.spec.clone();
+        let scale = scale.abs().as_dvec3();
+        // Left alone when it is 1 but for rounding, so that a plain sheet keeps exactly the size it was given.
+        if (scale - DVec3::ONE).abs().max_element() > 1e-5 {
+            spec.size = (spec.size.0 * scale.x, spec.size.1 * scale.z);
+            spec.gap *= scale.y;
+        }
+        spec
+    }
+}

@@ -1,0 +1,56 @@
+//! Time passes, and what became of the sheets and bodies is written to their entities.
+
+use bevy::prelude::*;
+use bevy::transform::helper::TransformHelper;
+
+use super::{BodyMotion, SheetClock, SheetMotion, SheetState, SheetWorld, placement};
+
+/// Whether the plugin steps by itself.
+pub(super) fn owns_bodies(world: Res<SheetWorld>) -> bool {
+    !world.borrows_bodies()
+}
+
+/// Advances the sheets by what is due in this tick.
+pub(super) fn advance(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>) {
+    world.advance(clock.due());
+}
+
+/// Brings positions and state of every sheet to its entity.
+pub(super) fn write_sheets(world: Res<SheetWorld>, mut sheets: Query<(&mut SheetMotion, &mut SheetState)>) {
+    for (mut motion, mut state) in &mut sheets {
+        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        // What stands still is not marked as changed.
+        if motion.bypass_change_detection().record(world.time(), &sheet.x) {
+            motion.set_changed();
+        }
+        state.set_if_neq(SheetState::of(sheet));
+    }
+}
+
+/// Moves the display on to where it is in this frame.
+pub(super) fn show(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>, fixed: Res<Time<Fixed>>) {
+    let tick = fixed.timestep().as_secs_f64() * clock.rate();
+    let fraction = (tick > 0.0).then(|| fixed.overstep_fraction_f64().clamp(0.0, 1.0));
+    // Time that is shown is not a change of the world.
+    world.bypass_change_detection().show(tick, fraction);
+}
+
+/// Shows the bodies that follow a path where they are at the time that is shown.
+pub(super) fn show_led_bodies(
+    world: Res<SheetWorld>,
+    bodies: Query<(Entity, &BodyMotion, Option<&ChildOf>)>,
+    mut transforms: ParamSet<(TransformHelper, Query<&mut Transform>)>,
+) {
+    for (entity, motion, parent) in bodies.iter().filter(|(_, m, _)| m.is_led()) {
+        let shown = GlobalTransform::from(placement::transform_of(motion.led_to(world.shown_time())));
+        let parent = parent.and_then(|p| transforms.p0().compute_global_transform(p.parent()).ok());
+        let local = parent.map_or_else(|| shown.compute_transform(), |p| shown.reparented_to(&p));
+        if let Ok(mut transform) = transforms.p1().get_mut(entity) {
+            let (translation, rotation) = (local.translation, local.rotation);
+            if transform.translation != translation || transform.rotation != rotation {
+                transform.translation = translation;
+                transform.rotation = rotation;
+            }
+        }
+    }
+}

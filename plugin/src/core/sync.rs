@@ -1,0 +1,305 @@
+//! Entities are brought into the world: new ones, changed ones, moved ones; and taken out with their entities.
+
+use bevy::ecs::query::Has;
+use bevy::prelude::*;
+use bevy::transform::helper::TransformHelper;
+use sheetwork::InputError;
+use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
+
+use super::world::Move;
+use super::{BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetWorld, placement};
+use crate::asset::SheetPolyhedra;
+
+/// On a sheet or body that was refused, so that it is tried again only when its description changes.
+#[derive(Component)]
+pub(crate) struct Refused;
+
+/// New sheets go in, changed ones are changed or built anew.
+pub(super) fn sync_sheets(
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    clock: Res<SheetClock>,
+    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Refused>)>,
+    transforms: TransformHelper,
+) {
+    for (entity, sheet, name, motion, refused) in &mut sheets {
+        let stale = match &motion {
+            None => !refused || sheet.is_changed(),
+            Some(motion) => {
+                motion.generation() != world.generation() || (sheet.is_changed() && *motion.built_from() != *sheet)
+            }
+        };
+        if !stale {
+            continue;
+        }
+        if let Some(mut motion) = motion {
+            if motion.generation() == world.generation() {
+                if change_in_place(&mut world, &motion, &sheet) {
+                    motion.set_built_from(&sheet);
+                    continue;
+                }
+                world.remove_sheet(motion.name());
+            }
+        }
+        let Ok(there) = transforms.compute_global_transform(entity) else { continue };
+        match add_sheet(&mut world, &clock, &sheet, name, &there) {
+            Ok(motion) => {
+                commands.entity(entity).try_insert(motion).try_remove::<Refused>();
+            }
+            Err(problem) => {
+                error!("sheet {entity} is left out: {problem}");
+                commands.entity(entity).try_insert(Refused).try_remove::<SheetMotion>();
+            }
+        }
+    }
+}
+
+fn add_sheet(
+    world: &mut SheetWorld,
+    clock: &SheetClock,
+    sheet: &Sheet,
+    name: Option<&Name>,
+    there: &GlobalTransform,
+) -> Result<SheetMotion, InputError> {
+    let mut spec = sheet.scaled(there.scale());
+    let inner = placement::pose_of_placement(&spec.placement);
+    spec.placement = placement::placement_of(placement::compose(placement::pose_of(there), inner));
+    if let (true, Some(name)) = (spec.name.is_empty(), name) {
+        spec.name = name.as_str().to_owned();
+    }
+    let motion = insert_sheet(world, &spec, sheet)?;
+    if clock.auto_step {
+        shorten_step(world, motion.name());
+    }
+    Ok(motion)
+}
+
+/// Puts a sheet into the world where its description says, its paths starting now.
+pub(crate) fn insert_sheet(
+    world: &mut SheetWorld,
+    spec: &SheetSpec,
+    built_from: &Sheet,
+) -> Result<SheetMotion, InputError> {
+    let mut spec = spec.clone();
+    for pin in &mut spec.pins {
+        delay(&mut pin.path, world.time());
+    }
+    let name = world.add_sheet(&spec)?;
+    let generation = world.generation();
+    let x = world.sheet(&name).map(|s| s.x.clone()).unwrap_or_default();
+    Ok(SheetMotion::new(name, generation, built_from.clone(), world.time(), &x))
+}
+
+/// Paths are in the world's time; those of what comes in later start then.
+fn delay(path: &mut [PathKey], time: f64) {
+    path.iter_mut().for_each(|key| key.time += time);
+}
+
+/// Shortens the world's engine step if it is too long for the stiffness of a sheet.
+fn shorten_step(world: &mut SheetWorld, name: &str) {
+    let engine = world.engine().info();
+    let Some(sheet) = world.sheet(name) else { return };
+    let frequency = sheet.largest_frequency(40);
+    // hω = 1 is inside the region of every explicit scheme once there is damping; implicit ones have no limit.
+    if engine.adaptive || !engine.stability_limit.is_finite() || frequency <= 0.0 {
+        return;
+    }
+    let longest = 1.0 / frequency;
+    if longest < world.dt() && world.set_dt(longest.max(1e-7)).is_ok() {
+        info!("{name} oscillates at up to {frequency:.0} rad/s: the engine step is now {longest:.2e} s");
+    }
+}
+
+/// Whether what has changed in the description could be changed in the running sheet; it then is.
+fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) -> bool {
+    let (old, new) = (&motion.built_from().spec, &sheet.spec);
+    let alike = SheetSpec {
+        material: old.material.clone(),
+        damping: old.damping,
+        friction: old.friction,
+        restitution: old.restitution,
+        flexion_limit: old.flexion_limit,
+        ..new.clone()
+    };
+    if alike != *old {
+        return false;
+    }
+    let defaults = world.scene().contact;
+    let Some(running) = world.sheet_mut(motion.name()) else { return false };
+    let changed = new.material.resolve().and_then(|material| {
+        running.set_material(material)?;
+        running.set_damping(new.damping)?;
+        running.set_flexion_limit(new.flexion_limit)
+    });
+    running.friction = new.friction.unwrap_or(defaults.friction).clamp(0.0, 10.0);
+    running.restitution = new.restitution.unwrap_or(defaults.restitution).clamp(0.0, 1.0);
+    running.wake();
+    if let Err(problem) = changed {
+        warn!("{}: {problem}", motion.name());
+    }
+    true
+}
+
+/// New bodies go in, changed ones are built anew.
+pub(super) fn sync_bodies(
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    assets: Option<Res<Assets<SheetPolyhedra>>>,
+    bodies: Query<(Entity, Ref<SheetBody>, Option<&Name>, Option<&BodyMotion>, Has<Refused>)>,
+    transforms: TransformHelper,
+) {
+    for (entity, body, name, motion, refused) in &bodies {
+        let stale = match motion {
+            None => !refused || body.is_changed(),
+            Some(motion) => {
+                motion.generation != world.generation() || (body.is_changed() && motion.built_from != *body)
+            }
+        };
+        let ready = polyhedra_of(&body.shape, assets.as_deref());
+        let (true, Some(polyhedra)) = (stale, ready) else { continue };
+        let start = motion.filter(|m| m.is_led() && m.built_from.path == body.path).map(|m| m.given);
+        // A body that is led starts its path again where it first started it: its transform shows where it is now.
+        let Some(there) = start.or_else(|| transforms.compute_global_transform(entity).ok()) else { continue };
+        remove_body(&mut world, motion);
+        match add_body(&mut world, &body, polyhedra, name, there) {
+            Ok(motion) => {
+                commands.entity(entity).try_insert(motion).try_remove::<Refused>();
+            }
+            Err(problem) => {
+                error!("body {entity} is left out: {problem}");
+                commands.entity(entity).try_insert(Refused).try_remove::<BodyMotion>();
+            }
+        }
+    }
+}
+
+/// The polyhedra a body is made of, empty for other shapes; `None` while their file is loading.
+fn polyhedra_of<'a>(shape: &'a BodyShape, assets: Option<&'a Assets<SheetPolyhedra>>) -> Option<&'a [Polyhedron]> {
+    match shape {
+        BodyShape::Polyhedra(polyhedra) => Some(polyhedra),
+        BodyShape::Asset(handle) => assets?.get(handle).map(|a| a.polyhedra.as_slice()),
+        BodyShape::Cuboid(_) | BodyShape::Ball(_) | BodyShape::HalfSpace { .. } => Some(&[]),
+    }
+}
+
+fn add_body(
+    world: &mut SheetWorld,
+    body: &SheetBody,
+    polyhedra: &[Polyhedron],
+    name: Option<&Name>,
+    there: GlobalTransform,
+) -> Result<BodyMotion, InputError> {
+    let scale = there.scale().abs().as_dvec3();
+    let shapes: Vec<Shape> = match &body.shape {
+        BodyShape::Cuboid(size) => vec![Shape::Box(*size * scale)],
+        BodyShape::Ball(radius) => vec![Shape::Ball(radius * scale.x)],
+        BodyShape::HalfSpace { .. } => vec![Shape::HalfSpace],
+        BodyShape::Polyhedra(_) | BodyShape::Asset(_) => {
+            polyhedra.iter().map(|p| Shape::Polyhedron(p.clone().scaled(scale))).collect()
+        }
+    };
+    if shapes.is_empty() {
+        return Err(InputError::new("shape", "no polyhedra: a body has at least 1"));
+    }
+    let mut path = body.path.clone();
+    delay(&mut path, world.time());
+    let entity_name = name.map(|n| n.as_str().to_owned()).unwrap_or_default();
+    let name = if body.name.is_empty() { entity_name } else { body.name.clone() };
+    let placement = placement::placement_of(placement::pose_of(&there));
+    let mut names = Vec::new();
+    for shape in shapes {
+        let (friction, restitution) = (body.friction, body.restitution);
+        let spec = BodySpec { name: name.clone(), shape, placement, path: path.clone(), friction, restitution };
+        match world.add_body(&spec) {
+            Ok(name) => names.push(name),
+            Err(problem) => {
+                names.iter().for_each(|name| {
+                    world.remove_body(name);
+                });
+                return Err(problem);
+            }
+        }
+    }
+    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path })
+}
+
+/// Puts a body into the world as its description says, its path starting now.
+pub(crate) fn insert_body(
+    world: &mut SheetWorld,
+    spec: &BodySpec,
+    built_from: &SheetBody,
+    there: GlobalTransform,
+) -> Result<BodyMotion, InputError> {
+    let mut spec = spec.clone();
+    delay(&mut spec.path, world.time());
+    let name = world.add_body(&spec)?;
+    let (generation, built_from) = (world.generation(), built_from.clone());
+    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path })
+}
+
+fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
+    let Some(motion) = motion.filter(|m| m.generation == world.generation()) else { return };
+    for name in &motion.names {
+        world.remove_body(name);
+    }
+}
+
+/// Bodies whose transform was moved since the last tick are sent there, or put there while the sheets stand still.
+pub(super) fn move_bodies(
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    clock: Res<SheetClock>,
+    mut bodies: Query<(Entity, &mut BodyMotion)>,
+    transforms: TransformHelper,
+) {
+    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.is_led()) {
+        let Ok(there) = transforms.compute_global_transform(entity) else { continue };
+        if there == motion.given || motion.generation != world.generation() {
+            continue;
+        }
+        let scaled = (there.scale() - motion.given.scale()).abs().max_element() > 1e-5;
+        if clock.due() <= 0.0 || scaled {
+            // Out and, in the next run of `sync_bodies`, in again in its new place, at rest.
+            remove_body(&mut world, Some(&motion));
+            commands.entity(entity).try_remove::<BodyMotion>();
+            continue;
+        }
+        let (from, to) = (placement::pose_of(&motion.given), placement::pose_of(&there));
+        for name in &motion.names {
+            // One that is still waiting for a step goes on from where it started.
+            match world.moves.iter_mut().find(|m| m.name == *name) {
+                Some(waiting) => waiting.to = to,
+                None => world.moves.push(Move { name: name.clone(), from, to }),
+            }
+        }
+        motion.given = there;
+    }
+}
+
+/// A sheet leaves the world with its component.
+pub(super) fn sheet_removed(
+    removed: On<Remove, Sheet>,
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    motions: Query<&SheetMotion>,
+) {
+    if let Ok(motion) = motions.get(removed.entity) {
+        if motion.generation() == world.generation() {
+            world.remove_sheet(motion.name());
+        }
+        commands.entity(removed.entity).try_remove::<SheetMotion>();
+    }
+}
+
+/// A body leaves the world with its component.
+pub(super) fn body_removed(
+    removed: On<Remove, SheetBody>,
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    motions: Query<&BodyMotion>,
+) {
+    if let Ok(motion) = motions.get(removed.entity) {
+        remove_body(&mut world, Some(motion));
+        commands.entity(removed.entity).try_remove::<BodyMotion>();
+    }
+}

@@ -1,0 +1,59 @@
+//! Numbers of the simulation in Bevy's `DiagnosticsStore`, for its log, its overlay or a panel of your own.
+
+use bevy::diagnostic::{Diagnostic, DiagnosticPath, Diagnostics, RegisterDiagnostic};
+use bevy::prelude::*;
+
+use crate::core::{SheetClock, SheetState, SheetWorld, SheetworkSet};
+
+/// Measures the simulation every tick.
+///
+/// ```
+/// # use bevy::{diagnostic::DiagnosticsStore, prelude::*};
+/// # use bevy_sheetwork::prelude::*;
+/// fn show(diagnostics: Res<DiagnosticsStore>) {
+///     let time = diagnostics.get(&SheetworkDiagnosticsPlugin::STEP_TIME).and_then(|d| d.smoothed());
+///     println!("the sheets take {time:?} ms a tick");
+/// }
+/// ```
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SheetworkDiagnosticsPlugin;
+
+impl SheetworkDiagnosticsPlugin {
+    /// Wall-clock time of the sheets' step in a tick, ms.
+    pub const STEP_TIME: DiagnosticPath = DiagnosticPath::const_new("sheetwork/step_time");
+    /// Masses of all sheets.
+    pub const MASSES: DiagnosticPath = DiagnosticPath::const_new("sheetwork/masses");
+    /// Masses that touched a body in the last step.
+    pub const CONTACTS: DiagnosticPath = DiagnosticPath::const_new("sheetwork/contacts");
+    /// Sheets that are not asleep.
+    pub const AWAKE: DiagnosticPath = DiagnosticPath::const_new("sheetwork/awake");
+    /// Kinetic, elastic and gravitational energy of all sheets, J.
+    pub const ENERGY: DiagnosticPath = DiagnosticPath::const_new("sheetwork/energy");
+    /// Time not simulated because frames took too long, s since the start.
+    pub const TIME_LOST: DiagnosticPath = DiagnosticPath::const_new("sheetwork/time_lost");
+}
+
+impl Plugin for SheetworkDiagnosticsPlugin {
+    fn build(&self, app: &mut App) {
+        app.register_diagnostic(Diagnostic::new(Self::STEP_TIME).with_suffix("ms"))
+            .register_diagnostic(Diagnostic::new(Self::MASSES).with_max_history_length(1))
+            .register_diagnostic(Diagnostic::new(Self::CONTACTS))
+            .register_diagnostic(Diagnostic::new(Self::AWAKE))
+            .register_diagnostic(Diagnostic::new(Self::ENERGY).with_suffix("J"))
+            .register_diagnostic(Diagnostic::new(Self::TIME_LOST).with_suffix("s").with_max_history_length(1))
+            .add_systems(FixedUpdate, measure.after(SheetworkSet::Writeback));
+    }
+}
+
+fn measure(mut diagnostics: Diagnostics, world: Res<SheetWorld>, clock: Res<SheetClock>, states: Query<&SheetState>) {
+    type Paths = SheetworkDiagnosticsPlugin;
+    if clock.due() > 0.0 {
+        diagnostics.add_measurement(&Paths::STEP_TIME, || world.step_time().as_secs_f64() * 1e3);
+    }
+    diagnostics.add_measurement(&Paths::MASSES, || world.sheets().iter().map(|s| s.masses()).sum::<usize>() as f64);
+    diagnostics.add_measurement(&Paths::CONTACTS, || f64::from(states.iter().map(|s| s.contacts).sum::<u32>()));
+    diagnostics.add_measurement(&Paths::AWAKE, || states.iter().filter(|s| !s.asleep).count() as f64);
+    let gravity = world.gravity();
+    diagnostics.add_measurement(&Paths::ENERGY, || world.sheets().iter().map(|s| s.energy(gravity).total).sum());
+    diagnostics.add_measurement(&Paths::TIME_LOST, || clock.time_lost());
+}

@@ -1,0 +1,14 @@
+//! What most programs that use the plugins name: `use bevy_sheetwork::prelude::*`.
+
+pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
+pub use crate::core::{
+    BodyShape, Sheet, SheetBody, SheetClock, SheetEvent, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin,
+    SheetworkSet,
+};
+pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
+pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
+pub use crate::render::{SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
+pub use crate::{SheetworkPlugins, sheetwork};
+pub use sheetwork::event::EventKind;
+pub use sheetwork::lattice::StructureKind;
+pub use sheetwork::scene::{Material as SheetMaterial, PathKey, PinSpec, Region};

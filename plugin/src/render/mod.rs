@@ -1,0 +1,87 @@
+//! What is seen: meshes and materials for sheets, bodies and the room.
+//!
+//! `sheet` keeps a sheet's mesh where its masses are, `body` makes meshes of rigid bodies, `room` draws floor and back wall
+//! with `grid`, the picture of their squares.
+
+mod body;
+mod grid;
+mod room;
+mod sheet;
+
+use bevy::asset::AssetEventSystems;
+use bevy::camera::visibility::VisibilitySystems;
+use bevy::prelude::*;
+use bevy::transform::TransformSystems;
+
+pub use room::SheetRoom;
+pub use sheet::{SheetDisplay, SheetLayer};
+
+use crate::core::Sheet;
+
+/// Gives sheets, bodies and rooms meshes and materials, and keeps them where the simulation has them.
+///
+/// An entity that already has a `Mesh3d` (a body) or a `MeshMaterial3d<StandardMaterial>` keeps its own. Does nothing where
+/// there are no meshes or standard materials, as on a server.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SheetworkRenderPlugin;
+
+impl Plugin for SheetworkRenderPlugin {
+    fn build(&self, app: &mut App) {
+        let can_draw = resource_exists::<Assets<Mesh>>
+            .and_then(resource_exists::<Assets<StandardMaterial>>)
+            .and_then(resource_exists::<Assets<Image>>);
+        app.register_required_components::<Sheet, SheetDisplay>();
+        app.register_type::<SheetDisplay>().register_type::<SheetRoom>();
+        app.init_resource::<Materials>();
+        app.add_systems(
+            PostUpdate,
+            (
+                (sheet::dress, body::dress, room::dress)
+                    .after(crate::core::SheetworkSynced)
+                    .before(TransformSystems::Propagate),
+                // Before the asset events are sent, or the picture would be a frame late.
+                sheet::update
+                    .after(TransformSystems::Propagate)
+                    .after(VisibilitySystems::VisibilityPropagate)
+                    .before(AssetEventSystems)
+                    .before(VisibilitySystems::CheckVisibility),
+            )
+                .run_if(can_draw),
+        );
+    }
+}
+
+/// The materials that are given to what has none of its own; made when first needed.
+#[derive(Resource, Default)]
+struct Materials {
+    sheet: Option<Handle<StandardMaterial>>,
+    body: Option<Handle<StandardMaterial>>,
+}
+
+impl Materials {
+    /// A saturated plastic, seen from both sides.
+    fn sheet(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
+        let make = || StandardMaterial {
+            base_color: Color::srgb(0.93, 0.22, 0.07),
+            perceptual_roughness: 0.38,
+            reflectance: 0.5,
+            double_sided: true,
+            cull_mode: None,
+            // A sheet that lies on a body is in its surface: it wins.
+            depth_bias: 40.0,
+            ..default()
+        };
+        self.sheet.get_or_insert_with(|| assets.add(make())).clone()
+    }
+
+    /// A cool light grey.
+    fn body(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
+        let make = || StandardMaterial {
+            base_color: Color::srgb(0.60, 0.68, 0.78),
+            perceptual_roughness: 0.62,
+            reflectance: 0.35,
+            ..default()
+        };
+        self.body.get_or_insert_with(|| assets.add(make())).clone()
+    }
+}

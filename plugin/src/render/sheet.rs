@@ -1,0 +1,181 @@
+//! The mesh of a sheet, kept where its masses are.
+//!
+//! One layer is drawn, smoothed by splines through its masses, as [`Surface`] has it. Topology is made once; from then on
+//! positions and normals are written into the arrays the mesh already has, and only for a sheet that is seen and has moved.
+//! A sheet's masses are in world space, its mesh is in its entity's.
+
+use bevy::asset::RenderAssetUsages;
+use bevy::camera::primitives::Aabb;
+use bevy::camera::visibility::NoAutoAabb;
+use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
+use bevy::prelude::*;
+use sheetwork::sheet::Sheet as SheetInWorld;
+use sheetwork::sheet::surface::Surface;
+
+use super::Materials;
+use crate::core::{SheetMotion, SheetWorld};
+
+/// Which layer of a sheet is drawn.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[reflect(Clone, Debug, Default, PartialEq)]
+pub enum SheetLayer {
+    /// The upper one: it lies above what the sheet lies on, by the sheet's thickness.
+    #[default]
+    Top,
+    /// The lower one, that meets what the sheet falls on.
+    Bottom,
+}
+
+/// How a sheet is drawn.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
+#[reflect(Component, Clone, Debug, Default, PartialEq)]
+pub struct SheetDisplay {
+    /// The layer that is drawn.
+    pub layer: SheetLayer,
+    /// Spline pieces from one mass to the next, 1 to 16; 1 draws flat triangles between the masses.
+    pub smoothing: u32,
+    /// Whether the sheet is given a material if it has no `MeshMaterial3d<StandardMaterial>`; not wanted for one that is drawn
+    /// with a material of another type.
+    pub default_material: bool,
+}
+
+impl Default for SheetDisplay {
+    fn default() -> Self {
+        Self { layer: SheetLayer::Top, smoothing: 3, default_material: true }
+    }
+}
+
+/// The surface that an entity's mesh was made for, and what was drawn last.
+#[derive(Component)]
+pub(super) struct Drawn {
+    surface: Surface,
+    layer: SheetLayer,
+    smoothing: u32,
+    masses: usize,
+    /// Revision of the motion, time, and transform of the picture in the mesh.
+    at: Option<(u64, f64, GlobalTransform)>,
+}
+
+/// Gives a mesh and a material to sheets that have none, and a new mesh to those whose topology is to be another.
+#[allow(clippy::type_complexity)]
+pub(super) fn dress(
+    mut commands: Commands,
+    world: Res<SheetWorld>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut defaults: ResMut<Materials>,
+    sheets: Query<(
+        Entity,
+        &SheetMotion,
+        &SheetDisplay,
+        Option<&Drawn>,
+        Option<&Mesh3d>,
+        Has<MeshMaterial3d<StandardMaterial>>,
+    )>,
+) {
+    for (entity, motion, display, drawn, mesh, has_material) in &sheets {
+        let masses = motion.positions().len();
+        let fits = |d: &Drawn| d.layer == display.layer && d.smoothing == display.smoothing && d.masses == masses;
+        if drawn.is_some_and(fits) {
+            continue;
+        }
+        let Some(surface) = world.sheet(motion.name()).and_then(|s| surface_of(s, display)) else { continue };
+        let made = mesh_of(&surface, motion);
+        // The same handle, if there is one: others may hold it.
+        let kept = mesh.filter(|m| drawn.is_some() && meshes.contains(&m.0));
+        let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.clone()).is_ok());
+        if !replaced {
+            commands.entity(entity).try_insert(Mesh3d(meshes.add(made)));
+        }
+        let (layer, smoothing) = (display.layer, display.smoothing);
+        commands.entity(entity).try_insert((
+            Drawn { surface, layer, smoothing, masses, at: None },
+            NoAutoAabb,
+            Aabb::default(),
+        ));
+        if display.default_material && !has_material {
+            commands.entity(entity).try_insert(MeshMaterial3d(defaults.sheet(&mut materials)));
+        }
+    }
+}
+
+fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<Surface> {
+    let layer = match display.layer {
+        SheetLayer::Top => sheet.layers.last(),
+        SheetLayer::Bottom => sheet.layers.first(),
+    };
+    layer.map(|layer| Surface::new(layer, &sheet.uv, display.smoothing))
+}
+
+fn mesh_of(surface: &Surface, motion: &SheetMotion) -> Mesh {
+    let made = surface.mesh(motion.positions());
+    Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
+        .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, made.positions)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, made.normals)
+        .with_inserted_attribute(Mesh::ATTRIBUTE_UV_0, made.uvs)
+        .with_inserted_indices(Indices::U32(made.indices.into_iter().flatten().collect()))
+}
+
+/// Writes the present shape into the mesh of every sheet that is seen and has moved.
+pub(super) fn update(
+    world: Res<SheetWorld>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut sheets: Query<(&SheetMotion, &Mesh3d, &mut Drawn, &mut Aabb, &GlobalTransform, &InheritedVisibility)>,
+) {
+    let time = world.shown_time();
+    for (motion, handle, mut drawn, mut bounds, there, visible) in &mut sheets {
+        // What stands still looks the same at every time.
+        let now = (motion.revision(), if motion.is_moving() { time } else { 0.0 }, *there);
+        if !visible.get() || drawn.at == Some(now) || drawn.masses != motion.positions().len() {
+            continue;
+        }
+        let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
+        let Some((mut positions, mut normals)) = take_arrays(&mut mesh) else { continue };
+        let (before, after, s) = motion.around(time);
+        drawn.surface.update(before, after, s, &mut positions, &mut normals);
+        to_local(there, &mut positions, &mut normals);
+        if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
+            *bounds = new;
+        }
+        put_arrays(&mut mesh, positions, normals);
+        drawn.at = Some(now);
+    }
+}
+
+/// From world space into the entity's.
+fn to_local(there: &GlobalTransform, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+    let affine = there.affine();
+    if affine == bevy::math::Affine3A::IDENTITY || affine.matrix3.determinant() == 0.0 {
+        return;
+    }
+    let inverse = affine.inverse();
+    // Normals go by the inverse transpose of what points go by.
+    let turn = affine.matrix3.transpose();
+    for p in positions {
+        *p = inverse.transform_point3(Vec3::from(*p)).to_array();
+    }
+    for n in normals {
+        *n = (turn * Vec3::from(*n)).normalize_or(Vec3::Y).to_array();
+    }
+}
+
+type Array = Vec<[f32; 3]>;
+
+/// Takes the positions and normals out of a mesh, to be written to together; nothing is copied.
+fn take_arrays(mesh: &mut Mesh) -> Option<(Array, Array)> {
+    let mut take = |attribute| match mesh.try_attribute_mut(attribute) {
+        Ok(VertexAttributeValues::Float32x3(values)) => Some(std::mem::take(values)),
+        _ => None,
+    };
+    let positions = take(Mesh::ATTRIBUTE_POSITION)?;
+    Some((positions, take(Mesh::ATTRIBUTE_NORMAL).unwrap_or_default()))
+}
+
+/// Puts them back.
+fn put_arrays(mesh: &mut Mesh, positions: Array, normals: Array) {
+    for (attribute, array) in [(Mesh::ATTRIBUTE_POSITION, positions), (Mesh::ATTRIBUTE_NORMAL, normals)] {
+        if let Ok(VertexAttributeValues::Float32x3(values)) = mesh.try_attribute_mut(attribute) {
+            *values = array;
+        }
+    }
+}

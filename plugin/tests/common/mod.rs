@@ -1,0 +1,55 @@
+//! An app without window or graphics, whose clock the test turns by hand.
+
+#![allow(dead_code)]
+
+use std::time::Duration;
+
+use bevy::app::{App, PluginGroup};
+use bevy::asset::AssetApp;
+use bevy::prelude::*;
+use bevy::time::TimeUpdateStrategy;
+use bevy_sheetwork::SheetworkPlugins;
+
+/// All plugins of the group over the least of Bevy, with the assets that rendering would bring.
+pub fn app() -> App {
+    app_with(SheetworkPlugins.build())
+}
+
+/// The given plugins over the least of Bevy.
+pub fn app_with(plugins: impl PluginGroup) -> App {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin { file_path: "../assets".into(), ..default() }));
+    app.add_plugins((bevy::mesh::MeshPlugin, bevy::camera::visibility::VisibilityPlugin));
+    app.init_asset::<StandardMaterial>().init_asset::<Image>();
+    app.add_plugins(plugins);
+    app.add_plugins(bevy::diagnostic::DiagnosticsPlugin);
+    app.finish();
+    app.cleanup();
+    app
+}
+
+/// One frame that lasts `seconds`.
+pub fn frame(app: &mut App, seconds: f64) {
+    app.insert_resource(TimeUpdateStrategy::ManualDuration(Duration::from_secs_f64(seconds)));
+    app.update();
+}
+
+/// Frames of a tick each, for `seconds` in all.
+pub fn run(app: &mut App, seconds: f64) {
+    let tick = app.world().resource::<Time<Fixed>>().timestep().as_secs_f64();
+    for _ in 0..(seconds / tick).round() as u32 {
+        frame(app, tick);
+    }
+}
+
+/// Frames until `done`, at most `most`; says whether it came to that. Sleeps a little in between, for files to be read.
+pub fn run_until(app: &mut App, most: u32, done: impl Fn(&mut App) -> bool) -> bool {
+    for _ in 0..most {
+        frame(app, 1.0 / 64.0);
+        if done(app) {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    false
+}

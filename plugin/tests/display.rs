@@ -1,0 +1,106 @@
+//! What is seen: meshes, materials, bounds; what stands still or is hidden costs nothing.
+
+mod common;
+
+use bevy::camera::primitives::Aabb;
+use bevy::prelude::*;
+use bevy_sheetwork::prelude::*;
+use common::{app, frame, run};
+
+fn positions(app: &App, entity: Entity) -> &[[f32; 3]] {
+    let mesh = app.world().get::<Mesh3d>(entity).expect("dressed");
+    let mesh = app.world().resource::<Assets<Mesh>>().get(&mesh.0).expect("there");
+    mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|a| a.as_float3()).expect("positions")
+}
+
+/// How often meshes were changed since the last call.
+fn changes(app: &mut App) -> usize {
+    let mut events = app.world_mut().resource_mut::<Messages<AssetEvent<Mesh>>>();
+    events.drain().filter(|e| matches!(e, AssetEvent::Modified { .. })).count()
+}
+
+#[test]
+fn a_falling_sheet_is_drawn_in_the_same_arrays() {
+    let mut app = app();
+    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.5, 0.0))).id();
+    frame(&mut app, 0.0);
+    let mesh = app.world().get::<Mesh3d>(sheet).expect("dressed").0.id();
+    assert!(app.world().get::<MeshMaterial3d<StandardMaterial>>(sheet).is_some());
+    let (array, first) = (positions(&app, sheet).as_ptr(), positions(&app, sheet)[0][1]);
+    run(&mut app, 0.2);
+    assert_eq!(positions(&app, sheet).as_ptr(), array, "not allocated again");
+    assert_eq!(app.world().get::<Mesh3d>(sheet).expect("dressed").0.id(), mesh);
+    let fallen = positions(&app, sheet)[0][1] - first;
+    assert!((-0.25..-0.1).contains(&fallen), "{fallen}");
+}
+
+#[test]
+fn bounds_follow_the_sheet_and_hold_every_vertex() {
+    let mut app = app();
+    let there = Transform::from_xyz(0.2, 0.5, -0.3).with_rotation(Quat::from_rotation_x(0.7));
+    let sheet = app.world_mut().spawn((Sheet::default().velocity(Vec3::new(3.0, 1.0, 0.0)), there)).id();
+    run(&mut app, 0.5);
+    let bounds = app.world().get::<Aabb>(sheet).expect("has bounds");
+    for p in positions(&app, sheet) {
+        let from_centre = (Vec3::from(*p) - Vec3::from(bounds.center)).abs();
+        assert!((from_centre - Vec3::from(bounds.half_extents)).max_element() < 1e-5);
+    }
+    let shown = there.transform_point(Vec3::from(bounds.center));
+    let state = app.world().get::<SheetState>(sheet).expect("has one");
+    assert!(shown.distance(state.centre) < 0.1, "drawn where it is: {shown} {}", state.centre);
+    assert!(state.centre.x > 1.0);
+}
+
+#[test]
+fn a_sheet_at_rest_or_hidden_is_not_sent_again() {
+    let mut app = app();
+    app.world_mut().spawn(SheetBody::floor());
+    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.01, 0.0))).id();
+    run(&mut app, 0.1);
+    assert!(changes(&mut app) > 0);
+    app.world_mut().entity_mut(sheet).insert(Visibility::Hidden);
+    run(&mut app, 0.1);
+    changes(&mut app);
+    run(&mut app, 0.1);
+    assert_eq!(changes(&mut app), 0, "hidden");
+    app.world_mut().entity_mut(sheet).insert(Visibility::Visible);
+    run(&mut app, 4.0);
+    assert!(app.world().get::<SheetState>(sheet).expect("has one").asleep);
+    changes(&mut app);
+    run(&mut app, 0.2);
+    assert_eq!(changes(&mut app), 0, "asleep");
+}
+
+#[test]
+fn layer_and_smoothing_can_be_changed_while_it_runs() {
+    let mut app = app();
+    let sheet = app.world_mut().spawn(Sheet::default()).id();
+    run(&mut app, 0.1);
+    assert_eq!(positions(&app, sheet).len(), (9 * 3 + 1) * (9 * 3 + 1), "the upper layer, three pieces a cell");
+    *app.world_mut().get_mut::<SheetDisplay>(sheet).expect("required") =
+        SheetDisplay { layer: SheetLayer::Bottom, smoothing: 1, ..default() };
+    run(&mut app, 0.1);
+    assert_eq!(positions(&app, sheet).len(), 121, "the lower layer, flat");
+}
+
+#[test]
+fn a_material_of_ones_own_is_kept() {
+    let mut app = app();
+    let mine = app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial::default());
+    let sheet = app.world_mut().spawn((Sheet::default(), MeshMaterial3d(mine.clone()))).id();
+    let body = app.world_mut().spawn((SheetBody::ball(0.1), MeshMaterial3d(mine.clone()))).id();
+    run(&mut app, 0.1);
+    for entity in [sheet, body] {
+        assert!(app.world().get::<Mesh3d>(entity).is_some());
+        assert_eq!(app.world().get::<MeshMaterial3d<StandardMaterial>>(entity).map(|m| m.0.id()), Some(mine.id()));
+    }
+}
+
+#[test]
+fn a_server_without_graphics_runs_too() {
+    let mut app = App::new();
+    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin::default(), SheetworkPlugins));
+    let sheet = app.world_mut().spawn(Sheet::default()).id();
+    run(&mut app, 0.2);
+    assert!(app.world().get::<SheetState>(sheet).expect("has one").centre.y < -0.1);
+}

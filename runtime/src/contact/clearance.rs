@@ -1,0 +1,71 @@
+//! Which masses need not be looked at: those that cannot have reached anything since they were last found far from it.
+//!
+//! When a mass at place c was found to be at least d away from every body, it can meet nothing while it stays within d of
+//! c, less what bodies have moved since. Only the distance from c is looked at, so that whatever moved the mass (an engine,
+//! a pin, a program) is covered. The result of a step is the same with and without; only the time differs.
+
+use rapier3d::prelude::ColliderHandle;
+
+use super::SKIN;
+use super::target::NO_FACE;
+use crate::sheet::Vectors;
+
+/// What is known of the masses of a sheet.
+#[derive(Default)]
+pub(crate) struct Clearance {
+    /// Where each mass was when it was last checked, m.
+    checked: Vectors,
+    /// Value of `moved` up to which that check holds for a mass that stays where it was; -∞ if it was never checked.
+    until: Vec<f64>,
+    /// How far the fastest body has moved in all, m.
+    moved: f64,
+    /// Of this step: distance to the nearest body so far, m; negative for masses that are not looked at.
+    pub nearest: Vec<f64>,
+    /// Collider and face that each mass was nearest to when it was last looked at.
+    pub face: Vec<(ColliderHandle, u32)>,
+    /// Masses that met two bodies in this step: each was put where the other may be.
+    pub cornered: Vec<u32>,
+}
+
+impl Clearance {
+    /// Forgets what was known: every mass is looked at in the next step.
+    pub fn forget(&mut self) {
+        self.until.fill(f64::NEG_INFINITY);
+    }
+
+    /// Whether mass `i` was never checked, so that nothing bounds how deep in a body it may be.
+    pub fn is_new(&self, i: usize) -> bool {
+        self.until[i] == f64::NEG_INFINITY
+    }
+
+    /// Begins a step in which bodies move by at most `reach` (m). Sets `nearest` to `margin` for masses that must be looked
+    /// at, which `x` and `free` decide, and to -1 for the others; false when there is nothing to look at.
+    pub fn begin(&mut self, x: &Vectors, free: impl Fn(usize) -> bool, reach: f64, margin: f64) -> bool {
+        if self.until.len() != x.len() {
+            self.checked = Vectors::zeros(x.len());
+            self.until = vec![f64::NEG_INFINITY; x.len()];
+            self.nearest = vec![0.0; x.len()];
+            self.face = vec![(ColliderHandle::invalid(), NO_FACE); x.len()];
+            self.cornered = Vec::with_capacity(x.len());
+        }
+        self.cornered.clear();
+        self.moved += reach;
+        let mut any = false;
+        for i in 0..x.len() {
+            let slack = self.until[i] - self.moved - 2.0 * SKIN;
+            let clear = slack > 0.0 && x.get(i).distance_squared(self.checked.get(i)) < slack * slack;
+            let look = !clear && free(i);
+            self.nearest[i] = if look { margin } else { -1.0 };
+            any |= look;
+        }
+        any
+    }
+
+    /// Ends the step: masses that were looked at are clear for as far as the nearest body was.
+    pub fn end(&mut self, x: &Vectors) {
+        for i in (0..x.len()).filter(|i| self.nearest[*i] >= 0.0) {
+            self.checked.set(i, x.get(i));
+            self.until[i] = self.nearest[i] + self.moved;
+        }
+    }
+}
