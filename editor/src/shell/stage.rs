@@ -67,7 +67,7 @@ pub fn set_up(
 ) {
     let shadows = quality.shadows > 0;
     commands.insert_resource(DirectionalLightShadowMap { size: quality.shadows.max(64) });
-    commands.insert_resource(GlobalAmbientLight { color: Color::srgb(0.90, 0.94, 1.0), brightness: 520.0, ..default() });
+    commands.insert_resource(GlobalAmbientLight { color: Color::srgb(0.96, 0.97, 1.0), brightness: 520.0, ..default() });
     let light = |colour: Color, illuminance: f32, from: Vec3, shadows: bool| {
         (
             DirectionalLight {
@@ -81,9 +81,10 @@ pub fn set_up(
             Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y),
         )
     };
-    commands.spawn((KeyLight, light(Color::srgb(1.0, 0.955, 0.88), 8_200.0, Vec3::new(0.95, 1.05, 0.62), shadows)));
-    commands.spawn(light(Color::srgb(0.70, 0.82, 1.0), 1_400.0, Vec3::new(-1.0, 0.55, 0.7), false));
-    commands.spawn(light(Color::srgb(1.0, 0.9, 0.8), 500.0, Vec3::new(-0.3, 0.5, -1.0), false));
+    // From behind and to the right, so that shadows fall towards the viewer and gloss shows.
+    commands.spawn((KeyLight, light(Color::srgb(1.0, 0.955, 0.88), 6_600.0, Vec3::new(0.66, 1.0, -0.30), shadows)));
+    commands.spawn(light(Color::srgb(0.92, 0.95, 1.0), 2_600.0, Vec3::new(-0.55, 0.6, 1.0), false));
+    commands.spawn(light(Color::srgb(1.0, 0.93, 0.85), 900.0, Vec3::new(1.0, 0.35, 0.5), false));
     commands.spawn((
         Backdrop,
         Mesh3d(meshes.add(shapes::backdrop())),
