@@ -49,6 +49,10 @@ pub struct Flight {
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
+    /// Where the mass met the surface, m.
+    pub touch: DVec3,
+    /// Its velocity right after that, m/s.
+    pub leaving: DVec3,
     /// Position at the end of the step, m.
     pub x: DVec3,
     /// Velocity at the end of the step, m/s.
@@ -77,7 +81,10 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     let acceleration = (v1 - v0) / dt;
     let arriving = v1 - surface.velocity - acceleration * rest;
 
-    let (leaving, impact) = bounce(arriving, surface);
+    // The Euler schemes keep velocities half a step off the path they draw; an impact is at the path's own velocity.
+    let shift = acceleration * ((drift - 0.5) * dt);
+    let (mut leaving, impact) = bounce(arriving + shift, surface);
+    leaving = if impact > 0.0 { leaving - shift } else { bounce(arriving, surface).0 };
     // The rest of the step.
     let mut last = leaving + acceleration * rest;
     let pressing = last.dot(n);
@@ -85,12 +92,14 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
         last = slowed(last - n * pressing, -surface.friction * pressing);
     }
     let touch = x0 + (x1 - x0) * tau;
-    let mut x = touch + surface.velocity * rest + leaving.lerp(last, drift) * rest;
+    let on_path = if impact > 0.0 { shift } else { DVec3::ZERO };
+    let weight = if impact > 0.0 { 0.5 } else { drift };
+    let mut x = touch + (surface.velocity + leaving.lerp(last, weight) + on_path) * rest;
     let depth = skin - (x - surface.point).dot(n);
     if depth > 0.0 {
         x += n * depth;
     }
-    Outcome { x, v: last + surface.velocity, impact, rest }
+    Outcome { touch, leaving: leaving + surface.velocity, x, v: last + surface.velocity, impact, rest }
 }
 
 /// Relative velocity after the impact, and the approach speed if it counts as one.
