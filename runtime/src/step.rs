@@ -53,10 +53,12 @@ pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage
     sheet.work.touching.fill(false);
     let mut done = 0.0;
     let mut substeps = 0;
+    let mut last = stage.dt;
     // The last part of a step may be a rounding error long; it is then the step's.
     while stage.dt - done > stage.dt * 1e-12 {
         let part = stage.dt - done;
-        done += substep(sheet, touches, stage, done, part);
+        last = substep(sheet, touches, stage, done, part);
+        done += last;
         substeps += 1;
         if substeps > MOST_SUBSTEPS {
             give_up(sheet, touches, stage);
@@ -71,7 +73,7 @@ pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage
     let end = stage.time + stage.dt;
     touches.end(end, sheet);
     if stage.sleep {
-        fall_asleep(sheet, touches, end, stage.dt);
+        fall_asleep(sheet, touches, stage, last);
     }
 }
 
@@ -130,19 +132,28 @@ fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) {
     touches.events.push((stage.time, EventKind::Unstable, None));
 }
 
-fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, time: f64, dt: f64) {
+/// Puts a sheet to sleep that has been still for a while; `last` is the length of the last part of the step, s.
+fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
     // A sheet adrift is not at rest, however slow: something must hold it.
     let held = !sheet.pins.is_empty() || touches.count() > 0;
-    if held && sheet.v.max_squared() < SLEEP_SPEED * SLEEP_SPEED {
-        sheet.quiet += dt;
+    if held && is_still(sheet, last) {
+        sheet.quiet += stage.dt;
         if sheet.quiet >= SLEEP_TIME {
             sheet.status = Status::Asleep;
             sheet.v.clear();
-            touches.events.push((time, EventKind::AtRest, None));
+            touches.events.push((stage.time + stage.dt, EventKind::AtRest, None));
         }
     } else {
         sheet.quiet = 0.0;
     }
+}
+
+/// Whether no mass went faster than [`SLEEP_SPEED`], by where it went and not by its velocity: next to masses that contact
+/// holds, a multi-stage engine can rest with a velocity left that every step takes back again.
+fn is_still(sheet: &Sheet, dt: f64) -> bool {
+    let furthest = (SLEEP_SPEED * dt) * (SLEEP_SPEED * dt);
+    let (now, before) = (&sheet.x, &sheet.work.x_before);
+    (0..sheet.masses()).all(|i| now.get(i).distance_squared(before.get(i)) < furthest)
 }
 
 /// Whether something that moves comes near a sleeping sheet, or leads it.

@@ -271,3 +271,14 @@ fn masses_known_to_be_clear_are_met_as_if_they_were_looked_at() {
         assert!(kept.sheets()[0].counters.contacts > 100);
     }
 }
+
+#[test]
+fn the_rigs_choose_a_stable_step_whatever_the_damping() {
+    for rig in RIGS {
+        for damping_ratio in [0.0, 0.05, 0.2, 0.3, 0.5] {
+            let setup = Setup { damping_ratio, angle: 20.0, friction: 0.2, ..setup(rig) };
+            let found = measure("incline", &setup).expect("a valid set-up");
+            println!("{} {damping_ratio}: {}", what(&setup), found["status"]);
+        }
+    }
+}

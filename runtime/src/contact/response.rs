@@ -86,7 +86,10 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     let acceleration = (v1 - v0) / dt;
     let arriving = v1 - surface.velocity - acceleration * rest;
 
-    let (leaving, impact) = bounce(arriving, surface);
+    // The Euler schemes keep velocities half a step off the path they draw; an impact is at the path's own velocity.
+    let shift = acceleration * ((drift - 0.5) * dt);
+    let (mut leaving, impact) = bounce(arriving + shift, surface);
+    leaving = if impact > 0.0 { leaving - shift } else { bounce(arriving, surface).0 };
     // The rest of the step.
     let mut last = leaving + acceleration * rest;
     let pressing = last.dot(n);
@@ -94,7 +97,9 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
         last = slowed(last - n * pressing, -surface.friction * pressing);
     }
     let touch = x0 + (x1 - x0) * tau;
-    let mut x = touch + surface.velocity * rest + leaving.lerp(last, drift) * rest;
+    let on_path = if impact > 0.0 { shift } else { DVec3::ZERO };
+    let weight = if impact > 0.0 { 0.5 } else { drift };
+    let mut x = touch + (surface.velocity + leaving.lerp(last, weight) + on_path) * rest;
     let depth = skin - (x - surface.point).dot(n);
     if depth > 0.0 {
         x += n * depth;

@@ -175,10 +175,9 @@ impl<'a> Target<'a> {
                 return Meeting::Clear(distance);
             }
         }
-        if travel > 10.0 * skin && (nearest.inside || distance < travel) {
-            if let Some(surface) = self.cast(a, b) {
-                return Meeting::Surface(surface);
-            }
+        let may_have_crossed = travel > 10.0 * skin && (nearest.inside || distance < travel);
+        if let Some(surface) = may_have_crossed.then(|| self.cast(a, b)).flatten() {
+            return Meeting::Surface(surface);
         }
         if !nearest.inside && distance >= skin {
             return Meeting::Clear(distance);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ron::extensions::Extensions;
 use serde_json::Value;
 
-use super::{Scene, locate, material, validate};
+use super::{Scene, literal, locate, material, validate};
 use crate::error::InputError;
 
 fn options() -> ron::Options {
@@ -36,7 +36,8 @@ impl Scene {
             let field = e.path().to_string().replace('[', ".").replace(']', "");
             let field = if field == "." { String::new() } else { field };
             let at = reader.span_error(e.into_inner());
-            InputError::new(field, at.code.to_string()).at_line(at.span.start.line)
+            let found = locate::value_of(text, &field).map_or_else(String::new, |v| format!(", found {v}"));
+            InputError::new(field, format!("{}{found}", at.code)).at_line(at.span.start.line)
         })?;
         reader.end().map_err(|e| {
             let at = reader.span_error(e);
@@ -69,7 +70,7 @@ impl Scene {
         if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
             return Err(InputError::new(path, format!("{value} is not a finite number")));
         }
-        let parsed = literal(value.trim());
+        let parsed = typed(value.trim());
         let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
         *slot(&mut tree, path)? = parsed;
         let mut scene: Self = serde_path_to_error::deserialize(tree)
@@ -85,16 +86,9 @@ impl Scene {
     }
 }
 
-/// A value as typed on a command line: RON, with bare words as strings and `none` for a field that is left out.
-fn literal(value: &str) -> Value {
-    let is_word = value.starts_with(|c: char| c.is_ascii_alphabetic()) && !value.contains(['(', '[', '{']);
-    match value {
-        "true" => Value::Bool(true),
-        "false" => Value::Bool(false),
-        "none" | "None" => Value::Null,
-        _ if is_word => Value::String(value.to_owned()),
-        _ => options().from_str(value).unwrap_or_else(|_| Value::String(value.trim_matches('"').to_owned())),
-    }
+/// A value as typed on a command line: RON, or else bare words as a string; `none` for a field that is left out.
+fn typed(value: &str) -> Value {
+    literal::value_of(value).unwrap_or_else(|| Value::String(value.trim_matches('"').to_owned()))
 }
 
 /// The place in `tree` that `path` names.
@@ -161,6 +155,7 @@ mod tests {
         assert!(error.to_string().contains("dampin"), "{error}");
         let error = Scene::parse("(\n  dt: \"soon\",\n)").expect_err("wrong type");
         assert_eq!((error.line, error.field.as_str()), (Some(2), "dt"));
+        assert_eq!(error.problem, "Expected float, found \"soon\"");
         let error = Scene::parse("(\n  gravity: (0, NaN, 0),\n)").expect_err("NaN");
         assert_eq!((error.line, error.field.as_str()), (Some(2), "gravity.1"));
         let error = Scene::parse("(engine: \"euler-kramer\")").expect_err("no such engine");
@@ -181,6 +176,12 @@ mod tests {
         assert_eq!(set("sheets.0.grid", "(5, 3, 4)").sheets[0].grid, (5, 3, 4));
         assert_eq!(set("sheets.0.structure", "samm").sheets[0].structure.name(), "samm");
         assert_eq!(set("sheets.0.node_mass", "4e-4").sheets[0].node_mass, Some(4e-4));
+        let pinned = set("sheets.0.pins", "[(region: Left), (region: Point(1, 0.5), path: [(time: 1)])]");
+        assert_eq!(pinned.sheets[0].pins.len(), 2);
+        let scene = set("bodies", "[(name: \"ball\", shape: Ball(0.01)), (shape: HalfSpace)]");
+        assert_eq!(scene.bodies[0].shape, crate::scene::Shape::Ball(0.01));
+        let scene = scene.with_override("bodies.ball.shape", "Box((0.1, 0.2, 0.3))").expect("valid");
+        assert_eq!(scene.bodies[0].shape, crate::scene::Shape::Box(glam::DVec3::new(0.1, 0.2, 0.3)));
         assert_eq!(set("sheets.0.probes.mid", "(0.5, 0.5)").sheets[0].probes["mid"], (0.5, 0.5));
     }
 

@@ -10,6 +10,32 @@ pub(super) fn line_of(text: &str, path: &str) -> usize {
     1 + text.as_bytes()[..walker.deepest.min(text.len())].iter().filter(|b| **b == b'\n').count()
 }
 
+/// The value at `path` as it is written, cut to a few words for a message; none when it is not there or is a group.
+///
+/// The text need not be valid: it is asked for where the parser stopped.
+pub(super) fn value_of(text: &str, path: &str) -> Option<String> {
+    let (outer, name) = path.rsplit_once('.').unwrap_or(("", path));
+    let mut walker = Walker { bytes: text.as_bytes(), at: 0, deepest: 0 };
+    let find = |walker: &mut Walker, path: &str| {
+        (walker.at, walker.deepest) = (0, 0);
+        let path: Vec<&str> = path.split('.').filter(|s| !s.is_empty()).collect();
+        walker.value(Some(&path));
+        walker.deepest
+    };
+    let group = find(&mut walker, outer);
+    let start = find(&mut walker, path);
+    if name.is_empty() || start <= group {
+        return None;
+    }
+    let rest = text.get(start..)?.lines().next()?;
+    let end = match rest.strip_prefix('"') {
+        Some(string) => string.find('"').map(|i| i + 2),
+        None => rest.find([',', ')', ']', '}']),
+    };
+    let value: String = rest[..end.unwrap_or(rest.len())].chars().take(40).collect();
+    (!value.is_empty() && !value.starts_with(['(', '[', '{'])).then(|| value.trim_end().to_owned())
+}
+
 struct Walker<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -125,7 +151,7 @@ impl Walker<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::line_of;
+    use super::{line_of, value_of};
 
     const TEXT: &str = r#"#![enable(implicit_some)]
 // a comment: with a colon
@@ -159,9 +185,20 @@ mod tests {
     }
 
     #[test]
+    fn finds_what_is_written() {
+        assert_eq!(value_of(TEXT, "sheets.1.material.young").as_deref(), Some("2e9"));
+        assert_eq!(value_of(TEXT, "sheets.0.name").as_deref(), Some("\"a, (b)\""));
+        assert_eq!(value_of(TEXT, "gravity.1").as_deref(), Some("-9.81"));
+        assert_eq!(value_of(TEXT, "gravity"), None);
+        assert_eq!(value_of(TEXT, "sheets.1.material.density"), None);
+        assert_eq!(value_of("(dt: \"é", "dt").as_deref(), Some("\"é"));
+    }
+
+    #[test]
     fn does_not_hang_or_panic_on_broken_text() {
         for end in 0..TEXT.len() {
             line_of(&TEXT[..end], "sheets.1.material.young");
+            value_of(&TEXT[..end], "sheets.1.material.young");
         }
         line_of("((((\"\\", "0.0.0.0");
         line_of("}{)(%%%", "a.b");

@@ -6,6 +6,7 @@
 //! programs meet the same checks.
 
 pub mod heater;
+mod literal;
 pub mod load;
 mod locate;
 pub mod material;

@@ -13,6 +13,7 @@ use sheetwork::{InputError, check_range};
 use crate::{counts, number, print_json, print_line};
 
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Generate {
     /// Structure, by name (see `sheetwork list structures`).
     #[arg(long)]

@@ -13,6 +13,7 @@ use sheetwork::scene::{Material, material};
 use crate::{counts, number, print_json, print_line};
 
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Measure {
     /// Case, by name (see `sheetwork list cases`).
     case: String,

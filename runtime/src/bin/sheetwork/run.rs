@@ -17,6 +17,7 @@ use crate::{number, print_json, print_line};
 const FRAME_RATE: f64 = 60.0;
 
 #[derive(Args)]
+#[command(allow_negative_numbers = true)]
 pub struct Run {
     /// Scene file (RON).
     scene: PathBuf,
@@ -54,7 +55,7 @@ impl Run {
         let scene = self.scene()?;
         let mut world = World::new(&scene)?;
         if self.threads == 0 || self.threads > 1024 {
-            return Err(InputError::new("threads", format!("{} is outside 1 to 1024", self.threads)));
+            return Err(InputError::new("--threads", format!("{} is outside 1 to 1024", self.threads)));
         }
         world.set_threads(self.threads)?;
         world.set_sleep(!self.no_sleep);
@@ -80,9 +81,9 @@ impl Run {
                 .ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;
             scene = scene.with_override(path.trim(), value)?;
         }
-        for (path, value) in [("duration", self.seconds), ("dt", self.dt)] {
+        for (flag, path, value) in [("--seconds", "duration", self.seconds), ("--dt", "dt", self.dt)] {
             if let Some(value) = value {
-                scene = scene.with_override(path, &value.to_string())?;
+                scene = scene.with_override(path, &value.to_string()).map_err(|e| InputError::new(flag, e.problem))?;
             }
         }
         if let Some(engine) = self.engine {

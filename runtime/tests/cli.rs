@@ -1,0 +1,10 @@
+//! The command line as its users meet it: flags, JSON keys, exit statuses and messages of the built program.
+
+mod cli {
+    pub mod common;
+    mod faults;
+    mod generate;
+    mod measure;
+    mod mutants;
+    mod run;
+}

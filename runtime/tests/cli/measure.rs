@@ -1,0 +1,129 @@
+//! `measure`: the keys of the contract, the numbers of each case, and its flags.
+
+use serde_json::Value;
+
+use super::common::{Place, keys};
+
+/// Keys that every case has.
+const COMMON: [&str; 11] = [
+    "case",
+    "structure",
+    "grid",
+    "engine",
+    "dt_s",
+    "steps",
+    "simulated_s",
+    "cpu_s",
+    "cpu_ms_per_simulated_s",
+    "settled",
+    "status",
+];
+
+/// Flags that make a case fast.
+const FAST: [&str; 5] = ["--json", "--young", "1e5", "--grid", "5x5"];
+
+fn measure(place: &Place, case: &str, flags: &[&str]) -> Value {
+    place.json(&[&["measure", case], &FAST[..], flags].concat())
+}
+
+fn number(found: &Value, key: &str) -> f64 {
+    found[key].as_f64().unwrap_or_else(|| panic!("{key} in {found}"))
+}
+
+#[test]
+fn every_case_has_the_keys_of_the_contract() {
+    let place = Place::new("measure-keys");
+    let own: [(&str, &[&str]); 6] = [
+        ("incline", &["slid", "acceleration_m_s2"]),
+        ("bounce", &["heights_m"]),
+        ("free-fall", &["drop_error_m"]),
+        ("oscillator", &["order", "stability_limit"]),
+        ("slide", &["distance_m"]),
+        ("spin", &["angular_momentum_ratio", "energy_ratio"]),
+    ];
+    for (case, wanted) in own {
+        let found = measure(&place, case, &[]);
+        let keys = keys(&found);
+        for key in COMMON.iter().chain(&["setup_cpu_s", "length_m", "width_m"]).chain(wanted) {
+            assert!(keys.contains(key), "{case}: no {key}");
+        }
+        assert_eq!((found["case"].as_str(), found["status"].as_str()), (Some(case), Some("ok")));
+        assert!(place.run(&["measure", case, "--young", "1e5", "--grid", "5x5"]).out.contains(case));
+    }
+}
+
+#[test]
+fn cases_find_what_is_known() {
+    let place = Place::new("measure-numbers");
+    let slides = measure(&place, "incline", &["--angle", "30", "--friction", "0.3"]);
+    let expected = 9.81 * (30_f64.to_radians().sin() - 0.3 * 30_f64.to_radians().cos());
+    assert_eq!(slides["slid"], true);
+    assert!((number(&slides, "acceleration_m_s2") / expected - 1.0).abs() < 0.01, "{slides}");
+    let sticks = measure(&place, "incline", &["--angle", "15", "--friction", "0.3"]);
+    assert_eq!((sticks["slid"].as_bool(), sticks["acceleration_m_s2"].as_f64()), (Some(false), Some(0.0)));
+    let bounce = measure(&place, "bounce", &["--height", "0.1", "--restitution", "0.6"]);
+    let first = bounce["heights_m"][0].as_f64().expect("a height");
+    assert!((first / 0.036 - 1.0).abs() < 0.01, "{first}");
+    let slide = measure(&place, "slide", &["--speed", "0.5", "--friction", "0.4"]);
+    assert!((number(&slide, "distance_m") / (0.25 / (2.0 * 0.4 * 9.81)) - 1.0).abs() < 0.01, "{slide}");
+    assert!(number(&measure(&place, "free-fall", &[]), "drop_error_m").abs() < 1e-9);
+    let spin = measure(&place, "spin", &["--rate", "5"]);
+    assert!((number(&spin, "angular_momentum_ratio") - 1.0).abs() < 1e-9, "{spin}");
+}
+
+#[test]
+fn orders_and_limits_are_those_of_the_list() {
+    let place = Place::new("measure-oscillator");
+    let rows = place.json(&["list", "engines", "--json"]);
+    for row in rows.as_array().expect("rows") {
+        let name = row["name"].as_str().expect("a name");
+        let found = measure(&place, "oscillator", &["--engine", name]);
+        assert!((number(&found, "order") - number(row, "order")).abs() < 0.2, "{name}: {found}");
+        // An adaptive engine shortens its steps before any limit.
+        if row["adaptive"] == false {
+            let (limit, tabled) = (number(&found, "stability_limit"), number(row, "stability_limit"));
+            assert!((limit - tabled).abs() <= 0.02 * tabled, "{name}: {limit}, tabled {tabled}");
+        }
+    }
+}
+
+#[test]
+fn flags_choose_the_sheet() {
+    let place = Place::new("measure-sheet");
+    let found = measure(&place, "free-fall", &["--structure", "provot2d", "--length", "0.1", "--width", "0.2"]);
+    assert_eq!((found["structure"].as_str(), found["layers"].as_u64()), (Some("provot2d"), Some(1)));
+    assert_eq!((number(&found, "length_m"), number(&found, "width_m")), (0.1, 0.2));
+    let found = measure(&place, "free-fall", &["--engine", "rk4", "--dt", "1/1000", "--gravity", "1.62"]);
+    assert_eq!((found["engine"].as_str(), number(&found, "dt_s")), (Some("rk4"), 1e-3));
+    assert!((number(&found, "drop_m") - 0.81).abs() < 1e-6);
+}
+
+#[test]
+fn an_unstable_measurement_has_status_1() {
+    let place = Place::new("measure-unstable");
+    let flags = ["measure", "bounce", "--grid", "5x5", "--dt", "0.01", "--json"];
+    let ran = place.run(&flags);
+    assert_eq!(ran.status, Some(1), "{}", ran.out);
+    assert!(ran.json()["status"].as_str().is_some_and(|s| s.starts_with("unstable")));
+}
+
+#[test]
+fn flags_of_measure_are_checked() {
+    let place = Place::new("measure-flags");
+    let refused = |flags: &[&str], parts: &[&str]| place.refused(&[&["measure"], flags].concat(), parts);
+    refused(&["jump"], &["jump", "bounce"]);
+    refused(&["bounce", "--height", "-1"], &["height: -1 m is outside 0.001 to 1000 m"]);
+    refused(&["bounce", "--restitution", "1.5"], &["restitution: 1.5 is outside 0 to 1"]);
+    refused(&["incline", "--angle", "90"], &["angle: 90 degrees is outside 0 to 89 degrees"]);
+    refused(&["incline", "--friction", "nan"], &["--friction", "nan", "finite"]);
+    refused(&["slide", "--speed", "0"], &["speed: 0 m/s"]);
+    refused(&["spin", "--rate", "fast"], &["--rate", "fast", "not a number"]);
+    refused(&["spin", "--grid", "5"], &["--grid", "\"5\"", "2 whole numbers"]);
+    refused(&["spin", "--grid", "1x5"], &["grid: 1 masses"]);
+    refused(&["spin", "--structure", "satin"], &["satin", "samm"]);
+    refused(&["spin", "--structure", "provot2d", "--layers", "2"], &["layers: 2 layers is outside 1 to 1"]);
+    refused(&["spin", "--engine", "euler-kramer"], &["euler-kramer", "verlet"]);
+    refused(&["spin", "--young", "0"], &["young: 0 Pa is outside 0.001 to 2e12 Pa"]);
+    refused(&["spin", "--material", "cheese"], &["cheese", "hips"]);
+    refused(&["spin", "--dt", "2"], &["dt: 2 s is outside 1e-7 to 1 s"]);
+}
