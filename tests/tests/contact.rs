@@ -275,10 +275,10 @@ fn masses_known_to_be_clear_are_met_as_if_they_were_looked_at() {
 #[test]
 fn the_rigs_choose_a_stable_step_whatever_the_damping() {
     for rig in RIGS {
-        for damping_ratio in [0.0, 0.05, 0.2, 0.3, 0.5] {
+        for damping_ratio in [0.0, 0.05, 0.3, 1.0] {
             let setup = Setup { damping_ratio, angle: 20.0, friction: 0.2, ..setup(rig) };
             let found = measure("incline", &setup).expect("a valid set-up");
-            println!("{} {damping_ratio}: {}", what(&setup), found["status"]);
+            assert_eq!(found["status"], "ok", "{} with damping {damping_ratio}", what(&setup));
         }
     }
 }
