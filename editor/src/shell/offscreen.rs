@@ -31,7 +31,7 @@ use crate::session::Session;
 pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
 /// Frames before the picture is taken: lights, shadows and textures take a few to arrive.
-const WARM_UP: u32 = 12;
+const WARM_UP: u32 = 4;
 
 /// How long a picture may take.
 const PATIENCE: Duration = Duration::from_secs(120);

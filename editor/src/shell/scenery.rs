@@ -76,7 +76,7 @@ pub fn mix_paints(
     let gridded = |colour| StandardMaterial { base_color_texture: Some(grid.clone()), ..matt(colour) };
     let glowing = |colour: Color| StandardMaterial { emissive: colour.to_linear() * 0.6, ..matt(colour) };
     let sheet = StandardMaterial {
-        base_color: Color::srgb(0.90, 0.27, 0.11),
+        base_color: Color::srgb(0.86, 0.20, 0.08),
         perceptual_roughness: 0.38,
         reflectance: 0.45,
         double_sided: true,

@@ -129,9 +129,9 @@ pub fn backdrop() -> Mesh {
             .unwrap_or_default()
             .iter()
             .map(|p| {
-                let below = LinearRgba::rgb(0.80, 0.79, 0.77);
-                let above = LinearRgba::rgb(0.34, 0.42, 0.53);
-                let s = (0.5 + 0.9 * p[1]).clamp(0.0, 1.0);
+                let below = LinearRgba::rgb(0.60, 0.61, 0.62);
+                let above = LinearRgba::rgb(0.13, 0.19, 0.29);
+                let s = (0.72 + 0.9 * p[1]).clamp(0.0, 1.0);
                 let colour = below + (above - below) * (s * s * (3.0 - 2.0 * s));
                 [colour.red, colour.green, colour.blue, 1.0]
             })

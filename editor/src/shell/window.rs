@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bevy::camera::visibility::RenderLayers;
-use bevy::camera::{CameraOutputMode, Viewport};
+use bevy::camera::{CameraMainTextureUsages, CameraOutputMode, Viewport};
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
-use bevy::render::render_resource::BlendState;
+use bevy::render::render_resource::{BlendState, TextureUsages};
 use bevy::window::{PrimaryWindow, WindowResolution};
 use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_egui::egui::{self, UiBuilder};
@@ -70,7 +70,7 @@ fn app(session: Session, adapter: &probe::Adapter, size: Option<(u32, u32)>, wat
     let mut app = App::new();
     let plugins = DefaultPlugins
         .set(WindowPlugin { primary_window: Some(window), ..default() })
-        .set(LogPlugin { level: Level::WARN, filter: "wgpu=error,naga=warn,bevy_render::renderer=error".into(), ..default() });
+        .set(LogPlugin { level: Level::WARN, filter: "wgpu=error,naga=warn,bevy_render::renderer=error,bevy_egui=error,winit=error".into(), ..default() });
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     let mut state = EditorState::new(&session);
@@ -94,6 +94,8 @@ fn cameras(mut commands: Commands, quality: Res<Quality>) {
         PrimaryEguiContext,
         Camera2d,
         Msaa::Off,
+        // Cameras that agree in all of this share one picture, and clearing the panels' would wipe the scene's.
+        CameraMainTextureUsages::default().with(TextureUsages::COPY_DST),
         RenderLayers::none(),
         Camera {
             order: 1,
