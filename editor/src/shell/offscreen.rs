@@ -125,7 +125,8 @@ fn app(session: Session) -> App {
 pub(super) fn add_scene(app: &mut App, quality: Quality) {
     app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
     app.add_systems(Startup, (stage::set_up, scenery::mix_paints));
-    let show = (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
+    let show =
+        (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
     app.add_systems(PostUpdate, show.chain().before(TransformSystems::Propagate));
 }
 

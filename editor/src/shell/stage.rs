@@ -5,7 +5,10 @@
 
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::core_pipeline::tonemapping::Tonemapping;
-use bevy::light::{CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver, ShadowFilteringMethod};
+use bevy::light::{
+    CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver,
+    ShadowFilteringMethod,
+};
 use bevy::prelude::*;
 
 use super::{Editor, shapes};
@@ -67,7 +70,11 @@ pub fn set_up(
 ) {
     let shadows = quality.shadows > 0;
     commands.insert_resource(DirectionalLightShadowMap { size: quality.shadows.max(64) });
-    commands.insert_resource(GlobalAmbientLight { color: Color::srgb(0.96, 0.97, 1.0), brightness: 520.0, ..default() });
+    commands.insert_resource(GlobalAmbientLight {
+        color: Color::srgb(0.96, 0.97, 1.0),
+        brightness: 520.0,
+        ..default()
+    });
     let light = |colour: Color, illuminance: f32, from: Vec3, shadows: bool| {
         (
             DirectionalLight {
@@ -83,12 +90,17 @@ pub fn set_up(
     };
     // From behind and to the right, so that shadows fall towards the viewer and gloss shows.
     commands.spawn((KeyLight, light(Color::srgb(1.0, 0.955, 0.88), 6_600.0, Vec3::new(0.66, 1.0, -0.30), shadows)));
-    commands.spawn(light(Color::srgb(0.92, 0.95, 1.0), 2_600.0, Vec3::new(-0.55, 0.6, 1.0), false));
+    commands.spawn(light(Color::srgb(0.92, 0.95, 1.0), 3_000.0, Vec3::new(-0.50, 0.45, 1.0), false));
     commands.spawn(light(Color::srgb(1.0, 0.93, 0.85), 900.0, Vec3::new(1.0, 0.35, 0.5), false));
     commands.spawn((
         Backdrop,
         Mesh3d(meshes.add(shapes::backdrop())),
-        MeshMaterial3d(materials.add(StandardMaterial { unlit: true, cull_mode: None, fog_enabled: false, ..default() })),
+        MeshMaterial3d(materials.add(StandardMaterial {
+            unlit: true,
+            cull_mode: None,
+            fog_enabled: false,
+            ..default()
+        })),
         Transform::from_scale(Vec3::splat(400.0)),
         (NotShadowCaster, NotShadowReceiver, NoFrustumCulling),
     ));
