@@ -36,7 +36,7 @@ pub struct Arguments {
     /// How long a headless run lasts, simulated s; the scene's own duration when left out.
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
-    /// Close the window after this many frames and say how long the first took.
+    /// Close the window so many frames after the scene was seen, and say when that was.
     #[arg(long, value_name = "N", hide = true)]
     pub frames: Option<u32>,
 }

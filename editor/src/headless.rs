@@ -53,12 +53,7 @@ pub fn run(scene: &Scene, seconds: Option<f64>, size: Option<(u32, u32)>) -> Res
 ///
 /// # Errors
 /// When the scene is not valid or a file cannot be written.
-pub fn simulate(
-    scene: &Scene,
-    seconds: Option<f64>,
-    size: (u32, u32),
-    folder: &Path,
-) -> Result<Outcome, InputError> {
+pub fn simulate(scene: &Scene, seconds: Option<f64>, size: (u32, u32), folder: &Path) -> Result<Outcome, InputError> {
     let duration = seconds.unwrap_or(scene.duration);
     let mut world = World::new(scene)?;
     std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
@@ -103,8 +98,7 @@ fn progress(duration: f64) -> ProgressBar {
 
 /// A scene's name as a file name: letters, digits, `-` and `_`; the rest becomes `_`.
 fn file_stem(name: &str) -> String {
-    let clean: String =
-        name.chars().take(80).map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect();
+    let clean: String = name.chars().take(80).map(|c| if c.is_alphanumeric() || c == '-' { c } else { '_' }).collect();
     if clean.is_empty() { "scene".to_owned() } else { clean }
 }
 

@@ -254,12 +254,17 @@ impl Session {
     /// Runs `duration` s of simulated time at once, whatever the speed; shows the result. For pictures and runs without a
     /// window.
     pub fn run(&mut self, duration: f64) {
-        if duration > 0.0 {
+        if duration <= 0.0 || !duration.is_finite() {
+            return;
+        }
+        let (begin, parts) = (self.world.time(), (duration / self.world.dt()).ceil().clamp(1.0, HISTORY as f64));
+        for part in 1..=parts as u32 {
+            let until = begin + duration * f64::from(part) / parts;
             let start = Instant::now();
-            let steps = self.world.advance(duration);
-            self.settle_display();
+            let steps = self.world.advance(until - self.world.time());
             self.after_steps(steps as f64, start.elapsed());
         }
+        self.settle_display();
     }
 
     fn after_steps(&mut self, steps: f64, elapsed: Duration) {

@@ -1,1 +1,195 @@
-//! Placeholder until the crate is written.
+//! What the integration tests share: small test sheets, their highest mode, random numbers that are the same on every
+//! run, and a hash of a world's state.
+//!
+//! The tests themselves are in `tests/tests`, one file a subject; each says where the number it expects comes from.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::engine::EngineKind;
+use sheetwork::lattice::StructureKind;
+use sheetwork::scene::{BodySpec, Material, MaterialChoice, PathKey, Placement, Scene, Shape, SheetSpec, SpringLaw};
+use sheetwork::sheet::{Sheet, Vectors};
+
+/// Folder of the scenes that come with the project.
+pub fn scenes_folder() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../assets/scenes")
+}
+
+/// The scene of that file name (without extension) in [`scenes_folder`].
+///
+/// # Panics
+/// When it cannot be read: a test must fail then.
+pub fn shipped(name: &str) -> Scene {
+    match Scene::load(&scenes_folder().join(format!("{name}.ron"))) {
+        Ok(scene) => scene,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Names of all scenes that come with the project, sorted.
+///
+/// # Panics
+/// When the folder cannot be read.
+pub fn all_shipped() -> Vec<String> {
+    let Ok(folder) = std::fs::read_dir(scenes_folder()) else { panic!("no folder of scenes") };
+    let files = folder.filter_map(|entry| entry.ok().map(|e| e.path()));
+    let scenes = files.filter(|p| p.extension().is_some_and(|e| e == "ron"));
+    let mut names: Vec<String> = scenes.filter_map(|p| Some(p.file_stem()?.to_str()?.to_owned())).collect();
+    names.sort();
+    names
+}
+
+/// Layers that a test gives a structure: two, or the one it can have.
+pub fn layers_of(structure: StructureKind) -> u32 {
+    structure.info().layers.1.min(2)
+}
+
+/// A sheet of 4x4 masses a layer, 0.3 m square, 3 g a mass, springs of 10 N/m: its highest frequency is 100 to 200 rad/s.
+pub fn small_sheet(structure: StructureKind, damping: f64) -> SheetSpec {
+    let material = Material { young: 1e4, thickness: 1e-3, ..Material::default() };
+    SheetSpec {
+        name: "small".into(),
+        structure,
+        grid: (4, layers_of(structure), 4),
+        size: (0.3, 0.3),
+        gap: 0.05,
+        material: MaterialChoice::Inline(material),
+        springs: SpringLaw::Uniform,
+        node_mass: Some(3e-3),
+        damping,
+        ..SheetSpec::default()
+    }
+}
+
+/// A scene of one sheet without gravity, bodies or air.
+pub fn adrift(sheet: SheetSpec, engine: EngineKind) -> Scene {
+    Scene { gravity: DVec3::ZERO, engine, tolerance: 1.0, sheets: vec![sheet], ..Scene::default() }
+}
+
+/// The scene's world, awake for ever.
+///
+/// # Panics
+/// When the scene is not valid.
+pub fn world(scene: &Scene) -> World {
+    match World::new(scene) {
+        Ok(mut world) => {
+            world.set_sleep(false);
+            world
+        }
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// A body with the scene's own friction and restitution.
+pub fn body(name: &str, shape: Shape, placement: Placement, path: Vec<PathKey>) -> BodySpec {
+    BodySpec { name: name.into(), shape, placement, path, friction: None, restitution: None }
+}
+
+/// Takes `steps` steps of `dt` s.
+///
+/// # Panics
+/// When `dt` is out of range, or the first sheet goes unstable.
+pub fn run(world: &mut World, steps: u32, dt: f64) {
+    if let Err(error) = world.set_dt(dt) {
+        panic!("{error}");
+    }
+    (0..steps).for_each(|_| world.step());
+    assert!(world.unstable().is_none(), "unstable");
+}
+
+/// Numbers that look random and are the same on every run (a 64-bit linear congruential generator; its upper bits).
+pub struct Random(u64);
+
+impl Random {
+    /// A sequence of its own for every `seed`.
+    pub fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1)
+    }
+
+    /// The next, -1 to 1.
+    pub fn signed(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// The next three, each -1 to 1.
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.signed(), self.signed(), self.signed())
+    }
+}
+
+/// Bends, stretches and sets moving a sheet smoothly: displacements of `amplitude` (m) and velocities of `amplitude` · `rate`
+/// in shapes that vary once or twice over the sheet, so that neighbours move nearly alike. Masses in `pinned` are left alone.
+pub fn excite_smoothly(sheet: &mut Sheet, amplitude: f64, rate: f64, pinned: &[u32]) {
+    for i in (0..sheet.masses()).filter(|i| !pinned.contains(&(*i as u32))) {
+        let (u, v) = sheet.uv[i];
+        let (p, q) = (std::f64::consts::PI * u, std::f64::consts::PI * v);
+        let shape = DVec3::new((2.0 * q).cos(), p.cos() * (q + 0.4).cos(), (2.0 * p).sin());
+        let moving = DVec3::new((p + 0.3).cos(), (2.0 * p).cos(), (2.0 * q + 0.7).cos());
+        sheet.x.set(i, sheet.x.get(i) + shape * amplitude);
+        sheet.v.set(i, sheet.v.get(i) + moving * (amplitude * rate));
+    }
+}
+
+/// Gives every mass a velocity with components up to `speed` (m/s) that look random.
+pub fn excite_randomly(sheet: &mut Sheet, speed: f64, seed: u64) {
+    let mut random = Random::new(seed);
+    for i in 0..sheet.masses() {
+        sheet.v.set(i, random.vector() * speed);
+    }
+}
+
+/// Highest frequency (rad/s) of a free sheet as it lies and the mode that has it (length 1), by power iteration on M⁻¹K:
+/// the tests' own, so that the runtime's is tested by it too. All masses must be equal.
+pub fn highest_mode(sheet: &Sheet) -> (f64, Vectors) {
+    let mut random = Random::new(1);
+    let mut mode = Vectors::default();
+    (0..sheet.masses()).for_each(|_| mode.push(random.vector()));
+    let mut squared = 0.0;
+    for _ in 0..20_000 {
+        let mut next = stiffness_times(sheet, &mode);
+        let length = next.iter().map(|p| p.length_squared()).sum::<f64>().sqrt();
+        next.axes_mut().into_iter().flatten().for_each(|c| *c /= length);
+        mode = next;
+        let settled = (length - squared).abs() < 1e-15 * length;
+        squared = length;
+        if settled {
+            break;
+        }
+    }
+    (squared.sqrt(), mode)
+}
+
+/// M⁻¹ K d for unstretched springs: k d̂ d̂ᵀ each.
+fn stiffness_times(sheet: &Sheet, d: &Vectors) -> Vectors {
+    let springs = sheet.springs();
+    let mut out = Vectors::zeros(d.len());
+    for i in 0..springs.len() {
+        let (a, b) = (springs.a[i] as usize, springs.b[i] as usize);
+        let unit = (sheet.x.get(b) - sheet.x.get(a)).normalize();
+        let force = unit * (springs.stiffness[i] * unit.dot(d.get(b) - d.get(a)));
+        out.set(a, out.get(a) - force / sheet.mass(a));
+        out.set(b, out.get(b) + force / sheet.mass(b));
+    }
+    out
+}
+
+/// Largest distance between masses of the same number, m.
+pub fn distance(a: &Vectors, b: &Vectors) -> f64 {
+    a.iter().zip(b.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max)
+}
+
+/// FNV-1a (64 bit) over the bits of every position and velocity of every sheet, in order.
+pub fn state_hash(world: &World) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for sheet in world.sheets() {
+        for axis in sheet.x.axes().into_iter().chain(sheet.v.axes()) {
+            for byte in axis.iter().flat_map(|value| value.to_bits().to_le_bytes()) {
+                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+    }
+    hash
+}

@@ -6,17 +6,8 @@ use bevy_egui::egui::{self, DragValue, Slider, SliderClamping, Ui};
 
 use crate::session::Session;
 
-const PREFIXES: [(f64, &str); 9] = [
-    (1e12, "T"),
-    (1e9, "G"),
-    (1e6, "M"),
-    (1e3, "k"),
-    (1.0, ""),
-    (1e-3, "m"),
-    (1e-6, "µ"),
-    (1e-9, "n"),
-    (1e-12, "p"),
-];
+const PREFIXES: [(f64, &str); 9] =
+    [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 
 /// A number with three or four digits and an SI prefix: `3.00 GPa`.
 pub fn format_si(value: f64, unit: &str) -> String {
@@ -63,7 +54,14 @@ pub(super) fn slider(
 
 /// A number that is dragged or typed, `scale` times the parameter. Returns the new value in the parameter's own unit, once
 /// it has been changed.
-pub(super) fn number(ui: &mut Ui, label: &egui::Response, now: f64, scale: f64, speed: f64, suffix: &str) -> Option<f64> {
+pub(super) fn number(
+    ui: &mut Ui,
+    label: &egui::Response,
+    now: f64,
+    scale: f64,
+    speed: f64,
+    suffix: &str,
+) -> Option<f64> {
     let mut value = now * scale;
     let drag = DragValue::new(&mut value).speed(speed).max_decimals(6).suffix(suffix).update_while_editing(false);
     let response = ui.add(drag).labelled_by(label.id);

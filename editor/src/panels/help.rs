@@ -25,7 +25,8 @@ pub fn help(ui: &mut Ui, state: &mut EditorState) {
     if !state.help {
         return;
     }
-    let window = Window::new("Mouse and keys").collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0; 2]);
+    let window =
+        Window::new("Mouse and keys").collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0; 2]);
     window.open(&mut state.help).show(ui.ctx(), |ui| {
         Grid::new("help").num_columns(2).spacing([18.0, 6.0]).show(ui, |ui| {
             for (what, does) in LINES {

@@ -5,7 +5,7 @@ use sheetwork::event::{Event, EventKind};
 use sheetwork::sheet::Status;
 
 use super::controls::format_si;
-use super::style::{ELASTIC, GRAVITY, KINETIC, TOTAL};
+use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
 use crate::session::{EnergySample, Session};
 
 /// How many events are listed.
@@ -28,7 +28,7 @@ pub fn numbers(ui: &mut Ui, session: &Session) {
 }
 
 fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
-    ui.weak(name);
+    ui.label(RichText::new(name).color(QUIET));
     ui.label(value.into().monospace());
     ui.end_row();
 }

@@ -27,9 +27,7 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         let about = "Young's modulus: how hard the sheet is to stretch. Type 3G for 3 GPa";
         let names = ("Young", about, path("material.young"));
         slider(ui, session, (names.0, names.1, &names.2), (material.young, 1.0..=1e11), |s| {
-            s.logarithmic(true)
-                .custom_formatter(|v, _| format_si(v, "Pa"))
-                .custom_parser(|text| parse_si(text, "Pa"))
+            s.logarithmic(true).custom_formatter(|v, _| format_si(v, "Pa")).custom_parser(|text| parse_si(text, "Pa"))
         });
         let label = ui.label("Thickness");
         if let Some(value) = number(ui, &label, material.thickness, 1e3, 0.005, " mm") {

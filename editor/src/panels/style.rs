@@ -13,6 +13,9 @@ pub(super) const GRAVITY: Color32 = Color32::from_rgb(140, 200, 120);
 /// All of it.
 pub(super) const TOTAL: Color32 = Color32::from_rgb(225, 225, 230);
 
+/// Names of numbers.
+pub(super) const QUIET: Color32 = Color32::from_rgb(150, 152, 158);
+
 /// Gives a context the editor's look.
 pub fn apply(ctx: &egui::Context) {
     ctx.set_theme(egui::Theme::Dark);

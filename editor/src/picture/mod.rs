@@ -127,7 +127,7 @@ mod tests {
     #[test]
     fn the_room_is_seen_through_from_behind() {
         let world = world();
-        let front = Camera { pitch: 0.1, ..Camera::of(&world) };
+        let front = Camera { pitch: 0.4, ..Camera::of(&world) };
         let behind = Camera { yaw: std::f32::consts::PI, ..front };
         let below = Camera { pitch: -1.2, ..front };
         for camera in [front, behind, below] {

@@ -25,7 +25,7 @@ pub(super) struct Light {
 
 impl Light {
     pub fn new(model: &Model) -> Self {
-        let towards = Vec3::new(0.42, 1.0, 0.55).normalize();
+        let towards = Vec3::new(0.66, 1.0, -0.30).normalize();
         let (low, high) = model.bounds();
         let radius = (0.5 * (high - low).length()).max(1e-6);
         let view = View::parallel(0.5 * (low + high), towards, 1.02 * radius, SHADOW_SIZE);

@@ -31,7 +31,7 @@ use crate::session::Session;
 pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
 /// Frames before the picture is taken: lights, shadows and textures take a few to arrive.
-const WARM_UP: u32 = 12;
+const WARM_UP: u32 = 4;
 
 /// How long a picture may take.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -125,7 +125,8 @@ fn app(session: Session) -> App {
 pub(super) fn add_scene(app: &mut App, quality: Quality) {
     app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
     app.add_systems(Startup, (stage::set_up, scenery::mix_paints));
-    let show = (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
+    let show =
+        (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
     app.add_systems(PostUpdate, show.chain().before(TransformSystems::Propagate));
 }
 

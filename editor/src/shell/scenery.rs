@@ -2,9 +2,9 @@
 
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::NotShadowCaster;
-use bevy::mesh::VertexAttributeValues;
 use bevy::prelude::*;
-use sheetwork::scene::{Room, Shape};
+use bevy_sheetwork::render::{SheetRoom, grid_picture, polyhedra_mesh, room_mesh, sheet_mesh, update_sheet_mesh};
+use sheetwork::scene::Shape;
 use sheetwork::sheet::surface::Surface;
 
 use super::stage::Scale;
@@ -55,8 +55,7 @@ pub struct Shown {
 /// Materials, made once.
 #[derive(Resource)]
 pub struct Paints {
-    floor: Handle<StandardMaterial>,
-    wall: Handle<StandardMaterial>,
+    room: Handle<StandardMaterial>,
     body: Handle<StandardMaterial>,
     sheet: Handle<StandardMaterial>,
     dot: Handle<StandardMaterial>,
@@ -71,21 +70,24 @@ pub fn mix_paints(
     mut images: ResMut<Assets<Image>>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
-    let grid = images.add(shapes::grid_texture());
-    let matt = |base_color: Color| StandardMaterial { base_color, perceptual_roughness: 0.85, reflectance: 0.25, ..default() };
-    let gridded = |colour| StandardMaterial { base_color_texture: Some(grid.clone()), ..matt(colour) };
+    let matt =
+        |base_color: Color| StandardMaterial { base_color, perceptual_roughness: 0.85, reflectance: 0.25, ..default() };
     let glowing = |colour: Color| StandardMaterial { emissive: colour.to_linear() * 0.6, ..matt(colour) };
     let sheet = StandardMaterial {
-        base_color: Color::srgb(0.90, 0.27, 0.11),
+        base_color: Color::srgb(0.86, 0.20, 0.08),
         perceptual_roughness: 0.38,
         reflectance: 0.45,
         double_sided: true,
         cull_mode: None,
+        // A sheet that lies on a face is in its plane: it wins.
+        depth_bias: 40.0,
         ..default()
     };
     commands.insert_resource(Paints {
-        floor: materials.add(gridded(Color::srgb(0.83, 0.815, 0.79))),
-        wall: materials.add(gridded(Color::srgb(0.85, 0.845, 0.835))),
+        room: materials.add(StandardMaterial {
+            base_color_texture: Some(images.add(grid_picture())),
+            ..matt(Color::srgb(0.95, 0.95, 0.95))
+        }),
         body: materials.add(StandardMaterial { perceptual_roughness: 0.6, ..matt(Color::srgb(0.60, 0.67, 0.77)) }),
         sheet: materials.add(sheet),
         dot: materials.add(glowing(Color::srgb(0.16, 0.18, 0.22))),
@@ -116,16 +118,14 @@ pub fn rebuild(
         let parts = (Mesh3d(meshes.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default(), ChildOf(root));
         commands.spawn(parts).id()
     };
-    let mut rooms = Vec::new();
-    if let Some(room) = &session.world().scene().room {
-        rooms = room_parts(room).into_iter().map(|(mesh, wall)| add(mesh, if wall { &paints.wall } else { &paints.floor })).collect();
-    }
+    let room = session.world().scene().room.as_ref();
+    let room = room.map(|room| add(room_mesh(&SheetRoom::from(room)), &paints.room));
     let mut bodies = Vec::new();
     for (index, body) in session.world().rigid().iter().flat_map(|r| r.bodies()).enumerate() {
         let mesh = match &body.shape {
             Shape::Ball(radius) => Sphere::new(*radius as f32).mesh().uv(64, 40),
             Shape::HalfSpace => continue,
-            _ => shapes::polyhedra(&body.polyhedra),
+            _ => polyhedra_mesh(&body.polyhedra),
         };
         bodies.push((add(mesh, &paints.body), index));
     }
@@ -136,7 +136,7 @@ pub fn rebuild(
             sheets.push((add(mesh, &paints.sheet), part));
         }
     }
-    for entity in rooms {
+    if let Some(entity) = room {
         commands.entity(entity).insert((RoomPart, NotShadowCaster));
     }
     for (entity, index) in bodies {
@@ -147,20 +147,6 @@ pub fn rebuild(
     }
 }
 
-/// The floor and the back wall: mesh, and whether it is the wall.
-fn room_parts(room: &Room) -> Vec<(Mesh, bool)> {
-    let (x, y, z) = (room.x, room.y, room.z);
-    let corner = Vec3::new(x.0 as f32, y.0 as f32, z.0 as f32);
-    let size = Vec3::new((x.1 - x.0) as f32, (y.1 - y.0) as f32, (z.1 - z.0) as f32);
-    let tile = (room.grid * f64::from(shapes::CELLS)) as f32;
-    let front = corner + Vec3::Z * size.z;
-    let mut parts = vec![(shapes::plane(front, [Vec3::X * size.x, -Vec3::Z * size.z], tile), false)];
-    if room.back_wall {
-        parts.push((shapes::plane(corner, [Vec3::X * size.x, Vec3::Y * size.y], tile), true));
-    }
-    parts
-}
-
 fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetPart, Mesh)> {
     let sheet = editor.session.world().sheets().get(index)?;
     let layer = match display.layer {
@@ -168,7 +154,7 @@ fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetP
         Layer::Bottom => sheet.layers.first(),
     }?;
     let surface = Surface::new(layer, &sheet.uv, if display.smooth { SMOOTH_PARTS } else { 1 });
-    let mesh = shapes::sheet(&surface.mesh(&sheet.x));
+    let mesh = sheet_mesh(&surface, &sheet.x);
     Some((SheetPart { index, surface, layer: display.layer, smooth: display.smooth }, mesh))
 }
 
@@ -223,14 +209,10 @@ pub fn animate(
             continue;
         };
         let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
-        let [mut positions, mut normals] = [Mesh::ATTRIBUTE_POSITION, Mesh::ATTRIBUTE_NORMAL]
-            .map(|id| match mesh.attribute_mut(id) {
-                Some(VertexAttributeValues::Float32x3(values)) => std::mem::take(values),
-                _ => Vec::new(),
-            });
-        part.surface.update(before, &sheet.x, session.alpha() as f32, &mut positions, &mut normals);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_POSITION, positions);
-        mesh.insert_attribute(Mesh::ATTRIBUTE_NORMAL, normals);
+        let alpha = session.alpha() as f32;
+        update_sheet_mesh(&mut mesh, |positions, normals| {
+            part.surface.update(before, &sheet.x, alpha, positions, normals);
+        });
     }
 }
 

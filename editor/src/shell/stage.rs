@@ -5,7 +5,10 @@
 
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::core_pipeline::tonemapping::Tonemapping;
-use bevy::light::{CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver, ShadowFilteringMethod};
+use bevy::light::{
+    CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver,
+    ShadowFilteringMethod,
+};
 use bevy::prelude::*;
 
 use super::{Editor, shapes};
@@ -21,11 +24,11 @@ pub struct Quality {
 
 impl Quality {
     /// For pictures to be shown.
-    pub const BEST: Self = Self { msaa: Msaa::Sample4, shadows: 4096 };
+    pub const BEST: Self = Self { msaa: Msaa::Sample4, shadows: 2048 };
     /// For a window with a graphics processor.
     pub const WINDOW: Self = Self { msaa: Msaa::Sample4, shadows: 2048 };
     /// For a window drawn by the processor.
-    pub const SOFTWARE: Self = Self { msaa: Msaa::Off, shadows: 512 };
+    pub const SOFTWARE: Self = Self { msaa: Msaa::Off, shadows: 1024 };
 }
 
 /// Drawn units a metre.
@@ -35,6 +38,10 @@ pub struct Scale(pub f32);
 /// The camera that sees the scene.
 #[derive(Component)]
 pub struct SceneCamera;
+
+/// The light that throws the shadows.
+#[derive(Component)]
+pub struct KeyLight;
 
 /// The ball behind everything.
 #[derive(Component)]
@@ -47,7 +54,7 @@ pub fn camera(quality: &Quality) -> impl Bundle {
         Camera3d::default(),
         Camera { clear_color: ClearColorConfig::Custom(Color::srgb(0.86, 0.86, 0.85)), ..default() },
         Projection::Perspective(PerspectiveProjection { near: 1e-3, far: 1e3, ..default() }),
-        Tonemapping::AgX,
+        Tonemapping::AcesFitted,
         ShadowFilteringMethod::Gaussian,
         quality.msaa,
         Transform::default(),
@@ -63,7 +70,11 @@ pub fn set_up(
 ) {
     let shadows = quality.shadows > 0;
     commands.insert_resource(DirectionalLightShadowMap { size: quality.shadows.max(64) });
-    commands.insert_resource(GlobalAmbientLight { color: Color::srgb(0.90, 0.94, 1.0), brightness: 430.0, ..default() });
+    commands.insert_resource(GlobalAmbientLight {
+        color: Color::srgb(0.96, 0.97, 1.0),
+        brightness: 520.0,
+        ..default()
+    });
     let light = |colour: Color, illuminance: f32, from: Vec3, shadows: bool| {
         (
             DirectionalLight {
@@ -74,18 +85,22 @@ pub fn set_up(
                 shadow_normal_bias: 1.4,
                 ..default()
             },
-            CascadeShadowConfigBuilder { num_cascades: 1, minimum_distance: 0.1, maximum_distance: 8.0, ..default() }
-                .build(),
             Transform::from_translation(from).looking_at(Vec3::ZERO, Vec3::Y),
         )
     };
-    commands.spawn(light(Color::srgb(1.0, 0.965, 0.90), 7_200.0, Vec3::new(0.55, 1.15, 0.75), shadows));
-    commands.spawn(light(Color::srgb(0.72, 0.82, 1.0), 1_500.0, Vec3::new(-1.0, 0.55, 0.6), false));
-    commands.spawn(light(Color::srgb(1.0, 0.9, 0.8), 700.0, Vec3::new(0.3, 0.5, -1.0), false));
+    // From behind and to the right, so that shadows fall towards the viewer and gloss shows.
+    commands.spawn((KeyLight, light(Color::srgb(1.0, 0.955, 0.88), 6_600.0, Vec3::new(0.66, 1.0, -0.30), shadows)));
+    commands.spawn(light(Color::srgb(0.92, 0.95, 1.0), 3_000.0, Vec3::new(-0.50, 0.45, 1.0), false));
+    commands.spawn(light(Color::srgb(1.0, 0.93, 0.85), 900.0, Vec3::new(1.0, 0.35, 0.5), false));
     commands.spawn((
         Backdrop,
         Mesh3d(meshes.add(shapes::backdrop())),
-        MeshMaterial3d(materials.add(StandardMaterial { unlit: true, cull_mode: None, fog_enabled: false, ..default() })),
+        MeshMaterial3d(materials.add(StandardMaterial {
+            unlit: true,
+            cull_mode: None,
+            fog_enabled: false,
+            ..default()
+        })),
         Transform::from_scale(Vec3::splat(400.0)),
         (NotShadowCaster, NotShadowReceiver, NoFrustumCulling),
     ));
@@ -97,6 +112,8 @@ pub fn move_camera(
     scale: Res<Scale>,
     mut cameras: Query<(&mut Transform, &mut Projection), With<SceneCamera>>,
     mut backdrops: Query<&mut Transform, (With<Backdrop>, Without<SceneCamera>)>,
+    mut shadows: Query<&mut CascadeShadowConfig, With<KeyLight>>,
+    mut shadowed: Local<f32>,
 ) {
     let camera = &editor.state.camera;
     let wanted = Transform::from_translation(camera.eye() * scale.0).looking_at(camera.target * scale.0, Vec3::Y);
@@ -110,5 +127,21 @@ pub fn move_camera(
     }
     for mut transform in &mut backdrops {
         transform.translation = wanted.translation;
+    }
+    // The shadow map covers what is near the target, at whatever distance that is looked at.
+    let distance = camera.distance * scale.0;
+    if (distance / *shadowed - 1.0).abs() > 0.05 || !(distance / *shadowed).is_finite() {
+        *shadowed = distance;
+        for mut config in &mut shadows {
+            let (near, far) = (0.05 * distance, 1.5 * distance + 1.5);
+            *config = CascadeShadowConfigBuilder {
+                num_cascades: 1,
+                minimum_distance: near,
+                maximum_distance: far,
+                first_cascade_far_bound: far,
+                ..default()
+            }
+            .build();
+        }
     }
 }

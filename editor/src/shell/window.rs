@@ -3,14 +3,16 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use bevy::camera::visibility::RenderLayers;
-use bevy::camera::{CameraOutputMode, Viewport};
+use bevy::camera::{CameraMainTextureUsages, CameraOutputMode, Viewport};
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
-use bevy::render::render_resource::BlendState;
+use bevy::render::render_resource::{BlendState, PipelineCache, TextureUsages};
+use bevy::render::{Render, RenderApp, RenderSystems};
 use bevy::window::{PrimaryWindow, WindowResolution};
 use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_egui::egui::{self, UiBuilder};
@@ -22,8 +24,15 @@ use crate::cli::Arguments;
 use crate::panels::{self, EditorState};
 use crate::session::Session;
 
+/// How long the scene waits to be seen before it plays all the same.
+const LONGEST_WAIT: Duration = Duration::from_secs(20);
+
 /// Whether a frame has been shown: until then a failure means that there can be no window.
 static SHOWN: AtomicBool = AtomicBool::new(false);
+
+/// Whether everything the scene is drawn with is ready; set from where it is drawn.
+#[derive(Resource, Clone, Default)]
+struct Ready(Arc<AtomicBool>);
 
 /// When the program asked for the window, and how many frames to show where that was limited.
 #[derive(Resource)]
@@ -31,6 +40,8 @@ struct Watch {
     start: Instant,
     frames: Option<u32>,
     seen: u32,
+    /// Whether the scene has been seen, and with it the wait is over.
+    begun: bool,
 }
 
 /// Opens the window on the scene in `file` and stays until it is closed.
@@ -48,7 +59,7 @@ pub fn run(arguments: &Arguments, file: &Path) -> Result<ExitCode, String> {
             hook(info);
         }
     }));
-    let watch = Watch { start, frames: arguments.frames, seen: 0 };
+    let watch = Watch { start, frames: arguments.frames, seen: 0, begun: false };
     let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments.size, watch).run()));
     match result {
         Ok(AppExit::Success) => Ok(ExitCode::SUCCESS),
@@ -68,14 +79,14 @@ fn app(session: Session, adapter: &probe::Adapter, size: Option<(u32, u32)>, wat
         ..default()
     };
     let mut app = App::new();
-    let plugins = DefaultPlugins
-        .set(WindowPlugin { primary_window: Some(window), ..default() })
-        .set(LogPlugin { level: Level::WARN, filter: "wgpu=error,naga=warn,bevy_render::renderer=error".into(), ..default() });
+    let plugins = DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() }).set(LogPlugin {
+        level: Level::WARN,
+        filter: "wgpu=error,naga=warn,bevy_render::renderer=error,bevy_egui=error,winit=error".into(),
+        ..default()
+    });
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     let mut state = EditorState::new(&session);
-    let mut session = session;
-    session.play();
     state.path = session.file().map(|f| f.display().to_string()).unwrap_or_default();
     app.insert_resource(Editor { session, state }).insert_resource(watch);
     let quality = if adapter.software { Quality::SOFTWARE } else { Quality::WINDOW };
@@ -84,6 +95,11 @@ fn app(session: Session, adapter: &probe::Adapter, size: Option<(u32, u32)>, wat
     app.add_systems(Update, (pass_time, title, pace));
     app.add_systems(EguiPrimaryContextPass, (style, show_panels).chain());
     app.add_systems(Last, count_frames);
+    let ready = Ready::default();
+    app.insert_resource(ready.clone());
+    if let Some(render) = app.get_sub_app_mut(RenderApp) {
+        render.insert_resource(ready).add_systems(Render, see_whether_ready.in_set(RenderSystems::Cleanup));
+    }
     app
 }
 
@@ -94,6 +110,8 @@ fn cameras(mut commands: Commands, quality: Res<Quality>) {
         PrimaryEguiContext,
         Camera2d,
         Msaa::Off,
+        // Cameras that agree in all of this share one picture, and clearing the panels' would wipe the scene's.
+        CameraMainTextureUsages::default().with(TextureUsages::COPY_DST),
         RenderLayers::none(),
         Camera {
             order: 1,
@@ -145,8 +163,8 @@ fn show_panels(
     let low = UVec2::new((rect.left() * scale).round() as u32, (rect.top() * scale).round() as u32).min(whole);
     let high = UVec2::new((rect.right() * scale).round() as u32, (rect.bottom() * scale).round() as u32).min(whole);
     let size = high.saturating_sub(low);
-    let viewport = (size.x > 0 && size.y > 0)
-        .then(|| Viewport { physical_position: low, physical_size: size, ..default() });
+    let viewport =
+        (size.x > 0 && size.y > 0).then(|| Viewport { physical_position: low, physical_size: size, ..default() });
     let place = |v: &Option<Viewport>| v.as_ref().map(|v| (v.physical_position, v.physical_size));
     if place(&camera.viewport) != place(&viewport) {
         camera.viewport = viewport;
@@ -171,18 +189,35 @@ fn pace(editor: Res<Editor>, mut settings: ResMut<WinitSettings>) {
     }
 }
 
-fn count_frames(mut watch: ResMut<Watch>, mut exit: MessageWriter<AppExit>) {
+/// Shaders are compiled while the first frames are drawn without what needs them.
+fn see_whether_ready(pipelines: Res<PipelineCache>, ready: Res<Ready>) {
+    let waiting = pipelines.waiting_pipelines().next().is_some();
+    ready.0.store(!waiting, Ordering::Relaxed);
+}
+
+/// Starts playing when the scene can be seen, so that its beginning is not missed.
+fn count_frames(
+    mut watch: ResMut<Watch>,
+    ready: Res<Ready>,
+    mut editor: ResMut<Editor>,
+    mut exit: MessageWriter<AppExit>,
+) {
     watch.seen += 1;
     if watch.seen == 2 {
         // The first frame is on its way to the screen while the second is made.
         SHOWN.store(true, Ordering::Relaxed);
+    }
+    let elapsed = watch.start.elapsed();
+    let begin = watch.seen > 3 && ready.0.load(Ordering::Relaxed);
+    if !watch.begun && (begin || elapsed > LONGEST_WAIT) {
+        watch.begun = true;
+        editor.session.play();
         if watch.frames.is_some() {
-            println!("first frame after {:.2} s", watch.start.elapsed().as_secs_f64());
+            println!("scene seen after {:.2} s, frame {}", elapsed.as_secs_f64(), watch.seen);
+            watch.frames = watch.frames.map(|n| n + watch.seen);
         }
     }
-    if watch.frames.is_some_and(|n| watch.seen >= n.max(2)) {
-        let rate = f64::from(watch.seen) / watch.start.elapsed().as_secs_f64();
-        println!("{} frames, {rate:.1} a second", watch.seen);
+    if watch.begun && watch.frames.is_some_and(|n| watch.seen >= n) {
         exit.write(AppExit::Success);
     }
 }

@@ -56,7 +56,8 @@ fn mesh_of(shape: &BodyShape, assets: Option<&Assets<SheetPolyhedra>>) -> Option
     }
 }
 
-fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
+/// A mesh of polyhedra, in their own coordinates, m.
+pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
     let (mut positions, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     for polyhedron in polyhedra {
         let faces_at = faces_at_vertices(polyhedron);

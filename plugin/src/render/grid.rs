@@ -17,8 +17,8 @@ const PAPER: [f32; 3] = [0.875, 0.862, 0.838];
 /// Full line, sRGB.
 const INK: [f32; 3] = [0.47, 0.465, 0.46];
 
-/// The picture, to be repeated in both directions.
-pub(super) fn picture() -> Image {
+/// The picture of a room's squares, to be repeated in both directions; a texture coordinate of 1 is five squares.
+pub fn grid_picture() -> Image {
     let mut data = Vec::new();
     let mut side = SIDE;
     let mut levels = 0;

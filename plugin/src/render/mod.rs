@@ -13,8 +13,10 @@ use bevy::camera::visibility::VisibilitySystems;
 use bevy::prelude::*;
 use bevy::transform::TransformSystems;
 
-pub use room::SheetRoom;
-pub use sheet::{SheetDisplay, SheetLayer};
+pub use body::polyhedra_mesh;
+pub use grid::grid_picture;
+pub use room::{SheetRoom, room_mesh};
+pub use sheet::{SheetDisplay, SheetLayer, sheet_mesh, update_sheet_mesh};
 
 use crate::core::Sheet;
 

@@ -56,11 +56,11 @@ pub(super) fn dress(
     rooms: Query<(Entity, &SheetRoom, Has<MeshMaterial3d<StandardMaterial>>), Changed<SheetRoom>>,
 ) {
     for (entity, room, has_material) in &rooms {
-        commands.entity(entity).try_insert((Mesh3d(meshes.add(mesh_of(room))), NotShadowCaster));
+        commands.entity(entity).try_insert((Mesh3d(meshes.add(room_mesh(room))), NotShadowCaster));
         if !has_material {
             let material = look.0.get_or_insert_with(|| {
                 materials.add(StandardMaterial {
-                    base_color_texture: Some(images.add(grid::picture())),
+                    base_color_texture: Some(images.add(grid::grid_picture())),
                     perceptual_roughness: 0.92,
                     reflectance: 0.15,
                     ..default()
@@ -71,8 +71,8 @@ pub(super) fn dress(
     }
 }
 
-/// Two quadrilaterals, each with one side; a texture coordinate of 1 is [`grid::SQUARES`] squares.
-fn mesh_of(room: &SheetRoom) -> Mesh {
+/// The mesh of a room: two quadrilaterals, each with one side, for the picture of [`grid_picture`](super::grid_picture).
+pub fn room_mesh(room: &SheetRoom) -> Mesh {
     let (low, high) = (room.low, room.high);
     let scale = 1.0 / (room.grid.max(1e-6) * grid::SQUARES as f32);
     let (mut positions, mut normals, mut uvs, mut indices) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
@@ -105,7 +105,7 @@ mod tests {
 
     #[test]
     fn floor_and_wall_face_into_the_room() {
-        let mesh = mesh_of(&SheetRoom::default());
+        let mesh = room_mesh(&SheetRoom::default());
         let triangles: Vec<_> = mesh.triangles().expect("a list of triangles").collect();
         assert_eq!(triangles.len(), 4);
         for (triangle, normal) in triangles.iter().zip([Vec3::Y, Vec3::Y, Vec3::Z, Vec3::Z]) {

@@ -9,7 +9,7 @@ use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
 use bevy::prelude::*;
-use sheetwork::sheet::Sheet as SheetInWorld;
+use sheetwork::sheet::{Sheet as SheetInWorld, Vectors};
 use sheetwork::sheet::surface::Surface;
 
 use super::Materials;
@@ -80,7 +80,7 @@ pub(super) fn dress(
             continue;
         }
         let Some(surface) = world.sheet(motion.name()).and_then(|s| surface_of(s, display)) else { continue };
-        let made = mesh_of(&surface, motion);
+        let made = sheet_mesh(&surface, motion.positions());
         // The same handle, if there is one: others may hold it.
         let kept = mesh.filter(|m| drawn.is_some() && meshes.contains(&m.0));
         let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.clone()).is_ok());
@@ -107,8 +107,9 @@ fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<Surface> {
     layer.map(|layer| Surface::new(layer, &sheet.uv, display.smoothing))
 }
 
-fn mesh_of(surface: &Surface, motion: &SheetMotion) -> Mesh {
-    let made = surface.mesh(motion.positions());
+/// A mesh of the surface with the masses at `x`, world space, m.
+pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
+    let made = surface.mesh(x);
     Mesh::new(PrimitiveTopology::TriangleList, RenderAssetUsages::default())
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, made.positions)
         .with_inserted_attribute(Mesh::ATTRIBUTE_NORMAL, made.normals)
@@ -130,16 +131,26 @@ pub(super) fn update(
             continue;
         }
         let Some(mut mesh) = meshes.get_mut(&handle.0) else { continue };
-        let Some((mut positions, mut normals)) = take_arrays(&mut mesh) else { continue };
         let (before, after, s) = motion.around(time);
-        drawn.surface.update(before, after, s, &mut positions, &mut normals);
-        to_local(there, &mut positions, &mut normals);
-        if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
-            *bounds = new;
+        let written = update_sheet_mesh(&mut mesh, |positions, normals| {
+            drawn.surface.update(before, after, s, positions, normals);
+            to_local(there, positions, normals);
+            if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
+                *bounds = new;
+            }
+        });
+        if written {
+            drawn.at = Some(now);
         }
-        put_arrays(&mut mesh, positions, normals);
-        drawn.at = Some(now);
     }
+}
+
+/// Lets `write` change the positions and normals of a mesh in place; nothing is copied. Whether there were any to change.
+pub fn update_sheet_mesh(mesh: &mut Mesh, write: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]])) -> bool {
+    let Some((mut positions, mut normals)) = take_arrays(mesh) else { return false };
+    write(&mut positions, &mut normals);
+    put_arrays(mesh, positions, normals);
+    true
 }
 
 /// From world space into the entity's.

@@ -7,10 +7,11 @@
 use glam::DVec3;
 use rapier3d::math::{Real, Vector};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
-use rapier3d::prelude::ColliderHandle;
+use rapier3d::prelude::{ColliderHandle, RigidBody};
 
 use super::SKIN;
-use super::response::{Flight, Outcome, resolve};
+use super::clearance::{First, Leg};
+use super::response::{Flight, Surface, arrival, resolve};
 use super::rigid::RigidView;
 use super::target::{Frame, Meeting, NO_FACE, Target};
 use super::through_thickness::{Strike, share_impacts};
@@ -21,6 +22,12 @@ const MARGIN: f64 = 0.05;
 
 /// Rounds in which masses caught between two bodies are freed.
 const CORNER_ROUNDS: usize = 3;
+
+/// A mass that goes less far than this after it met a surface, m, is not followed: it can get no deeper.
+const LONG_LEG: f64 = 10.0 * SKIN;
+
+/// Cosine of the angle below which two normals are those of one face.
+const SAME_FACE: f64 = 1.0 - 1e-6;
 
 /// Told of every mass that touches a collider in a step.
 pub trait Touch {
@@ -44,10 +51,13 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
     }
     let Some((low, high)) = swept(sheet) else { return };
     let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
-    let mut struck = false;
     for (handle, collider) in view.query().intersect_aabb_conservative(around) {
         let target = Target::new(handle, collider, view, sheet, dt, remaining);
-        struck |= meet(sheet, &target, dt, margin, touch);
+        meet(sheet, &target, dt, margin);
+    }
+    let mut struck = turn_all(sheet, dt, touch);
+    if !sheet.work.clearance.legs.is_empty() {
+        struck |= follow(sheet, view, dt, remaining, touch);
     }
     if struck {
         if sheet.stack.is_layered() {
@@ -61,12 +71,29 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
     sheet.work.clearance.end(&sheet.x);
 }
 
-/// How far the fastest body may have come in `time` s. A turning body sweeps no more than its turn times its size, which
-/// for the turn within one step its box covers.
+/// Radius of a body that has no bounds, m: as far as anything may be placed.
+const UNBOUNDED: f64 = 1e4;
+
+/// How far any point of a moving body may have come in `time` s: its speed, and its turn times its radius.
 fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
     let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed());
-    let reach = moving.map(|(_, b)| f64::from(b.linvel().length() + b.angvel().length()) * time);
+    let reach = moving.map(|(_, body)| {
+        let turn = f64::from(body.angvel().length());
+        let radius = if turn > 0.0 { radius_of(body, view) } else { 0.0 };
+        (f64::from(body.linvel().length()) + turn * radius) * time
+    });
     reach.fold(0.0, f64::max)
+}
+
+/// Distance from a body's centre of mass to the furthest corner of the boxes around its colliders, m.
+fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
+    let centre = body.center_of_mass();
+    let colliders = body.colliders().iter().filter_map(|c| view.colliders.get(*c));
+    let radii = colliders.map(|collider| {
+        let sphere = collider.shape().compute_bounding_sphere(collider.position());
+        f64::from(sphere.center.distance(centre) + sphere.radius)
+    });
+    radii.fold(0.0, f64::max).min(UNBOUNDED)
 }
 
 fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
@@ -75,50 +102,132 @@ fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
     Some((a.min(c), b.max(d)))
 }
 
-/// Meets the masses that must be looked at with one collider; true if any took an impact.
-fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dyn Touch) -> bool {
-    let drift = sheet.engine_kind.info().drift;
-    let mut struck = false;
+/// Finds for the masses that must be looked at where they meet one collider, and keeps the surface that each meets first.
+fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
     for i in 0..sheet.x.len() {
         if sheet.work.clearance.nearest[i] < 0.0 {
             continue;
         }
-        let (x0, x1) = (sheet.work.x_before.get(i), sheet.x.get(i));
+        let flight = whole_flight(sheet, i, dt);
         let reach = if sheet.work.clearance.is_new(i) { Real::MAX } else { margin as Real };
         let (near, mut face) = sheet.work.clearance.face[i];
         if near != target.handle {
             face = NO_FACE;
         }
-        let surface = match target.meet(target.start.local(x0), target.end.local(x1), reach, &mut face) {
-            Meeting::Clear(distance) => {
-                let nearest = &mut sheet.work.clearance.nearest[i];
-                *nearest = nearest.min(distance.into());
-                continue;
+        let (a, b) = (target.start.local(flight.x0), target.end.local(flight.x1));
+        let clearance = &mut sheet.work.clearance;
+        match target.meet(a, b, reach, &mut face) {
+            Meeting::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
+            Meeting::Surface(surface) => {
+                let tau = arrival(&flight, &surface, SKIN);
+                let before = &mut clearance.first[i];
+                let earlier = before.is_none_or(|b| tau < b.tau);
+                if before.is_none() {
+                    clearance.met.push(i as u32);
+                }
+                let another = before.is_some();
+                if earlier {
+                    *before = Some(First { collider: target.handle, face, surface, tau, another });
+                } else if let Some(before) = before {
+                    before.another = true;
+                }
             }
-            Meeting::Surface(surface) => surface,
-        };
-        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt, drift };
-        let Outcome { x, v, impact, rest } = resolve(&flight, &surface, SKIN);
-        sheet.x.set(i, x);
-        sheet.v.set(i, v);
-        sheet.work.clearance.nearest[i] = 0.0;
-        sheet.work.clearance.face[i] = (target.handle, face);
-        sheet.counters.contacts += 1;
-        if sheet.work.touching[i] {
-            sheet.work.clearance.cornered.push(i as u32);
         }
-        sheet.work.touching[i] = true;
-        touch.touched(target.handle, i);
-        if impact > 0.0 {
-            struck = true;
-            sheet.work.struck[i] = Strike {
-                share: 1.0,
-                normal: surface.normal,
-                body: surface.velocity,
-                restitution: surface.restitution,
-                friction: surface.friction,
-                rest,
-            };
+    }
+}
+
+/// Mass `i` over a step of `dt` s as the engine moved it.
+fn whole_flight(sheet: &Sheet, i: usize, dt: f64) -> Flight {
+    let work = &sheet.work;
+    let drift = sheet.engine_kind.info().drift;
+    Flight { x0: work.x_before.get(i), v0: work.v_before.get(i), x1: sheet.x.get(i), v1: sheet.v.get(i), dt, drift }
+}
+
+/// Turns aside every mass that met something at what it met first; true if any took an impact.
+fn turn_all(sheet: &mut Sheet, dt: f64, touch: &mut dyn Touch) -> bool {
+    let mut struck = false;
+    for k in 0..sheet.work.clearance.met.len() {
+        let i = sheet.work.clearance.met[k] as usize;
+        let Some(first) = sheet.work.clearance.first[i].take() else { continue };
+        let flight = whole_flight(sheet, i, dt);
+        sheet.work.clearance.face[i] = (first.collider, first.face);
+        struck |= turn_aside(sheet, i, &flight, &first.surface, first.collider, first.another);
+        touch.touched(first.collider, i);
+    }
+    struck
+}
+
+/// Lets mass `i` on its `flight` meet `surface` of a collider, and keeps the rest of its way if it is long or `another`
+/// collider was in it; true if that was an impact.
+fn turn_aside(
+    sheet: &mut Sheet,
+    i: usize,
+    flight: &Flight,
+    surface: &Surface,
+    from: ColliderHandle,
+    another: bool,
+) -> bool {
+    let out = resolve(flight, surface, SKIN);
+    sheet.x.set(i, out.x);
+    sheet.v.set(i, out.v);
+    sheet.counters.contacts += 1;
+    let clearance = &mut sheet.work.clearance;
+    clearance.nearest[i] = 0.0;
+    if sheet.work.touching[i] {
+        clearance.cornered.push(i as u32);
+    }
+    sheet.work.touching[i] = true;
+    if out.rest > 0.0 && (another || out.x.distance_squared(out.touch) > LONG_LEG * LONG_LEG) {
+        let (x0, v0, x1, v1) = (out.touch, out.leaving, out.x, out.v);
+        let flight = Flight { x0, v0, x1, v1, dt: out.rest, drift: flight.drift };
+        clearance.legs.push(Leg { mass: i as u32, from, normal: surface.normal, flight });
+    }
+    if out.impact > 0.0 {
+        sheet.work.struck[i] = Strike {
+            share: 1.0,
+            normal: surface.normal,
+            body: surface.velocity,
+            restitution: surface.restitution,
+            friction: surface.friction,
+            rest: out.rest,
+        };
+    }
+    out.impact > 0.0
+}
+
+/// Follows masses that were turned aside on the rest of their way, which may take them into another face or body: a mass
+/// that slides along one wall of a corner must not leave through the other. True if any took an impact.
+fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) -> bool {
+    let mut struck = false;
+    for _ in 0..CORNER_ROUNDS {
+        let clearance = &mut sheet.work.clearance;
+        std::mem::swap(&mut clearance.legs, &mut clearance.last_legs);
+        clearance.legs.clear();
+        let ends = clearance.last_legs.iter().flat_map(|leg| [leg.flight.x0, leg.flight.x1]);
+        let low = ends.clone().fold(DVec3::INFINITY, DVec3::min);
+        let high = ends.fold(DVec3::NEG_INFINITY, DVec3::max);
+        if low.x > high.x {
+            break;
+        }
+        let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened(reach_of_moving(view, dt + remaining) as Real);
+        for (handle, collider) in view.query().intersect_aabb_conservative(around) {
+            let target = Target::new(handle, collider, view, sheet, dt, remaining);
+            for k in 0..sheet.work.clearance.last_legs.len() {
+                let leg = sheet.work.clearance.last_legs[k];
+                let i = leg.mass as usize;
+                // Along one face of a convex body there is no way into it.
+                if leg.from == handle && target.convex {
+                    continue;
+                }
+                let flight = Flight { x1: sheet.x.get(i), v1: sheet.v.get(i), ..leg.flight };
+                let (a, b) = (target.before_end(flight.dt).local(flight.x0), target.end.local(flight.x1));
+                let Meeting::Surface(surface) = target.meet(a, b, 0.0, &mut { NO_FACE }) else { continue };
+                if leg.from == handle && surface.normal.dot(leg.normal) > SAME_FACE {
+                    continue;
+                }
+                struck |= turn_aside(sheet, i, &flight, &surface, handle, false);
+                touch.touched(handle, i);
+            }
         }
     }
     struck

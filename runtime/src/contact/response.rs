@@ -49,6 +49,10 @@ pub struct Flight {
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
+    /// Where the mass met the surface, m.
+    pub touch: DVec3,
+    /// Its velocity right after that, m/s.
+    pub leaving: DVec3,
     /// Position at the end of the step, m.
     pub x: DVec3,
     /// Velocity at the end of the step, m/s.
@@ -65,19 +69,27 @@ pub fn slowed(v: DVec3, amount: f64) -> DVec3 {
     if speed <= amount { DVec3::ZERO } else { v * (1.0 - amount / speed) }
 }
 
+/// When a flight that ends behind `surface` reaches it, as a fraction of the flight: 0 if it began there.
+pub fn arrival(flight: &Flight, surface: &Surface, skin: f64) -> f64 {
+    // In the frame of the surface, which moves with constant velocity over the step.
+    let start = (flight.x0 + surface.velocity * flight.dt - surface.point).dot(surface.normal) - skin;
+    let end = (flight.x1 - surface.point).dot(surface.normal) - skin;
+    if start > 0.0 { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
+}
+
 /// Resolves a flight that ends behind `surface`, keeping the mass `skin` in front of it.
 pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     let Flight { x0, v0, x1, v1, dt, drift } = *flight;
     let n = surface.normal;
-    // In the frame of the surface, which moves with constant velocity over the step.
-    let start = (x0 + surface.velocity * dt - surface.point).dot(n) - skin;
-    let end = (x1 - surface.point).dot(n) - skin;
-    let tau = if start > 0.0 { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 };
+    let tau = arrival(flight, surface, skin);
     let rest = (1.0 - tau) * dt;
     let acceleration = (v1 - v0) / dt;
     let arriving = v1 - surface.velocity - acceleration * rest;
 
-    let (leaving, impact) = bounce(arriving, surface);
+    // The Euler schemes keep velocities half a step off the path they draw; an impact is at the path's own velocity.
+    let shift = acceleration * ((drift - 0.5) * dt);
+    let (mut leaving, impact) = bounce(arriving + shift, surface);
+    leaving = if impact > 0.0 { leaving - shift } else { bounce(arriving, surface).0 };
     // The rest of the step.
     let mut last = leaving + acceleration * rest;
     let pressing = last.dot(n);
@@ -85,12 +97,14 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
         last = slowed(last - n * pressing, -surface.friction * pressing);
     }
     let touch = x0 + (x1 - x0) * tau;
-    let mut x = touch + surface.velocity * rest + leaving.lerp(last, drift) * rest;
+    let on_path = if impact > 0.0 { shift } else { DVec3::ZERO };
+    let weight = if impact > 0.0 { 0.5 } else { drift };
+    let mut x = touch + (surface.velocity + leaving.lerp(last, weight) + on_path) * rest;
     let depth = skin - (x - surface.point).dot(n);
     if depth > 0.0 {
         x += n * depth;
     }
-    Outcome { x, v: last + surface.velocity, impact, rest }
+    Outcome { touch, leaving: leaving + surface.velocity, x, v: last + surface.velocity, impact, rest }
 }
 
 /// Relative velocity after the impact, and the approach speed if it counts as one.

@@ -61,7 +61,9 @@ pub(super) struct Target<'a> {
     pub start: Frame,
     shape: &'a dyn Shape,
     kind: Kind<'a>,
-    convex: bool,
+    pub convex: bool,
+    /// Whether its body may move.
+    moves: bool,
     /// Box of the shape in its own frame, grown by the skin.
     bounds: Aabb,
     linear: DVec3,
@@ -122,6 +124,7 @@ impl<'a> Target<'a> {
             handle,
             shape,
             kind,
+            moves: body.is_some(),
             convex: collider.user_data == CONVEX || is_convex(shape),
             bounds: shape.compute_local_aabb().loosened(2.0 * SKIN as Real),
             end,
@@ -132,6 +135,11 @@ impl<'a> Target<'a> {
             friction: combine(sheet.friction, collider.friction(), collider.friction_combine_rule()),
             restitution: combine(sheet.restitution, collider.restitution(), collider.restitution_combine_rule()),
         }
+    }
+
+    /// Its frame a time `dt` before the end of the step.
+    pub fn before_end(&self, dt: f64) -> Frame {
+        if self.moves { self.end.earlier(self.linear, self.angular, self.centre, dt) } else { self.end }
     }
 
     /// What a point going from `a` (local, at the start) to `b` (local, at the end) meets. Surfaces further than `reach`
@@ -167,10 +175,9 @@ impl<'a> Target<'a> {
                 return Meeting::Clear(distance);
             }
         }
-        if travel > 10.0 * skin && (nearest.inside || distance < travel) {
-            if let Some(surface) = self.cast(a, b) {
-                return Meeting::Surface(surface);
-            }
+        let may_have_crossed = travel > 10.0 * skin && (nearest.inside || distance < travel);
+        if let Some(surface) = may_have_crossed.then(|| self.cast(a, b)).flatten() {
+            return Meeting::Surface(surface);
         }
         if !nearest.inside && distance >= skin {
             return Meeting::Clear(distance);

@@ -96,6 +96,7 @@ pub(crate) fn share_impacts(sheet: &mut Sheet, dt: f64) {
 }
 
 fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighbours) {
+    let drift = sheet.engine_kind.info().drift - 0.5;
     let Sheet { stack, work, x, v, inverse_mass, .. } = sheet;
     let from = side(stack);
     for i in 0..stack.layer_of.len() {
@@ -106,10 +107,12 @@ fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighb
         work.struck[i] = strike;
         // As in `response`: back to the instant of the impact, then on with the new velocity and the same acceleration.
         let ended = v.get(i);
-        let gained = (ended - work.v_before.get(i)) * (strike.rest / dt);
-        let arriving = ended - gained;
+        let change = ended - work.v_before.get(i);
+        let gained = change * (strike.rest / dt);
+        let shift = change * drift;
+        let arriving = ended - gained + shift;
         let leaving = strike.body + rebound(arriving - strike.body, &strike);
-        v.set(i, leaving + gained);
+        v.set(i, leaving + gained - shift);
         x.set(i, x.get(i) + (leaving - arriving) * strike.rest);
     }
 }

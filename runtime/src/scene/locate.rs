@@ -28,7 +28,10 @@ pub(super) fn value_of(text: &str, path: &str) -> Option<String> {
         return None;
     }
     let rest = text.get(start..)?.lines().next()?;
-    let end = if rest.starts_with('"') { rest[1..].find('"').map(|i| i + 2) } else { rest.find([',', ')', ']', '}']) };
+    let end = match rest.strip_prefix('"') {
+        Some(string) => string.find('"').map(|i| i + 2),
+        None => rest.find([',', ')', ']', '}']),
+    };
     let value: String = rest[..end.unwrap_or(rest.len())].chars().take(40).collect();
     (!value.is_empty() && !value.starts_with(['(', '[', '{'])).then(|| value.trim_end().to_owned())
 }

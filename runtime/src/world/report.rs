@@ -122,6 +122,9 @@ impl World {
                 })
             })
         });
+        // An event that is only known later, like having slid off, goes where it belongs; the sort is stable.
+        let mut events = self.events.clone();
+        events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
         let status = self.unstable().map_or_else(|| "ok".to_owned(), |s| describe(&s.name, &s.status));
         Report {
             scene: self.scene.name.clone(),
@@ -133,7 +136,7 @@ impl World {
             status,
             sheets: sheets.collect(),
             bodies: bodies.collect(),
-            events: self.events.clone(),
+            events,
         }
     }
 

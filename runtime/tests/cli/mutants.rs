@@ -113,10 +113,9 @@ fn damaged_scenes_are_read_or_refused() {
             Ok(mut scene) => {
                 good += 1;
                 scene.base.clone_from(&assets);
-                if good % 10 == 0 && is_small(&scene) {
-                    if let Ok(mut world) = World::new(&scene) {
-                        (0..3).for_each(|_| world.step());
-                    }
+                let world = (good % 10 == 0 && is_small(&scene)).then(|| World::new(&scene));
+                if let Some(Ok(mut world)) = world {
+                    (0..3).for_each(|_| world.step());
                 }
             }
             Err(error) => {

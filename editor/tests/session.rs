@@ -1,0 +1,182 @@
+//! The session's clock: playing, pausing, stepping, resetting, speed, and what is shown between two steps.
+
+use std::path::{Path, PathBuf};
+
+use sheetwork::scene::Scene;
+use sheetwork_editor::session::Session;
+
+fn file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron")
+}
+
+fn session() -> Session {
+    Session::open(&file()).expect("the test's scene is valid")
+}
+
+/// Height of a mass as it is shown.
+fn shown(session: &Session) -> f64 {
+    let (before, after) = (session.before()[0].get(0), session.world().sheets()[0].x.get(0));
+    before.lerp(after, session.alpha()).y
+}
+
+#[test]
+fn a_paused_session_stands_still_and_a_playing_one_takes_whole_steps() {
+    let mut session = session();
+    session.frame(0.1);
+    assert_eq!(session.world().steps(), 0);
+    session.play();
+    session.frame(0.0061);
+    assert_eq!((session.world().steps(), session.timing().steps), (3, 3), "three steps of 2 ms");
+    assert!((session.alpha() - 0.05).abs() < 1e-6);
+    session.frame(0.0018);
+    assert_eq!(session.world().steps(), 3, "less than a step is owed");
+    session.frame(0.0002);
+    assert_eq!(session.world().steps(), 4);
+    session.pause();
+    session.frame(1.0);
+    assert_eq!(session.world().steps(), 4);
+}
+
+#[test]
+fn what_is_shown_moves_evenly_whatever_the_frames_are() {
+    let mut session = session();
+    session.play();
+    // In free fall, so that the height must fall all the time, by 1/2 g t² but for a step and the air.
+    let mut last = shown(&session);
+    let start = last;
+    let mut time = 0.0;
+    for frame in [0.0013, 0.0041, 0.0007, 0.0063, 0.0020, 0.0001, 0.0105, 0.0033, 0.0050, 0.0050] {
+        session.frame(frame);
+        time += frame;
+        let now = shown(&session);
+        assert!(now <= last, "{now} after {last}");
+        last = now;
+        let late = 0.002;
+        let fallen = |t: f64| 0.5 * 0.981 * t.max(0.0).powi(2);
+        let (least, most) = (0.9 * fallen(time - 2.0 * late), fallen(time + late) + 1e-9);
+        assert!((least..=most).contains(&(start - now)), "fell {} in {time}", start - now);
+    }
+}
+
+#[test]
+fn a_single_step_pauses_and_shows_its_result() {
+    let mut session = session();
+    session.play();
+    session.step();
+    assert!(!session.playing());
+    assert_eq!(session.world().steps(), 1);
+    assert_eq!(shown(&session), session.world().sheets()[0].x.get(0).y);
+    let before = shown(&session);
+    session.play();
+    session.frame(0.0005);
+    assert!(shown(&session) <= before, "playing on does not go back");
+}
+
+#[test]
+fn speed_scales_time_and_walks_through_its_steps() {
+    let mut session = session();
+    session.play();
+    session.set_speed(4.0);
+    session.frame(0.0101);
+    assert_eq!(session.world().steps(), 20);
+    session.set_speed(f64::NAN);
+    assert_eq!(session.speed(), 4.0);
+    session.faster();
+    assert_eq!(session.speed(), 8.0);
+    session.set_speed(3.0);
+    session.slower();
+    assert_eq!(session.speed(), 2.0);
+    for _ in 0..50 {
+        session.slower();
+    }
+    assert!(session.speed() > 0.0);
+}
+
+#[test]
+fn a_reset_keeps_what_was_changed_and_a_reload_does_not() {
+    let mut session = session();
+    assert!(session.set("sheets.0.material.young", "500"));
+    assert!(session.set("gravity", "(0, -2, 0)"));
+    session.run(0.2);
+    assert!(session.world().time() > 0.19 && session.history().len() > 50);
+    assert!(session.reset());
+    assert_eq!((session.world().time(), session.world().steps(), session.history().len()), (0.0, 0, 1));
+    assert_eq!(session.world().sheets()[0].material().young, 500.0);
+    assert_eq!(session.world().gravity().y, -2.0);
+    assert_eq!(session.changes().len(), 2);
+    session.play();
+    assert!(session.reload());
+    assert!(session.playing(), "it goes on playing");
+    assert_eq!(session.world().gravity().y, -0.981);
+    assert!(session.changes().is_empty());
+}
+
+#[test]
+fn a_refused_change_or_file_is_told_once_and_changes_nothing() {
+    let mut session = session();
+    for _ in 0..3 {
+        assert!(!session.set("dt", "-1"));
+    }
+    assert_eq!(session.messages().len(), 1);
+    assert!(session.messages()[0].text.contains("dt") && session.messages()[0].error);
+    assert_eq!(session.world().dt(), 0.002);
+    let generation = session.generation();
+    assert!(!session.load(Path::new("no-such-file.ron")));
+    assert_eq!((session.messages().len(), session.generation()), (2, generation));
+    session.dismiss(0);
+    session.dismiss(7);
+    assert!(session.messages()[0].text.contains("no-such-file.ron"));
+    assert!(session.load(&file()));
+    assert_ne!(session.generation(), generation);
+    assert_eq!(session.messages().len(), 1, "messages stay until dismissed");
+}
+
+#[test]
+fn a_scene_too_slow_for_real_time_loses_time_and_not_the_frame() {
+    let mut session = session();
+    session.play();
+    session.set_speed(1000.0);
+    assert!(session.set("dt", "1e-5"));
+    let start = std::time::Instant::now();
+    // Ten million steps are due.
+    session.frame(0.1);
+    assert!(start.elapsed().as_secs_f64() < 5.0);
+    assert!(session.timing().lost_s > 0.05, "{}", session.timing().lost_s);
+    assert!((0.0..=1.0).contains(&session.alpha()));
+}
+
+#[test]
+fn going_unstable_is_told() {
+    let mut session = session();
+    assert!(session.set("engine", "euler"));
+    assert!(session.set("sheets.0.material.young", "1e9"));
+    session.play();
+    for _ in 0..100 {
+        session.frame(0.05);
+    }
+    assert!(session.world().unstable().is_some());
+    assert_eq!(session.messages().iter().filter(|m| m.text.contains("unstable")).count(), 1);
+    session.reset();
+    assert!(session.world().unstable().is_none());
+}
+
+#[test]
+fn the_largest_step_follows_engine_and_stiffness() {
+    let mut session = session();
+    assert!(session.set("engine", "verlet"));
+    let soft = session.largest_step().expect("verlet has a limit");
+    assert!(session.set("sheets.0.material.young", &(4.0 * 185.0).to_string()));
+    let stiff = session.largest_step().expect("verlet has a limit");
+    assert!((soft / stiff - 2.0).abs() < 0.05, "{soft} {stiff}");
+    assert!(session.set("engine", "euler"));
+    assert_eq!(session.largest_step(), None, "explicit Euler always grows");
+}
+
+#[test]
+fn an_empty_scene_plays() {
+    let mut session = Session::new(&Scene::default()).expect("nothing in it to refuse");
+    session.play();
+    session.frame(0.05);
+    assert!(session.world().steps() > 0);
+    assert_eq!(session.contacts(), 0);
+}

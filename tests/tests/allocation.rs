@@ -1,0 +1,72 @@
+//! A warm step of an explicit engine allocates nothing: a counting allocator watches hundreds of them.
+
+use allocation_counter::measure;
+use glam::DVec3;
+use sheetwork::engine::{EngineKind, TABLE};
+use sheetwork::lattice;
+use sheetwork::scene::{PathKey, PinSpec, Placement, Region, Scene, Shape};
+use sheetwork_tests::{adrift, body, excite_randomly, shipped, small_sheet, world};
+
+/// Allocations in 200 steps of `scene` after 200 to warm up, during which every kind of contact has happened once.
+fn allocations(scene: &Scene) -> u64 {
+    let mut world = world(scene);
+    (0..200).for_each(|_| world.step());
+    let counted = measure(|| (0..200).for_each(|_| world.step()));
+    assert!(world.unstable().is_none());
+    counted.count_total
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(measure(|| drop(std::hint::black_box(vec![1_u8; 100]))).count_total, 1);
+}
+
+#[test]
+fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_engine_and_structure() {
+    for structure in lattice::TABLE {
+        for engine in TABLE {
+            let mut scene = adrift(small_sheet(structure.kind, 0.1), engine.kind);
+            scene.dt = 5e-4;
+            scene.tolerance = 1e-7;
+            scene.gravity = DVec3::new(0.0, -1.0, 0.0);
+            let mut world = world(&scene);
+            excite_randomly(&mut world.sheets_mut()[0], 0.01, 1);
+            (0..5).for_each(|_| world.step());
+            let counted = measure(|| (0..100).for_each(|_| world.step())).count_total;
+            assert_eq!(counted, 0, "{} on {}", engine.name, structure.name);
+        }
+    }
+}
+
+#[test]
+fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
+    for name in ["wedge", "slide_17", "two_walls", "hemisphere", "cube"] {
+        assert_eq!(allocations(&shipped(name)), 0, "{name}");
+    }
+    // A deep pile of layers at rest on a tilted box and a half space at once.
+    for engine in TABLE {
+        let mut scene = adrift(small_sheet(lattice::StructureKind::Samm, 0.3), engine.kind);
+        scene.sheets[0].grid = (6, 3, 6);
+        scene.tolerance = 1e-6;
+        scene.dt = 1e-3;
+        scene.gravity = DVec3::new(0.0, -9.81, 0.0);
+        let tilt = Placement { position: DVec3::new(0.1, -0.05, 0.0), rotation: DVec3::new(0.0, 0.0, 20.0) };
+        scene.bodies.push(body("box", Shape::Box(DVec3::new(0.2, 0.1, 0.2)), tilt, vec![]));
+        scene.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));
+        scene.sheets[0].placement.position = DVec3::new(0.0, 0.05, 0.0);
+        assert_eq!(allocations(&scene), 0, "{}", engine.name);
+    }
+}
+
+#[test]
+fn pins_paths_and_a_flexion_limit_allocate_nothing() {
+    let mut sheet = small_sheet(lattice::StructureKind::Provot2d, 0.1);
+    let path =
+        vec![PathKey::default(), PathKey { time: 1.0, offset: DVec3::new(0.05, 0.1, 0.0), rotation: DVec3::ZERO }];
+    sheet.pins.push(PinSpec { region: Region::Left, path });
+    sheet.flexion_limit = Some(10.0);
+    let mut scene = adrift(sheet, EngineKind::EulerRichardson);
+    scene.gravity = DVec3::new(0.0, -9.81, 0.0);
+    scene.dt = 1e-3;
+    assert_eq!(allocations(&scene), 0);
+}

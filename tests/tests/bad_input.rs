@@ -1,0 +1,293 @@
+//! Bad input is refused with an error that says where, and nothing that a file, an override or a setter is given panics or
+//! puts a number that is none into a world. A sheet that goes unstable is caught, named and contained.
+
+use glam::DVec3;
+use proptest::prelude::*;
+use sheetwork::engine::{EngineKind, TABLE};
+use sheetwork::event::EventKind;
+use sheetwork::scene::{Air, MaterialChoice, Scene, heater, pol, sht};
+use sheetwork::sheet::Status;
+use sheetwork::{InputError, World};
+use sheetwork_tests::{adrift, scenes_folder, shipped, small_sheet, world};
+
+/// Fields of a scene, right and wrong ones.
+const PATHS: &[&str] = &[
+    "dt",
+    "gravity",
+    "gravity.1",
+    "engine",
+    "tolerance",
+    "duration",
+    "room.y.0",
+    "room",
+    "contact.friction",
+    "air.factor",
+    "air.per",
+    "sheets",
+    "sheets.0",
+    "sheets.sheet.damping",
+    "sheets.0.grid",
+    "sheets.0.grid.1",
+    "sheets.0.size.0",
+    "sheets.0.material",
+    "sheets.0.material.young",
+    "sheets.0.material.poisson",
+    "sheets.0.node_mass",
+    "sheets.0.structure",
+    "sheets.0.placement.position.2",
+    "sheets.0.velocity",
+    "sheets.0.probes.corner",
+    "sheets.0.probes.new",
+    "sheets.0.pins",
+    "sheets.0.flexion_limit",
+    "sheets.9.dt",
+    "bodies.0.shape",
+    "bodies.wedge.placement",
+    "bodies.wedge.path",
+    "camera.eye",
+    "",
+    ".",
+    "..",
+    "sheets..",
+    "no.such.field",
+    "name",
+    "sheets.0.name",
+    "base",
+    "sheets.0.file",
+    "heaters",
+];
+
+/// Values, right and wrong ones.
+const VALUES: &[&str] = &[
+    "0",
+    "-1",
+    "1e-3",
+    "1e309",
+    "-1e400",
+    "NaN",
+    "inf",
+    "-inf",
+    "none",
+    "true",
+    "\"\"",
+    "()",
+    "[]",
+    "{}",
+    "(1, 2, 3)",
+    "(NaN, 0, 0)",
+    "[1, 2",
+    "(1, 2, 3, 4)",
+    "trimm",
+    "rk4",
+    "4294967296",
+    "0.1.2",
+    "(5, 2, 5)",
+    "Box((0.1, 0.1, 0.1))",
+    "Ball(-1)",
+    "HalfSpace",
+    "File(\"nowhere.pol\")",
+    "(young: 2e9)",
+    "(yung: 2)",
+    "[(region: All)]",
+    "\u{0}",
+    "é",
+    "🙂",
+    "((((((",
+    "Some(1)",
+    "(NaN, NaN)",
+];
+
+fn wedge_text() -> String {
+    std::fs::read_to_string(scenes_folder().join("wedge.ron")).expect("a shipped scene")
+}
+
+/// An error must say something, and be short enough to read.
+fn is_useful(error: &InputError) -> bool {
+    !error.problem.is_empty() && error.to_string().len() < 5000
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_text_is_never_a_panic(text in ".{0,200}") {
+        for error in [Scene::parse(&text).err(), sht::read_sht(&text).err(), pol::read_pol(&text).err(),
+            heater::read_heaters(&text).err()].into_iter().flatten() {
+            prop_assert!(is_useful(&error), "{error:?}");
+        }
+    }
+
+    #[test]
+    fn text_that_looks_like_a_scene_is_never_a_panic(text in "[()\\[\\]{}:,\"a-z0-9_.eE+\\- \n/*#NaNinfSome]{0,300}") {
+        if let Err(error) = Scene::parse(&text) {
+            prop_assert!(is_useful(&error), "{error:?}");
+        }
+    }
+
+    #[test]
+    fn a_scene_with_a_few_bytes_changed_is_read_or_refused_at_a_line(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(
+            b"()[]{}:,\"'.-+e0123456789NaIif \n/*x".to_vec())), 1..6),
+        cut in any::<prop::sample::Index>(), cuts in any::<bool>(),
+    ) {
+        let mut bytes = wedge_text().into_bytes();
+        for (at, byte) in &changes {
+            let at = at.index(bytes.len());
+            bytes[at] = *byte;
+        }
+        if cuts {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        match Scene::parse(&text) {
+            // Whatever is accepted can be written and read again.
+            Ok(scene) => {
+                let again = Scene::parse(&scene.to_text().expect("serialisable")).expect("its own text");
+                prop_assert_eq!(again, scene);
+            }
+            Err(error) => {
+                prop_assert!(is_useful(&error), "{error:?}");
+                let line = error.line.unwrap_or(0);
+                prop_assert!(line >= 1 && line <= text.lines().count() + 1, "{error:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn random_overrides_are_taken_or_refused_by_name(
+        path in prop_oneof![prop::sample::select(PATHS).prop_map(str::to_owned), "[a-z0-9._]{0,20}"],
+        value in prop_oneof![prop::sample::select(VALUES).prop_map(str::to_owned), ".{0,20}",
+            any::<f64>().prop_map(|v| v.to_string())],
+    ) {
+        let scene = shipped("wedge");
+        match scene.with_override(&path, &value) {
+            Ok(changed) => {
+                // What was accepted is in range everywhere: it passes as a file.
+                let text = changed.to_text().expect("serialisable");
+                prop_assert!(Scene::parse(&text).is_ok(), "{path}={value}");
+            }
+            Err(error) => {
+                prop_assert!(is_useful(&error), "{error:?}");
+                prop_assert!(!error.field.is_empty() || path.is_empty(), "{path}={value}: {error:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_setter_lets_a_number_that_is_none_into_a_world(
+        which in any::<prop::sample::Index>(),
+        value in prop_oneof![prop::sample::select(VALUES).prop_map(str::to_owned), any::<f64>().prop_map(|v| v.to_string()),
+            (any::<f64>(), any::<f64>(), any::<f64>()).prop_map(|(x, y, z)| format!("({x}, {y}, {z})"))],
+    ) {
+        let mut world = world(&adrift(small_sheet(sheetwork::lattice::StructureKind::Provot2d, 0.1), EngineKind::Verlet));
+        let before = world.parameters();
+        let path = before[which.index(before.len())].path.clone();
+        match world.set(&path, &value) {
+            Ok(old) => {
+                let now = world.parameters();
+                let of = |all: &[sheetwork::Parameter]| all.iter().find(|p| p.path == path).map(|p| p.value.clone());
+                prop_assert_eq!(Some(old), of(&before));
+                let set = of(&now).unwrap_or_default();
+                prop_assert!(!set.contains("NaN") && !set.contains("inf"), "{path} is {set}");
+                // What the world says of itself it takes back.
+                prop_assert!(world.set(&path, &set).is_ok(), "{path} = {set}");
+            }
+            Err(error) => {
+                prop_assert_eq!(&error.field, &path);
+                prop_assert_eq!(world.parameters(), before, "a refused value changed something");
+            }
+        }
+    }
+}
+
+#[test]
+fn setters_of_a_world_refuse_what_is_not_a_number() {
+    let mut world = world(&shipped("wedge"));
+    for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        assert_eq!(world.set_dt(bad).expect_err("bad").field, "dt");
+        assert_eq!(world.set_tolerance(bad).expect_err("bad").field, "tolerance");
+        assert_eq!(world.set_gravity(DVec3::new(0.0, bad, 0.0)).expect_err("bad").field, "gravity.1");
+        assert_eq!(world.set_air(Air { factor: bad, per: 1.0 }).expect_err("bad").field, "air.factor");
+        assert_eq!(world.set_air(Air { factor: 0.5, per: bad }).expect_err("bad").field, "air.per");
+        let sheet = &mut world.sheets_mut()[0];
+        assert_eq!(sheet.set_damping(bad).expect_err("bad").field, "damping");
+        let mut material = sheet.material().clone();
+        material.young = bad;
+        assert_eq!(sheet.set_material(material).expect_err("bad").field, "material.young");
+    }
+    world.step();
+    assert!(world.sheets()[0].x.iter().all(DVec3::is_finite));
+}
+
+#[test]
+fn bad_fields_are_named_with_line_value_and_range() {
+    let text = wedge_text();
+    let line_of = |what: &str| text.lines().position(|l| l.contains(what)).expect("there") + 1;
+    for (from, to, field, says) in [
+        ("dt: 0.005", "dt: -0.005", "dt", "-0.005 s is outside"),
+        ("damping: 0.115", "damping: NaN", "sheets.0.damping", "NaN"),
+        ("node_mass: 4e-5", "node_mass: -4e-5", "sheets.0.node_mass", "-4e-5 kg"),
+        ("gap: 0.001", "gap: 0", "sheets.0.gap", "outside"),
+        ("engine: \"euler-richardson\"", "engine: \"newton\"", "engine", "newton"),
+        ("structure: \"trimm\"", "structure: \"tram\"", "sheets.0.structure", "trimm"),
+        ("grid: (11, 2, 11)", "grid: (11, 2)", "sheets.0.grid", ""),
+        ("grid: (11, 2, 11)", "grid: (1, 2, 11)", "sheets.0.grid.0", "2 to 2000"),
+        ("material: \"thesis\"", "material: \"wood\"", "sheets.0.material", "hips"),
+        ("restitution: 0.1", "restitution: 1.5", "contact.restitution", "0 to 1"),
+        ("\"corner\": (0, 0)", "\"corner\": (0, 2)", "sheets.0.probes.corner.1", "0 to 1"),
+    ] {
+        let bad = text.replacen(from, to, 1);
+        assert_ne!(bad, text, "{from} is not in the scene");
+        let error = Scene::parse(&bad).expect_err(to);
+        assert!(error.field.starts_with(field), "{to}: {error:?}");
+        assert!(error.problem.contains(says), "{to}: {error}");
+        assert_eq!(error.line, Some(line_of(from)), "{to}: {error}");
+    }
+}
+
+#[test]
+fn an_unstable_sheet_is_caught_named_and_contained() {
+    // Two sheets; one has springs a million times too stiff for the step.
+    for engine in TABLE.iter().filter(|e| !e.adaptive) {
+        let mut scene = adrift(small_sheet(sheetwork::lattice::StructureKind::Trimm, 0.1), engine.kind);
+        scene.dt = 2e-3;
+        let mut mad = scene.sheets[0].clone();
+        mad.name = "mad".into();
+        mad.placement.position = DVec3::new(1.0, 0.0, 0.0);
+        let MaterialChoice::Inline(material) = &mut mad.material else { panic!("in line") };
+        material.young = 1e10;
+        let alone = scene.clone();
+        scene.sheets.insert(0, mad);
+        let run = |scene: &Scene| {
+            let mut world = world(scene);
+            for sheet in world.sheets_mut() {
+                sheetwork_tests::excite_randomly(sheet, 0.01, 1);
+            }
+            (0..200).for_each(|_| world.step());
+            world
+        };
+        let both = run(&scene);
+        let mad = both.unstable().expect("caught");
+        assert_eq!(mad.name, "mad", "{}", engine.name);
+        assert!(matches!(mad.status, Status::Unstable { time, place, .. } if time < 0.4 && place.is_finite()));
+        assert!(mad.x.iter().chain(mad.v.iter()).all(|p| p.is_finite()), "{}", engine.name);
+        let events: Vec<_> = both.events().iter().filter(|e| e.kind == EventKind::Unstable).collect();
+        assert!(events.len() == 1 && events[0].sheet == "mad");
+        let report = both.report(0.0, &[]);
+        assert!(report.status.contains("unstable: mad"), "{}", report.status);
+        // The other goes on as if it were alone.
+        assert_eq!(both.sheets()[1].x, run(&alone).sheets()[0].x, "{}", engine.name);
+    }
+}
+
+#[test]
+fn a_number_that_is_none_put_into_a_sheet_by_a_program_is_caught() {
+    for engine in TABLE {
+        let scene = adrift(small_sheet(sheetwork::lattice::StructureKind::Samm, 0.1), engine.kind);
+        let mut world = World::new(&scene).expect("valid");
+        world.sheets_mut()[0].v.set(3, DVec3::new(0.0, f64::NAN, 0.0));
+        world.step();
+        assert!(world.unstable().is_some(), "{}", engine.name);
+        assert!(world.sheets()[0].x.iter().all(DVec3::is_finite), "{}", engine.name);
+    }
+}

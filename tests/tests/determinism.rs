@@ -1,0 +1,107 @@
+//! The same scene gives the same bits: again, after a reset, on any number of threads, and from one version of the code to the
+//! next until someone means to change them.
+//!
+//! The pinned hashes are in `tests/hashes.txt`. After a change that is meant to change results, renew them with
+//!
+//! ```text
+//! SHEETWORK_RENEW=1 cargo test -p sheetwork-tests --test determinism
+//! ```
+//!
+//! and say in the change's description why they changed.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::engine::{EngineKind, TABLE};
+use sheetwork::lattice;
+use sheetwork::scene::{PathKey, Placement, Scene, Shape};
+use sheetwork_tests::{all_shipped, body, shipped, small_sheet, state_hash};
+
+fn hash_after(scene: &Scene, threads: usize, steps: u32) -> u64 {
+    let mut world = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
+    world.set_threads(threads).unwrap_or_else(|e| panic!("{e}"));
+    (0..steps).for_each(|_| world.step());
+    state_hash(&world)
+}
+
+/// One sheet of every structure, each over a moving box and a floor.
+fn crowd(engine: EngineKind) -> Scene {
+    let mut scene = Scene { engine, dt: 2e-3, tolerance: 1e-6, ..Scene::default() };
+    for (i, structure) in lattice::TABLE.iter().enumerate() {
+        let mut sheet = small_sheet(structure.kind, 0.2);
+        sheet.name = structure.name.into();
+        sheet.placement =
+            Placement { position: DVec3::new(0.5 * i as f64, 0.25, 0.0), rotation: DVec3::new(7.0, 40.0, -9.0) };
+        scene.sheets.push(sheet);
+    }
+    scene.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));
+    let path = vec![
+        PathKey::default(),
+        PathKey { time: 1.0, offset: DVec3::new(3.0, 0.0, 0.1), rotation: DVec3::new(0.0, 90.0, 0.0) },
+    ];
+    scene.bodies.push(body("box", Shape::Box(DVec3::new(0.2, 0.2, 0.6)), Placement::default(), path));
+    scene
+}
+
+#[test]
+fn every_shipped_scene_gives_the_same_bits_twice() {
+    for name in all_shipped() {
+        let scene = shipped(&name);
+        assert_eq!(hash_after(&scene, 1, 150), hash_after(&scene, 1, 150), "{name}");
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit_nor_the_order_of_events() {
+    for engine in [EngineKind::EulerRichardson, EngineKind::Rk45] {
+        let scene = crowd(engine);
+        let run = |threads: usize| {
+            let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
+            world.set_threads(threads).unwrap_or_else(|e| panic!("{e}"));
+            (0..300).for_each(|_| world.step());
+            (state_hash(&world), world.events().to_vec())
+        };
+        let one = run(1);
+        assert!(one.1.len() >= 6, "little happened: {:?}", one.1);
+        for threads in [2, 3, 8] {
+            assert_eq!(run(threads), one, "{engine} on {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn a_reset_world_runs_as_a_fresh_one() {
+    for engine in TABLE {
+        let scene = crowd(engine.kind);
+        let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
+        (0..100).for_each(|_| world.step());
+        // What was changed while it ran must be forgotten too.
+        world.set_gravity(DVec3::new(1.0, -2.0, 0.5)).unwrap_or_else(|e| panic!("{e}"));
+        world.set("sheets.trimm.material.young", "5e3").unwrap_or_else(|e| panic!("{e}"));
+        world.set_engine(EngineKind::Verlet);
+        (0..50).for_each(|_| world.step());
+        world.reset().unwrap_or_else(|e| panic!("{e}"));
+        assert_eq!(world.time(), 0.0);
+        assert!(world.events().is_empty());
+        (0..100).for_each(|_| world.step());
+        assert_eq!(state_hash(&world), hash_after(&scene, 1, 100), "{}", engine.name);
+    }
+}
+
+#[test]
+fn the_bits_are_those_that_were_pinned() {
+    let mut found = String::new();
+    for name in ["wedge", "slide_11", "two_walls", "hemisphere"] {
+        found += &format!("{name} {:016x}\n", hash_after(&shipped(name), 1, 150));
+    }
+    for engine in TABLE {
+        found += &format!("crowd-{} {:016x}\n", engine.name, hash_after(&crowd(engine.kind), 2, 200));
+    }
+    let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/hashes.txt");
+    if std::env::var_os("SHEETWORK_RENEW").is_some() {
+        std::fs::write(&file, &found).unwrap_or_else(|e| panic!("{e}"));
+    }
+    let pinned = std::fs::read_to_string(&file).unwrap_or_default();
+    assert_eq!(found, pinned, "results changed; if that is meant, renew them as the head of this file says");
+}

@@ -1,0 +1,219 @@
+//! How far each engine can be driven, and what it does to the energy: on an oscillator with and without damping, and on the
+//! highest mode of a sheet of every structure. The expected numbers are the classical ones for x'' = -ω²x, a = hω:
+//! Euler grows (1 + a²) a step in energy, the constant-acceleration step (1 + a²/2), Euler-Richardson (1 + a⁴/4), RK4 decays
+//! (1 - a⁶/72); Euler-Cromer and Verlet are stable up to a = 2, RK4 up to 2√2, the order-5 formula of rk45 up to 0.997.
+
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::engine::{EngineKind, Forces, TABLE};
+use sheetwork::lattice::{self, StructureKind};
+use sheetwork::measure::oscillator;
+use sheetwork::sheet::Vectors;
+use sheetwork_tests::{adrift, excite_randomly, highest_mode, run, small_sheet, world};
+
+/// x'' = -x - 2 ζ x'.
+struct Damped(f64);
+
+impl Forces for Damped {
+    fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
+        a.clear();
+        a.add_scaled(-1.0, x);
+        a.add_scaled(-2.0 * self.0, v);
+    }
+}
+
+/// Spectral radius of one step of `a` radians with damping ratio `zeta`, from the images of the two unit states.
+fn radius(engine: EngineKind, a: f64, zeta: f64) -> f64 {
+    let image = |x0: f64, v0: f64| {
+        let mut engine = engine.make();
+        engine.set_tolerance(f64::MAX);
+        let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
+        (x.x[0], v.x[0]) = (x0, v0);
+        engine.advance(&mut Damped(zeta), 0.0, a, &mut x, &mut v);
+        (x.x[0], v.x[0])
+    };
+    let ((xx, vx), (xv, vv)) = (image(1.0, 0.0), image(0.0, 1.0));
+    let (half, det) = (0.5 * (xx + vv), xx * vv - xv * vx);
+    let root = half * half - det;
+    if root <= 0.0 { det.abs().sqrt() } else { half.abs() + root.sqrt() }
+}
+
+/// Smallest a at which the damped oscillator grows.
+fn limit(engine: EngineKind, zeta: f64) -> f64 {
+    let grows = |a: f64| radius(engine, a, zeta) > 1.0 + 1e-12;
+    let mut high = 0.01;
+    while !grows(high) && high < 10.0 {
+        high += 0.01;
+    }
+    let mut low = high - 0.01;
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if grows(middle) { high = middle } else { low = middle }
+    }
+    low
+}
+
+/// Root of a function near `start`; `step` is its value over its slope.
+fn newton(start: f64, step: impl Fn(f64) -> f64) -> f64 {
+    (0..20).fold(start, |a, _| a - step(a))
+}
+
+#[test]
+fn the_tabled_limits_of_an_undamped_oscillator_are_met() {
+    for engine in TABLE {
+        let found = oscillator::stability_limit(engine.kind);
+        println!("{:16} {found:.4}, tabled {:.4}", engine.name, engine.stability_limit);
+        assert!((found - engine.stability_limit).abs() <= 0.02 * engine.stability_limit, "{}: {found}", engine.name);
+    }
+}
+
+#[test]
+fn damping_moves_the_limits_as_theory_says() {
+    for zeta in [0.02_f64, 0.05, 0.1, 0.2] {
+        // x is moved by the new velocity, which the dashpot has slowed by the old: 2 (√(1 + ζ²) - ζ).
+        let cromer = limit(EngineKind::EulerCromer, zeta);
+        let expected = 2.0 * ((1.0 + zeta * zeta).sqrt() - zeta);
+        assert!((cromer / expected - 1.0).abs() < 0.02, "{zeta}: {cromer}, {expected}");
+        // |1 + z + z²/2| = 1 with z = a (-ζ + i √(1 - ζ²)) is a³ - 4 ζ a² + 8 ζ² a - 8 ζ = 0, so about 2 ζ^(1/3).
+        let richardson = limit(EngineKind::EulerRichardson, zeta);
+        let about = 2.0 * zeta.cbrt();
+        println!("{zeta}: euler-cromer {cromer:.4}, euler-richardson {richardson:.4} (about {about:.4})");
+        let expected = newton(about, |a| {
+            let value = a.powi(3) - 4.0 * zeta * a * a + 8.0 * zeta * zeta * a - 8.0 * zeta;
+            value / (3.0 * a * a - 8.0 * zeta * a + 8.0 * zeta * zeta)
+        });
+        assert!((richardson / expected - 1.0).abs() < 0.02, "{zeta}: {richardson}, {expected}");
+        assert!((richardson / about - 1.0).abs() < 0.2, "{zeta}: {richardson}, {about}");
+        let rk4 = limit(EngineKind::Rk4, zeta);
+        println!("{zeta}: rk4 {rk4:.4}");
+        assert!((2.82..=2.96).contains(&rk4), "{zeta}: {rk4}");
+    }
+}
+
+/// A free undamped sheet set moving in its highest mode, so weakly that it is linear; and that mode's frequency, rad/s.
+fn ringing(structure: StructureKind, engine: EngineKind) -> (World, f64) {
+    let mut world = world(&adrift(small_sheet(structure, 0.0), engine));
+    let sheet = &mut world.sheets_mut()[0];
+    let (omega, mode) = highest_mode(sheet);
+    for i in 0..sheet.masses() {
+        sheet.v.set(i, mode.get(i) * (1e-7 * omega));
+    }
+    (world, omega)
+}
+
+fn energy(world: &World) -> f64 {
+    world.sheets()[0].energy(DVec3::ZERO).total
+}
+
+/// Growth of the energy of the highest mode in one step of `a` radians, from `steps` of them.
+fn growth(structure: StructureKind, engine: EngineKind, a: f64, steps: u32) -> f64 {
+    let (mut world, omega) = ringing(structure, engine);
+    let before = energy(&world);
+    run(&mut world, steps, a / omega);
+    (energy(&world) / before).ln() / f64::from(steps)
+}
+
+#[test]
+fn energy_in_the_highest_mode_grows_or_decays_as_tabled() {
+    for structure in lattice::TABLE {
+        let check = |engine: EngineKind, a: f64, steps: u32, expected: f64| {
+            let found = growth(structure.kind, engine, a, steps);
+            println!(
+                "{:16} {:16} a = {a}: {found:+.4e} a step, {expected:+.4e} expected",
+                structure.name,
+                engine.name()
+            );
+            let off = (found / expected - 1.0).abs();
+            assert!(off < 0.02, "{} on {} at {a}: {found}, {expected}", engine.name(), structure.name);
+        };
+        for a in [0.05_f64, 0.1] {
+            check(EngineKind::Euler, a, 500, (a * a).ln_1p());
+        }
+        // Not a rotation, so that its energy also swings by ±a/2 within a period: many steps, over which that is nothing.
+        check(EngineKind::Analytical, 0.1, 3000, 0.005_f64.ln_1p());
+        for a in [0.2_f64, 0.4] {
+            check(EngineKind::EulerRichardson, a, 400, (a.powi(4) / 4.0).ln_1p());
+        }
+        // The next term of RK4's decay is a⁸/576: an eighth of a² of the first.
+        check(EngineKind::Rk4, 0.35, 4000, -(0.35_f64.powi(6)) / 72.0);
+        check(EngineKind::Rk4, 1.0, 400, (-1.0 / 72.0 + 1.0 / 576.0_f64).ln_1p());
+        // |R(ia)|² - 1 of the order-5 formula with its seventh-stage term z⁶/600: -a⁶/1800 + a⁸/1600 - ...
+        let u = 0.25_f64;
+        let fifth = u.powi(3) * (-1.0 / 1800.0 + u / 1600.0 - u * u / 14400.0 + u.powi(3) / 360_000.0);
+        check(EngineKind::Rk45, 0.5, 8000, fifth);
+    }
+}
+
+#[test]
+fn symplectic_engines_keep_the_energy_of_the_highest_mode_within_their_bound() {
+    // Euler-Cromer keeps v² + ω²x² - hω² x v, so that the energy lies within ±a/2 of its mean; Verlet keeps
+    // v² + ω²x² (1 - a²/4), so that it swings by a²/4 of its largest.
+    for structure in lattice::TABLE {
+        for (engine, a) in [
+            (EngineKind::EulerCromer, 0.1),
+            (EngineKind::EulerCromer, 0.5),
+            (EngineKind::Verlet, 0.2),
+            (EngineKind::Verlet, 0.8),
+        ] {
+            let (mut world, omega) = ringing(structure.kind, engine);
+            let (mut low, mut high) = (f64::INFINITY, 0.0_f64);
+            for _ in 0..10_000 {
+                run(&mut world, 1, a / omega);
+                (low, high) = (low.min(energy(&world)), high.max(energy(&world)));
+            }
+            let cromer = engine == EngineKind::EulerCromer;
+            let found = if cromer { (high - low) / (high + low) } else { (high - low) / high };
+            let expected = if cromer { a / 2.0 } else { a * a / 4.0 };
+            assert!(
+                (found / expected - 1.0).abs() < 0.02,
+                "{} on {}: {found}, {expected}",
+                engine.name(),
+                structure.name
+            );
+        }
+    }
+}
+
+#[test]
+fn the_limits_hold_for_sheets_of_every_structure_to_two_percent() {
+    // Random velocities have a part in every mode. At 0.98 of the limit over the highest frequency the energy stays within
+    // what the engine's own invariant allows, (1 + a/2) / (1 - a/2) = 99 for the largest of them; at 1.02 of it the
+    // highest mode takes over and grows by at least a seventh a step.
+    for structure in lattice::TABLE {
+        for engine in
+            TABLE.iter().filter(|e| matches!(e.kind, EngineKind::EulerCromer | EngineKind::Verlet | EngineKind::Rk4))
+        {
+            let ratio = |fraction: f64, steps: u32| {
+                let mut world = world(&adrift(small_sheet(structure.kind, 0.0), engine.kind));
+                let (omega, _) = highest_mode(&world.sheets()[0]);
+                excite_randomly(&mut world.sheets_mut()[0], 1e-7, 4);
+                let before = energy(&world);
+                let mut most = 0.0_f64;
+                for _ in 0..steps {
+                    run(&mut world, 1, fraction * engine.stability_limit / omega);
+                    most = most.max(energy(&world) / before);
+                    if most > 1e6 {
+                        break;
+                    }
+                }
+                most
+            };
+            let (below, above) = (ratio(0.98, 5000), ratio(1.02, 100));
+            println!("{:16} {:16}: {below:.3} below, {above:.1e} above", structure.name, engine.name);
+            assert!(below < 100.0 && above > 1e6, "{} on {}: {below}, {above}", engine.name, structure.name);
+        }
+    }
+}
+
+#[test]
+fn the_runtimes_largest_frequency_is_that_of_the_highest_mode() {
+    for structure in lattice::TABLE {
+        let mut spec = small_sheet(structure.kind, 0.0);
+        spec.grid = (9, spec.grid.1, 7);
+        let world = world(&adrift(spec, EngineKind::Verlet));
+        let (exact, _) = highest_mode(&world.sheets()[0]);
+        let found = world.sheets()[0].largest_frequency(200);
+        println!("{:16}: {found:.3} of {exact:.3} rad/s", structure.name);
+        assert!((found / exact - 1.0).abs() < 0.01, "{}: {found}, {exact}", structure.name);
+    }
+}
