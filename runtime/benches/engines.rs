@@ -30,7 +30,7 @@ fn engines() -> impl Iterator<Item = EngineKind> {
 /// A free sheet of the thesis's material, 11 or 21 masses a side, with a little motion in it.
 fn scene(structure: StructureKind, engine: EngineKind, side: u32) -> Scene {
     let layers = structure.info().layers.1.min(2);
-    let sheet = SheetSpec { structure, grid: (side, layers, side), node_mass: Some(4e-4), ..SheetSpec::default() };
+    let sheet = SheetSpec { structure, grid: (side, layers, side), node_mass: Some(4e-5), ..SheetSpec::default() };
     Scene { engine, dt: 1e-3, sheets: vec![sheet], ..Scene::default() }
 }
 

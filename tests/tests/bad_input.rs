@@ -224,9 +224,9 @@ fn bad_fields_are_named_with_line_value_and_range() {
     let text = wedge_text();
     let line_of = |what: &str| text.lines().position(|l| l.contains(what)).expect("there") + 1;
     for (from, to, field, says) in [
-        ("dt: 0.015", "dt: -0.015", "dt", "-0.015 s is outside"),
+        ("dt: 0.005", "dt: -0.005", "dt", "-0.005 s is outside"),
         ("damping: 0.115", "damping: NaN", "sheets.0.damping", "NaN"),
-        ("node_mass: 4e-4", "node_mass: -4e-4", "sheets.0.node_mass", "-0.0004 kg"),
+        ("node_mass: 4e-5", "node_mass: -4e-5", "sheets.0.node_mass", "-4e-5 kg"),
         ("gap: 0.001", "gap: 0", "sheets.0.gap", "outside"),
         ("engine: \"euler-richardson\"", "engine: \"newton\"", "engine", "newton"),
         ("structure: \"trimm\"", "structure: \"tram\"", "sheets.0.structure", "trimm"),

@@ -13,14 +13,16 @@ use sheetwork_tests::{Random, body, world};
 const SPEED: f64 = 20.0;
 const THICKNESS: f64 = 0.005;
 const DT: f64 = 1.0 / 60.0;
+/// Depth that contact may leave a mass at for a step, m.
+const DEPTH: f64 = 1e-4;
 
-/// A limp sheet of four masses, a centimetre square: at 60 steps a second its springs are stable and hold nothing together.
+/// A limp sheet of four masses, 0.1 m square: at 60 steps a second its springs are stable and hold nothing together.
 fn projectile(index: usize, position: DVec3, velocity: DVec3) -> SheetSpec {
     SheetSpec {
         name: format!("shot {index}"),
         structure: StructureKind::Samm,
         grid: (2, 1, 2),
-        size: (0.01, 0.01),
+        size: (0.1, 0.1),
         material: MaterialChoice::Inline(Material { young: 0.1, ..Material::default() }),
         node_mass: Some(1e-3),
         placement: Placement { position, rotation: DVec3::ZERO },
@@ -39,7 +41,7 @@ fn shots(bodies: Vec<BodySpec>, restitution: f64, sheets: Vec<SheetSpec>) -> Wor
 /// A velocity of 20 m/s that goes down, at any slant short of grazing, and where to start so as to cross the plane y = 0
 /// within half a metre of the origin after a random number of steps.
 fn aimed(random: &mut Random) -> (DVec3, DVec3) {
-    let direction = DVec3::new(random.signed(), -0.15 - random.signed().abs(), random.signed()).normalize();
+    let direction = DVec3::new(random.signed(), -0.3 - random.signed().abs(), random.signed()).normalize();
     let target = DVec3::new(0.5 * random.signed(), 0.0, 0.5 * random.signed());
     let time = DT * (2.0 + 3.0 * random.signed().abs());
     (target - direction * (SPEED * time), direction * SPEED)
@@ -101,9 +103,9 @@ fn no_mass_passes_a_plate_that_moves() {
 
 #[test]
 fn a_mass_near_the_rim_of_a_large_turning_plate_is_not_taken_to_be_clear_of_it() {
-    // Two turns a second about z: 12 degrees a step, 75 m/s at the rim of a plate of 12 m. Half of the masses stand still in
+    // A turn a second about z: 6 degrees a step, 38 m/s at the rim of a plate of 12 m. Half of the masses stand still in
     // its way.
-    let turn = |time: f64| PathKey { time, offset: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, 720.0 * time) };
+    let turn = |time: f64| PathKey { time, offset: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, 360.0 * time) };
     let box_ = Shape::Box(DVec3::new(12.0, THICKNESS, 12.0));
     let plate = body("plate", box_, Placement::default(), vec![turn(0.0), turn(1.0)]);
     let mut random = Random::new(7);
@@ -122,8 +124,11 @@ fn a_mass_near_the_rim_of_a_large_turning_plate_is_not_taken_to_be_clear_of_it()
         world.step();
         let q = world.rigid().and_then(|r| r.pose(0)).map_or(DQuat::IDENTITY, |p| p.1);
         let back = q.inverse();
-        through += world.sheets().iter().flat_map(|s| s.x.iter()).filter(|p| (back * *p).y < 0.0).count();
+        // What slides off the rim, 6 m from the axis, may go where it likes.
+        let local = world.sheets().iter().flat_map(|s| s.x.iter()).map(|p| back * p);
+        through += local.filter(|p| p.y < 0.0 && p.x < 5.9).count();
     }
+    assert!(world.unstable().is_none());
     assert_eq!(through, 0, "masses were on the other side");
     let met = world.sheets().iter().filter(|s| s.counters.contacts > 0).count();
     assert!(met > 200, "{met}");
@@ -167,7 +172,7 @@ fn a_mass_that_slides_along_one_leg_of_a_bent_plate_does_not_leave_through_the_o
                 for p in sheet.x.iter().map(|p| back * (p - place.position)) {
                     // Past the end of a leg or of the plate it may be anywhere.
                     let covered = p.x < 1.0 && p.y < 1.0 && p.z.abs() < 1.0;
-                    assert!(!covered || (p.x > 0.0 && p.y > 0.0), "{} is at {p} after step {step}", sheet.name);
+                    assert!(!covered || (p.x > -DEPTH && p.y > -DEPTH), "{} is at {p} after step {step}", sheet.name);
                 }
             }
         }
@@ -191,11 +196,12 @@ fn a_mass_turned_aside_by_one_body_does_not_pass_through_another() {
             projectile(i, start, (target - start).normalize() * SPEED)
         });
         let mut world = shots(bodies, 0.3, sheets.collect());
-        for _ in 0..6 {
+        for step in 0..6 {
             world.step();
             for (sheet, p) in world.sheets().iter().flat_map(|s| s.x.iter().map(move |p| (s, p))) {
-                assert!(p.x > -1e-6 && p.y > -1e-6, "{} is at {p}", sheet.name);
+                assert!(p.x > -DEPTH && p.y > -DEPTH, "{} is at {p} after step {step}", sheet.name);
             }
         }
+        assert!(world.unstable().is_none());
     }
 }

@@ -9,8 +9,8 @@ use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
 use bevy::prelude::*;
-use sheetwork::sheet::{Sheet as SheetInWorld, Vectors};
 use sheetwork::sheet::surface::Surface;
+use sheetwork::sheet::{Sheet as SheetInWorld, Vectors};
 
 use super::Materials;
 use crate::core::{SheetMotion, SheetWorld};

@@ -8,7 +8,7 @@ use glam::DVec3;
 use rapier3d::prelude::ColliderHandle;
 
 use super::SKIN;
-use super::response::Flight;
+use super::response::{Flight, Surface};
 use super::target::NO_FACE;
 use crate::sheet::Vectors;
 
@@ -27,9 +27,24 @@ pub(crate) struct Clearance {
     pub face: Vec<(ColliderHandle, u32)>,
     /// Masses that met two bodies in this step: each was put where the other may be.
     pub cornered: Vec<u32>,
+    /// Masses that met something in this step, and what each met first.
+    pub met: Vec<u32>,
+    pub first: Vec<Option<First>>,
     /// What is left of the ways of masses that were turned aside in this step, and room for the same of one round before.
     pub legs: Vec<Leg>,
     pub last_legs: Vec<Leg>,
+}
+
+/// What a mass met first in a step.
+#[derive(Clone, Copy)]
+pub(crate) struct First {
+    pub collider: ColliderHandle,
+    pub face: u32,
+    pub surface: Surface,
+    /// When, as a fraction of the step.
+    pub tau: f64,
+    /// Whether it would have met another collider too.
+    pub another: bool,
 }
 
 /// The way of a mass from where it met a surface to where it ends the step.
@@ -62,11 +77,14 @@ impl Clearance {
             self.nearest = vec![0.0; x.len()];
             self.face = vec![(ColliderHandle::invalid(), NO_FACE); x.len()];
             self.cornered = Vec::with_capacity(x.len());
+            self.met = Vec::with_capacity(x.len());
+            self.first = vec![None; x.len()];
             self.legs = Vec::with_capacity(x.len());
             self.last_legs = Vec::with_capacity(x.len());
         }
         self.cornered.clear();
         self.legs.clear();
+        self.met.clear();
         self.moved += reach;
         let mut any = false;
         for i in 0..x.len() {

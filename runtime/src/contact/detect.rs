@@ -10,8 +10,8 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::prelude::{ColliderHandle, RigidBody};
 
 use super::SKIN;
-use super::clearance::Leg;
-use super::response::{Flight, Surface, resolve};
+use super::clearance::{First, Leg};
+use super::response::{Flight, Surface, arrival, resolve};
 use super::rigid::RigidView;
 use super::target::{Frame, Meeting, NO_FACE, Target};
 use super::through_thickness::{Strike, share_impacts};
@@ -51,11 +51,11 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
     }
     let Some((low, high)) = swept(sheet) else { return };
     let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
-    let mut struck = false;
     for (handle, collider) in view.query().intersect_aabb_conservative(around) {
         let target = Target::new(handle, collider, view, sheet, dt, remaining);
-        struck |= meet(sheet, &target, dt, margin, touch);
+        meet(sheet, &target, dt, margin);
     }
+    let mut struck = turn_all(sheet, dt, touch);
     if !sheet.work.clearance.legs.is_empty() {
         struck |= follow(sheet, view, dt, remaining, touch);
     }
@@ -102,38 +102,71 @@ fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
     Some((a.min(c), b.max(d)))
 }
 
-/// Meets the masses that must be looked at with one collider; true if any took an impact.
-fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64, touch: &mut dyn Touch) -> bool {
-    let drift = sheet.engine_kind.info().drift;
-    let mut struck = false;
+/// Finds for the masses that must be looked at where they meet one collider, and keeps the surface that each meets first.
+fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
     for i in 0..sheet.x.len() {
         if sheet.work.clearance.nearest[i] < 0.0 {
             continue;
         }
-        let (x0, x1) = (sheet.work.x_before.get(i), sheet.x.get(i));
+        let flight = whole_flight(sheet, i, dt);
         let reach = if sheet.work.clearance.is_new(i) { Real::MAX } else { margin as Real };
         let (near, mut face) = sheet.work.clearance.face[i];
         if near != target.handle {
             face = NO_FACE;
         }
-        let surface = match target.meet(target.start.local(x0), target.end.local(x1), reach, &mut face) {
-            Meeting::Clear(distance) => {
-                let nearest = &mut sheet.work.clearance.nearest[i];
-                *nearest = nearest.min(distance.into());
-                continue;
+        let (a, b) = (target.start.local(flight.x0), target.end.local(flight.x1));
+        let clearance = &mut sheet.work.clearance;
+        match target.meet(a, b, reach, &mut face) {
+            Meeting::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
+            Meeting::Surface(surface) => {
+                let tau = arrival(&flight, &surface, SKIN);
+                let before = &mut clearance.first[i];
+                let earlier = before.is_none_or(|b| tau < b.tau);
+                if before.is_none() {
+                    clearance.met.push(i as u32);
+                }
+                let another = before.is_some();
+                if earlier {
+                    *before = Some(First { collider: target.handle, face, surface, tau, another });
+                } else if let Some(before) = before {
+                    before.another = true;
+                }
             }
-            Meeting::Surface(surface) => surface,
-        };
-        let flight = Flight { x0, v0: sheet.work.v_before.get(i), x1, v1: sheet.v.get(i), dt, drift };
-        sheet.work.clearance.face[i] = (target.handle, face);
-        struck |= turn_aside(sheet, i, &flight, &surface, target);
-        touch.touched(target.handle, i);
+        }
+    }
+}
+
+/// Mass `i` over a step of `dt` s as the engine moved it.
+fn whole_flight(sheet: &Sheet, i: usize, dt: f64) -> Flight {
+    let work = &sheet.work;
+    let drift = sheet.engine_kind.info().drift;
+    Flight { x0: work.x_before.get(i), v0: work.v_before.get(i), x1: sheet.x.get(i), v1: sheet.v.get(i), dt, drift }
+}
+
+/// Turns aside every mass that met something at what it met first; true if any took an impact.
+fn turn_all(sheet: &mut Sheet, dt: f64, touch: &mut dyn Touch) -> bool {
+    let mut struck = false;
+    for k in 0..sheet.work.clearance.met.len() {
+        let i = sheet.work.clearance.met[k] as usize;
+        let Some(first) = sheet.work.clearance.first[i].take() else { continue };
+        let flight = whole_flight(sheet, i, dt);
+        sheet.work.clearance.face[i] = (first.collider, first.face);
+        struck |= turn_aside(sheet, i, &flight, &first.surface, first.collider, first.another);
+        touch.touched(first.collider, i);
     }
     struck
 }
 
-/// Lets mass `i` on its `flight` meet `surface`; true if that was an impact.
-fn turn_aside(sheet: &mut Sheet, i: usize, flight: &Flight, surface: &Surface, target: &Target) -> bool {
+/// Lets mass `i` on its `flight` meet `surface` of a collider, and keeps the rest of its way if it is long or `another`
+/// collider was in it; true if that was an impact.
+fn turn_aside(
+    sheet: &mut Sheet,
+    i: usize,
+    flight: &Flight,
+    surface: &Surface,
+    from: ColliderHandle,
+    another: bool,
+) -> bool {
     let out = resolve(flight, surface, SKIN);
     sheet.x.set(i, out.x);
     sheet.v.set(i, out.v);
@@ -144,9 +177,10 @@ fn turn_aside(sheet: &mut Sheet, i: usize, flight: &Flight, surface: &Surface, t
         clearance.cornered.push(i as u32);
     }
     sheet.work.touching[i] = true;
-    if out.rest > 0.0 && out.x.distance_squared(out.touch) > LONG_LEG * LONG_LEG {
-        let flight = Flight { x0: out.touch, v0: out.leaving, x1: out.x, v1: out.v, dt: out.rest, drift: flight.drift };
-        clearance.legs.push(Leg { mass: i as u32, from: target.handle, normal: surface.normal, flight });
+    if out.rest > 0.0 && (another || out.x.distance_squared(out.touch) > LONG_LEG * LONG_LEG) {
+        let (x0, v0, x1, v1) = (out.touch, out.leaving, out.x, out.v);
+        let flight = Flight { x0, v0, x1, v1, dt: out.rest, drift: flight.drift };
+        clearance.legs.push(Leg { mass: i as u32, from, normal: surface.normal, flight });
     }
     if out.impact > 0.0 {
         sheet.work.struck[i] = Strike {
@@ -191,7 +225,7 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
                 if leg.from == handle && surface.normal.dot(leg.normal) > SAME_FACE {
                     continue;
                 }
-                struck |= turn_aside(sheet, i, &flight, &surface, &target);
+                struck |= turn_aside(sheet, i, &flight, &surface, handle, false);
                 touch.touched(handle, i);
             }
         }

@@ -69,14 +69,19 @@ pub fn slowed(v: DVec3, amount: f64) -> DVec3 {
     if speed <= amount { DVec3::ZERO } else { v * (1.0 - amount / speed) }
 }
 
+/// When a flight that ends behind `surface` reaches it, as a fraction of the flight: 0 if it began there.
+pub fn arrival(flight: &Flight, surface: &Surface, skin: f64) -> f64 {
+    // In the frame of the surface, which moves with constant velocity over the step.
+    let start = (flight.x0 + surface.velocity * flight.dt - surface.point).dot(surface.normal) - skin;
+    let end = (flight.x1 - surface.point).dot(surface.normal) - skin;
+    if start > 0.0 { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
+}
+
 /// Resolves a flight that ends behind `surface`, keeping the mass `skin` in front of it.
 pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     let Flight { x0, v0, x1, v1, dt, drift } = *flight;
     let n = surface.normal;
-    // In the frame of the surface, which moves with constant velocity over the step.
-    let start = (x0 + surface.velocity * dt - surface.point).dot(n) - skin;
-    let end = (x1 - surface.point).dot(n) - skin;
-    let tau = if start > 0.0 { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 };
+    let tau = arrival(flight, surface, skin);
     let rest = (1.0 - tau) * dt;
     let acceleration = (v1 - v0) / dt;
     let arriving = v1 - surface.velocity - acceleration * rest;

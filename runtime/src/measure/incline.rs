@@ -16,10 +16,16 @@ pub(super) const CASE: Case =
 
 /// A layer that moved further than this has slid, m.
 const MOVED: f64 = 2e-5;
-/// Long enough to tell a slow slide from none, s.
-const DURATION: f64 = 0.2;
-/// Of that, left out while the layers take up their weight, s.
-const START: f64 = 0.08;
+/// Long enough to tell a slow slide from none: this long, s, and this many steps. In the first half single masses may still
+/// slip until all carry their share; the second half tells.
+const DURATION: f64 = 0.12;
+const STEPS: f64 = 1000.0;
+/// Before that the sheet is held by friction while its layers take up their weight: this long, s, and this many steps,
+/// which is what a soft sheet needs.
+const SETTLING: f64 = 0.08;
+const SETTLING_STEPS: f64 = 3000.0;
+/// Friction that holds on any incline: the pair's is the mean of this and the incline's.
+const HOLDING: f64 = 200.0;
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
@@ -36,11 +42,16 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     });
     scene.sheets[0].placement = Placement { position: normal * SKIN, ..tilt };
     let mut runner = Runner::new(setup.world(&scene)?);
-    runner.run(START, |_| true);
+    let settling = SETTLING.max(SETTLING_STEPS * runner.world.dt()).min(10.0);
+    runner.world.sheets_mut()[0].friction = HOLDING;
+    runner.run(settling, |_| true);
+    runner.world.sheets_mut()[0].friction = setup.friction;
     let place = |world: &World| lower_place(&world.sheets()[0], down);
+    let half = 0.5 * DURATION.max(STEPS * runner.world.dt()).min(10.0);
+    runner.run(half, |_| true);
     let (t0, x0) = (runner.world.time(), place(&runner.world));
     let mut line = Line::default();
-    runner.run(DURATION - START, |world| {
+    runner.run(half, |world| {
         let sheet = &world.sheets()[0];
         line.add(world.time() - t0, sheet.momentum().dot(down) / sheet.total_mass());
         true
