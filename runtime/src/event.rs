@@ -15,8 +15,8 @@ pub enum EventKind {
     FirstContact,
     /// A sheet that had touched a body has not done so for a tenth of a second; the time is that of the last touch.
     SlidOff,
-    /// A sheet lay flat on one body for the first time: at least as many masses touched it in one step as 95 % of the bottom
-    /// layer, and that layer was plane to 2 % of the sheet's diagonal.
+    /// A sheet lay flat on one body for the first time: it had left every other, at least as many masses touched it in one step
+    /// as 95 % of the bottom layer has, and that layer was plane to 2 % of the sheet's diagonal.
     Flat,
     /// Every mass was slower than a millimetre a second for half a second; the sheet sleeps.
     AtRest,
@@ -113,6 +113,8 @@ impl Touches {
     /// Turns this step's counts into events.
     pub fn end(&mut self, time: f64, sheet: &Sheet) {
         let layer = sheet.layers.first().map_or(0, |l| l.len());
+        let here = |t: &Touched| t.known && time - t.last <= OFF_AFTER;
+        let alone = self.list.iter().filter(|t| here(t) || t.masses > 0).count() == 1;
         for t in &mut self.list {
             if t.masses > 0 {
                 if !t.known {
@@ -121,7 +123,7 @@ impl Touches {
                 }
                 t.last = time;
                 t.off = false;
-                if !t.flat && f64::from(t.masses) >= FLAT_SHARE * f64::from(layer) && is_flat(sheet) {
+                if !t.flat && alone && f64::from(t.masses) >= FLAT_SHARE * f64::from(layer) && is_flat(sheet) {
                     t.flat = true;
                     self.events.push((time, EventKind::Flat, Some(t.collider)));
                 }

@@ -51,6 +51,9 @@ fn energies(ui: &mut Ui, history: &[EnergySample]) {
     graph(ui, history);
 }
 
+/// Colour of a line, and what it shows.
+type Line = (Color32, fn(&EnergySample) -> f64);
+
 /// The four energies over the last moments; gravity and total from their lowest value up.
 fn graph(ui: &mut Ui, history: &[EnergySample]) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 76.0), Sense::hover());
@@ -59,7 +62,7 @@ fn graph(ui: &mut Ui, history: &[EnergySample]) {
     if history.len() < 2 {
         return;
     }
-    let lines: [(Color32, fn(&EnergySample) -> f64); 4] =
+    let lines: [Line; 4] =
         [(TOTAL, EnergySample::total), (GRAVITY, |e| e.gravity), (ELASTIC, |e| e.elastic), (KINETIC, |e| e.kinetic)];
     // Height has no zero of its own: all lines are drawn on the scale of what changes.
     let lowest = history.iter().map(|e| e.gravity).fold(f64::INFINITY, f64::min);

@@ -130,10 +130,12 @@ mod tests {
         let front = Camera { pitch: 0.4, ..Camera::of(&world) };
         let behind = Camera { yaw: std::f32::consts::PI, ..front };
         let below = Camera { pitch: -1.2, ..front };
-        for camera in [front, behind, below] {
-            let picture = Picture::draw(&world, &camera, &Look::default(), (120, 90));
-            assert!(share(&picture, red) > 0.01, "the sheet is hidden from {camera:?}");
+        let drawn = |camera| Picture::draw(&world, camera, &Look::default(), (120, 90));
+        for camera in [&front, &behind] {
+            assert!(share(&drawn(camera), red) > 0.01, "the sheet is hidden from {camera:?}");
         }
+        let blue = share(&drawn(&below), |[r, _, b]| i32::from(b) - i32::from(r) > 12);
+        assert!(blue > 0.05, "the floor hides the wedge's base from below: {blue}");
     }
 
     #[test]

@@ -11,9 +11,14 @@ const SHADOW_SIZE: usize = 1024;
 /// How far the edge of a shadow is softened to each side, samples of the shadow map a step.
 const SHADOW_REACH: i32 = 3;
 
-const KEY: Vec3 = Vec3::new(2.35, 2.22, 2.05);
-const SKY: Vec3 = Vec3::new(0.50, 0.55, 0.63);
-const GROUND: Vec3 = Vec3::new(0.33, 0.30, 0.27);
+/// Strengths of the lights, linear red, green, blue.
+const KEY: Vec3 = Vec3::new(0.88, 0.83, 0.76);
+const FILL: Vec3 = Vec3::new(0.50, 0.52, 0.54);
+const SKY: Vec3 = Vec3::new(0.36, 0.40, 0.46);
+const GROUND: Vec3 = Vec3::new(0.25, 0.23, 0.21);
+
+/// Where the light comes from that fills the shadows, unit length.
+const FILL_FROM: Vec3 = Vec3::new(-0.414, 0.373, 0.829);
 
 /// The light, with the shadows that the model throws in it.
 pub(super) struct Light {
@@ -54,8 +59,8 @@ impl Light {
         let shade = if lit > 0.0 { lit * self.reaches(point + normal * self.bias) } else { 0.0 };
         let half = (self.towards - direction).normalize_or(Vec3::Y);
         let highlight = gloss * normal.dot(half).max(0.0).powi(48) * shade;
-        let ambient = GROUND.lerp(SKY, 0.5 + 0.5 * normal.y);
-        soften(base * (ambient + KEY * 0.42 * shade) + Vec3::splat(highlight))
+        let ambient = GROUND.lerp(SKY, 0.5 + 0.5 * normal.y) + FILL * normal.dot(FILL_FROM).max(0.0);
+        soften(base * (ambient + KEY * shade) + Vec3::splat(highlight))
     }
 
     /// Share of the key light that reaches a point: the mean over a square of the shadow map.

@@ -23,7 +23,7 @@ use super::scenery::{self, Shown};
 use super::stage::{self, Quality, Scale};
 use super::{Editor, probe, window};
 use crate::cli::Arguments;
-use crate::panels::EditorState;
+use crate::panels::{self, EditorState};
 use crate::picture::{LARGEST, Look, Picture};
 use crate::session::Session;
 
@@ -64,12 +64,12 @@ pub fn screenshot(arguments: &Arguments, scene: &Scene, file: &Path, picture: &P
     Ok(status)
 }
 
-/// Draws the session's world as it is, with the panels if `panels` says so. Needs a graphics driver: ask
+/// Draws the session's world as it is, with the panels if asked for. Needs a graphics driver: ask
 /// [`probe::adapter`] first. `size` in pixels, taken to 16 to [`LARGEST`].
 ///
 /// # Errors
 /// What went wrong, when no picture came back.
-pub fn draw(session: Session, (width, height): (u32, u32), panels: bool) -> Result<Picture, String> {
+pub fn draw(session: Session, (width, height): (u32, u32), with_panels: bool) -> Result<Picture, String> {
     let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
     let mut app = app(session);
     let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
@@ -77,7 +77,7 @@ pub fn draw(session: Session, (width, height): (u32, u32), panels: bool) -> Resu
     let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
     let camera = (stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into()));
     let camera = app.world_mut().spawn(camera).id();
-    if panels {
+    if with_panels {
         app.add_systems(EguiPrimaryContextPass, show_panels);
         app.world_mut().entity_mut(camera).insert(PrimaryEguiContext);
     }
@@ -131,7 +131,9 @@ pub(super) fn add_scene(app: &mut App, quality: Quality) {
 }
 
 fn show_panels(mut contexts: EguiContexts, mut editor: ResMut<Editor>) -> Result {
-    window::draw_panels(contexts.ctx_mut()?, &mut editor);
+    let context = contexts.ctx_mut()?;
+    panels::apply_style(context);
+    window::draw_panels(context, &mut editor);
     Ok(())
 }
 
