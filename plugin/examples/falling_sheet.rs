@@ -15,7 +15,7 @@ fn main() {
     App::new()
         .add_plugins((DefaultPlugins.set(assets), SheetworkPlugins, SheetworkDebugPlugin))
         .insert_resource(ClearColor(Color::srgb(0.80, 0.83, 0.87)))
-        .insert_resource(SheetDebug { springs: false, masses: false, ..default() })
+        .insert_resource(SheetDebug { springs: false, masses: false, full_strain: 0.3, ..default() })
         .add_systems(Startup, setup)
         .add_systems(Update, (keys, look, say))
         .run();

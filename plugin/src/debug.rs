@@ -7,7 +7,7 @@ use sheetwork::sheet::Sheet as SheetInWorld;
 
 use crate::core::{SheetMotion, SheetWorld, SheetworkDisplay};
 
-/// What is drawn of all sheets; the colour of a spring is its strain, blue for pressed, white for at rest, red for drawn out.
+/// What is drawn of all sheets; the colour of a spring is its strain, blue for pressed, white for at rest, yellow for drawn out.
 #[derive(Resource, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Resource, Clone, Debug, Default, PartialEq)]
 pub struct SheetDebug {
@@ -38,7 +38,7 @@ pub struct SheetworkDebugPlugin;
 impl Plugin for SheetworkDebugPlugin {
     fn build(&self, app: &mut App) {
         app.init_resource::<SheetDebug>().register_type::<SheetDebug>();
-        let mut config = GizmoConfig { depth_bias: -0.002, ..default() };
+        let mut config = GizmoConfig { depth_bias: -0.02, ..default() };
         config.line.width = 1.5;
         app.insert_gizmo_config(SheetGizmos, config);
         app.add_systems(PostUpdate, draw.after(SheetworkDisplay).before(TransformSystems::Propagate));
@@ -82,14 +82,14 @@ fn draw_springs(
     }
 }
 
-/// Blue at -1, white at 0, red at 1.
+/// Blue at -1, white at 0, yellow at 1: all three stand out on the sheet's own colour.
 fn strain_colour(s: f32) -> Color {
     let s = s.clamp(-1.0, 1.0);
     let faded = 1.0 - s.abs();
     if s < 0.0 {
-        Color::linear_rgb(faded * 0.8, faded * 0.85, 0.95)
+        Color::linear_rgb(0.9 * faded, 0.9 * faded, 0.95)
     } else {
-        Color::linear_rgb(0.95, faded * 0.85, faded * 0.8)
+        Color::linear_rgb(0.95, 0.7 + 0.2 * faded, 0.9 * faded)
     }
 }
 
@@ -99,7 +99,7 @@ fn draw_masses(gizmos: &mut Gizmos<SheetGizmos>, sheet: &SheetInWorld, at: impl 
     for i in 0..sheet.masses() {
         let Some(p) = at(i) else { continue };
         let touching = sheet.touching().get(i).copied().unwrap_or(false);
-        let colour = if touching { Color::linear_rgb(1.0, 0.75, 0.05) } else { Color::linear_rgb(0.03, 0.03, 0.05) };
+        let colour = if touching { Color::linear_rgb(0.05, 0.9, 0.2) } else { Color::linear_rgb(0.03, 0.03, 0.05) };
         gizmos.cross(Isometry3d::from_translation(p), size, colour);
     }
 }

@@ -35,7 +35,6 @@ pub(super) struct Spawned {
 }
 
 /// Finds roots whose scene is there and not yet spawned, or has changed.
-#[allow(clippy::type_complexity)]
 pub(super) fn spawn_scenes(
     mut commands: Commands,
     roots: Query<(Entity, Ref<SheetSceneRoot>, Has<Spawned>)>,

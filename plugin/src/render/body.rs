@@ -19,7 +19,6 @@ const SMOOTH: f64 = 0.866;
 pub(super) struct Drawn(BodyShape);
 
 /// Gives a mesh and a material to bodies that have none, and a new mesh to those whose shape was changed.
-#[allow(clippy::type_complexity)]
 pub(super) fn dress(
     mut commands: Commands,
     assets: Option<Res<Assets<SheetPolyhedra>>>,

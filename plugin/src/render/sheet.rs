@@ -9,11 +9,15 @@ use bevy::camera::primitives::Aabb;
 use bevy::camera::visibility::NoAutoAabb;
 use bevy::mesh::{Indices, PrimitiveTopology, VertexAttributeValues};
 use bevy::prelude::*;
+use sheetwork::lattice::Layer;
 use sheetwork::sheet::surface::Surface;
 use sheetwork::sheet::{Sheet as SheetInWorld, Vectors};
 
 use super::{Materials, clear_of_bodies};
 use crate::core::{SheetMotion, SheetState, SheetWorld};
+
+/// Vertices above which a sheet is drawn less smooth: they are worked out and sent anew in every frame.
+const MOST_VERTICES: f64 = 10_000.0;
 
 /// Which layer of a sheet is drawn.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,12 +36,14 @@ pub enum SheetLayer {
 pub struct SheetDisplay {
     /// The layer that is drawn.
     pub layer: SheetLayer,
-    /// Spline pieces from one mass to the next, 1 to 16; 1 draws flat triangles between the masses.
+    /// Spline pieces from one mass to the next, 1 to 16; 1 draws flat triangles between the masses. Fewer are drawn of a sheet
+    /// of so many masses that it would have more than some 10 000 vertices.
     pub smoothing: u32,
     /// Whether the sheet is given a material if it has no `MeshMaterial3d<StandardMaterial>`; not wanted for one that is drawn
     /// with a material of another type.
     pub default_material: bool,
     /// Whether the drawn surface is kept out of the world's own bodies, where it would cut across an edge between two masses.
+    /// It costs about a microsecond a vertex in a frame in which the sheet touches something and moves.
     pub clear_of_bodies: bool,
 }
 
@@ -64,7 +70,6 @@ pub(super) struct Drawn {
 }
 
 /// Gives a mesh and a material to sheets that have none, and a new mesh to those whose topology is to be another.
-#[allow(clippy::type_complexity)]
 pub(super) fn dress(
     mut commands: Commands,
     world: Res<SheetWorld>,
@@ -92,7 +97,8 @@ pub(super) fn dress(
         // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
         let reach = 4.0 * spring;
         // Enough for a triangle to clear a square edge, but not more than the sheet is thick.
-        let skin = (0.7 * spring / display.smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
+        let drawn_cell = spring / sheet.layers.first().map_or(1, |l| pieces(l, display.smoothing)) as f32;
+        let skin = (0.7 * drawn_cell).min(sheet.material().thickness as f32);
         let made = sheet_mesh(&surface, motion.positions());
         let triangles = triangles_of(&made);
         // The same handle, if there is one: others may hold it.
@@ -118,7 +124,14 @@ fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<Surface> {
         SheetLayer::Top => sheet.layers.last(),
         SheetLayer::Bottom => sheet.layers.first(),
     };
-    layer.map(|layer| Surface::new(layer, &sheet.uv, display.smoothing))
+    layer.map(|layer| Surface::new(layer, &sheet.uv, pieces(layer, display.smoothing)))
+}
+
+/// Spline pieces a cell of a layer is drawn with.
+fn pieces(layer: &Layer, wanted: u32) -> u32 {
+    let cells = f64::from(layer.nx.saturating_sub(1)) * f64::from(layer.nz.saturating_sub(1));
+    let most = (MOST_VERTICES / cells.max(1.0)).sqrt() as u32;
+    wanted.clamp(1, 16).min(most.max(1))
 }
 
 /// A mesh of the surface with the masses at `x`, world space, m.
