@@ -6,6 +6,7 @@
 
 use std::time::Duration;
 
+use bevy::light::CascadeShadowConfigBuilder;
 use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 
@@ -23,11 +24,25 @@ fn main() {
 fn setup(mut commands: Commands, server: Res<AssetServer>) {
     let name = std::env::args().nth(1).unwrap_or_else(|| "wedge".into());
     commands.spawn(SheetSceneRoot(server.load(format!("scenes/{name}.ron"))));
+    // The thesis's scenes are centimetres large: shadows and the near plane have to be finer than usual.
+    let shadows = CascadeShadowConfigBuilder {
+        num_cascades: 2,
+        minimum_distance: 0.01,
+        first_cascade_far_bound: 0.12,
+        maximum_distance: 0.4,
+        ..default()
+    };
     commands.spawn((
-        DirectionalLight { illuminance: 9_000.0, shadow_maps_enabled: true, ..default() },
+        DirectionalLight {
+            illuminance: 8_000.0,
+            shadow_maps_enabled: true,
+            shadow_depth_bias: 0.0004,
+            shadow_normal_bias: 1.2,
+            ..default()
+        },
+        shadows.build(),
         Transform::from_xyz(0.4, 1.0, 0.7).looking_at(Vec3::ZERO, Vec3::Y),
     ));
-    // The thesis's scenes are centimetres large: the near plane has to be nearer than usual.
     let near = Projection::Perspective(PerspectiveProjection { near: 0.002, ..default() });
     let ambient = AmbientLight { brightness: 500.0, ..default() };
     commands.spawn((

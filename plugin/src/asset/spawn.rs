@@ -142,9 +142,9 @@ fn spawn(
         place_sheet(&mut spec, outer);
         // Its placement is in the entity's transform from now on.
         let component = Sheet::from(SheetSpec { placement: Placement::default(), ..spec.clone() });
-        let motion = sync::insert_sheet(sheets, &spec, &component)?;
+        let (motion, state) = sync::insert_sheet(sheets, &spec, &component)?;
         let name = Name::new(motion.name().to_owned());
-        children.push(world.spawn((component, motion, local, name, ChildOf(root))).id());
+        children.push(world.spawn((component, motion, state, local, name, ChildOf(root))).id());
     }
     Ok(())
 }

@@ -57,7 +57,7 @@ impl Plugin for SheetworkCorePlugin {
         app.add_message::<SheetEvent>();
         app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
         app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
-        app.add_systems(First, clock::begin_frame);
+        app.add_systems(First, clock::begin_frame.after(bevy::time::TimeSystems));
         app.add_systems(
             FixedUpdate,
             (

@@ -7,7 +7,7 @@ use sheetwork::InputError;
 use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
 
 use super::world::Move;
-use super::{BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetWorld, placement};
+use super::{BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetState, SheetWorld, placement};
 use crate::asset::SheetPolyhedra;
 
 /// On a sheet or body that was refused, so that it is tried again only when its description changes.
@@ -43,8 +43,8 @@ pub(super) fn sync_sheets(
         }
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         match add_sheet(&mut world, &clock, &sheet, name, &there) {
-            Ok(motion) => {
-                commands.entity(entity).try_insert(motion).try_remove::<Refused>();
+            Ok(built) => {
+                commands.entity(entity).try_insert(built).try_remove::<Refused>();
             }
             Err(problem) => {
                 error!("sheet {entity} is left out: {problem}");
@@ -60,18 +60,18 @@ fn add_sheet(
     sheet: &Sheet,
     name: Option<&Name>,
     there: &GlobalTransform,
-) -> Result<SheetMotion, InputError> {
+) -> Result<(SheetMotion, SheetState), InputError> {
     let mut spec = sheet.scaled(there.scale());
     let inner = placement::pose_of_placement(&spec.placement);
     spec.placement = placement::placement_of(placement::compose(placement::pose_of(there), inner));
     if let (true, Some(name)) = (spec.name.is_empty(), name) {
         spec.name = name.as_str().to_owned();
     }
-    let motion = insert_sheet(world, &spec, sheet)?;
+    let built = insert_sheet(world, &spec, sheet)?;
     if clock.auto_step {
-        shorten_step(world, motion.name());
+        shorten_step(world, built.0.name());
     }
-    Ok(motion)
+    Ok(built)
 }
 
 /// Puts a sheet into the world where its description says, its paths starting now.
@@ -79,15 +79,14 @@ pub(crate) fn insert_sheet(
     world: &mut SheetWorld,
     spec: &SheetSpec,
     built_from: &Sheet,
-) -> Result<SheetMotion, InputError> {
+) -> Result<(SheetMotion, SheetState), InputError> {
     let mut spec = spec.clone();
     for pin in &mut spec.pins {
         delay(&mut pin.path, world.time());
     }
     let name = world.add_sheet(&spec)?;
-    let generation = world.generation();
-    let x = world.sheet(&name).map(|s| s.x.clone()).unwrap_or_default();
-    Ok(SheetMotion::new(name, generation, built_from.clone(), world.time(), &x))
+    let (x, state) = world.sheet(&name).map(|s| (s.x.clone(), SheetState::of(s))).unwrap_or_default();
+    Ok((SheetMotion::new(name, world.generation(), built_from.clone(), world.time(), &x), state))
 }
 
 /// Paths are in the world's time; those of what comes in later start then.

@@ -69,8 +69,8 @@ impl Materials {
             reflectance: 0.5,
             double_sided: true,
             cull_mode: None,
-            // A sheet that lies on a body is in its surface: it wins.
-            depth_bias: 40.0,
+            // A sheet that lies on a body is in its surface, and drawn before it: by some 0.1 % of its distance.
+            depth_bias: 10_000.0,
             ..default()
         };
         self.sheet.get_or_insert_with(|| assets.add(make())).clone()
