@@ -12,8 +12,10 @@ use glam::DVec3;
 
 use crate::sheet::Vectors;
 
-/// Fraction of a missing height that is given back per step.
-const RECOVERY: f64 = 0.2;
+/// Fraction of a missing height that is given back per step, and the most heights that are given back per second: a mass
+/// that was pushed far through its cell must not be shot back.
+const RECOVERY: f64 = 0.6;
+const FASTEST: f64 = 30.0;
 
 /// A mass and the corners of the cell it stands on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,9 +24,13 @@ struct Cell {
     /// Corners; a triangle's fourth is its third again.
     base: [u32; 4],
     square: bool,
-    /// C at rest, m³.
+    /// C at rest, m³, and the length of N, m².
     rest: f64,
+    area: f64,
 }
+
+/// A cell shrunk to less than this fraction of its area has no side to speak of, and hardly a gradient to push along.
+const COLLAPSED: f64 = 0.3;
 
 /// The limit of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,8 +54,9 @@ impl ThicknessLimit {
             [a, b, d, c] => [*a, *b, *c, *d],
             _ => return,
         };
-        let mut cell = Cell { apex, base, square: corners.len() == 4, rest: 0.0 };
-        cell.rest = cell.volume(x[apex as usize], base.map(|i| x[i as usize])).0;
+        let mut cell = Cell { apex, base, square: corners.len() == 4, rest: 0.0, area: 0.0 };
+        let (volume, normal) = cell.volume(x[apex as usize], base.map(|i| x[i as usize]));
+        (cell.rest, cell.area) = (volume, normal.length());
         // A sheet read from a file may lie collapsed: there is no height to keep then.
         if cell.rest != 0.0 {
             self.cells.push(cell);
@@ -102,13 +109,17 @@ impl Cell {
         let base = self.base.map(|i| i as usize);
         let (place, corners) = (x.get(apex), base.map(|i| x.get(i)));
         let (volume, normal) = self.volume(place, corners);
+        if normal.length() < COLLAPSED * self.area {
+            return;
+        }
         // Of the sign it has at rest, whichever way the cell is numbered.
         let missing = (keep * self.rest - volume) * self.rest.signum();
         let gradients = self.gradients(place, corners, normal);
         let all = [(apex, normal), (base[0], gradients[0]), (base[1], gradients[1]), (base[2], gradients[2])];
         let all = all.into_iter().chain([(base[3], gradients[3])]);
         let rate = all.clone().map(|(i, g)| g.dot(v.get(i))).sum::<f64>() * self.rest.signum();
-        let wanted = if missing > 0.0 { RECOVERY * missing / dt } else { missing / dt };
+        let wanted =
+            if missing > 0.0 { (RECOVERY * missing / dt).min(FASTEST * self.rest.abs()) } else { missing / dt };
         if rate >= wanted {
             return;
         }
