@@ -34,17 +34,17 @@ fn setup(mut commands: Commands, server: Res<AssetServer>) {
     };
     commands.spawn((
         DirectionalLight {
-            illuminance: 8_000.0,
+            illuminance: 6_500.0,
             shadow_maps_enabled: true,
             shadow_depth_bias: 0.0004,
             shadow_normal_bias: 1.2,
             ..default()
         },
         shadows.build(),
-        Transform::from_xyz(0.4, 1.0, 0.7).looking_at(Vec3::ZERO, Vec3::Y),
+        Transform::from_xyz(0.5, 1.0, 0.25).looking_at(Vec3::ZERO, Vec3::Y),
     ));
     let near = Projection::Perspective(PerspectiveProjection { near: 0.002, ..default() });
-    let ambient = AmbientLight { brightness: 500.0, ..default() };
+    let ambient = AmbientLight { brightness: 320.0, ..default() };
     commands.spawn((
         Camera3d::default(),
         near,

@@ -76,7 +76,7 @@ fn layer_and_smoothing_can_be_changed_while_it_runs() {
     let mut app = app();
     let sheet = app.world_mut().spawn(Sheet::default()).id();
     run(&mut app, 0.1);
-    assert_eq!(positions(&app, sheet).len(), (9 * 3 + 1) * (9 * 3 + 1), "the upper layer, three pieces a cell");
+    assert_eq!(positions(&app, sheet).len(), (9 * 4 + 1) * (9 * 4 + 1), "the upper layer, four pieces a cell");
     *app.world_mut().get_mut::<SheetDisplay>(sheet).expect("required") =
         SheetDisplay { layer: SheetLayer::Bottom, smoothing: 1, ..default() };
     run(&mut app, 0.1);

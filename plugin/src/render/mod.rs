@@ -1,9 +1,10 @@
 //! What is seen: meshes and materials for sheets, bodies and the room.
 //!
-//! `sheet` keeps a sheet's mesh where its masses are, `body` makes meshes of rigid bodies, `room` draws floor and back wall
+//! `sheet` keeps a sheet's mesh where its masses are and `clear` keeps it out of bodies, `body` makes meshes of rigid bodies, `room` draws floor and back wall
 //! with `grid`, the picture of their squares.
 
 mod body;
+mod clear;
 mod grid;
 mod room;
 mod sheet;
@@ -14,6 +15,7 @@ use bevy::prelude::*;
 use bevy::transform::TransformSystems;
 
 pub use body::polyhedra_mesh;
+pub use clear::clear_of_bodies;
 pub use grid::grid_picture;
 pub use room::{SheetRoom, room_mesh};
 pub use sheet::{SheetDisplay, SheetLayer, sheet_mesh, update_sheet_mesh};
@@ -64,7 +66,7 @@ impl Materials {
     /// A saturated plastic, seen from both sides.
     fn sheet(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
         let make = || StandardMaterial {
-            base_color: Color::srgb(0.93, 0.22, 0.07),
+            base_color: Color::srgb(0.86, 0.13, 0.03),
             perceptual_roughness: 0.38,
             reflectance: 0.5,
             double_sided: true,

@@ -12,8 +12,8 @@ use bevy::prelude::*;
 use sheetwork::sheet::surface::Surface;
 use sheetwork::sheet::{Sheet as SheetInWorld, Vectors};
 
-use super::Materials;
-use crate::core::{SheetMotion, SheetWorld};
+use super::{Materials, clear_of_bodies};
+use crate::core::{SheetMotion, SheetState, SheetWorld};
 
 /// Which layer of a sheet is drawn.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,11 +37,13 @@ pub struct SheetDisplay {
     /// Whether the sheet is given a material if it has no `MeshMaterial3d<StandardMaterial>`; not wanted for one that is drawn
     /// with a material of another type.
     pub default_material: bool,
+    /// Whether the drawn surface is kept out of the world's own bodies, where it would cut across an edge between two masses.
+    pub clear_of_bodies: bool,
 }
 
 impl Default for SheetDisplay {
     fn default() -> Self {
-        Self { layer: SheetLayer::Top, smoothing: 3, default_material: true }
+        Self { layer: SheetLayer::Top, smoothing: 4, default_material: true, clear_of_bodies: true }
     }
 }
 
@@ -49,9 +51,14 @@ impl Default for SheetDisplay {
 #[derive(Component)]
 pub(super) struct Drawn {
     surface: Surface,
+    triangles: Vec<[u32; 3]>,
     layer: SheetLayer,
     smoothing: u32,
     masses: usize,
+    /// How deep the drawn surface may be inside a body, m.
+    reach: f32,
+    /// How far outside of a body it is kept, m.
+    skin: f32,
     /// Revision of the motion, time, and transform of the picture in the mesh.
     at: Option<(u64, f64, GlobalTransform)>,
 }
@@ -79,8 +86,15 @@ pub(super) fn dress(
         if drawn.is_some_and(fits) {
             continue;
         }
-        let Some(surface) = world.sheet(motion.name()).and_then(|s| surface_of(s, display)) else { continue };
+        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        let Some(surface) = surface_of(sheet, display) else { continue };
+        let spring = sheet.springs().rest.iter().copied().fold(0.0, f64::max) as f32;
+        // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
+        let reach = 4.0 * spring;
+        // Enough for a triangle to clear a square edge, but not more than the sheet is thick.
+        let skin = (0.7 * spring / display.smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
         let made = sheet_mesh(&surface, motion.positions());
+        let triangles = triangles_of(&made);
         // The same handle, if there is one: others may hold it.
         let kept = mesh.filter(|m| drawn.is_some() && meshes.contains(&m.0));
         let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.clone()).is_ok());
@@ -89,7 +103,7 @@ pub(super) fn dress(
         }
         let (layer, smoothing) = (display.layer, display.smoothing);
         commands.entity(entity).try_insert((
-            Drawn { surface, layer, smoothing, masses, at: None },
+            Drawn { surface, triangles, layer, smoothing, masses, reach, skin, at: None },
             NoAutoAabb,
             Aabb::default(),
         ));
@@ -117,14 +131,23 @@ pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
         .with_inserted_indices(Indices::U32(made.indices.into_iter().flatten().collect()))
 }
 
+fn triangles_of(mesh: &Mesh) -> Vec<[u32; 3]> {
+    let Some(Indices::U32(indices)) = mesh.indices() else { return Vec::new() };
+    indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()
+}
+
 /// Writes the present shape into the mesh of every sheet that is seen and has moved.
 pub(super) fn update(
     world: Res<SheetWorld>,
     mut meshes: ResMut<Assets<Mesh>>,
-    mut sheets: Query<(&SheetMotion, &Mesh3d, &mut Drawn, &mut Aabb, &GlobalTransform, &InheritedVisibility)>,
+    mut sheets: Query<(
+        (&SheetMotion, &SheetState, &SheetDisplay, &GlobalTransform, &InheritedVisibility),
+        (&Mesh3d, &mut Drawn, &mut Aabb),
+    )>,
 ) {
     let time = world.shown_time();
-    for (motion, handle, mut drawn, mut bounds, there, visible) in &mut sheets {
+    let bodies = world.rigid().map(|rigid| rigid.view());
+    for ((motion, state, display, there, visible), (handle, mut drawn, mut bounds)) in &mut sheets {
         // What stands still looks the same at every time.
         let now = (motion.revision(), if motion.is_moving() { time } else { 0.0 }, *there);
         if !visible.get() || drawn.at == Some(now) || drawn.masses != motion.positions().len() {
@@ -134,6 +157,9 @@ pub(super) fn update(
         let (before, after, s) = motion.around(time);
         let written = update_sheet_mesh(&mut mesh, |positions, normals| {
             drawn.surface.update(before, after, s, positions, normals);
+            if let Some(bodies) = bodies.as_ref().filter(|_| display.clear_of_bodies && state.contacts > 0) {
+                clear_of_bodies(bodies, &drawn.triangles, drawn.reach, drawn.skin, positions, normals);
+            }
             to_local(there, positions, normals);
             if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
                 *bounds = new;
