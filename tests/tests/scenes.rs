@@ -65,7 +65,7 @@ fn the_sheet_falls_on_the_wedge_and_comes_to_rest_bent_over_it() {
 
 #[test]
 fn no_sheet_lets_its_layers_fall_together() {
-    for name in ["wedge", "cube", "hemisphere", "two_walls", "slide_17"] {
+    for name in ["wedge", "two_walls", "slide_11", "slide_17"] {
         let (world, _) = played(name);
         let kept = world.sheets()[0].squeezed_to().expect("two layers");
         assert!(kept > 0.35, "{name}: {kept} of the thickness is left");

@@ -88,11 +88,7 @@ pub(super) fn dress(
         }
         let Some(sheet) = world.sheet(motion.name()) else { continue };
         let Some(surface) = surface_of(sheet, display) else { continue };
-        let spring = sheet.springs().rest.iter().copied().fold(0.0, f64::max) as f32;
-        // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
-        let reach = 4.0 * spring;
-        // Enough for a triangle to clear a square edge, but not more than the sheet is thick.
-        let skin = (0.7 * spring / display.smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
+        let (reach, skin) = clearing(sheet, display.smoothing);
         let made = sheet_mesh(&surface, motion.positions());
         let triangles = triangles_of(&made);
         // The same handle, if there is one: others may hold it.
@@ -131,7 +127,19 @@ pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
         .with_inserted_indices(Indices::U32(made.indices.into_iter().flatten().collect()))
 }
 
-fn triangles_of(mesh: &Mesh) -> Vec<[u32; 3]> {
+/// How deep in a body the drawn surface of `sheet` may be, and how far above bodies it is drawn, m, for
+/// [`clear_of_bodies`]; `smoothing` as in [`SheetDisplay`].
+pub fn clearing(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
+    let spring = sheet.springs().rest.iter().copied().fold(0.0, f64::max) as f32;
+    // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
+    let reach = 4.0 * spring;
+    // Enough for a triangle to clear a square edge, but not more than the sheet is thick.
+    let skin = (0.7 * spring / smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
+    (reach, skin)
+}
+
+/// The triangles of a mesh that [`sheet_mesh`] made.
+pub fn triangles_of(mesh: &Mesh) -> Vec<[u32; 3]> {
     let Some(Indices::U32(indices)) = mesh.indices() else { return Vec::new() };
     indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()
 }
