@@ -32,14 +32,12 @@ pub(super) fn sync_sheets(
         if !stale {
             continue;
         }
-        if let Some(mut motion) = motion {
-            if motion.generation() == world.generation() {
-                if change_in_place(&mut world, &motion, &sheet) {
-                    motion.set_built_from(&sheet);
-                    continue;
-                }
-                world.remove_sheet(motion.name());
+        if let Some(mut motion) = motion.filter(|m| m.generation() == world.generation()) {
+            if change_in_place(&mut world, &motion, &sheet) {
+                motion.set_built_from(&sheet);
+                continue;
             }
+            world.remove_sheet(motion.name());
         }
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         match add_sheet(&mut world, &clock, &sheet, name, &there) {
