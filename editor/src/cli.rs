@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
+use crate::panels::Display;
+use crate::picture::Layer;
 use crate::{headless, scenes, shell};
 
 /// Watch stiff thin sheets fall, bend and slide, and change them while they do.
@@ -18,6 +20,9 @@ use crate::{headless, scenes, shell};
 pub struct Arguments {
     /// Scene file, or the name of one in assets/scenes; the wedge when left out.
     pub scene: Option<PathBuf>,
+    /// Override a field of the scene, as in `--set sheets.0.material.young=900`; may be given again.
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
     /// Render one frame offscreen to this PNG file and end.
     #[arg(long, value_name = "FILE")]
     pub screenshot: Option<PathBuf>,
@@ -30,6 +35,9 @@ pub struct Arguments {
     /// Have the panels in the screenshot too.
     #[arg(long, requires = "screenshot")]
     pub with_ui: bool,
+    /// What of the sheets to draw besides the usual, in window and screenshot.
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
+    pub show: Vec<Show>,
     /// Run without a window: print the report, write a picture and a recording to sheetwork-out/.
     #[arg(long, conflicts_with = "screenshot")]
     pub headless: bool,
@@ -39,6 +47,21 @@ pub struct Arguments {
     /// Close the window so many frames after the scene was seen, and say when that was.
     #[arg(long, value_name = "N", hide = true)]
     pub frames: Option<u32>,
+}
+
+/// Something that can be drawn of the sheets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Show {
+    /// The springs, coloured by their strain.
+    Springs,
+    /// The masses.
+    Masses,
+    /// The bottom layer's surface in place of the top one's.
+    Bottom,
+    /// The surface flat between the masses.
+    Flat,
+    /// No surface.
+    Bare,
 }
 
 /// Reads `1280x720`.
@@ -54,6 +77,19 @@ impl Arguments {
     pub fn scene_file(&self) -> PathBuf {
         let name = self.scene.clone().unwrap_or_else(|| scenes::FIRST_SCENE.into());
         scenes::find(&name)
+    }
+
+    /// What is drawn at first.
+    pub fn display(&self) -> Display {
+        let asked = |what| self.show.contains(&what);
+        Display {
+            surface: !asked(Show::Bare),
+            layer: if asked(Show::Bottom) { Layer::Bottom } else { Layer::Top },
+            smooth: !asked(Show::Flat),
+            springs: asked(Show::Springs),
+            masses: asked(Show::Masses),
+            ..Display::default()
+        }
     }
 
     /// Does what the command line asks.
@@ -74,7 +110,13 @@ impl Arguments {
             }
         }
         let file = self.scene_file();
-        let scene = Scene::load(&file)?;
+        let mut scene = Scene::load(&file)?;
+        for assignment in &self.set {
+            let (path, value) = assignment
+                .split_once('=')
+                .ok_or_else(|| InputError::new("--set", format!("\"{assignment}\" is not PATH=VALUE")))?;
+            scene = scene.with_override(path.trim(), value)?;
+        }
         if let Some(picture) = &self.screenshot {
             return shell::offscreen::screenshot(self, &scene, &file, picture);
         }
@@ -86,7 +128,7 @@ impl Arguments {
             eprintln!("Running \"{}\" headless instead.", scene.name);
             return headless::run(&scene, self.seconds, self.size);
         }
-        match shell::window::run(self, &file) {
+        match shell::window::run(self, &scene, &file) {
             Ok(code) => Ok(code),
             Err(reason) => {
                 eprintln!("The window could not be opened: {reason}.");
@@ -106,6 +148,8 @@ mod tests {
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
         let parse = |line: &str| Arguments::try_parse_from(line.split(' '));
+        let display = parse("x --show springs,masses --show flat").expect("valid").display();
+        assert!(display.springs && display.masses && display.surface && !display.smooth);
         let shot = parse("x wedge --screenshot a.png --at 1.5 --size 640x360").expect("valid");
         assert_eq!((shot.size, shot.at), (Some((640, 360)), Some(1.5)));
         assert!(parse("x --at 1").is_err(), "--at without --screenshot");
@@ -120,6 +164,10 @@ mod tests {
         let refused = |a: Arguments| a.try_run().expect_err("refused").to_string();
         let nan = Arguments { headless: true, seconds: Some(f64::NAN), ..Arguments::default() };
         assert!(refused(nan).contains("--seconds"));
+        let wedge = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scenes/wedge.ron");
+        let set = |s: &str| Arguments { scene: Some(wedge.into()), set: vec![s.into()], ..Arguments::default() };
+        assert!(refused(set("gravity")).contains("PATH=VALUE"));
+        assert!(refused(set("sheets.0.damping=-1")).contains("0 to 10"));
         let missing = Arguments { scene: Some("no-such-scene".into()), ..Arguments::default() };
         assert!(refused(missing).contains("no-such-scene"));
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 /// Scene that a plain start opens.
-pub const FIRST_SCENE: &str = "wedge.ron";
+pub const FIRST_SCENE: &str = "wedge_stiff.ron";
 
 /// The folder `assets/scenes`: below the current folder or one above it, below the folder of the executable or one above
 /// it, or where the program was built. `None` when there is none.

@@ -118,9 +118,12 @@ impl Session {
     /// # Errors
     /// When the file cannot be read or the scene is not valid.
     pub fn open(file: &Path) -> Result<Self, InputError> {
-        let mut session = Self::new(&Scene::load(file)?)?;
-        session.file = Some(file.to_path_buf());
-        Ok(session)
+        Ok(Self::new(&Scene::load(file)?)?.read_from(file))
+    }
+
+    /// The session, remembering the file its scene came from: [`Session::reload`] reads it again.
+    pub fn read_from(self, file: &Path) -> Self {
+        Self { file: Some(file.to_path_buf()), ..self }
     }
 
     /// Replaces the world by the scene in `file`; keeps speed and whether it plays. When the file is refused the old

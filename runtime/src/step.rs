@@ -1,6 +1,6 @@
 //! One step of a sheet: the order in which things happen.
 //!
-//! lead the pins → engine (forces) → flexion limit → guard → contact → (again, where the engine took less than the step)
+//! lead the pins → engine (forces) → flexion limit → guard → contact → thickness limit → (again, where the engine took less than the step)
 //! → put the pins in place → still enough to sleep?
 //!
 //! What a scene does not use is not called: no pins, no limit, no bodies. Nothing here allocates once the first step has
@@ -106,6 +106,9 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
     if let Some(view) = stage.view {
         let remaining = (stage.dt - done - taken).max(0.0);
         contact(sheet, view, taken, remaining, &mut Recorder { touches, view });
+    }
+    if let Some(limit) = &sheet.thickness_limit {
+        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, &sheet.work.touching, taken);
     }
     taken
 }

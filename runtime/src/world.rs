@@ -51,7 +51,7 @@ impl World {
         Self::build(scene, Some(rigid))
     }
 
-    /// A world without bodies of its own: the sheets meet what is lent to [`World::step_with`]. The scene's bodies and room
+    /// A world without bodies of its own: the sheets meet what is lent to [`World::advance_with`]. The scene's bodies and room
     /// are not built.
     ///
     /// # Errors

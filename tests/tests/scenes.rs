@@ -64,6 +64,15 @@ fn the_sheet_falls_on_the_wedge_and_comes_to_rest_bent_over_it() {
 }
 
 #[test]
+fn no_sheet_lets_its_layers_fall_together() {
+    for name in ["wedge", "two_walls", "slide_11", "slide_17"] {
+        let (world, _) = played(name);
+        let kept = world.sheets()[0].squeezed_to().expect("two layers");
+        assert!(kept > 0.35, "{name}: {kept} of the thickness is left");
+    }
+}
+
+#[test]
 fn the_sheet_slides_over_two_bodies_with_four_timed_events() {
     // Thesis tables 5.2 and 5.3: first contact, second contact, slid off, flat on the floor.
     for name in ["slide_8", "slide_11", "slide_14", "slide_17"] {

@@ -23,7 +23,7 @@ use super::scenery::{self, Shown};
 use super::stage::{self, Quality, Scale};
 use super::{Editor, probe, window};
 use crate::cli::Arguments;
-use crate::panels::{self, EditorState};
+use crate::panels::{self, Display, EditorState};
 use crate::picture::{LARGEST, Look, Picture};
 use crate::session::Session;
 
@@ -31,7 +31,7 @@ use crate::session::Session;
 pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
 /// Frames before the picture is taken: lights, shadows and textures take a few to arrive.
-const WARM_UP: u32 = 4;
+const WARM_UP: u32 = 2;
 
 /// How long a picture may take.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -51,7 +51,7 @@ pub fn screenshot(arguments: &Arguments, scene: &Scene, file: &Path, picture: &P
     let drawn = match probe::adapter() {
         Ok(adapter) => {
             eprintln!("Drawing {} with {}.", file.display(), adapter.name);
-            draw(session, size, arguments.with_ui)
+            draw(session, size, arguments.display(), arguments.with_ui)
         }
         Err(reason) => {
             eprintln!("Drawing {} with the built-in rasteriser: {reason}.", file.display());
@@ -64,14 +64,31 @@ pub fn screenshot(arguments: &Arguments, scene: &Scene, file: &Path, picture: &P
     Ok(status)
 }
 
-/// Draws the session's world as it is, with the panels if asked for. Needs a graphics driver: ask
+/// Draws what `display` says of the session's world as it is, with the panels if asked for. Needs a graphics driver: ask
 /// [`probe::adapter`] first. `size` in pixels, taken to 16 to [`LARGEST`].
 ///
 /// # Errors
 /// What went wrong, when no picture came back.
-pub fn draw(session: Session, (width, height): (u32, u32), with_panels: bool) -> Result<Picture, String> {
+pub fn draw(
+    session: Session,
+    (width, height): (u32, u32),
+    display: Display,
+    with_panels: bool,
+) -> Result<Picture, String> {
     let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
-    let mut app = app(session);
+    // Drawn larger and averaged, lines and highlights come out finer. The panels would come out smaller.
+    let finer = if with_panels || width.max(height) > LARGEST / 2 { 1 } else { 2 };
+    let picture = draw_at(session, (finer * width, finer * height), display, with_panels)?;
+    Ok(if finer == 2 { picture.halved() } else { picture })
+}
+
+fn draw_at(
+    session: Session,
+    (width, height): (u32, u32),
+    display: Display,
+    with_panels: bool,
+) -> Result<Picture, String> {
+    let mut app = app(session, display);
     let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
     image.texture_descriptor.usage |= bevy::render::render_resource::TextureUsages::COPY_SRC;
     let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
@@ -100,7 +117,7 @@ pub fn draw(session: Session, (width, height): (u32, u32), with_panels: bool) ->
 }
 
 /// An app without a window that is driven frame by frame.
-fn app(session: Session) -> App {
+fn app(session: Session, display: Display) -> App {
     let mut app = App::new();
     let plugins = DefaultPlugins
         .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
@@ -110,7 +127,7 @@ fn app(session: Session) -> App {
         .disable::<PipelinedRenderingPlugin>();
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
-    let state = EditorState::new(&session);
+    let state = EditorState { display, ..EditorState::new(&session) };
     app.insert_resource(Editor { session, state });
     add_scene(&mut app, Quality::BEST);
     while app.plugins_state() == PluginsState::Adding {

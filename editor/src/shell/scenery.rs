@@ -3,7 +3,10 @@
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
-use bevy_sheetwork::render::{SheetRoom, grid_picture, polyhedra_mesh, room_mesh, sheet_mesh, update_sheet_mesh};
+use bevy_sheetwork::render::{
+    SheetRoom, clear_of_bodies, clearing, grid_picture, polyhedra_mesh, room_mesh, sheet_mesh, triangles_of,
+    update_sheet_mesh,
+};
 use sheetwork::scene::Shape;
 use sheetwork::sheet::surface::Surface;
 
@@ -33,6 +36,9 @@ pub struct BodyPart(usize);
 pub struct SheetPart {
     index: usize,
     surface: Surface,
+    /// Its triangles, and how deep and how near to bodies it may come: what keeps it drawn out of them.
+    triangles: Vec<[u32; 3]>,
+    clearing: (f32, f32),
     layer: Layer,
     smooth: bool,
 }
@@ -153,9 +159,11 @@ fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetP
         Layer::Top => sheet.layers.last(),
         Layer::Bottom => sheet.layers.first(),
     }?;
-    let surface = Surface::new(layer, &sheet.uv, if display.smooth { SMOOTH_PARTS } else { 1 });
+    let parts = if display.smooth { SMOOTH_PARTS } else { 1 };
+    let surface = Surface::new(layer, &sheet.uv, parts);
     let mesh = sheet_mesh(&surface, &sheet.x);
-    Some((SheetPart { index, surface, layer: display.layer, smooth: display.smooth }, mesh))
+    let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
+    Some((SheetPart { index, surface, triangles, clearing, layer: display.layer, smooth: display.smooth }, mesh))
 }
 
 /// Shows or hides parts as the display asks.
@@ -212,6 +220,12 @@ pub fn animate(
         let alpha = session.alpha() as f32;
         update_sheet_mesh(&mut mesh, |positions, normals| {
             part.surface.update(before, &sheet.x, alpha, positions, normals);
+            // A sheet that sleeps touches what it touched when it was last stepped.
+            let bodies = session.world().rigid().filter(|_| sheet.touching().contains(&true));
+            if let Some(view) = bodies.map(|rigid| rigid.view()) {
+                let (reach, skin) = part.clearing;
+                clear_of_bodies(&view, &part.triangles, reach, skin, positions, normals);
+            }
         });
     }
 }

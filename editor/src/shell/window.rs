@@ -17,6 +17,7 @@ use bevy::window::{PrimaryWindow, WindowResolution};
 use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_egui::egui::{self, UiBuilder};
 use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+use sheetwork::scene::Scene;
 
 use super::stage::{self, Quality, SceneCamera};
 use super::{Editor, offscreen, probe};
@@ -44,14 +45,14 @@ struct Watch {
     begun: bool,
 }
 
-/// Opens the window on the scene in `file` and stays until it is closed.
+/// Opens the window on `scene`, which came from `file`, and stays until it is closed.
 ///
 /// # Errors
 /// Why no window could be opened, as part of a sentence.
-pub fn run(arguments: &Arguments, file: &Path) -> Result<ExitCode, String> {
+pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode, String> {
     let start = Instant::now();
     let adapter = probe::adapter()?;
-    let session = Session::open(file).map_err(|e| e.to_string())?;
+    let session = Session::new(scene).map_err(|e| e.to_string())?.read_from(file);
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         // Bevy panics when the system gives it no window; that is answered by a headless run, not by a backtrace.
@@ -60,7 +61,7 @@ pub fn run(arguments: &Arguments, file: &Path) -> Result<ExitCode, String> {
         }
     }));
     let watch = Watch { start, frames: arguments.frames, seen: 0, begun: false };
-    let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments.size, watch).run()));
+    let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments, watch).run()));
     match result {
         Ok(AppExit::Success) => Ok(ExitCode::SUCCESS),
         Ok(AppExit::Error(code)) if SHOWN.load(Ordering::Relaxed) => Ok(ExitCode::from(code.get())),
@@ -69,10 +70,10 @@ pub fn run(arguments: &Arguments, file: &Path) -> Result<ExitCode, String> {
     }
 }
 
-fn app(session: Session, adapter: &probe::Adapter, size: Option<(u32, u32)>, watch: Watch) -> App {
+fn app(session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: Watch) -> App {
     // Drawn by the processor, a large window would be too slow to turn by mouse.
     let usual = if adapter.software { (1100, 700) } else { (1480, 900) };
-    let (width, height) = size.unwrap_or(usual);
+    let (width, height) = arguments.size.unwrap_or(usual);
     let window = Window {
         title: format!("{} - Sheetwork", session.world().scene().name),
         resolution: WindowResolution::new(width, height),
@@ -87,6 +88,7 @@ fn app(session: Session, adapter: &probe::Adapter, size: Option<(u32, u32)>, wat
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     let mut state = EditorState::new(&session);
+    state.display = arguments.display();
     state.path = session.file().map(|f| f.display().to_string()).unwrap_or_default();
     app.insert_resource(Editor { session, state }).insert_resource(watch);
     let quality = if adapter.software { Quality::SOFTWARE } else { Quality::WINDOW };

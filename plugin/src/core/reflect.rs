@@ -34,6 +34,7 @@ pub(super) struct SheetSpecReflect {
     cross_over: bool,
     flexion_stiffness: f64,
     flexion_limit: Option<f64>,
+    thickness_limit: f64,
     #[reflect(remote = PlacementReflect)]
     placement: Placement,
     velocity: DVec3,

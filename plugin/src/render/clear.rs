@@ -114,7 +114,8 @@ mod tests {
         let triangles = [[0, 2, 1]];
         assert!(clear_of_bodies(&view, &triangles, 10.0, 0.01, &mut cutting, &mut normals));
         for (p, n) in cutting.iter().zip(&normals) {
-            assert!((1.009..1.0101).contains(&Vec3::from(*p).length()), "{p:?}");
+            // Out along its own normal, so not everywhere by the whole distance.
+            assert!((1.003..1.0101).contains(&Vec3::from(*p).length()), "{p:?}");
             assert!(Vec3::from(*n).dot(Vec3::Y) > 0.9, "{n:?}");
         }
         let mut outside = cutting.map(|p| (Vec3::from(p) * 2.0).to_array());
@@ -132,7 +133,7 @@ mod tests {
         let mut cutting = [[0.8, 0.8, 0.0], [0.9, 0.7, 0.0], [0.5, 1.0, 0.0], [0.5, 1.004, 0.0]];
         normals[2] = [0.0, 1.0, 0.0];
         assert!(clear_of_bodies(&view, &[], 10.0, 0.01, &mut cutting, &mut normals));
-        let there = [[1.007, 1.007, 0.0], [1.007, 0.807, 0.0], [0.5, 1.01, 0.0], [0.5, 1.01, 0.0]];
+        let there = [[1.00707, 1.00707, 0.0], [1.00707, 0.80707, 0.0], [0.5, 1.01, 0.0], [0.5, 1.01, 0.0]];
         for (p, there) in cutting.iter().zip(there) {
             assert!(Vec3::from(*p).distance(Vec3::from(there)) < 1e-3, "{p:?} {there:?}");
         }

@@ -18,7 +18,7 @@ pub use body::polyhedra_mesh;
 pub use clear::clear_of_bodies;
 pub use grid::grid_picture;
 pub use room::{SheetRoom, room_mesh};
-pub use sheet::{SheetDisplay, SheetLayer, sheet_mesh, update_sheet_mesh};
+pub use sheet::{SheetDisplay, SheetLayer, clearing, sheet_mesh, triangles_of, update_sheet_mesh};
 
 use crate::core::Sheet;
 

@@ -92,13 +92,8 @@ pub(super) fn dress(
             continue;
         }
         let Some(sheet) = world.sheet(motion.name()) else { continue };
-        let Some(surface) = surface_of(sheet, display) else { continue };
-        let spring = sheet.springs().rest.iter().copied().fold(0.0, f64::max) as f32;
-        // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
-        let reach = 4.0 * spring;
-        // Enough for a triangle to clear a square edge, but not more than the sheet is thick.
-        let drawn_cell = spring / sheet.layers.first().map_or(1, |l| pieces(l, display.smoothing)) as f32;
-        let skin = (0.7 * drawn_cell).min(sheet.material().thickness as f32);
+        let Some((surface, parts)) = surface_of(sheet, display) else { continue };
+        let (reach, skin) = clearing(sheet, parts);
         let made = sheet_mesh(&surface, motion.positions());
         let triangles = triangles_of(&made);
         // The same handle, if there is one: others may hold it.
@@ -119,15 +114,19 @@ pub(super) fn dress(
     }
 }
 
-fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<Surface> {
+/// The surface that is drawn of a sheet, and the spline pieces it has from one mass to the next.
+fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, u32)> {
     let layer = match display.layer {
         SheetLayer::Top => sheet.layers.last(),
         SheetLayer::Bottom => sheet.layers.first(),
     };
-    layer.map(|layer| Surface::new(layer, &sheet.uv, pieces(layer, display.smoothing)))
+    layer.map(|layer| {
+        let parts = pieces(layer, display.smoothing);
+        (Surface::new(layer, &sheet.uv, parts), parts)
+    })
 }
 
-/// Spline pieces a cell of a layer is drawn with.
+/// Spline pieces from one mass of a layer to the next: those wanted, or as many as leave it light enough to draw.
 fn pieces(layer: &Layer, wanted: u32) -> u32 {
     let cells = f64::from(layer.nx.saturating_sub(1)) * f64::from(layer.nz.saturating_sub(1));
     let most = (MOST_VERTICES / cells.max(1.0)).sqrt() as u32;
@@ -144,7 +143,19 @@ pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
         .with_inserted_indices(Indices::U32(made.indices.into_iter().flatten().collect()))
 }
 
-fn triangles_of(mesh: &Mesh) -> Vec<[u32; 3]> {
+/// How deep in a body the drawn surface of `sheet` may be, and how far above bodies it is drawn, m, for
+/// [`clear_of_bodies`]; `smoothing` is the number of spline pieces it is drawn with.
+pub fn clearing(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
+    let spring = sheet.springs().rest.iter().copied().fold(0.0, f64::max) as f32;
+    // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
+    let reach = 4.0 * spring;
+    // Enough for a triangle to clear a square edge, but not more than the sheet is thick.
+    let skin = (0.7 * spring / smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
+    (reach, skin)
+}
+
+/// The triangles of a mesh that [`sheet_mesh`] made.
+pub fn triangles_of(mesh: &Mesh) -> Vec<[u32; 3]> {
     let Some(Indices::U32(indices)) = mesh.indices() else { return Vec::new() };
     indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect()
 }

@@ -79,6 +79,13 @@ impl Stack {
         }
     }
 
+    /// For every mass of a smaller layer, the masses it is joined to in the layer below and, apart, in the layer above.
+    pub fn cells(&self) -> impl Iterator<Item = (u32, &[u32])> {
+        let small = |i: &usize| self.layer_of[*i] % 2 == 1;
+        let masses = (0..self.layer_of.len()).filter(small);
+        masses.flat_map(|i| [(i as u32, self.below.of(i)), (i as u32, self.above.of(i))])
+    }
+
     /// Whether there is more than one layer to share between.
     pub fn is_layered(&self) -> bool {
         self.layers > 1

@@ -2,3 +2,4 @@
 
 pub mod flexion_limit;
 pub mod spring;
+pub mod thickness_limit;

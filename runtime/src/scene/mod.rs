@@ -217,6 +217,9 @@ pub struct SheetSpec {
     pub flexion_stiffness: f64,
     /// Largest angle a flexion triple may bend to, degrees, 1 to 180 (provot2d, provot3d); none for no limit.
     pub flexion_limit: Option<f64>,
+    /// Fraction of the distance between layers that squeezing leaves, 0 to 0.95; 0 for no limit, with which the layers of a
+    /// soft sheet can snap through each other.
+    pub thickness_limit: f64,
     /// Where the sheet is put.
     pub placement: Placement,
     /// Velocity of the whole sheet, m/s; each component within ±1e4.
@@ -253,6 +256,7 @@ impl Default for SheetSpec {
             cross_over: false,
             flexion_stiffness: 1.0,
             flexion_limit: None,
+            thickness_limit: 0.5,
             placement: Placement::default(),
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,

@@ -142,6 +142,7 @@ fn sheet(s: &SheetSpec) -> Check {
     check_range("gap", s.gap, 1e-7, 10.0, "m")?;
     check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
     check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
+    check_range("thickness_limit", s.thickness_limit, 0.0, 0.95, "")?;
     option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
     option("flexion_limit", s.flexion_limit, (1.0, 180.0), "degrees")?;
     option("friction", s.friction, (0.0, 10.0), "")?;

@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
 use crate::element::spring::{Spring, SpringClass, Springs};
+use crate::element::thickness_limit::ThicknessLimit;
 use crate::error::InputError;
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
@@ -201,6 +202,7 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         springs,
         flexion: lattice.flexion,
         flexion_limit: None,
+        thickness_limit: None,
         pins: Pins::default(),
         engine_kind: scene.engine,
         engine,
@@ -214,6 +216,11 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         spread: 0.0,
     };
     sheet.spread = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
+    if spec.thickness_limit > 0.0 && sheet.stack.is_layered() {
+        let mut limit = ThicknessLimit::new(spec.thickness_limit);
+        sheet.stack.cells().for_each(|(apex, corners)| limit.add(apex, corners, &lattice.positions));
+        sheet.thickness_limit = Some(limit);
+    }
     if spec.spin != DVec3::ZERO {
         let centre = sheet.centre_of_mass();
         for i in 0..sheet.masses() {

@@ -25,6 +25,7 @@ pub use vectors::Vectors;
 use crate::contact::through_thickness::{Stack, Strike};
 use crate::element::flexion_limit::FlexionLimit;
 use crate::element::spring::{SpringScratch, Springs};
+use crate::element::thickness_limit::ThicknessLimit;
 use crate::engine::{Engine, EngineKind};
 use crate::error::{InputError, check_range};
 use crate::lattice::{Layer, StructureKind};
@@ -101,6 +102,7 @@ pub struct Sheet {
     pub(crate) springs: Springs,
     pub(crate) flexion: Vec<[u32; 3]>,
     pub(crate) flexion_limit: Option<FlexionLimit>,
+    pub(crate) thickness_limit: Option<ThicknessLimit>,
     pub(crate) pins: Pins,
     pub(crate) engine_kind: EngineKind,
     pub(crate) engine: Box<dyn Engine>,
@@ -170,6 +172,12 @@ impl Sheet {
     pub fn largest_flexion_angle(&self) -> Option<f64> {
         (!self.flexion.is_empty())
             .then(|| FlexionLimit { triples: self.flexion.clone(), limit: 180.0 }.largest_angle(&self.x))
+    }
+
+    /// Smallest distance of a mass from the layer it stands on, as a fraction of that at rest; `None` for a single layer or
+    /// where no limit is set.
+    pub fn squeezed_to(&self) -> Option<f64> {
+        self.thickness_limit.as_ref().map(|l| l.lowest(&self.x))
     }
 
     /// Masses that touched a body in the last step.
