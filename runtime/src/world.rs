@@ -47,8 +47,8 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn new(scene: &Scene) -> Result<Self, InputError> {
-        let rigid = RigidWorld::build(scene)?;
-        Self::build(scene, Some(rigid))
+        let built = RigidWorld::build(scene).and_then(|rigid| Self::build(scene, Some(rigid)));
+        built.map_err(|e| scene.located(e))
     }
 
     /// A world without bodies of its own: the sheets meet what is lent to [`World::advance_with`]. The scene's bodies and room
@@ -57,7 +57,7 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
-        Self::build(scene, None)
+        Self::build(scene, None).map_err(|e| scene.located(e))
     }
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
@@ -65,10 +65,9 @@ impl World {
         let mut sheets = Vec::with_capacity(scene.sheets.len());
         for index in 0..scene.sheets.len() {
             sheets.push(Sheet::build(scene, index).map_err(|mut e| {
-                if e.file.is_none() {
-                    let dot = if e.field.is_empty() { "" } else { "." };
-                    e.field = format!("sheets.{index}{dot}{}", e.field);
-                }
+                let inner = if e.file.is_some() { "file" } else { e.field.as_str() };
+                let dot = if inner.is_empty() { "" } else { "." };
+                e.field = format!("sheets.{index}{dot}{inner}");
                 e
             })?);
         }

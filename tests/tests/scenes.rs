@@ -68,7 +68,7 @@ fn no_sheet_lets_its_layers_fall_together() {
     for name in ["wedge", "two_walls", "slide_11", "slide_17"] {
         let (world, _) = played(name);
         let kept = world.sheets()[0].squeezed_to().expect("two layers");
-        assert!(kept > 0.35, "{name}: {kept} of the thickness is left");
+        assert!(kept > 0.25, "{name}: {kept} of the thickness is left");
     }
 }
 

@@ -1,5 +1,6 @@
 //! A world as triangles with paint: sheets' surfaces, bodies, floor and back wall. Metres, world coordinates.
 
+use bevy_sheetwork::render::{clear_of_bodies, clearing};
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::contact::rigid::Body;
@@ -94,7 +95,7 @@ impl Model {
             }
         }
         for sheet in world.sheets() {
-            model.add_sheet(sheet, look);
+            model.add_sheet(world, sheet, look);
         }
         // A number that is none would poison the depth buffer.
         model.triangles.retain(|t| t.corners.iter().all(|c| c.is_finite()));
@@ -143,13 +144,17 @@ impl Model {
         }
     }
 
-    fn add_sheet(&mut self, sheet: &Sheet, look: &Look) {
+    fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look) {
         let layer = match look.layer {
             Layer::Top => sheet.layers.last(),
             Layer::Bottom => sheet.layers.first(),
         };
         let Some(layer) = layer else { return };
-        let mesh = Surface::new(layer, &sheet.uv, look.parts).mesh(&sheet.x);
+        let mut mesh = Surface::new(layer, &sheet.uv, look.parts).mesh(&sheet.x);
+        if let Some(view) = world.rigid().map(|rigid| rigid.view()) {
+            let (reach, skin) = clearing(sheet, look.parts);
+            clear_of_bodies(&view, &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
+        }
         let position = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::ZERO, |p| Vec3::from(*p));
         let normal = |i: u32| mesh.normals.get(i as usize).map_or(Vec3::Y, |n| Vec3::from(*n));
         for triangle in &mesh.indices {

@@ -271,7 +271,8 @@ pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
     for (_, collider) in view.query().intersect_aabb_conservative(Aabb::new(low.as_vec3(), high.as_vec3())) {
         let frame = Frame::of(collider.position());
         for p in sheet.x.iter() {
-            let projection = collider.shape().project_local_point(frame.local(p), false);
+            // Of Parry's projections this is the one that knows the inside of an oriented mesh.
+            let (projection, _) = collider.shape().project_local_point_and_get_feature(frame.local(p));
             if projection.is_inside {
                 deepest = deepest.max(frame.world(projection.point).distance(p));
             }

@@ -14,7 +14,7 @@ use crate::sheet::Vectors;
 
 /// Fraction of a missing height that is given back per step, and the most heights that are given back per second: a mass
 /// that was pushed far through its cell must not be shot back.
-const RECOVERY: f64 = 0.6;
+const RECOVERY: f64 = 0.2;
 const FASTEST: f64 = 30.0;
 
 /// A mass and the corners of the cell it stands on.

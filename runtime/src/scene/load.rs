@@ -22,6 +22,7 @@ impl Scene {
         let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
         let mut scene = Self::parse(&text).map_err(|e| e.in_file(file))?;
         scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        scene.file = Some(file.to_path_buf());
         Ok(scene)
     }
 
@@ -76,8 +77,29 @@ impl Scene {
         let mut scene: Self = serde_path_to_error::deserialize(tree)
             .map_err(|e| InputError::new(path, format!("{value} cannot be used: {}", e.into_inner())))?;
         scene.base.clone_from(&self.base);
+        scene.file.clone_from(&self.file);
         validate::scene(&scene)?;
         Ok(scene)
+    }
+
+    /// An error found when the scene was built, with the place in the scene's file of the field it names. Where the field
+    /// names another file with a fault of its own, that file's place stays and the field is said with it.
+    pub(crate) fn located(&self, mut error: InputError) -> InputError {
+        let Some(file) = &self.file else { return error };
+        if error.field.is_empty() {
+            return error;
+        }
+        // Read again rather than kept: this is the way to an error, and scenes are small.
+        let line = std::fs::read_to_string(file).ok().map(|text| locate::line_of(&text, &error.field));
+        if error.file.is_some() {
+            let line = line.map_or_else(String::new, |l| format!(":{l}"));
+            let field = std::mem::take(&mut error.field);
+            error.problem = format!("{} (named in {}{line}: {field})", error.problem, file.display());
+            return error;
+        }
+        error.file = Some(file.clone());
+        error.line = line;
+        error
     }
 
     /// Where the file `name` in the scene is.

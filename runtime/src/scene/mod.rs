@@ -65,6 +65,9 @@ pub struct Scene {
     /// Folder that file names in the scene are relative to; set by the loader, not part of the file.
     #[serde(skip)]
     pub base: PathBuf,
+    /// The file it was read from, for messages; set by the loader, not part of the file.
+    #[serde(skip)]
+    pub file: Option<PathBuf>,
 }
 
 impl Default for Scene {
@@ -86,6 +89,7 @@ impl Default for Scene {
             heaters: Vec::new(),
             camera: None,
             base: PathBuf::new(),
+            file: None,
         }
     }
 }
