@@ -65,9 +65,12 @@ impl World {
         let mut sheets = Vec::with_capacity(scene.sheets.len());
         for index in 0..scene.sheets.len() {
             sheets.push(Sheet::build(scene, index).map_err(|mut e| {
-                let inner = if e.file.is_some() { "file" } else { e.field.as_str() };
-                let dot = if inner.is_empty() { "" } else { "." };
-                e.field = format!("sheets.{index}{dot}{inner}");
+                if e.file.is_some() {
+                    e.problem = format!("{} (the file of sheets.{index})", e.problem);
+                } else {
+                    let dot = if e.field.is_empty() { "" } else { "." };
+                    e.field = format!("sheets.{index}{dot}{}", e.field);
+                }
                 e
             })?);
         }

@@ -78,8 +78,11 @@ impl RigidWorld {
         for (index, spec) in scene.bodies.iter().enumerate() {
             let field = format!("bodies.{index}");
             world.add(scene, spec, index).map_err(|mut e| {
-                let inner = if e.file.is_some() { "shape" } else { e.field.as_str() };
-                e.field = if inner.is_empty() { field } else { format!("{field}.{inner}") };
+                if e.file.is_some() {
+                    e.problem = format!("{} (the file of {field}.shape)", e.problem);
+                } else {
+                    e.field = if e.field.is_empty() { field } else { format!("{field}.{}", e.field) };
+                }
                 e
             })?;
         }

@@ -82,24 +82,15 @@ impl Scene {
         Ok(scene)
     }
 
-    /// An error found when the scene was built, with the place in the scene's file of the field it names. Where the field
-    /// names another file with a fault of its own, that file's place stays and the field is said with it.
-    pub(crate) fn located(&self, mut error: InputError) -> InputError {
-        let Some(file) = &self.file else { return error };
-        if error.field.is_empty() {
+    /// An error found when the scene was built, with the place in the scene's file of the field it names. An error of another
+    /// file keeps that file's place.
+    pub(crate) fn located(&self, error: InputError) -> InputError {
+        let Some(file) = self.file.as_ref().filter(|_| error.file.is_none() && !error.field.is_empty()) else {
             return error;
-        }
+        };
         // Read again rather than kept: this is the way to an error, and scenes are small.
         let line = std::fs::read_to_string(file).ok().map(|text| locate::line_of(&text, &error.field));
-        if error.file.is_some() {
-            let line = line.map_or_else(String::new, |l| format!(":{l}"));
-            let field = std::mem::take(&mut error.field);
-            error.problem = format!("{} (named in {}{line}: {field})", error.problem, file.display());
-            return error;
-        }
-        error.file = Some(file.clone());
-        error.line = line;
-        error
+        InputError { file: Some(file.clone()), line, ..error }
     }
 
     /// Where the file `name` in the scene is.
