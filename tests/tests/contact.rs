@@ -220,8 +220,12 @@ fn a_turntable_turns_the_sheet_on_it() {
 #[test]
 fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
     // A ball and a wedge-shaped box on edge rise through a sheet held by two edges, push it up and aside and go on.
-    for shape in [Shape::Ball(0.06), Shape::Box(DVec3::new(0.1, 0.1, 0.1))] {
+    // With layers that may snap through each other the free edge whips at up to 9.9 m/s when the body lets go of it; layers
+    // that are kept apart store more and whip at up to 12.7. What flies apart is faster by orders.
+    let shapes = [Shape::Ball(0.06), Shape::Box(DVec3::new(0.1, 0.1, 0.1))];
+    for (shape, (limit, bound)) in shapes.iter().flat_map(|s| [(s.clone(), (0.0, 10.0)), (s.clone(), (0.5, 20.0))]) {
         let mut scene = laid(StructureKind::DoubleDiagonal, 0.2);
+        scene.sheets[0].thickness_limit = limit;
         scene.sheets[0].grid = (9, 2, 9);
         scene.sheets[0].pins.push(PinSpec { region: Region::Left, path: vec![] });
         let path = vec![
@@ -240,8 +244,7 @@ fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
         println!("{deepest:.1e} m deep, {fastest:.2} m/s");
         assert!(world.sheets()[0].counters.contacts > 100, "it was never met");
         assert!(deepest < 1e-4, "{deepest}");
-        // The free edge whips when the body lets go of it, at some 10 m/s; what flies apart is faster by orders.
-        assert!(fastest < 20.0, "{fastest}");
+        assert!(fastest < bound, "{fastest} m/s with a thickness limit of {limit}");
         assert!(world.sheets()[0].x.iter().all(DVec3::is_finite));
     }
 }

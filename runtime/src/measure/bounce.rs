@@ -3,11 +3,11 @@
 use glam::DVec3;
 use serde_json::json;
 
-use super::{Case, Outcome, Runner, Setup};
+use super::{Case, Outcome, Runner, Setup, plane};
 use crate::World;
 use crate::contact::SKIN;
 use crate::error::InputError;
-use crate::scene::{BodySpec, Placement, Shape};
+use crate::scene::Placement;
 
 pub(super) const CASE: Case =
     Case { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", run };
@@ -17,14 +17,7 @@ const REBOUNDS: usize = 3;
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
-    scene.bodies.push(BodySpec {
-        name: "floor".into(),
-        shape: Shape::HalfSpace,
-        placement: Placement::default(),
-        path: Vec::new(),
-        friction: None,
-        restitution: None,
-    });
+    scene.bodies.push(plane("floor", Placement::default()));
     scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + SKIN, 0.0);
     let mut runner = Runner::new(setup.world(&scene)?);
     let centre = runner.world.sheets()[0].centre_of_mass().y - setup.height;

@@ -3,12 +3,12 @@
 use glam::DVec3;
 use serde_json::json;
 
-use super::{Case, Outcome, Runner, Setup};
+use super::{Case, Outcome, Runner, Setup, plane};
 use crate::World;
 use crate::contact::SKIN;
 use crate::error::InputError;
 use crate::lattice::Layer;
-use crate::scene::{BodySpec, Placement, Shape};
+use crate::scene::Placement;
 use crate::sheet::Sheet;
 
 pub(super) const CASE: Case =
@@ -32,14 +32,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let tilt = Placement { position: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, -setup.angle) };
     let normal = tilt.quaternion() * DVec3::Y;
     let down = tilt.quaternion() * DVec3::X;
-    scene.bodies.push(BodySpec {
-        name: "incline".into(),
-        shape: Shape::HalfSpace,
-        placement: tilt,
-        path: Vec::new(),
-        friction: None,
-        restitution: None,
-    });
+    scene.bodies.push(plane("incline", tilt));
     scene.sheets[0].placement = Placement { position: normal * SKIN, ..tilt };
     let mut runner = Runner::new(setup.world(&scene)?);
     let settling = SETTLING.max(SETTLING_STEPS * runner.world.dt()).min(10.0);

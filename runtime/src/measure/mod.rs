@@ -18,7 +18,9 @@ use crate::World;
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::lattice::StructureKind;
-use crate::scene::{Air, ContactDefaults, Material, MaterialChoice, Scene, SheetSpec, SpringLaw};
+use crate::scene::{
+    Air, BodySpec, ContactDefaults, Material, MaterialChoice, Placement, Scene, Shape, SheetSpec, SpringLaw,
+};
 
 /// A case: what is measured, and how.
 pub struct Case {
@@ -185,6 +187,18 @@ impl Setup {
             _ => damping.cbrt().clamp(0.05, 0.7),
         };
         undamped * ((1.0 + damping * damping).sqrt() - damping)
+    }
+}
+
+/// A body with nothing of its own but its place: everything below its plane, with the scene's contact coefficients.
+pub(crate) fn plane(name: &str, placement: Placement) -> BodySpec {
+    BodySpec {
+        name: name.into(),
+        shape: Shape::HalfSpace,
+        placement,
+        path: Vec::new(),
+        friction: None,
+        restitution: None,
     }
 }
 

@@ -3,10 +3,10 @@
 use glam::DVec3;
 use serde_json::json;
 
-use super::{Case, Outcome, Runner, Setup};
+use super::{Case, Outcome, Runner, Setup, plane};
 use crate::contact::SKIN;
 use crate::error::InputError;
-use crate::scene::{BodySpec, Placement, Shape};
+use crate::scene::Placement;
 
 pub(super) const CASE: Case =
     Case { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", run };
@@ -16,14 +16,7 @@ const STOPPED: f64 = 1e-4;
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
-    scene.bodies.push(BodySpec {
-        name: "floor".into(),
-        shape: Shape::HalfSpace,
-        placement: Placement::default(),
-        path: Vec::new(),
-        friction: None,
-        restitution: None,
-    });
+    scene.bodies.push(plane("floor", Placement::default()));
     scene.sheets[0].placement.position = DVec3::new(0.0, SKIN, 0.0);
     scene.sheets[0].velocity = DVec3::new(setup.speed, 0.0, 0.0);
     let mut runner = Runner::new(setup.world(&scene)?);
