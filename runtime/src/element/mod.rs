@@ -10,8 +10,15 @@
 //! efficiency and robustness of the Newton method in geometrically non-linear structural problem discretized via
 //! displacement-based finite elements", CMAME 313, 2017).
 
+pub mod bending;
+pub mod cell_membrane;
+#[cfg(test)]
+pub(crate) mod check;
+pub mod curvature;
 pub mod flexion_limit;
+pub mod pack;
 pub mod spring;
+pub mod staggered;
 pub mod thickness_limit;
 
 use crate::sheet::Vectors;
