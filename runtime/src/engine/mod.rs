@@ -11,6 +11,7 @@ mod analytical;
 mod euler;
 mod euler_cromer;
 mod euler_richardson;
+pub mod linear;
 mod rk4;
 mod rk45;
 mod verlet;
