@@ -227,7 +227,7 @@ impl Element for Bending {
         each.sum()
     }
 
-    fn add_forces(&mut self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
         for g in &self.groups {
             let mut k = self.curvature(g, x, &g.prescribed);
             if self.retardation > 0.0 {

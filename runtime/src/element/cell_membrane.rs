@@ -256,7 +256,7 @@ impl Element for CellMembrane {
         each.sum()
     }
 
-    fn add_forces(&mut self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
         add_forces(&self.cell, &self.packets, x, v, force);
     }
 
