@@ -165,6 +165,11 @@ impl Sheet {
         self.mass[i]
     }
 
+    /// Whether mass `i` is held or led in every direction.
+    pub fn is_held(&self, i: usize) -> bool {
+        self.inverse_mass[i] == 0.0
+    }
+
     /// Mass of the whole sheet, kg.
     pub fn total_mass(&self) -> f64 {
         self.mass.iter().sum()
