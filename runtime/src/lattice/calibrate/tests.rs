@@ -1,0 +1,3 @@
+//! Calibrated lattices against plates and beams in closed form.
+
+use super::*;
