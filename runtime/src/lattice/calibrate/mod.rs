@@ -6,7 +6,8 @@
 //!
 //! 1. [`cell`](self) cuts one period out of the generated lattice;
 //! 2. `fit` finds the stiffness of springs far from edges (least squares on `homogenise`d stiffness tensors, `nnls`);
-//! 3. `boundary` finds factors for springs beside free edges, `wall` cuts springs at clamps, `mass` shares the area;
+//! 3. `boundary` finds factors for springs beside free edges, `wall` cuts springs at clamps, `mass` shares the area,
+//!    `brace` ties loose corners;
 //! 4. `delivered` compares and says what is missing.
 //!
 //! A lattice of central springs has D12 = D66 (Cauchy's relations; Love, *Mathematical Theory of Elasticity*, note B): its
@@ -17,6 +18,7 @@
 
 mod anticlastic;
 mod boundary;
+mod brace;
 mod cell;
 mod delivered;
 mod dense;
@@ -29,7 +31,7 @@ mod target;
 mod tests;
 mod wall;
 
-use super::{Lattice, LatticeSpec, StructureKind, generate};
+use super::{Lattice, LatticeSpec, Link, StructureKind, generate};
 use crate::error::{InputError, check_range};
 
 pub use anticlastic::strip_bending;
@@ -113,6 +115,8 @@ pub struct Calibration {
     pub lattice: Lattice,
     /// Stiffness of every spring, N/m, in the order of the lattice's links.
     pub stiffness: Vec<f64>,
+    /// Springs to be added to the lattice, with their stiffness, N/m: for masses that its layers leave loose.
+    pub braces: Vec<(Link, f64)>,
     /// Mass of every node, kg, in the order of the lattice's positions.
     pub mass: Vec<f64>,
     /// Masses in the planes of the clamps: to be held.
@@ -152,6 +156,7 @@ pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
     });
     Ok(Calibration {
         stiffness: stiffness.collect(),
+        braces: brace::braces(&lattice, &bulk),
         mass: mass::shares(&lattice, spec.size, request.areal_mass),
         held: wall::held(&lattice, spec.size, request.clamped),
         walls: wall::cut(&spec, &lattice, &bulk, &edges, request.clamped),
