@@ -43,14 +43,14 @@ pub struct Delivered {
 const DIRECTIONS: [f64; 4] = [0.0, 45.0, 90.0, 135.0];
 
 impl Delivered {
-    /// Of a structure that has the stiffness asked by construction. `stretch` is its uniaxial membrane stiffness, N/m.
-    pub fn exact(poisson: f64, stretch: f64) -> Self {
+    /// Of a structure that has the stiffness asked by construction.
+    pub fn exact(target: &Target) -> Self {
         Self {
             bending: [1.0; 4],
             twist: 1.0,
             membrane: 1.0,
-            stretch,
-            poisson_ratio: poisson,
+            stretch: uniaxial(&target.membrane),
+            poisson_ratio: target.poisson(),
             shear_loss: Some(0.0),
             ..Self::default()
         }

@@ -134,6 +134,9 @@ pub struct Calibration {
 pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
     let spec = specification(request)?;
     let lattice = generate(&spec)?;
+    if spec.structure == StructureKind::Shell {
+        return Ok(without_springs(request, spec, lattice));
+    }
     let pattern = cell::Pattern {
         structure: spec.structure,
         layers: spec.grid.1,
@@ -164,6 +167,20 @@ pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
         spec,
         lattice,
     })
+}
+
+/// A structure that is the sheet itself: masses and what is held, and nothing to calibrate.
+fn without_springs(request: &Request, spec: LatticeSpec, lattice: Lattice) -> Calibration {
+    Calibration {
+        stiffness: Vec::new(),
+        braces: Vec::new(),
+        mass: mass::shares(&lattice, spec.size, request.areal_mass),
+        held: wall::held(&lattice, spec.size, request.clamped),
+        walls: Vec::new(),
+        delivered: Delivered::exact(&request.target),
+        spec,
+        lattice,
+    }
 }
 
 /// The rows with which the triangles of a triangular lattice of `columns` masses come nearest to equilateral, where all its

@@ -7,6 +7,8 @@
 //!   D = E t³/(12 (1-ν²)), A = B [1 ν 0; ν 1 0; 0 0 (1-ν)/2] and the same for D.
 //! - Orthotropic (the same book, section 85): the moduli per width as the Kawabata system measures them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::error::{InputError, check_range};
 
 /// A symmetric 3 by 3 matrix over (11, 22, 12).
@@ -22,7 +24,8 @@ pub struct Target {
 }
 
 /// Measured stiffness of a sheet that differs along warp (the length) and weft (the width), per width.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Orthotropic {
     /// Uniaxial tensile stiffness along the warp, E t, N/m; 1e-6 to 1e12.
     pub young_warp: f64,
@@ -49,9 +52,14 @@ impl Target {
         check_range("young", young, 1e-3, 2e12, "Pa")?;
         check_range("poisson", poisson, -0.99, 0.499, "")?;
         check_range("thickness", thickness, 1e-7, 1.0, "m")?;
+        Ok(Self::of_plate(young, poisson, thickness))
+    }
+
+    /// As [`Self::isotropic`], of values that have been checked.
+    pub(crate) fn of_plate(young: f64, poisson: f64, thickness: f64) -> Self {
         let scale = young * thickness / (1.0 - poisson * poisson);
         let plane = |s: f64| [[s, s * poisson, 0.0], [s * poisson, s, 0.0], [0.0, 0.0, s * (1.0 - poisson) / 2.0]];
-        Ok(Self { membrane: plane(scale), bending: plane(scale * thickness * thickness / 12.0) })
+        Self { membrane: plane(scale), bending: plane(scale * thickness * thickness / 12.0) }
     }
 
     /// Of measured stiffness. The Poisson coupling of bending is that of the membrane: D12 = √(ν12 ν21 D11 D22).
@@ -68,18 +76,19 @@ impl Target {
         // ν12 ν21 below 1 keeps the energy positive.
         let most = 0.999 * (data.young_warp / data.young_weft).sqrt();
         check_range("poisson", data.poisson, -most, most, "")?;
+        Ok(Self::of_measured(data))
+    }
+
+    /// As [`Self::orthotropic`], of values that have been checked.
+    pub(crate) fn of_measured(data: &Orthotropic) -> Self {
         let back = data.poisson * data.young_weft / data.young_warp;
-        let (a11, a22) = (data.young_warp, data.young_weft);
         let share = 1.0 - data.poisson * back;
+        let (a11, a22) = (data.young_warp / share, data.young_weft / share);
         let coupling = data.poisson.signum() * (data.poisson * back * data.bending_warp * data.bending_weft).sqrt();
-        Ok(Self {
-            membrane: [
-                [a11 / share, data.poisson * a22 / share, 0.0],
-                [data.poisson * a22 / share, a22 / share, 0.0],
-                [0.0, 0.0, data.shear],
-            ],
+        Self {
+            membrane: [[a11, data.poisson * a22, 0.0], [data.poisson * a22, a22, 0.0], [0.0, 0.0, data.shear]],
             bending: [[data.bending_warp, coupling, 0.0], [coupling, data.bending_weft, 0.0], [0.0, 0.0, data.twist]],
-        })
+        }
     }
 
     /// Poisson's ratio in bending asked for: D12 over the geometric mean of D11 and D22.
