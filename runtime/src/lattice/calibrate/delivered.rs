@@ -126,10 +126,14 @@ fn shear_loss(cell: &Cell, k: &[f64], bending: &Voigt, target: &Target, waveleng
 fn notes(found: &Delivered, request: &Request, pattern: &Pattern, edges: &Boundary, plate: &Plate) -> Vec<String> {
     let mut notes = Vec::new();
     if norm(&plate.bending) < 1e-9 * norm(&request.target.bending) {
+        let name = request.structure;
+        let skips = if name.info().flexion || request.cross_over {
+            ": second neighbours resist only a fold already made, with an energy of the fourth power of its angle"
+        } else {
+            ""
+        };
         notes.push(format!(
-            "one layer of {} has no bending stiffness while it is flat: second neighbours resist only a fold already \
-             made (energy of its angle to the fourth power); only the membrane is as asked",
-            request.structure
+            "one layer of {name} has no bending stiffness while it is flat{skips}; only its membrane is as asked"
         ));
     } else {
         bending_notes(found, request, pattern, &mut notes);
