@@ -4,7 +4,7 @@
 //! grid (see [`crate::element`]). Where that does not settle (a buckled sheet, or one that nothing holds upright) it goes on by backward
 //! Euler steps without velocity whose length grows, which go down in energy and end in a stable equilibrium.
 
-use super::implicit::{ImplicitSheet, System};
+use super::implicit::System;
 use super::{Field, Sheet, Vectors};
 use crate::element::Geometric;
 use crate::engine::implicit::newton::{Work, solve};
@@ -34,23 +34,15 @@ impl Sheet {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         system.forget_constant();
         let mut x = self.x.clone();
-        let mut problem = ImplicitSheet {
-            field,
-            mass: &self.mass,
-            inverse_mass: &self.inverse_mass,
-            applied: &self.applied,
-            pins: &self.pins,
-            springs: &self.springs,
-            scratch: &mut self.work.springs,
-            elements: &mut self.elements,
-            system: &mut system,
-            drag: &mut self.drag,
-        };
-        let mut found = newton(&mut problem, &mut x, tolerance, self.spread);
-        if !found.settled {
-            x.copy_from(&self.x);
-            relax(&mut problem, &mut x, tolerance, &mut found);
-        }
+        let (start, size) = (self.x.clone(), self.spread);
+        let found = self.with_problem(field, &mut system, |problem| {
+            let mut found = newton(problem, &mut x, tolerance, size);
+            if !found.settled {
+                x.copy_from(&start);
+                relax(problem, &mut x, tolerance, &mut found);
+            }
+            found
+        });
         system.forget_constant();
         self.system = Some(system);
         self.x.copy_from(&x);
