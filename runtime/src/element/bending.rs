@@ -397,7 +397,7 @@ mod tests {
     #[test]
     fn a_bent_sheet_that_turns_is_not_braked() {
         // A cylinder, unstretched: what viscosity does to a turn is the part of the curvature along the sheet, none here.
-        let mut bending = grid(&[false; 35]);
+        let bending = grid(&[false; 35]);
         let radius = 0.4;
         let (mut x, mut v) = (Vectors::default(), Vectors::default());
         for p in check::flat_grid(7, 5, (0.1, 0.15)).iter() {

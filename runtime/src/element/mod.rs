@@ -21,6 +21,7 @@ pub mod pack;
 pub mod spring;
 pub mod staggered;
 pub mod thickness_limit;
+pub mod wall_spring;
 
 use crate::sheet::Vectors;
 
