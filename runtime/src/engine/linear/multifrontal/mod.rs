@@ -8,6 +8,7 @@
 //! There are three paths, for AVX-512, for AVX2 with FMA, and a portable one; the best that the processor has is taken when
 //! the program runs. Each gives the same bits wherever it runs; they differ from one another by rounding (`lanes`).
 
+mod amalgamation;
 mod kernels;
 mod lanes;
 mod numeric;
@@ -131,7 +132,8 @@ impl MultifrontalFactor {
     /// Prepares factorisations of matrices of `pattern` in the order of `tree`; none where the processor lacks the path.
     pub fn new(pattern: &Pattern, tree: &Tree, path: Path) -> Option<Self> {
         let instructions = path.instructions()?;
-        let symbolic = Symbolic::new(pattern, tree, instructions.width());
+        let symbolic = Symbolic::new(pattern, &amalgamation::amalgamate(pattern, tree), instructions.width());
+        if std::env::var("DUMP").is_ok() { symbolic::dump(&symbolic, instructions.width()); }
         Some(Self {
             instructions,
             factor: Aligned::new(symbolic.factor_len),

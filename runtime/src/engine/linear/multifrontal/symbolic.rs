@@ -15,6 +15,7 @@ use std::ops::Range;
 
 use super::super::Pattern;
 use super::super::dissection::Tree;
+use super::amalgamation::boundaries;
 
 /// One front. Rows are numbered from 0, pivots first, the boundary from `wide`.
 #[derive(Clone, Debug, Default)]
@@ -115,9 +116,9 @@ impl Symbolic {
                 children[*parent as usize].push(front as u32);
             }
         }
-        let later = later_partners(pattern, &place);
-        for (pivots, children) in tree.fronts.iter().zip(&children) {
-            symbolic.add_front(pivots, children, &later, g);
+        let boundaries = boundaries(pattern, tree);
+        for ((pivots, children), boundary) in tree.fronts.iter().zip(&children).zip(boundaries) {
+            symbolic.add_front(pivots, children, boundary, g);
         }
         for (front, parent) in tree.parents.iter().enumerate() {
             if let Some(parent) = parent {
@@ -134,17 +135,7 @@ impl Symbolic {
         &self.boundaries[front.boundary.clone()]
     }
 
-    fn add_front(&mut self, pivots: &Range<u32>, children: &[u32], later: &[Vec<u32>], g: usize) {
-        let mut boundary: Vec<u32> = Vec::new();
-        for i in pivots.clone() {
-            boundary.extend(later[i as usize].iter().filter(|&&p| p >= pivots.end));
-        }
-        for &child in children {
-            let child = self.boundary(&self.fronts[child as usize]);
-            boundary.extend(child.iter().filter(|&&p| p >= pivots.end));
-        }
-        boundary.sort_unstable();
-        boundary.dedup();
+    fn add_front(&mut self, pivots: &Range<u32>, children: &[u32], boundary: Vec<u32>, g: usize) {
         let [np, nb] = [3 * pivots.len(), 3 * boundary.len()];
         let first_of_boundary = self.boundaries.len();
         let first_child = self.children.len();
@@ -247,12 +238,25 @@ impl Symbolic {
     }
 }
 
-/// Of each mass the partners eliminated after it; masses are named by their places in the elimination.
-fn later_partners(pattern: &Pattern, place: &[u32]) -> Vec<Vec<u32>> {
-    let mut later = vec![Vec::new(); place.len()];
-    for (_, row, column) in pattern.iter().filter(|(_, r, c)| r != c) {
-        let (r, c) = (place[row as usize], place[column as usize]);
-        later[r.min(c) as usize].push(r.max(c));
+pub(super) fn dump(s: &Symbolic, g: usize) {
+    let (mut schur, mut solve, mut asm, mut ext) = (0.0, 0.0, 0.0, 0.0);
+    let (mut es, mut ep) = (0.0, 0.0);
+    let mut runs=0;
+    let mut hist: std::collections::BTreeMap<usize,usize>=Default::default();
+    for f in &s.fronts {
+        let (w, t) = ((f.wide / g) as f64, (f.tall / g) as f64);
+        let gg = (g * g * g) as f64;
+        schur += t * (t + 1.0) / 2.0 * w * gg;
+        solve += (t * w * (w + 1.0) / 2.0 + w * (w + 1.0) * (w + 2.0) / 6.0) * gg;
+        asm += (f.rows() * f.wide) as f64;
+        let nb = 3.0 * f.boundary.len() as f64; let np=f.pivots as f64;
+        ext += nb * nb / 2.0;
+        es += nb * (nb + 1.0) / 2.0 * np;
+        ep += nb * np * (np + 1.0) / 2.0 + np * np * np / 6.0;
+        runs+=f.runs.len();
+        *hist.entry(f.pivots).or_default()+=1;
+        if std::env::var("V").is_ok() { println!("  np {} nb {} runs {} children {}", f.pivots, nb, f.runs.len(), f.children.len()); }
     }
-    later
+    println!("g {g} fronts {} Mfma: schur {:.3} (exact {:.3}) panel {:.3} (exact {:.3}) columns k {:.1} extend k {:.1} runs {} schur_len k {}", s.fronts.len(), schur / 1e6, es / 1e6, solve / 1e6, ep / 1e6, asm / 1e3, ext / 1e3, runs, s.schur_len/1000);
+    println!("{hist:?}");
 }
