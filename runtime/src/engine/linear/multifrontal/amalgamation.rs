@@ -11,10 +11,7 @@ use super::super::dissection::Tree;
 
 /// The boundary of every front: the masses eliminated after it that it touches, as places in the elimination, ascending.
 pub(super) fn boundaries(pattern: &Pattern, tree: &Tree) -> Vec<Vec<u32>> {
-    let mut place = vec![0; tree.order.len()];
-    for (i, &mass) in tree.order.iter().enumerate() {
-        place[mass as usize] = i as u32;
-    }
+    let place = tree.places();
     let mut later = vec![Vec::new(); place.len()];
     for (_, row, column) in pattern.iter().filter(|(_, r, c)| r != c) {
         let (r, c) = (place[row as usize], place[column as usize]);
@@ -36,17 +33,25 @@ pub(super) fn boundaries(pattern: &Pattern, tree: &Tree) -> Vec<Vec<u32>> {
     boundaries
 }
 
-/// Estimated time of a front, in vector operations, of `np` pivots and `nb` rows in the boundary.
+/// Estimated time of a front of `np` pivots and `nb` rows in the boundary, in vector operations of eight numbers.
 fn cost(np: usize, nb: usize) -> f64 {
-    const G: usize = 8;
-    let p = |k: &str, d: f64| std::env::var(k).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
-    let [wide, tall] = [np, nb].map(|n| n.div_ceil(G) as f64);
+    const LANES: usize = 8;
+    /// Writing a tile of S.
+    const TILE: f64 = 16.0;
+    /// Factorising a square on the diagonal, one column after the other.
+    const SQUARE: f64 = 400.0;
+    /// Beginning a front; adding a row of S and a number of S to the parent; clearing a number.
+    const BEGIN: f64 = 300.0;
+    const ROW: f64 = 10.0;
+    const ADD: f64 = 0.5;
+    const CLEAR: f64 = 0.25;
+    let [wide, tall] = [np, nb].map(|n| n.div_ceil(LANES) as f64);
     let [np, nb] = [np as f64, nb as f64];
-    let schur = tall * (tall + 1.0) / 2.0 * (8.0 * np + p("CT", 16.0));
-    let panels = (tall * wide * (wide + 1.0) / 2.0 + wide * (wide + 1.0) * (wide + 2.0) / 6.0) * 64.0;
-    let squares = p("CD", 400.0) * wide;
-    let additions = p("CE", 0.5) * nb * nb / 2.0 + p("CR", 10.0) * nb;
-    schur + panels + squares + additions + p("CF", 300.0) + p("CA", 0.25) * (np + nb) * np
+    let schur = tall * (tall + 1.0) / 2.0 * (LANES as f64 * np + TILE);
+    let tiles = tall * wide * (wide + 1.0) / 2.0 + wide * (wide + 1.0) * (wide + 2.0) / 6.0;
+    let panels = tiles * (LANES * LANES) as f64 + SQUARE * wide;
+    let additions = ADD * nb * nb / 2.0 + ROW * nb;
+    BEGIN + schur + panels + additions + CLEAR * (np + nb) * np
 }
 
 /// Joins fronts to their parents where that is estimated to save time.
@@ -66,9 +71,10 @@ pub(super) fn amalgamate(pattern: &Pattern, tree: &Tree) -> Tree {
             cost(pivots[c], sizes[c]) + cost(pivots[k], sizes[k]) - cost(pivots[c] + pivots[k], sizes[k])
         };
         loop {
-            let best = children[k].iter().map(|&c| (saving(&pivots, c), c)).fold(None, |best: Option<(f64, u32)>, new| {
-                if best.is_none_or(|b| new.0 > b.0) { Some(new) } else { best }
-            });
+            let best =
+                children[k].iter().map(|&c| (saving(&pivots, c), c)).fold(None, |best: Option<(f64, u32)>, new| {
+                    if best.is_none_or(|b| new.0 > b.0) { Some(new) } else { best }
+                });
             let Some((_, child)) = best.filter(|b| b.0 > 0.0) else { break };
             pivots[k] += pivots[child as usize];
             joined[child as usize] = true;

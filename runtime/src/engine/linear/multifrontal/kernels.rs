@@ -56,6 +56,9 @@ fn product<L: Lanes<G>, const G: usize, const M: usize, const N: usize>(
     sum
 }
 
+/// Columns of half a panel of eight, for the last panel of pivots where that is enough.
+const HALF: usize = 4;
+
 /// A front to be factorised.
 #[derive(Clone, Copy)]
 pub(super) struct Dense<'a, const G: usize> {
@@ -70,10 +73,10 @@ pub(super) struct Dense<'a, const G: usize> {
 }
 
 impl<const G: usize> Dense<'_, G> {
-    /// Whether more than half of panel `p` is padding.
+    /// Whether half of panel `p` or more is padding.
     #[inline(always)]
     fn is_half(&self, p: usize) -> bool {
-        G > 4 && self.pivots <= p * G + G / 2
+        G > HALF && self.pivots <= p * G + HALF
     }
 }
 
@@ -86,7 +89,7 @@ pub(super) fn factorise<L: Lanes<G>, const G: usize>(lanes: L, front: Dense<'_, 
         let (above, below) = factor.split_at_mut((p + 1) * wide);
         let own = &mut above[p * wide..];
         let positive = match front.is_half(p) {
-            true => diagonal::<L, G, 4>(lanes, front, p, own),
+            true => diagonal::<L, G, HALF>(lanes, front, p, own),
             false => diagonal::<L, G, G>(lanes, front, p, own),
         };
         if !positive {
@@ -164,9 +167,9 @@ fn below_diagonal<L: Lanes<G>, const G: usize>(
             (3, false) => solve_tile::<L, G, 3, G>(lanes, front, own, tile, at),
             (2, false) => solve_tile::<L, G, 2, G>(lanes, front, own, tile, at),
             (_, false) => solve_tile::<L, G, 1, G>(lanes, front, own, tile, at),
-            (3, true) => solve_tile::<L, G, 3, 4>(lanes, front, own, tile, at),
-            (2, true) => solve_tile::<L, G, 2, 4>(lanes, front, own, tile, at),
-            (_, true) => solve_tile::<L, G, 1, 4>(lanes, front, own, tile, at),
+            (3, true) => solve_tile::<L, G, 3, HALF>(lanes, front, own, tile, at),
+            (2, true) => solve_tile::<L, G, 2, HALF>(lanes, front, own, tile, at),
+            (_, true) => solve_tile::<L, G, 1, HALF>(lanes, front, own, tile, at),
         }
     }
 }

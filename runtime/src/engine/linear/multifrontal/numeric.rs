@@ -1,16 +1,19 @@
-//! The factorisation of all fronts, and the solution with them.
+//! The factorisation of all fronts: assembly, elimination, and what is left to the parents.
 
 use super::kernels::{self, Dense};
 use super::lanes::{Job, Lanes};
+use super::solve::{self, RightHandSide};
 use super::symbolic::{Front, Run, Symbolic};
 
-/// Factorises: `values` are the caller's; `columns`, `schur` are scratch, `factor` is written.
+/// Factorises: `values` are the caller's; `columns`, `schur` are scratch, `factor` is written. Where there is a `forward`, its
+/// right-hand side goes through each front as soon as that is factorised, while it is in the cache.
 pub(super) struct Factorise<'a> {
     pub symbolic: &'a Symbolic,
     pub values: &'a [f64],
     pub columns: &'a mut [f64],
     pub schur: &'a mut [f64],
     pub factor: &'a mut [f64],
+    pub forward: Option<RightHandSide<'a>>,
 }
 
 impl<const G: usize> Job<G> for Factorise<'_> {
@@ -18,7 +21,7 @@ impl<const G: usize> Job<G> for Factorise<'_> {
     type Output = bool;
 
     #[inline(always)]
-    fn run<L: Lanes<G>>(self, lanes: L) -> bool {
+    fn run<L: Lanes<G>>(mut self, lanes: L) -> bool {
         let symbolic = self.symbolic;
         for front in &symbolic.fronts {
             let columns = &mut self.columns[..front.rows() * front.wide];
@@ -33,6 +36,9 @@ impl<const G: usize> Job<G> for Factorise<'_> {
                 Dense { columns: chunks(columns), stride: front.rows() / G, pivots: front.pivots, wide: front.wide };
             if !kernels::factorise(lanes, dense, factor) {
                 return false;
+            }
+            if let Some(RightHandSide { x, local }) = &mut self.forward {
+                solve::forward(lanes, symbolic, front, factor, x, local);
             }
             let below = &factor[front.wide * front.wide / G..];
             let s = chunks_mut(&mut self.schur[front.schur_range()]);
@@ -107,7 +113,14 @@ fn add_blocks(symbolic: &Symbolic, front: &Front, values: &[f64], columns: &mut 
 
 /// Adds the columns of a child's S that are pivots of the front.
 #[inline(always)]
-fn add_to_columns<L: Lanes<G>, const G: usize>(lanes: L, runs: &[Run], s: &[f64], tall: usize, front: &Front, columns: &mut [f64]) {
+fn add_to_columns<L: Lanes<G>, const G: usize>(
+    lanes: L,
+    runs: &[Run],
+    s: &[f64],
+    tall: usize,
+    front: &Front,
+    columns: &mut [f64],
+) {
     let rows = front.rows();
     for (i, run) in runs.iter().enumerate().take_while(|(_, run)| run.to < front.wide) {
         for t in 0..run.len {
@@ -123,7 +136,14 @@ fn add_to_columns<L: Lanes<G>, const G: usize>(lanes: L, runs: &[Run], s: &[f64]
 
 /// Adds the columns of a child's S that are in the boundary of the front.
 #[inline(always)]
-fn add_to_schur<L: Lanes<G>, const G: usize>(lanes: L, runs: &[Run], s: &[f64], tall: usize, front: &Front, into: &mut [f64]) {
+fn add_to_schur<L: Lanes<G>, const G: usize>(
+    lanes: L,
+    runs: &[Run],
+    s: &[f64],
+    tall: usize,
+    front: &Front,
+    into: &mut [f64],
+) {
     let rows = front.tall;
     let first = runs.partition_point(|run| run.to < front.wide);
     for (i, run) in runs.iter().enumerate().skip(first) {

@@ -38,6 +38,8 @@ pub(super) struct Front {
     pub straight: Range<usize>,
     /// Blocks that go in transposed.
     pub mirrored: Range<usize>,
+    /// The front that its S is added to.
+    pub parent: Option<u32>,
     /// In `Symbolic::children`.
     pub children: Range<usize>,
     /// Where the rows of S go in the parent, in `Symbolic::runs`.
@@ -86,6 +88,10 @@ pub(super) struct Run {
 pub(super) struct Symbolic {
     /// The mass at each place of the elimination.
     pub order: Vec<u32>,
+    /// The place of each mass.
+    pub place: Vec<u32>,
+    /// The front that eliminates each place.
+    pub owner: Vec<u32>,
     /// Children before parents.
     pub fronts: Vec<Front>,
     pub boundaries: Vec<u32>,
@@ -105,10 +111,7 @@ pub(super) struct Symbolic {
 impl Symbolic {
     /// Analyses for vectors of `g` numbers.
     pub fn new(pattern: &Pattern, tree: &Tree, g: usize) -> Self {
-        let mut place = vec![0u32; tree.order.len()];
-        for (i, &mass) in tree.order.iter().enumerate() {
-            place[mass as usize] = i as u32;
-        }
+        let place = tree.places();
         let mut symbolic = Self { order: tree.order.clone(), ..Self::default() };
         let mut children: Vec<Vec<u32>> = vec![Vec::new(); tree.fronts.len()];
         for (front, parent) in tree.parents.iter().enumerate() {
@@ -120,13 +123,16 @@ impl Symbolic {
         for ((pivots, children), boundary) in tree.fronts.iter().zip(&children).zip(boundaries) {
             symbolic.add_front(pivots, children, boundary, g);
         }
-        for (front, parent) in tree.parents.iter().enumerate() {
+        for (front, &parent) in tree.parents.iter().enumerate() {
+            symbolic.fronts[front].parent = parent;
             if let Some(parent) = parent {
-                symbolic.add_runs(front, *parent as usize);
+                symbolic.add_runs(front, parent as usize);
             }
         }
+        symbolic.add_owners();
         symbolic.add_blocks(pattern, &place);
         symbolic.place_schur();
+        symbolic.place = place;
         symbolic
     }
 
@@ -183,19 +189,22 @@ impl Symbolic {
         self.fronts[child].runs = start..self.runs.len();
     }
 
+    fn add_owners(&mut self) {
+        self.owner = vec![0; self.order.len()];
+        for (k, front) in self.fronts.iter().enumerate() {
+            self.owner[front.first / 3..(front.first + front.pivots) / 3].fill(k as u32);
+        }
+    }
+
     /// Where the blocks of the matrix go.
     fn add_blocks(&mut self, pattern: &Pattern, place: &[u32]) {
-        let mut owner = vec![0; place.len()];
-        for (k, front) in self.fronts.iter().enumerate() {
-            owner[front.first / 3..(front.first + front.pivots) / 3].fill(k);
-        }
         let mut blocks: Vec<[Vec<Block>; 2]> = vec![Default::default(); self.fronts.len()];
         for (slot, row, column) in pattern.iter() {
             let (r, c) = (place[row as usize], place[column as usize]);
             let (low, high) = (r.min(c), r.max(c));
-            let k = owner[low as usize];
+            let k = self.owner[low as usize] as usize;
             let front = &self.fronts[k];
-            let local = match owner[high as usize] == k {
+            let local = match self.owner[high as usize] as usize == k {
                 true => 3 * high as usize - front.first,
                 false => front.wide + 3 * self.boundary(front).partition_point(|&b| b < high),
             };
@@ -236,27 +245,4 @@ impl Symbolic {
             }
         }
     }
-}
-
-pub(super) fn dump(s: &Symbolic, g: usize) {
-    let (mut schur, mut solve, mut asm, mut ext) = (0.0, 0.0, 0.0, 0.0);
-    let (mut es, mut ep) = (0.0, 0.0);
-    let mut runs=0;
-    let mut hist: std::collections::BTreeMap<usize,usize>=Default::default();
-    for f in &s.fronts {
-        let (w, t) = ((f.wide / g) as f64, (f.tall / g) as f64);
-        let gg = (g * g * g) as f64;
-        schur += t * (t + 1.0) / 2.0 * w * gg;
-        solve += (t * w * (w + 1.0) / 2.0 + w * (w + 1.0) * (w + 2.0) / 6.0) * gg;
-        asm += (f.rows() * f.wide) as f64;
-        let nb = 3.0 * f.boundary.len() as f64; let np=f.pivots as f64;
-        ext += nb * nb / 2.0;
-        es += nb * (nb + 1.0) / 2.0 * np;
-        ep += nb * np * (np + 1.0) / 2.0 + np * np * np / 6.0;
-        runs+=f.runs.len();
-        *hist.entry(f.pivots).or_default()+=1;
-        if std::env::var("V").is_ok() { println!("  np {} nb {} runs {} children {}", f.pivots, nb, f.runs.len(), f.children.len()); }
-    }
-    println!("g {g} fronts {} Mfma: schur {:.3} (exact {:.3}) panel {:.3} (exact {:.3}) columns k {:.1} extend k {:.1} runs {} schur_len k {}", s.fronts.len(), schur / 1e6, es / 1e6, solve / 1e6, ep / 1e6, asm / 1e3, ext / 1e3, runs, s.schur_len/1000);
-    println!("{hist:?}");
 }
