@@ -6,10 +6,11 @@
 use glam::DVec3;
 
 use super::{
-    Air, BodySpec, CameraSpec, ContactDefaults, Material, PathKey, Placement, Region, RegionVector, Room, Scene, Shape,
-    SheetSpec,
+    Air, BodySpec, CameraSpec, ContactDefaults, Material, MaterialChoice, PathKey, Placement, Region, RegionVector,
+    Room, Scene, Shape, SheetSpec,
 };
 use crate::error::{InputError, check_range};
+use crate::lattice::calibrate::Target;
 
 type Check = Result<(), InputError>;
 
@@ -85,7 +86,9 @@ pub fn contact(contact: &ContactDefaults) -> Check {
 /// When a value is out of range.
 pub fn air(air: &Air) -> Check {
     check_range("air.factor", air.factor, 1e-6, 1.0, "")?;
-    check_range("air.per", air.per, 1e-6, 1e3, "s")
+    check_range("air.per", air.per, 1e-6, 1e3, "s")?;
+    check_range("air.density", air.density, 0.0, 1e4, "kg/m³")?;
+    vector("air.wind", air.wind, 1e3, "m/s")
 }
 
 fn camera(camera: &CameraSpec) -> Check {
@@ -113,14 +116,21 @@ fn room(room: &Room) -> Check {
 /// # Errors
 /// When one is out of range; fields are below `field`.
 pub fn material(field: &str, m: &Material) -> Check {
-    let at = |name: &str| format!("{field}.{name}");
+    let at = |name: &str| if field.is_empty() { name.to_owned() } else { format!("{field}.{name}") };
     check_range(&at("young"), m.young, 1e-3, 2e12, "Pa")?;
     check_range(&at("poisson"), m.poisson, -0.99, 0.499, "")?;
     check_range(&at("density"), m.density, 1e-3, 1e6, "kg/m³")?;
     check_range(&at("thickness"), m.thickness, 1e-7, 1.0, "m")?;
     check_range(&at("specific_heat"), m.specific_heat, 1.0, 1e5, "J/(kg K)")?;
     check_range(&at("conductivity"), m.conductivity, 0.0, 1e4, "W/(m K)")?;
-    check_range(&at("emissivity"), m.emissivity, 0.0, 1.0, "")
+    check_range(&at("emissivity"), m.emissivity, 0.0, 1.0, "")?;
+    check_range(&at("damping_ratio"), m.damping_ratio, 0.0, 10.0, "of critical")?;
+    option(&at("yield_stress"), m.yield_stress, (1.0, 1e11), "Pa")?;
+    option(&at("glass_transition"), m.glass_transition, (-273.15, 1000.0), "°C")?;
+    check_range(&at("wlf.0"), m.wlf.0, 1.0, 100.0, "")?;
+    check_range(&at("wlf.1"), m.wlf.1, 1.0, 1000.0, "K")?;
+    let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| Target::orthotropic(measured).map(drop));
+    woven.map_err(|e| within(&at("orthotropic"), e))
 }
 
 fn placement(p: &Placement) -> Check {
@@ -129,7 +139,11 @@ fn placement(p: &Placement) -> Check {
 }
 
 fn sheet(s: &SheetSpec) -> Check {
-    material("material", &s.material.resolve()?)?;
+    match &s.material {
+        MaterialChoice::Named(name) => super::material::by_name(name).map(drop)?,
+        MaterialChoice::Inline(constants) => material("material", constants)?,
+        MaterialChoice::File(_) => {}
+    }
     check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
     let (fewest, most) = s.structure.info().layers;
     if s.file.is_none() {
@@ -141,6 +155,9 @@ fn sheet(s: &SheetSpec) -> Check {
     check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
     check_range("gap", s.gap, 1e-7, 10.0, "m")?;
     check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
+    option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
+    check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
+    check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
     check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
     check_range("thickness_limit", s.thickness_limit, 0.0, 0.95, "")?;
     option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
@@ -155,6 +172,14 @@ fn sheet(s: &SheetSpec) -> Check {
     for (i, pin) in s.pins.iter().enumerate() {
         region(&pin.region).map_err(|e| within(&format!("pins.{i}.region"), e))?;
         path(&pin.path).map_err(|e| within(&format!("pins.{i}"), e))?;
+        let all = pin.axes == (true, true, true);
+        if !all && (!pin.path.is_empty() || pin.clamp) {
+            let problem = "masses held along some axes only can be neither led nor clamped";
+            return Err(InputError::new(format!("pins.{i}.axes"), problem));
+        }
+        if pin.axes == (false, false, false) {
+            return Err(InputError::new(format!("pins.{i}.axes"), "holds nothing"));
+        }
     }
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
