@@ -9,6 +9,7 @@
 
 mod double_diagonal;
 mod grid;
+pub mod outline;
 mod provot2d;
 mod provot3d;
 mod samm;
