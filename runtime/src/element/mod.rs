@@ -10,9 +10,12 @@
 //! efficiency and robustness of the Newton method in geometrically non-linear structural problem discretized via
 //! displacement-based finite elements", CMAME 313, 2017).
 
+pub mod curvature;
+pub mod edge_membrane;
 pub mod flexion_limit;
 pub mod spring;
 pub mod thickness_limit;
+pub mod triangle;
 
 use crate::sheet::Vectors;
 
