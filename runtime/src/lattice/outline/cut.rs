@@ -159,8 +159,8 @@ fn cross(pieces: &mut [Line], cells: &Cells) -> Result<(), InputError> {
         }
     }
     for j in 0..pieces.len() {
-        for i in 0..j {
-            for (s, t) in crossings(&pieces[i], &pieces[j]) {
+        for i in 0..=j {
+            for (s, t) in crossings(&pieces[i], &pieces[j], i == j) {
                 let point = pieces[i].stop(s, SAME);
                 let other = pieces[j].stop(t, SAME);
                 if point.distance(other) > SAME {
@@ -175,11 +175,12 @@ fn cross(pieces: &mut [Line], cells: &Cells) -> Result<(), InputError> {
     Ok(())
 }
 
-fn crossings(a: &Line, b: &Line) -> Vec<(f64, f64)> {
+/// Arc lengths at which two lines cross, or one (`same`) crosses itself.
+fn crossings(a: &Line, b: &Line, same: bool) -> Vec<(f64, f64)> {
     let mut found: Vec<(f64, f64)> = Vec::new();
     let within = |line: &Line, s: f64| s > ON && s < line.length() - ON;
     for (i, p) in a.sides().enumerate() {
-        for (j, q) in b.sides().enumerate() {
+        for (j, q) in b.sides().enumerate().skip(if same { i + 2 } else { 0 }) {
             if let Some((s, t)) = meeting(p, q) {
                 let at = (a.arc[i] + s * p.0.distance(p.1), b.arc[j] + t * q.0.distance(q.1));
                 if within(a, at.0) && within(b, at.1) && found.iter().all(|f| (f.0 - at.0).abs() > 1e-9) {

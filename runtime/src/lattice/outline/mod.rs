@@ -4,7 +4,7 @@
 //! along the length and z along the width. Curves are kept as polylines that stay within [`FLATNESS`] of the outline's size of
 //! them; all distances are exact on these polylines. [`mesh`](triangulate::mesh) covers it with triangles:
 //!
-//! - `nodes`: masses on the boundary and the cuts, a cell apart, corners kept;
+//! - `nodes`: masses on the boundary and the cuts, a cell apart, corners kept, and `layer`: a row a cell beside them;
 //! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells where there is room;
 //! - `split`: masses doubled along cuts;
 //! - `mesh`: the result.
@@ -13,6 +13,7 @@
 
 mod cut;
 mod features;
+mod layer;
 mod line;
 pub mod mesh;
 mod nodes;

@@ -17,6 +17,8 @@ pub struct Nodes {
     pub sides: Vec<[u32; 2]>,
     /// Sides along cuts.
     pub slits: Vec<[u32; 2]>,
+    /// How many of the points are on the boundary: they come first.
+    pub rim: usize,
     /// Field of the scene that each point comes from, an index into `fields`.
     pub from: Vec<u32>,
     /// Fields of the scene.
@@ -59,6 +61,8 @@ pub fn place(outline: &Outline, cells: &Cells) -> Result<Nodes, InputError> {
     features::check(&rings, cells)?;
     let pieces = cut::pieces(outline, &mut rings, cells)?;
     let mut nodes = Nodes::default();
-    rings.iter().chain(&pieces).for_each(|line| nodes.add(line));
+    rings.iter().for_each(|line| nodes.add(line));
+    nodes.rim = nodes.points.len();
+    pieces.iter().for_each(|line| nodes.add(line));
     Ok(nodes)
 }

@@ -1,15 +1,16 @@
 //! A sheet's triangles: square cells halved wherever there is room, fitted to the boundary and the cuts.
 //!
 //! The grid has `grid.0` by `grid.1` points over the outline's box. Its points that are at least [`CLEARANCE`] cells from
-//! every boundary and cut are masses, and so are points about a cell apart along these. A constrained Delaunay triangulation
-//! (Chew 1989; crate spade) of them in units of cells keeps all sides of the boundary and of the cuts; triangles outside
-//! are dropped. Whole cells are halved by diagonals that alternate, so that no direction is preferred.
+//! every boundary and cut are masses, and so are points about a cell apart along these and a row beside them (`layer`). A
+//! constrained Delaunay triangulation (Chew 1989; crate spade) of all in units of cells keeps the sides of the boundary and
+//! of the cuts; triangles outside are dropped. Whole cells are halved by parallel diagonals.
 
 use std::collections::BTreeMap;
 
 use glam::DVec2;
 use spade::{ConstrainedDelaunayTriangulation, HasPosition, Point2, Triangulation};
 
+use super::layer::{self, APART};
 use super::line::Cells;
 use super::mesh::Mesh;
 use super::nodes::{self, Nodes};
@@ -52,7 +53,7 @@ pub fn mesh(outline: &Outline, grid: (u32, u32)) -> Result<Mesh, InputError> {
     let mut nodes = nodes::place(outline, &cells)?;
     let interior = grid_points(&mut nodes, grid);
     let mut triangles = triangulate(&nodes, &cells)?;
-    alternate_diagonals(&mut triangles, &nodes, &interior);
+    align_diagonals(&mut triangles, &nodes, &interior);
     check_quality(&nodes, &triangles, &cells)?;
     let positions = nodes.points.iter().map(|p| cells.metres(*p)).collect();
     let rows = nodes.points.iter().map(|p| p.y.round() as i64).collect();
@@ -74,11 +75,17 @@ fn grid_points(nodes: &mut Nodes, grid: (u32, u32)) -> Interior {
             }
         }
     }
+    let (row, bins) = layer::points(nodes);
+    nodes.points.extend(row);
     let mut interior = Interior::new();
     for j in 0..grid.1 {
         for i in (0..grid.0).filter(|i| !taken[(j * grid.0 + i) as usize]) {
+            let p = DVec2::new(i.into(), j.into());
+            if bins.near(p, APART) && !bins.near(p, 1e-6) {
+                continue;
+            }
             interior.insert((i, j), nodes.points.len() as u32);
-            nodes.points.push(DVec2::new(i.into(), j.into()));
+            nodes.points.push(p);
         }
     }
     interior
@@ -135,9 +142,9 @@ fn inside(made: &ConstrainedDelaunayTriangulation<Vertex>, nodes: &Nodes) -> Vec
     triangles
 }
 
-/// Gives whole cells of the grid diagonals that alternate.
-fn alternate_diagonals(triangles: &mut Vec<[u32; 3]>, nodes: &Nodes, interior: &Interior) {
-    let first = nodes.from.len() as u32;
+/// Gives all whole cells of the grid the same diagonal: every mass then has the same neighbours.
+fn align_diagonals(triangles: &mut Vec<[u32; 3]>, nodes: &Nodes, interior: &Interior) {
+    let first = interior.values().next().copied().unwrap_or(u32::MAX);
     let mut halves: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     let cell = |t: &[u32; 3]| -> Option<(u32, u32)> {
         if t.iter().any(|v| *v < first) {
@@ -156,8 +163,7 @@ fn alternate_diagonals(triangles: &mut Vec<[u32; 3]>, nodes: &Nodes, interior: &
     for ((i, j), _) in halves.iter().filter(|h| *h.1 == 2) {
         let corner = |di: u32, dj: u32| interior.get(&(i + di, j + dj)).copied();
         if let (Some(a), Some(b), Some(c), Some(d)) = (corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)) {
-            let pair = if (i + j) % 2 == 0 { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
-            triangles.extend(pair);
+            triangles.extend([[a, b, c], [a, c, d]]);
         }
     }
 }

@@ -69,6 +69,8 @@ fn quadratics_are_exact_on_any_mesh() {
             let area: f64 = groups.iter().map(|g| g.area).sum();
             assert!(clamp || (area / mesh.total_area() - 1.0).abs() < 1e-12);
             for group in &groups {
+                let size = |i: usize| group.rows[i].iter().map(|(_, r)| r.abs()).sum::<f64>() * 0.5;
+                let rounding = (0..3).map(size).fold(1.0, f64::max) * 1e-13;
                 let missing: [f64; 3] = std::array::from_fn(|i| {
                     let masses: f64 = group.rows[i].iter().map(|(v, r)| r * w(mesh.positions[*v as usize])).sum();
                     let clamps: f64 = group.clamps[i].iter().map(|(j, r)| r * slopes[*j as usize]).sum();
@@ -78,7 +80,7 @@ fn quadratics_are_exact_on_any_mesh() {
                 let q = relaxation(&unit, &group.relaxed);
                 for row in q {
                     let left: f64 = row.iter().zip(missing).map(|(q, m)| q * m).sum();
-                    assert!(left.abs() < 2e-11, "off by {left}");
+                    assert!(left.abs() < 10.0 * rounding, "off by {left}, rounding {rounding}");
                 }
             }
         }
