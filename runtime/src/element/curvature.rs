@@ -1,29 +1,28 @@
-//! Curvature of a part of a sheet as a linear operator on its masses: what the bending element is built from.
+//! Curvatures of a plate as sums over masses: what a lattice of masses has to say to [`super::bending`].
 //!
-//! Components are (uu, vv, 2uv), the last with the engineering factor: κ = (x_uu, x_vv, 2 x_uv), vectors in the world, 1/m.
-//! A group's energy is ½ A κᵀ D' κ with its area A (m²) and D' = Qᵀ D Q, the bending stiffness D (N m) condensed over the
-//! directions of curvature that nothing prescribes. With B the matrix of these directions (columns),
+//! κ_a = Σ w x (+ Σ c t where an edge's slope is prescribed), a = uu, vv, 2uv; vectors, because x is. A group is where the
+//! three are known together and stand for an area. Curvatures that nothing holds (across a free edge) are `relaxed`: they
+//! take the value that costs least, which is the natural boundary condition. With B the matrix of these directions (columns)
+//! and D the bending stiffness, the relaxed curvature is Q κ,
 //!
-//! Q = I - B (Bᵀ D B)⁻¹ Bᵀ D,
-//!
-//! so that the free directions take the values of least energy (static condensation).
+//! Q = I - B (Bᵀ D B)⁻¹ Bᵀ D, and κᵀ Qᵀ D Q κ the energy that [`super::bending::condensed`] gives.
 
-/// A part of the sheet whose curvature is known, and how.
+/// Curvatures at one place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CurvatureGroup {
-    /// Stencil of each of the three components (uu, vv, 2uv): masses and weights, 1/m².
+    /// Stencil of each component (uu, vv, 2uv): masses and weights, 1/m²; empty for one that is not known here.
     pub rows: [Vec<(u32, f64)>; 3],
-    /// What prescribed tangents add to each component: (index of the clamp direction, weight in 1/m).
+    /// What a prescribed edge slope adds to each component: number of the direction and weight, 1/m.
     pub clamps: [Vec<(u32, f64)>; 3],
-    /// Area that the group stands for, the factor of a clamp included, m².
+    /// Area the group stands for, the clamp's factor included, m².
     pub area: f64,
-    /// Directions of curvature (uu, vv, 2uv) that are free to adjust.
+    /// Directions (uu, vv, 2uv) of curvature that are free to adjust.
     pub relaxed: Vec<[f64; 3]>,
-    /// Four masses a, b, c, d whose differences (b - a) x (d - c) point along the normal, u to v by the right hand.
+    /// Masses a, b, c, d whose differences give the normal, (x_b - x_a) × (x_d - x_c).
     pub frame: [u32; 4],
 }
 
-/// Q for stiffness `d` (N m) and the directions of curvature that are free to adjust.
+/// Q for bending stiffness `d` (N m) and the directions of curvature that are free to adjust.
 pub fn relaxation(d: &[[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
     let mut q = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     // One direction after the other, each made D-orthogonal to those before: the projections then multiply.
@@ -31,8 +30,7 @@ pub fn relaxation(d: &[[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
         let b = apply(&q, direction);
         let db = apply(d, &b);
         let stiffness = dot(&b, &db);
-        let scale = dot(direction, &apply(d, direction));
-        if stiffness <= 1e-12 * scale || stiffness <= 0.0 {
+        if stiffness <= 1e-12 * dot(direction, &apply(d, direction)) || stiffness <= 0.0 {
             continue;
         }
         // (I - b (Db)ᵀ / bᵀDb) Q; D is symmetric.
@@ -46,19 +44,6 @@ pub fn relaxation(d: &[[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
     q
 }
 
-/// D' = Qᵀ D Q.
-pub fn condensed(d: &[[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
-    if relaxed.is_empty() {
-        return *d;
-    }
-    let q = relaxation(d, relaxed);
-    let column = |m: &[[f64; 3]; 3], j: usize| [m[0][j], m[1][j], m[2][j]];
-    let dq: [[f64; 3]; 3] = std::array::from_fn(|j| apply(d, &column(&q, j)));
-    let value = |i: usize, j: usize| dot(&column(&q, i), &dq[j]);
-    // The mean of both halves: symmetric to the bit.
-    std::array::from_fn(|i| std::array::from_fn(|j| 0.5 * (value(i, j) + value(j, i))))
-}
-
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -70,25 +55,25 @@ fn apply(m: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn close(a: [[f64; 3]; 3], b: [[f64; 3]; 3]) {
-        for (a, b) in a.as_flattened().iter().zip(b.as_flattened()) {
-            assert!((a - b).abs() < 1e-12, "{a} {b}");
-        }
-    }
+    use crate::element::bending::condensed;
 
     #[test]
-    fn a_free_direction_leaves_the_beam() {
-        let nu = 0.3;
-        let plate = [[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]];
-        close(condensed(&plate, &[]), plate);
-        // κ_vv free: what bends along u is a beam, D (1 - ν²), and twist is untouched.
-        let beam = [[1.0 - nu * nu, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.35]];
-        close(condensed(&plate, &[[0.0, 1.0, 0.0]]), beam);
-        let twist = [[0.0; 3], [0.0; 3], [0.0, 0.0, 0.35]];
-        close(condensed(&plate, &[[0.0, 1.0, 0.0], [2.0, 1.0, 0.0]]), twist);
-        close(condensed(&plate, &[[0.0, 1.0, 0.0], [2.0, 1.0, 0.0], [0.3, 0.1, 1.0]]), [[0.0; 3]; 3]);
-        // The same direction twice is one.
-        close(condensed(&plate, &[[0.0, 1.0, 0.0], [0.0, 3.0, 0.0]]), beam);
+    fn the_relaxed_curvature_has_the_condensed_energy() {
+        let d = [[1.1, 0.3, 0.05], [0.3, 0.7, -0.02], [0.05, -0.02, 0.4]];
+        let directions = [[0.0, 1.0, 0.0], [2.0, 1.0, 0.0], [0.3, 0.1, 1.0], [0.0, 3.0, 0.0]];
+        for count in 0..=directions.len() {
+            let q = relaxation(&d, &directions[..count]);
+            let wanted = condensed(d, &directions[..count]);
+            let column = |j: usize| [q[0][j], q[1][j], q[2][j]];
+            for i in 0..3 {
+                for j in 0..3 {
+                    let got = dot(&column(i), &apply(&d, &column(j)));
+                    assert!((got - wanted[i][j]).abs() < 1e-12, "{count}: {got}, not {}", wanted[i][j]);
+                }
+            }
+            for b in &directions[..count] {
+                assert!(apply(&q, b).iter().all(|v| v.abs() < 1e-12), "what is free to adjust is adjusted away");
+            }
+        }
     }
 }

@@ -246,9 +246,9 @@ impl EdgeMembrane {
         }
     }
 
-    fn scatter(&self, x: &Vectors, sign: f64, to: &mut Vectors) {
+    fn scatter(&self, x: &Vectors, to: &mut Vectors) {
         for (strain, stress) in self.strains.iter().zip(&self.stress) {
-            strain.scatter(x, sign * stress, to);
+            strain.scatter(x, *stress, to);
         }
     }
 
@@ -336,15 +336,17 @@ impl Element for EdgeMembrane {
         self.stored(|e| self.strains[e].at(x))
     }
 
-    fn add_forces(&mut self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
-        for (work, strain) in self.work.iter_mut().zip(&self.strains) {
-            *work = strain.at(x);
-            if self.retardation > 0.0 {
-                *work += self.retardation * strain.rate(x, v);
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        for t in &self.triangles {
+            let strain = t.edges.map(|e| {
+                let strain = &self.strains[e as usize];
+                let rate = if self.retardation > 0.0 { self.retardation * strain.rate(x, v) } else { 0.0 };
+                strain.at(x) + rate
+            });
+            for (e, stress) in t.edges.iter().zip(product(&t.stiffness, &strain)) {
+                self.strains[*e as usize].scatter(x, -stress, force);
             }
         }
-        self.stress_of_work();
-        self.scatter(x, -1.0, force);
     }
 
     fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
@@ -372,7 +374,7 @@ impl Element for EdgeMembrane {
         self.strain_stage(x);
         std::mem::swap(&mut self.stress, &mut self.rate);
         self.stress_of_work();
-        self.scatter(x, 1.0, gradient);
+        self.scatter(x, gradient);
         std::mem::swap(&mut self.stress, &mut self.rate);
     }
 

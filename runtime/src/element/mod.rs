@@ -10,10 +10,17 @@
 //! efficiency and robustness of the Newton method in geometrically non-linear structural problem discretized via
 //! displacement-based finite elements", CMAME 313, 2017).
 
+pub mod bending;
+pub mod cell_membrane;
+#[cfg(test)]
+pub(crate) mod check;
 pub mod curvature;
 pub mod edge_membrane;
 pub mod flexion_limit;
+pub mod mixed_spring;
+pub mod pack;
 pub mod spring;
+pub mod staggered;
 pub mod thickness_limit;
 pub mod triangle;
 
@@ -68,7 +75,7 @@ pub trait Element: Send + Sync {
     fn energy(&self, x: &Vectors) -> f64;
 
     /// Adds the forces (N) at positions `x` (m) and velocities `v` (m/s), viscous ones included.
-    fn add_forces(&mut self, x: &Vectors, v: &Vectors, force: &mut Vectors);
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors);
 
     /// Begins a stage: `per_time` is 1/h (1/s), 0 for equilibrium; the anchors' sum is ε_w.
     fn begin(&mut self, per_time: f64, anchors: &[Anchor]);

@@ -1,6 +1,7 @@
 //! Lowest frequencies of a linear plate: skyline Cholesky factor, subspace iteration with Rayleigh and Ritz's quotients.
 
-use crate::element::curvature::{CurvatureGroup, condensed};
+use crate::element::bending::condensed;
+use crate::element::curvature::CurvatureGroup;
 use crate::element::triangle::symmetric::eigen;
 
 /// Vectors iterated together: more than any test asks for, so that the wanted ones converge quickly.
@@ -96,7 +97,7 @@ impl Plate {
             .collect();
         let (mut pattern, mut blocks) = (Vec::new(), Vec::new());
         for group in groups {
-            let c = condensed(d, &group.relaxed);
+            let c = condensed(*d, &group.relaxed);
             let mut rows: std::collections::BTreeMap<usize, [f64; 3]> = Default::default();
             for (k, row) in group.rows.iter().enumerate() {
                 for (v, w) in row {
