@@ -15,12 +15,14 @@ pub mod cell_membrane;
 #[cfg(test)]
 pub(crate) mod check;
 pub mod curvature;
+pub mod edge_membrane;
 pub mod flexion_limit;
 pub mod mixed_spring;
 pub mod pack;
 pub mod spring;
 pub mod staggered;
 pub mod thickness_limit;
+pub mod triangle;
 pub mod wall_spring;
 
 use crate::sheet::Vectors;

@@ -10,6 +10,7 @@
 pub mod calibrate;
 mod double_diagonal;
 mod grid;
+pub mod outline;
 mod provot2d;
 mod provot3d;
 mod samm;

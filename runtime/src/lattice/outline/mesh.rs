@@ -1,0 +1,114 @@
+//! A mesh of triangles in the plane of the sheet, with what elements ask of it.
+//!
+//! Coordinates are (u, v) = (x, z) of the sheet at rest, m. Triangles run counter-clockwise in (u, v). An edge runs from `a` to
+//! `b` as its first triangle does, so that the first is on its left and the normal (t_v, -t_u) of its direction t points
+//! out of it.
+
+use std::collections::BTreeMap;
+
+use crate::error::InputError;
+
+/// Stands where an edge of the boundary has no second triangle.
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// An edge of a mesh.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Edge {
+    /// Where it starts and ends.
+    pub nodes: [u32; 2],
+    /// The triangle on its left, and the one on its right or [`NO_TRIANGLE`].
+    pub triangles: [u32; 2],
+}
+
+impl Edge {
+    /// Whether it is on the boundary, the rim of a hole or a cut.
+    pub fn is_boundary(&self) -> bool {
+        self.triangles[1] == NO_TRIANGLE
+    }
+}
+
+/// A plane mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Masses (u, v) at rest, m; those along cuts twice.
+    pub positions: Vec<[f64; 2]>,
+    /// Masses of each triangle, counter-clockwise in (u, v), all of positive area.
+    pub triangles: Vec<[u32; 3]>,
+    /// Every edge once.
+    pub edges: Vec<Edge>,
+    /// Edges of each triangle; edge c joins its corners c and c + 1.
+    pub triangle_edges: Vec<[u32; 3]>,
+    /// Area of each triangle, m².
+    pub areas: Vec<f64>,
+    /// Area that falls to each mass, a third of each of its triangles, m².
+    pub lumped: Vec<f64>,
+    /// Whether each mass is on the boundary, the rim of a hole or a cut.
+    pub border: Vec<bool>,
+}
+
+impl Mesh {
+    /// From masses and triangles.
+    ///
+    /// # Errors
+    /// When a triangle names a mass that is not there or has no positive area, or an edge has three triangles or two that run
+    /// along it in the same sense.
+    pub fn new(positions: Vec<[f64; 2]>, triangles: Vec<[u32; 3]>) -> Result<Self, InputError> {
+        let mut mesh =
+            Self { lumped: vec![0.0; positions.len()], border: vec![false; positions.len()], ..Self::default() };
+        mesh.positions = positions;
+        let mut seen: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+        for (k, t) in triangles.iter().enumerate() {
+            let fault = |problem: &str| InputError::new(format!("triangles.{k}"), problem);
+            if t.iter().any(|v| *v as usize >= mesh.positions.len()) {
+                return Err(fault("names a mass that is not there"));
+            }
+            let area = mesh.area(*t);
+            // Not `<=`: a coordinate that is not a number has to be refused as well.
+            if !(area > 0.0 && area.is_finite()) {
+                return Err(fault("has no positive area"));
+            }
+            mesh.areas.push(area);
+            t.iter().for_each(|v| mesh.lumped[*v as usize] += area / 3.0);
+            let mut edges = [0; 3];
+            for c in 0..3 {
+                let (a, b) = (t[c], t[(c + 1) % 3]);
+                edges[c] = *seen.entry((a.min(b), a.max(b))).or_insert(mesh.edges.len() as u32);
+                match mesh.edges.get_mut(edges[c] as usize) {
+                    None => mesh.edges.push(Edge { nodes: [a, b], triangles: [k as u32, NO_TRIANGLE] }),
+                    Some(edge) if edge.is_boundary() && edge.nodes == [b, a] => edge.triangles[1] = k as u32,
+                    Some(_) => return Err(fault("has an edge that its neighbours do not fit")),
+                }
+            }
+            mesh.triangle_edges.push(edges);
+        }
+        for edge in mesh.edges.iter().filter(|e| e.is_boundary()) {
+            edge.nodes.iter().for_each(|v| mesh.border[*v as usize] = true);
+        }
+        mesh.triangles = triangles;
+        Ok(mesh)
+    }
+
+    fn area(&self, t: [u32; 3]) -> f64 {
+        let [a, b, c] = t.map(|v| self.positions[v as usize]);
+        0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]))
+    }
+
+    /// Area of all, m².
+    pub fn total_area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+
+    /// Middle of an edge, m.
+    pub fn middle(&self, edge: &Edge) -> [f64; 2] {
+        let [a, b] = edge.nodes.map(|v| self.positions[v as usize]);
+        [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+    }
+
+    /// Length (m) and unit direction of an edge.
+    pub fn direction(&self, edge: &Edge) -> (f64, [f64; 2]) {
+        let [a, b] = edge.nodes.map(|v| self.positions[v as usize]);
+        let (du, dv) = (b[0] - a[0], b[1] - a[1]);
+        let length = du.hypot(dv);
+        (length, [du / length, dv / length])
+    }
+}
