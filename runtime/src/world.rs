@@ -20,7 +20,7 @@ use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::event::{Event, Touches};
 use crate::scene::{Air, BodySpec, Scene, SheetSpec, validate};
-use crate::sheet::{Sheet, Status};
+use crate::sheet::{Equilibrium, Sheet, Status};
 use crate::step::{Field, Stage, step_sheet};
 
 /// Sheets and bodies in time.
@@ -142,6 +142,17 @@ impl World {
         steps
     }
 
+    /// Moves every sheet to its equilibrium under gravity, its forces and the wind, without contact and without time
+    /// passing; `tolerance` is how far (m) the last step of the search may go. How each was found, in order.
+    pub fn settle(&mut self, tolerance: f64) -> Vec<Equilibrium> {
+        let field = self.field();
+        self.sheets.iter_mut().map(|s| s.settle(field, tolerance)).collect()
+    }
+
+    fn field(&self) -> Field {
+        Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind }
+    }
+
     fn step_by(&mut self, dt: f64) {
         // Taken out for the step: the view borrows it while the sheets are changed.
         let mut rigid = self.rigid.take();
@@ -167,7 +178,8 @@ impl World {
     }
 
     fn step_sheets(&mut self, view: Option<&RigidView>, dt: f64) {
-        let field = Field { gravity: self.gravity, air: self.air.rate() };
+        let field =
+            Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind };
         let stage = Stage { field, time: self.time, dt, view, sleep: self.sleep };
         match &self.pool {
             Some(pool) if self.sheets.len() > 1 => pool.install(|| {

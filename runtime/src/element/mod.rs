@@ -1,5 +1,111 @@
-//! What pulls on masses: each element's energy and force, alone. Elements know masses by index and nothing of engines.
+//! Elements: what pulls on masses, each alone. Springs, the shell's membrane and bending; limits on angles and thickness.
+//!
+//! An [`Element`] is all elements of one kind in a sheet. It stores an energy of the positions and, with a retardation time
+//! τ (s), resists its own rate of strain as a Kelvin-Voigt solid does, σ = C (ε + τ ε̇).
+//!
+//! Explicit engines ask for forces. Implicit ones solve stages: with v = (x - w)/h in a stage (w what the scheme already
+//! knows), the strain rate is taken the same way, ε̇ = (ε(x) - ε_w)/h, so that a rigid rotation has none and the viscous part
+//! has a potential, ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are mixed: the stress in the geometric part is an unknown of its
+//! own, σ*, which [`Element::predict`] takes from the last linear solve (Magisano, Leonetti, Garcea, "How to improve
+//! efficiency and robustness of the Newton method in geometrically non-linear structural problem discretized via
+//! displacement-based finite elements", CMAME 313, 2017).
 
+pub mod bending;
+pub mod cell_membrane;
+#[cfg(test)]
+pub(crate) mod check;
+pub mod curvature;
 pub mod flexion_limit;
+pub mod mixed_spring;
+pub mod pack;
 pub mod spring;
+pub mod staggered;
 pub mod thickness_limit;
+
+use crate::sheet::Vectors;
+
+/// Index of a 3x3 block in the tangent's values that nothing reads: where blocks of held masses go.
+pub const NO_BLOCK: u32 = u32::MAX;
+
+/// One term of what a stage measures rates of strain from: `weight` ε(x) + `time` ε̇(x, v).
+pub struct Anchor<'a> {
+    /// Weight of the strain.
+    pub weight: f64,
+    /// Positions, m.
+    pub x: &'a Vectors,
+    /// Velocities (m/s) and the time (s) their rate of strain is followed for.
+    pub moving: Option<(f64, &'a Vectors)>,
+}
+
+/// Stiffness of a sheet per width, and its retardation time. Components are (uu, vv, uv) with engineering shear and twist
+/// (γ = 2 ε_uv, 2 κ_uv); u is along the sheet's length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// Membrane stiffness, N/m.
+    pub membrane: [[f64; 3]; 3],
+    /// Bending stiffness, N m.
+    pub bending: [[f64; 3]; 3],
+    /// Retardation time τ, s; 0 for a sheet without damping.
+    pub retardation: f64,
+}
+
+/// Which stress the geometric part of a tangent takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Geometric {
+    /// σ*, as the last solve predicted it.
+    Mixed,
+    /// σ* where it is tension, nothing where it is compression: positive semi-definite.
+    Clipped,
+}
+
+/// All elements of one kind in a sheet.
+pub trait Element: Send + Sync {
+    /// Calls `visit(a, b)` for the masses whose forces depend on each other's place, a > b; repeats are allowed.
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32));
+
+    /// Learns where its blocks are: `block(a, b)` with a ≥ b is the index of the block ∂²E/∂x_a∂x_b, or [`NO_BLOCK`].
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32);
+
+    /// Takes up a stiffness.
+    fn set_law(&mut self, law: &Law);
+
+    /// Energy stored at positions `x`, J.
+    fn energy(&self, x: &Vectors) -> f64;
+
+    /// Adds the forces (N) at positions `x` (m) and velocities `v` (m/s), viscous ones included.
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors);
+
+    /// Begins a stage: `per_time` is 1/h (1/s), 0 for equilibrium; the anchors' sum is ε_w.
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor]);
+
+    /// Stored energy and viscous potential of the stage at `x`, J.
+    fn potential(&self, x: &Vectors) -> f64;
+
+    /// Adds the gradient of [`Element::potential`], N.
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors);
+
+    /// Adds the part of the tangent that does not depend on positions to `values`, nine numbers a block by rows, N/m.
+    fn add_constant_tangent(&self, _per_time: f64, _values: &mut [f64]) {}
+
+    /// Adds the rest of the tangent at `x`.
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]);
+
+    /// Takes up the stress that moving from `x` by `d` predicts to first order; returns the energy ½ Δεᵀ C Δε (J) of the
+    /// strain that first order misses.
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64;
+
+    /// Takes up the stress at `x` as it is.
+    fn settle(&mut self, x: &Vectors);
+}
+
+/// Adds `block` (by rows) times `scale` to block `slot` of `values`.
+#[inline(always)]
+pub(crate) fn add_block(values: &mut [f64], slot: u32, block: &[f64; 9]) {
+    if slot == NO_BLOCK {
+        return;
+    }
+    let at = slot as usize * 9;
+    for (to, from) in values[at..at + 9].iter_mut().zip(block) {
+        *to += from;
+    }
+}

@@ -15,6 +15,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     evaluations: 1,
     drift: 0.5,
     adaptive: false,
+    implicit: false,
     make: || Box::new(Analytical::default()),
 };
 
@@ -30,6 +31,6 @@ impl Engine for Analytical {
         x.add_scaled(dt, v);
         x.add_scaled(0.5 * dt * dt, &self.a);
         v.add_scaled(dt, &self.a);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1 }
+        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1, guarded: 0 }
     }
 }

@@ -14,6 +14,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     evaluations: 1,
     drift: 1.0,
     adaptive: false,
+    implicit: false,
     make: || Box::new(EulerCromer::default()),
 };
 
@@ -28,6 +29,6 @@ impl Engine for EulerCromer {
         forces.accelerations(t, x, v, &mut self.a);
         v.add_scaled(dt, &self.a);
         x.add_scaled(dt, v);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1 }
+        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1, guarded: 0 }
     }
 }

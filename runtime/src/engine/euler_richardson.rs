@@ -16,6 +16,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     evaluations: 2,
     drift: 0.5,
     adaptive: false,
+    implicit: false,
     make: || Box::new(EulerRichardson::default()),
 };
 
@@ -37,6 +38,6 @@ impl Engine for EulerRichardson {
         forces.accelerations(t + 0.5 * dt, &self.x_mid, &self.v_mid, &mut self.a);
         x.add_scaled(dt, &self.v_mid);
         v.add_scaled(dt, &self.a);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 2 }
+        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 2, guarded: 0 }
     }
 }

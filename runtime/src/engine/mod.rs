@@ -8,11 +8,16 @@
 //! On x'' = -ω²x with a = hω the schemes behave as the table in `assets/README.md` says; the conformance tests measure it.
 
 mod analytical;
+mod backward_euler;
+mod bdf2;
 mod euler;
 mod euler_cromer;
 mod euler_richardson;
+pub mod implicit;
+pub mod linear;
 mod rk4;
 mod rk45;
+mod tr_bdf2;
 mod verlet;
 
 use serde::{Deserialize, Serialize};
@@ -24,6 +29,11 @@ use crate::sheet::Vectors;
 pub trait Forces {
     /// Writes the accelerations (m/s²) at time `t` (s), positions `x` (m) and velocities `v` (m/s) to `a`.
     fn accelerations(&mut self, t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors);
+
+    /// The same masses as implicit schemes see them; `None` where nobody prepared for that.
+    fn implicit(&mut self) -> Option<&mut dyn implicit::Implicit> {
+        None
+    }
 }
 
 /// What a call to [`Engine::advance`] did.
@@ -35,8 +45,10 @@ pub struct Advance {
     pub accepted: u64,
     /// Steps tried and thrown away because their error was too large.
     pub rejected: u64,
-    /// Calls of [`Forces::accelerations`].
+    /// Calls of [`Forces::accelerations`]; linear solves of an implicit scheme.
     pub evaluations: u64,
+    /// Stages of an implicit scheme that the guarded descent had to finish.
+    pub guarded: u64,
 }
 
 /// A time-stepping scheme with its working arrays.
@@ -69,6 +81,12 @@ pub enum EngineKind {
     Rk4,
     /// Dormand-Prince pair of orders 5 and 4, adaptive.
     Rk45,
+    /// Implicit, trapezoidal and BDF2 stages.
+    TrBdf2,
+    /// Implicit Euler.
+    BackwardEuler,
+    /// Implicit BDF2.
+    Bdf2,
 }
 
 /// One row of the table of engines.
@@ -81,22 +99,34 @@ pub struct EngineInfo {
     pub about: &'static str,
     /// Order of convergence of positions at a fixed time.
     pub order: u32,
-    /// Largest hω at which undamped oscillation does not grow; 0 where it always grows a little.
+    /// Largest hω at which undamped oscillation does not grow; 0 where it always grows a little, infinite for implicit ones.
     pub stability_limit: f64,
-    /// Evaluations of the forces a step.
+    /// Evaluations of the forces a step; of an implicit scheme its stages, each one or more linear solves.
     pub evaluations: u32,
     /// Weight θ of a constant acceleration in a step's displacement, Δx = v h + θ a h²: ½ but for the Euler schemes. Contact
     /// moves what it slows by the same rule, or masses in contact would drift from their neighbours.
     pub drift: f64,
     /// Whether it chooses its own steps within `dt`.
     pub adaptive: bool,
+    /// Whether it solves for the end of the step.
+    pub implicit: bool,
     /// Makes one.
     pub(crate) make: fn() -> Box<dyn Engine>,
 }
 
 /// Every engine, in the order menus show them.
-pub const TABLE: &[EngineInfo] =
-    &[analytical::INFO, euler::INFO, euler_cromer::INFO, euler_richardson::INFO, verlet::INFO, rk4::INFO, rk45::INFO];
+pub const TABLE: &[EngineInfo] = &[
+    analytical::INFO,
+    euler::INFO,
+    euler_cromer::INFO,
+    euler_richardson::INFO,
+    verlet::INFO,
+    rk4::INFO,
+    rk45::INFO,
+    tr_bdf2::INFO,
+    backward_euler::INFO,
+    bdf2::INFO,
+];
 
 impl EngineKind {
     /// Its row in the table.

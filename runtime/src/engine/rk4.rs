@@ -15,6 +15,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     evaluations: 4,
     drift: 0.5,
     adaptive: false,
+    implicit: false,
     make: || Box::new(Rk4::default()),
 };
 
@@ -51,6 +52,6 @@ impl Engine for Rk4 {
         }
         x.copy_from(&self.x_sum);
         v.copy_from(&self.v_sum);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 4 }
+        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 4, guarded: 0 }
     }
 }

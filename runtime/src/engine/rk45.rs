@@ -18,6 +18,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     evaluations: 7,
     drift: 0.5,
     adaptive: true,
+    implicit: false,
     make: || Box::new(Rk45::default()),
 };
 

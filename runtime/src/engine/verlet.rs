@@ -17,6 +17,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     evaluations: 2,
     drift: 0.5,
     adaptive: false,
+    implicit: false,
     make: || Box::new(Verlet::default()),
 };
 
@@ -36,6 +37,6 @@ impl Engine for Verlet {
         x.add_scaled(dt, v);
         forces.accelerations(t + dt, x, &self.predicted, &mut self.a);
         v.add_scaled(0.5 * dt, &self.a);
-        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 2 }
+        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 2, guarded: 0 }
     }
 }

@@ -12,6 +12,7 @@ mod grid;
 mod provot2d;
 mod provot3d;
 mod samm;
+mod shell;
 mod slamm;
 mod trimm;
 
@@ -39,6 +40,8 @@ pub enum StructureKind {
     Provot2d,
     /// Two (or more) double-diagonal layers with flexion springs in each.
     Provot3d,
+    /// One layer with the true stiffness of its material, without springs.
+    Shell,
 }
 
 /// One row of the table of structures.
@@ -69,6 +72,7 @@ pub const TABLE: &[Structure] = &[
     trimm::STRUCTURE,
     provot2d::STRUCTURE,
     provot3d::STRUCTURE,
+    shell::STRUCTURE,
 ];
 
 impl StructureKind {

@@ -10,7 +10,7 @@ use crate::error::InputError;
 use crate::scene::Placement;
 
 pub(super) const CASE: Case =
-    Case { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", run };
+    Case { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", contact: true, run };
 
 /// Rebounds that are waited for.
 const REBOUNDS: usize = 3;

@@ -12,7 +12,7 @@ use crate::scene::Placement;
 use crate::sheet::Sheet;
 
 pub(super) const CASE: Case =
-    Case { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", run };
+    Case { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", contact: true, run };
 
 /// A layer that moved further than this has slid, m.
 const MOVED: f64 = 2e-5;

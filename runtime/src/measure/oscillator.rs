@@ -12,7 +12,7 @@ use crate::error::InputError;
 use crate::sheet::Vectors;
 
 pub(super) const CASE: Case =
-    Case { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", run };
+    Case { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", contact: false, run };
 
 /// Spectral radius above 1 by more than this is growth, not rounding.
 const GROWTH: f64 = 1e-12;

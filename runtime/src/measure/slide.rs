@@ -9,7 +9,7 @@ use crate::error::InputError;
 use crate::scene::Placement;
 
 pub(super) const CASE: Case =
-    Case { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", run };
+    Case { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", contact: true, run };
 
 /// Speed below which the sheet has stopped, as a fraction of the start: its layers may still tremble.
 const STOPPED: f64 = 1e-4;

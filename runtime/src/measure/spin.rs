@@ -7,7 +7,7 @@ use super::{Case, Outcome, Runner, Setup};
 use crate::error::InputError;
 
 pub(super) const CASE: Case =
-    Case { name: "spin", about: "momentum and energy kept by a second's spin: --rate RAD_S", run };
+    Case { name: "spin", about: "momentum and energy kept by a second's spin: --rate RAD_S", contact: false, run };
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();

@@ -8,6 +8,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use crate::element::Law;
 use crate::error::InputError;
 
 /// Constants of a sheet material.
@@ -41,6 +42,30 @@ const THESIS: Material = row(185.0, 0.38, 1045.0, 1.0e-3, 1300.0, 0.16, 0.90);
 
 const fn row(young: f64, poisson: f64, density: f64, thickness: f64, c: f64, k: f64, emissivity: f64) -> Material {
     Material { young, poisson, density, thickness, specific_heat: c, conductivity: k, emissivity }
+}
+
+impl Material {
+    /// Plate stiffness D = E t³ / (12 (1-ν²)), N m.
+    pub fn plate_stiffness(&self) -> f64 {
+        self.young * self.thickness.powi(3) / (12.0 * (1.0 - self.poisson * self.poisson))
+    }
+
+    /// Stiffness of a sheet of it whose longer side is `length` (m) and whose slowest bending motion, as a cantilever of
+    /// that length, is damped by the fraction `damping_ratio` of critical.
+    ///
+    /// That motion has ω = 1.8751² √(D/ρt)/L²; a Kelvin-Voigt solid damps it by ζ = τ ω/2, which gives τ.
+    pub fn law(&self, length: f64, damping_ratio: f64) -> Law {
+        let nu = self.poisson;
+        let shape = [[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]];
+        let membrane = self.young * self.thickness / (1.0 - nu * nu);
+        let bending = self.plate_stiffness();
+        let slowest = 3.516_015 * (bending / (self.density * self.thickness)).sqrt() / (length * length);
+        Law {
+            membrane: shape.map(|row| row.map(|s| s * membrane)),
+            bending: shape.map(|row| row.map(|s| s * bending)),
+            retardation: 2.0 * damping_ratio / slowest,
+        }
+    }
 }
 
 /// The library: name, one-line description, constants.

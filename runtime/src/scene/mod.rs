@@ -140,9 +140,9 @@ impl Default for ContactDefaults {
     }
 }
 
-/// Air as the thesis has it: in every `per` seconds a mass keeps `factor` of its velocity (thesis table 4.3).
-///
-/// Applied as the force -λ m v with λ = -ln(factor)/per, so that it means the same for every engine and step.
+/// Air, in two ways. As the thesis has it, in every `per` seconds a mass keeps `factor` of its velocity (thesis table 4.3),
+/// applied as the force -λ m v with λ = -ln(factor)/per, so that it means the same for every engine and step. And as air
+/// is: a `density` and a `wind` that press on the sheet's area.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Air {
@@ -150,11 +150,15 @@ pub struct Air {
     pub factor: f64,
     /// Time in which it keeps that fraction, s; 1e-6 to 1e3. The thesis's own step is 0.015 s.
     pub per: f64,
+    /// Density of air that presses on sheets that move through it, kg/m³; 0 to 1e4. 0 is none, a room's is 1.2.
+    pub density: f64,
+    /// Velocity of that air, m/s; each component within ±1e3.
+    pub wind: DVec3,
 }
 
 impl Default for Air {
     fn default() -> Self {
-        Self { factor: 1.0, per: 0.015 }
+        Self { factor: 1.0, per: 0.015, density: 0.0, wind: DVec3::ZERO }
     }
 }
 
@@ -213,8 +217,15 @@ pub struct SheetSpec {
     pub springs: SpringLaw,
     /// Mass of each node, kg, in place of density x thickness x area shared by area; 1e-12 to 1e6.
     pub node_mass: Option<f64>,
-    /// Dashpot along every spring, as a fraction of the critical damping of that spring with its two masses; 0 to 10.
+    /// Dashpot along every spring, as a fraction of the critical damping of that spring with its two masses; 0 to 10. For
+    /// the spring laws `Uniform` and `Length`.
     pub damping: f64,
+    /// Damping ratio of the sheet's slowest bending motion, as a cantilever of its longer side, 0 to 10: the material
+    /// resists its rate of strain (Kelvin-Voigt), so faster motions are damped more. The material's own if none. For the
+    /// shell and the spring law `Calibrated`.
+    pub damping_ratio: Option<f64>,
+    /// Drag coefficients of the sheet across and along the air stream, each 0 to 10; matter where the air has a density.
+    pub drag: (f64, f64),
     /// Whether second neighbours along every spring line of a layer are joined too (slamm, double-diagonal, trimm).
     pub cross_over: bool,
     /// Stiffness of flexion and cross-over springs as a fraction of a planar spring's, 0 to 1000.
@@ -257,6 +268,8 @@ impl Default for SheetSpec {
             springs: SpringLaw::Uniform,
             node_mass: None,
             damping: 0.115,
+            damping_ratio: None,
+            drag: (1.17, 0.02),
             cross_over: false,
             flexion_stiffness: 1.0,
             flexion_limit: None,
@@ -325,6 +338,29 @@ pub struct PinSpec {
     /// Where they are led: displacement from the start, over time. Empty for masses that are held.
     #[serde(default)]
     pub path: Vec<PathKey>,
+    /// Whether the sheet's slope is held there too. A shell is otherwise free to turn about masses that are held; the
+    /// layers of a lattice hold its slope by themselves.
+    #[serde(default)]
+    pub clamp: bool,
+    /// World axes (x, y, z) along which the masses are held; those that are not let them slide.
+    #[serde(default = "PinSpec::all_axes")]
+    pub axes: (bool, bool, bool),
+}
+
+impl PinSpec {
+    /// A pin that holds `region` where it is.
+    pub fn held(region: Region) -> Self {
+        Self { region, path: Vec::new(), clamp: false, axes: Self::all_axes() }
+    }
+
+    /// A pin that holds `region` and the slope of the sheet there.
+    pub fn clamped(region: Region) -> Self {
+        Self { clamp: true, ..Self::held(region) }
+    }
+
+    fn all_axes() -> (bool, bool, bool) {
+        (true, true, true)
+    }
 }
 
 /// One point of a path: at `time` the thing is displaced by `offset` and turned by `rotation` from where it started.

@@ -85,7 +85,9 @@ pub fn contact(contact: &ContactDefaults) -> Check {
 /// When a value is out of range.
 pub fn air(air: &Air) -> Check {
     check_range("air.factor", air.factor, 1e-6, 1.0, "")?;
-    check_range("air.per", air.per, 1e-6, 1e3, "s")
+    check_range("air.per", air.per, 1e-6, 1e3, "s")?;
+    check_range("air.density", air.density, 0.0, 1e4, "kg/m³")?;
+    vector("air.wind", air.wind, 1e3, "m/s")
 }
 
 fn camera(camera: &CameraSpec) -> Check {
@@ -141,6 +143,9 @@ fn sheet(s: &SheetSpec) -> Check {
     check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
     check_range("gap", s.gap, 1e-7, 10.0, "m")?;
     check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
+    option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
+    check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
+    check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
     check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
     check_range("thickness_limit", s.thickness_limit, 0.0, 0.95, "")?;
     option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
@@ -155,6 +160,14 @@ fn sheet(s: &SheetSpec) -> Check {
     for (i, pin) in s.pins.iter().enumerate() {
         region(&pin.region).map_err(|e| within(&format!("pins.{i}.region"), e))?;
         path(&pin.path).map_err(|e| within(&format!("pins.{i}"), e))?;
+        let all = pin.axes == (true, true, true);
+        if !all && (!pin.path.is_empty() || pin.clamp) {
+            let problem = "masses held along some axes only can be neither led nor clamped";
+            return Err(InputError::new(format!("pins.{i}.axes"), problem));
+        }
+        if pin.axes == (false, false, false) {
+            return Err(InputError::new(format!("pins.{i}.axes"), "holds nothing"));
+        }
     }
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;

@@ -4,14 +4,22 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
+use super::drag::Drag;
 use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
+use crate::element::Element;
+use crate::element::bending::Bending;
+use crate::element::cell_membrane::CellMembrane;
 use crate::element::spring::{Spring, SpringClass, Springs};
+use crate::element::staggered::{Grid, curvatures};
 use crate::element::thickness_limit::ThicknessLimit;
 use crate::error::InputError;
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, SpringLaw, sht};
+
+/// Damping ratio of a material that does not say.
+const DAMPING_RATIO: f64 = 0.02;
 
 /// What is common to a generated sheet and one from a file, before it is placed.
 struct Parts {
@@ -48,6 +56,8 @@ impl Sheet {
         }
         apply_regions(spec, &mut sheet)?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
+        sheet.elements = shell_elements(spec, &sheet);
+        sheet.refresh();
         sheet.work.touching = vec![false; sheet.masses()];
         Ok(sheet)
     }
@@ -63,7 +73,11 @@ fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError>
     })?;
     let n = lattice.positions.len();
     let sheet_mass = material.density * material.thickness * spec.size.0 * spec.size.1;
-    let mass = vec![spec.node_mass.unwrap_or(sheet_mass / n as f64); n];
+    let mass = match spec.node_mass {
+        Some(mass) => vec![mass; n],
+        None if spec.structure == StructureKind::Shell => shares(spec.grid).map(|s| s * sheet_mass).collect(),
+        None => vec![sheet_mass / n as f64; n],
+    };
     let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
     let stiffness = stiffnesses(spec, material, &lattice, &rest);
     Ok(Parts {
@@ -78,6 +92,25 @@ fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError>
         uv: material_coordinates(&lattice),
         lattice,
     })
+}
+
+/// Part of a single layer's area that falls to each mass, in order.
+fn shares((nx, _, nz): (u32, u32, u32)) -> impl Iterator<Item = f64> {
+    let along = |k: u32, n: u32| if k == 0 || k + 1 == n { 0.5 } else { 1.0 } / f64::from(n - 1);
+    (0..nz).flat_map(move |j| (0..nx).map(move |i| along(i, nx) * along(j, nz)))
+}
+
+/// Membrane and bending of a shell on a rectangle; none for a lattice.
+fn shell_elements(spec: &SheetSpec, sheet: &Sheet) -> Vec<Box<dyn Element>> {
+    if sheet.structure != StructureKind::Shell {
+        return Vec::new();
+    }
+    let (columns, rows) = (sheet.grid.0 as usize, sheet.grid.2 as usize);
+    let spacing = (spec.size.0 / (columns - 1) as f64, spec.size.1 / (rows - 1) as f64);
+    let grid = Grid { columns, rows, spacing, clamped: &sheet.clamped };
+    let rotation = spec.placement.quaternion();
+    let bending = Bending::new(curvatures(&grid), &[rotation * DVec3::X, rotation * DVec3::Z]);
+    vec![Box::new(CellMembrane::new(columns, rows, spacing)), Box::new(bending)]
 }
 
 fn length_of(link: &Link, positions: &[DVec3]) -> f64 {
@@ -181,6 +214,10 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
     let probes = lattice.layers.first().map_or_else(Vec::new, |bottom| {
         spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom, &uv)).collect()
     });
+    let n = lattice.positions.len();
+    let layers = lattice.layers;
+    let triangles = layers.iter().flat_map(Layer::triangles).collect();
+    let drag = Drag::new(triangles, layers.len(), spec.drag);
     let mut sheet = Sheet {
         name: spec.name.clone(),
         structure,
@@ -190,7 +227,7 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         applied,
         friction: spec.friction.unwrap_or(scene.contact.friction),
         restitution: spec.restitution.unwrap_or(scene.contact.restitution),
-        layers: lattice.layers,
+        layers,
         uv,
         border: lattice.border,
         layer_of: lattice.layer_of,
@@ -200,6 +237,13 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         inverse_mass: mass.iter().map(|m| 1.0 / m).collect(),
         mass,
         springs,
+        elements: Vec::new(),
+        drag,
+        system: None,
+        field_before: None,
+        clamped: vec![false; n],
+        damping_ratio: spec.damping_ratio.unwrap_or(DAMPING_RATIO),
+        length: spec.size.0.max(spec.size.1),
         flexion: lattice.flexion,
         flexion_limit: None,
         thickness_limit: None,
@@ -262,9 +306,18 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet) -> Result<(), InputError> 
         masses.iter().for_each(|i| sheet.applied.set(*i as usize, sheet.applied.get(*i as usize) + value));
     }
     for (pin, masses) in spec.pins.iter().zip(pinned?) {
+        let (x, y, z) = pin.axes;
+        if !(x && y && z) {
+            for i in masses {
+                sheet.pins.add_rail(i, sheet.x.get(i as usize), [x, y, z]);
+            }
+            sheet.pins.hold_rails(&mut sheet.v);
+            continue;
+        }
         let start = masses.iter().map(|i| sheet.x.get(*i as usize)).collect();
         for i in &masses {
             sheet.inverse_mass[*i as usize] = 0.0;
+            sheet.clamped[*i as usize] |= pin.clamp;
             sheet.v.set(*i as usize, DVec3::ZERO);
         }
         sheet.pins.add(masses, start, pin.path.clone());

@@ -10,7 +10,7 @@ use super::{Sheet, Vectors};
 pub struct Energy {
     /// Σ ½ m v².
     pub kinetic: f64,
-    /// Σ ½ k (L - s)² over the springs.
+    /// Σ ½ k (L - s)² over the springs, and what membrane and bending of a shell store.
     pub elastic: f64,
     /// -Σ m g·x.
     pub gravity: f64,
@@ -22,7 +22,8 @@ impl Energy {
     pub(super) fn of(sheet: &Sheet, g: DVec3) -> Self {
         let kinetic = sheet.v.iter().zip(&sheet.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum();
         let gravity = sheet.x.iter().zip(&sheet.mass).map(|(x, m)| -m * g.dot(x)).sum();
-        let elastic = sheet.springs.energy(&sheet.x);
+        let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
+        let elastic = sheet.springs.energy(&sheet.x) + elements;
         Self { kinetic, elastic, gravity, total: kinetic + elastic + gravity }
     }
 }
@@ -43,6 +44,7 @@ pub(super) fn largest_frequency(sheet: &Sheet, iterations: usize) -> f64 {
     let mut eigenvalue = 0.0;
     for _ in 0..iterations {
         apply_stiffness(sheet, &mode, &mut next);
+        apply_elements(sheet, &mode, &mut next);
         let norm: f64 = next.iter().map(|p| p.length_squared()).sum::<f64>().sqrt();
         let before: f64 = mode.iter().map(|p| p.length_squared()).sum::<f64>().sqrt();
         if norm <= 0.0 || before <= 0.0 {
@@ -73,5 +75,24 @@ fn apply_stiffness(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
             + (difference - axial) * (springs.stiffness[i] * (1.0 - springs.rest[i] / length));
         out.set(a, out.get(a) - f * sheet.inverse_mass[a]);
         out.set(b, out.get(b) + f * sheet.inverse_mass[b]);
+    }
+}
+
+/// Adds M⁻¹ K d of the elements, by central differences of their forces over a step far below what they can tell apart.
+fn apply_elements(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
+    let largest = d.max_squared().sqrt();
+    if sheet.elements.is_empty() || largest <= 0.0 {
+        return;
+    }
+    let still = Vectors::zeros(d.len());
+    let step = 1e-6 * sheet.spread.max(1e-6) / largest;
+    let (mut ahead, mut behind) = (Vectors::zeros(d.len()), Vectors::zeros(d.len()));
+    for (force, sign) in [(&mut ahead, step), (&mut behind, -step)] {
+        let mut x = sheet.x.clone();
+        x.add_scaled(sign, d);
+        sheet.elements.iter().for_each(|e| e.add_forces(&x, &still, force));
+    }
+    for i in 0..d.len() {
+        out.set(i, out.get(i) + (behind.get(i) - ahead.get(i)) * (sheet.inverse_mass[i] / (2.0 * step)));
     }
 }

@@ -4,7 +4,9 @@
 
 use glam::DVec3;
 
-use super::{Sheet, Vectors};
+use super::drag::Drag;
+use super::{Pins, Sheet, Vectors};
+use crate::element::Element;
 use crate::element::spring::{SpringScratch, Springs};
 use crate::engine::{Advance, Forces};
 
@@ -15,12 +17,19 @@ pub struct Field {
     pub gravity: DVec3,
     /// Decay rate of velocities in the air, 1/s.
     pub air: f64,
+    /// Density of the air that presses on areas, kg/m³; 0 for none.
+    pub air_density: f64,
+    /// Velocity of that air, m/s.
+    pub wind: DVec3,
 }
 
 struct SheetForces<'a> {
     field: Field,
     damped: bool,
     springs: &'a Springs,
+    elements: &'a [Box<dyn Element>],
+    drag: &'a mut Drag,
+    pins: &'a Pins,
     inverse_mass: &'a [f64],
     applied: &'a Vectors,
     scratch: &'a mut SpringScratch,
@@ -31,6 +40,10 @@ impl Forces for SheetForces<'_> {
     fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
         self.force.copy_from(self.applied);
         self.springs.add_forces(x, v, self.damped, self.scratch, self.force);
+        self.elements.iter().for_each(|e| e.add_forces(x, v, self.force));
+        if self.field.air_density > 0.0 {
+            self.drag.add_forces(&self.field, x, v, self.force);
+        }
         let axes = a.axes_mut().into_iter().zip(self.force.axes()).zip(v.axes());
         for (((a, f), v), g) in axes.zip(self.field.gravity.to_array()) {
             let per_mass = a.iter_mut().zip(f).zip(v).zip(self.inverse_mass);
@@ -39,6 +52,7 @@ impl Forces for SheetForces<'_> {
                 *a = w * f + free * (g - self.field.air * v);
             }
         }
+        self.pins.hold_rails(a);
     }
 }
 
@@ -48,19 +62,31 @@ impl Sheet {
         if self.work.force.len() != self.x.len() {
             self.work.force = Vectors::zeros(self.x.len());
         }
+        let done = if self.engine_kind.info().implicit {
+            self.advance_implicit(field, t, dt)
+        } else {
+            self.advance_explicit(field, t, dt)
+        };
+        self.counters.accepted += done.accepted;
+        self.counters.rejected += done.rejected;
+        self.counters.evaluations += done.evaluations;
+        self.counters.guarded += done.guarded;
+        done
+    }
+
+    fn advance_explicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
         let mut forces = SheetForces {
             field,
             damped: self.damped,
             springs: &self.springs,
+            elements: &self.elements,
+            drag: &mut self.drag,
+            pins: &self.pins,
             inverse_mass: &self.inverse_mass,
             applied: &self.applied,
             scratch: &mut self.work.springs,
             force: &mut self.work.force,
         };
-        let done = self.engine.advance(&mut forces, t, dt, &mut self.x, &mut self.v);
-        self.counters.accepted += done.accepted;
-        self.counters.rejected += done.rejected;
-        self.counters.evaluations += done.evaluations;
-        done
+        self.engine.advance(&mut forces, t, dt, &mut self.x, &mut self.v)
     }
 }

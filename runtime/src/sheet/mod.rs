@@ -4,8 +4,11 @@
 //! stepped by [`crate::step`]. SI units throughout.
 
 mod build;
+mod drag;
 mod energy;
+mod equilibrium;
 mod forces;
+mod implicit;
 mod pins;
 mod probe;
 mod region;
@@ -16,16 +19,20 @@ use glam::DVec3;
 
 pub use build::{from_file, to_file};
 pub use energy::Energy;
+pub use equilibrium::Equilibrium;
 pub use forces::Field;
 pub use pins::Pins;
 pub use probe::Probe;
 pub use region::select;
 pub use vectors::Vectors;
 
+use self::drag::Drag;
+use self::implicit::System;
 use crate::contact::through_thickness::{Stack, Strike};
 use crate::element::flexion_limit::FlexionLimit;
 use crate::element::spring::{SpringScratch, Springs};
 use crate::element::thickness_limit::ThicknessLimit;
+use crate::element::{Element, Law};
 use crate::engine::{Engine, EngineKind};
 use crate::error::{InputError, check_range};
 use crate::lattice::{Layer, StructureKind};
@@ -59,8 +66,10 @@ pub struct Counters {
     pub accepted: u64,
     /// Engine steps rejected by error control.
     pub rejected: u64,
-    /// Evaluations of the forces of the whole sheet.
+    /// Evaluations of the forces of the whole sheet; linear solves of an implicit engine.
     pub evaluations: u64,
+    /// Stages of an implicit engine that its guarded descent had to finish.
+    pub guarded: u64,
     /// Times a mass was met with a body's surface.
     pub contacts: u64,
 }
@@ -100,10 +109,18 @@ pub struct Sheet {
     pub(crate) mass: Vec<f64>,
     pub(crate) inverse_mass: Vec<f64>,
     pub(crate) springs: Springs,
+    /// Membrane and bending of a shell.
+    pub(crate) elements: Vec<Box<dyn Element>>,
+    pub(crate) drag: Drag,
+    /// The linear system of implicit engines, made when the first step needs it.
+    system: Option<Box<System>>,
+    field_before: Option<Field>,
     pub(crate) flexion: Vec<[u32; 3]>,
     pub(crate) flexion_limit: Option<FlexionLimit>,
     pub(crate) thickness_limit: Option<ThicknessLimit>,
     pub(crate) pins: Pins,
+    /// Masses held together with the slope of the sheet.
+    pub(crate) clamped: Vec<bool>,
     pub(crate) engine_kind: EngineKind,
     pub(crate) engine: Box<dyn Engine>,
     pub(crate) stack: Stack,
@@ -112,6 +129,9 @@ pub struct Sheet {
     pub(crate) work: Work,
     material: Material,
     damping: f64,
+    damping_ratio: f64,
+    /// Longer side, m.
+    length: f64,
     /// Stiffness of each spring per pascal of Young's modulus and metre of thickness.
     stiffness_per_et: Vec<f64>,
     /// Diagonal of its bounding box when it was built, m.
@@ -156,6 +176,33 @@ impl Sheet {
     /// Its material as it is now.
     pub fn material(&self) -> &Material {
         &self.material
+    }
+
+    /// Damping ratio of its slowest bending motion (shell and calibrated lattices).
+    pub fn damping_ratio(&self) -> f64 {
+        self.damping_ratio
+    }
+
+    /// Changes the damping ratio of the slowest bending motion, 0 to 10.
+    ///
+    /// # Errors
+    /// When out of range; nothing is changed then.
+    pub fn set_damping_ratio(&mut self, ratio: f64) -> Result<(), InputError> {
+        check_range("damping_ratio", ratio, 0.0, 10.0, "of critical")?;
+        self.damping_ratio = ratio;
+        self.refresh();
+        Ok(())
+    }
+
+    /// Membrane and bending stiffness and retardation time as they are now.
+    pub fn law(&self) -> Law {
+        self.material.law(self.length, self.damping_ratio)
+    }
+
+    /// The linear solver of an implicit engine: its name, block rows and blocks of the matrix, numbers in the factor;
+    /// `None` before the first implicit step.
+    pub fn solver(&self) -> Option<(&'static str, usize, usize, usize)> {
+        self.system.as_ref().map(|s| s.about())
     }
 
     /// Dashpot of its springs as a fraction of critical.
@@ -290,6 +337,11 @@ impl Sheet {
             self.springs.set_law(i, k, self.damping * 2.0 * (k * ma * mb / (ma + mb)).sqrt());
         }
         self.damped = self.springs.damped();
+        let law = self.law();
+        self.elements.iter_mut().for_each(|e| e.set_law(&law));
+        if let Some(system) = &mut self.system {
+            system.refresh(&self.springs);
+        }
         self.wake();
     }
 }

@@ -101,6 +101,24 @@ impl Vectors {
         }
     }
 
+    /// self = p · a + q · b, component by component.
+    pub fn blend(&mut self, p: f64, a: &Self, q: f64, b: &Self) {
+        for ((to, a), b) in self.axes_mut().into_iter().zip(a.axes()).zip(b.axes()) {
+            for ((t, a), b) in to.iter_mut().zip(a).zip(b) {
+                *t = p * a + q * b;
+            }
+        }
+    }
+
+    /// self = s · self + h · d, component by component.
+    pub fn scale_and_add(&mut self, s: f64, h: f64, d: &Self) {
+        for (to, from) in self.axes_mut().into_iter().zip(d.axes()) {
+            for (t, f) in to.iter_mut().zip(from) {
+                *t = s * *t + h * f;
+            }
+        }
+    }
+
     /// Largest squared length; NaN counts as infinite, so that it cannot hide.
     pub fn max_squared(&self) -> f64 {
         let mut largest = 0.0_f64;

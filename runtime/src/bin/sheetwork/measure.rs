@@ -7,7 +7,7 @@ use serde_json::Value;
 use sheetwork::InputError;
 use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
-use sheetwork::measure::{Setup, measure};
+use sheetwork::measure::{Setup, TABLE, measure};
 use sheetwork::scene::{Material, material};
 
 use crate::{counts, number, print_json, print_line};
@@ -17,19 +17,19 @@ use crate::{counts, number, print_json, print_line};
 pub struct Measure {
     /// Case, by name (see `sheetwork list cases`).
     case: String,
-    /// Structure.
-    #[arg(long, default_value = "trimm")]
-    structure: StructureKind,
+    /// Structure (default shell; trimm where the sheet meets bodies).
+    #[arg(long)]
+    structure: Option<StructureKind>,
     /// Masses along length and width of the bottom layer.
     #[arg(long, default_value = "21x21", value_parser = counts::<2>)]
     grid: [u32; 2],
     /// Layers; the structure's fewest or most where it cannot have 2.
     #[arg(long)]
     layers: Option<u32>,
-    /// Engine.
-    #[arg(long, default_value = "verlet")]
-    engine: EngineKind,
-    /// Step, s, or a fraction such as 1/60; a stable one is chosen if left out.
+    /// Engine (default tr-bdf2; verlet where the sheet meets bodies).
+    #[arg(long)]
+    engine: Option<EngineKind>,
+    /// Step, s, or a fraction such as 1/60, which is the default of implicit engines; for explicit ones a stable step is chosen.
     #[arg(long, value_parser = number)]
     dt: Option<f64>,
     /// Young's modulus, Pa (default 3e9).
@@ -56,7 +56,7 @@ pub struct Measure {
     /// Gravity, m/s².
     #[arg(long, default_value = "9.81", value_parser = number)]
     gravity: f64,
-    /// Dashpots of the springs, fraction of critical.
+    /// Damping ratio of the slowest bending motion; for the springs of cases with bodies a fraction of their critical.
     #[arg(long, default_value = "0.05", value_parser = number)]
     damping_ratio: f64,
     /// Angle of the incline, degrees (incline).
@@ -77,6 +77,9 @@ pub struct Measure {
     /// Rate of spin, rad/s (spin).
     #[arg(long, default_value = "10", value_parser = number)]
     rate: f64,
+    /// Step from flat to rest instead of solving for equilibrium (cantilever and other cases of equilibrium).
+    #[arg(long)]
+    dynamic: bool,
     /// Print JSON and nothing else.
     #[arg(long)]
     json: bool,
@@ -103,12 +106,16 @@ impl Measure {
             Some(name) => material::by_name(name)?,
             None => defaults.material.clone(),
         };
-        let (fewest, most) = self.structure.info().layers;
+        let contact = TABLE.iter().any(|c| c.name == self.case && c.contact);
+        let rig =
+            if contact { (StructureKind::Trimm, EngineKind::Verlet) } else { (defaults.structure, defaults.engine) };
+        let structure = self.structure.unwrap_or(rig.0);
+        let (fewest, most) = structure.info().layers;
         Ok(Setup {
-            structure: self.structure,
+            structure,
             grid: (self.grid[0], self.grid[1]),
-            layers: self.layers.unwrap_or_else(|| defaults.layers.clamp(fewest, most)),
-            engine: self.engine,
+            layers: self.layers.unwrap_or_else(|| 2.clamp(fewest, most)),
+            engine: self.engine.unwrap_or(rig.1),
             dt: self.dt,
             material: Material {
                 young: self.young.unwrap_or(base.young),
@@ -127,6 +134,7 @@ impl Measure {
             height: self.height,
             speed: self.speed,
             rate: self.rate,
+            dynamic: self.dynamic,
         })
     }
 }

@@ -1,0 +1,414 @@
+//! Bending of a shell: curvatures κ_a = Σ w x as vectors, energy ½ Σ S κᵀ D κ (S area, D bending stiffness, N m).
+//!
+//! Quadratic in x, so its tangent is constant (Wardetzky, Bergou, Harmon, Zorin, Grinspun, "Discrete quadratic curvature
+//! energies", CAGD 24, 2007, for hinges; here for central differences and for the triangle of `element/triangle`). For a
+//! sheet that hardly stretches |x_uu| is its curvature, whatever the rotation.
+//!
+//! With a retardation time τ the rate of the scalar curvature k = κ·n along the normal is resisted, ½ (τ/h) S (k-k_w)ᵀ D
+//! (k-k_w); the vector κ itself turns with the sheet, and resisting that would brake a bent sheet that spins. n is taken
+//! from where the iteration stands and not differentiated: κ lies along it.
+
+use glam::DVec3;
+
+use super::curvature::CurvatureGroup;
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK};
+use crate::sheet::Vectors;
+
+/// One place with its curvatures.
+#[derive(Clone, Debug)]
+struct Group {
+    /// Range of its entries in `masses` and `weights`.
+    entries: (u32, u32),
+    /// What prescribed slopes add to the curvatures, 1/m.
+    prescribed: [DVec3; 3],
+    frame: [u32; 4],
+    /// S D, relaxed directions condensed out, N m³.
+    stiffness: [[f64; 3]; 3],
+    /// k_w, 1/m.
+    anchor: [f64; 3],
+    /// Range of its pairs.
+    pairs: (u32, u32),
+}
+
+/// Two masses of a group and what ties them.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    block: u32,
+    /// Places of the two in the group's entries.
+    of: (u32, u32),
+    /// Σ w_a S D_ab w_b, N/m.
+    value: f64,
+}
+
+/// The bending of a whole shell.
+#[derive(Clone, Debug, Default)]
+pub struct Bending {
+    source: Vec<CurvatureGroup>,
+    groups: Vec<Group>,
+    masses: Vec<u32>,
+    /// Weights of uu, vv, 2uv of each entry, 1/m².
+    weights: Vec<[f64; 3]>,
+    pairs: Vec<Pair>,
+    /// Blocks of the constant tangent with their value, summed over groups, N/m.
+    constant: Vec<(u32, f64)>,
+    retardation: f64,
+    viscous: f64,
+}
+
+impl Bending {
+    /// From the curvatures of a grid or a mesh; `directions` are the prescribed slopes they name, in the world.
+    pub fn new(source: Vec<CurvatureGroup>, directions: &[DVec3]) -> Self {
+        let mut all = Self::default();
+        for group in &source {
+            all.push(group, directions);
+        }
+        all.source = source;
+        all
+    }
+
+    fn push(&mut self, source: &CurvatureGroup, directions: &[DVec3]) {
+        let first = self.masses.len();
+        let mut entries: Vec<(u32, [f64; 3])> = Vec::new();
+        for (a, row) in source.rows.iter().enumerate() {
+            for (mass, weight) in row {
+                match entries.iter_mut().find(|(m, _)| m == mass) {
+                    Some((_, w)) => w[a] += weight,
+                    None => {
+                        let mut w = [0.0; 3];
+                        w[a] = *weight;
+                        entries.push((*mass, w));
+                    }
+                }
+            }
+        }
+        // By mass, so that pairs are of the lower triangle.
+        entries.sort_by_key(|(m, _)| *m);
+        let pairs = self.pairs.len();
+        for p in 0..entries.len() {
+            for q in 0..=p {
+                self.pairs.push(Pair { block: NO_BLOCK, of: (p as u32, q as u32), value: 0.0 });
+            }
+        }
+        for (mass, weight) in entries {
+            self.masses.push(mass);
+            self.weights.push(weight);
+        }
+        let prescribed = [0, 1, 2].map(|a| {
+            let each = source.clamps[a].iter().filter_map(|(d, w)| directions.get(*d as usize).map(|t| *t * *w));
+            each.sum::<DVec3>()
+        });
+        self.groups.push(Group {
+            entries: (first as u32, self.masses.len() as u32),
+            prescribed,
+            frame: source.frame,
+            stiffness: [[0.0; 3]; 3],
+            anchor: [0.0; 3],
+            pairs: (pairs as u32, self.pairs.len() as u32),
+        });
+    }
+
+    fn entries(&self, group: &Group) -> impl Iterator<Item = (usize, &[f64; 3])> {
+        let range = group.entries.0 as usize..group.entries.1 as usize;
+        self.masses[range.clone()].iter().map(|m| *m as usize).zip(&self.weights[range])
+    }
+
+    /// κ of a group at `x`, or the rate of it at velocities `x` with nothing prescribed.
+    #[inline(always)]
+    fn curvature(&self, group: &Group, x: &Vectors, prescribed: &[DVec3; 3]) -> [DVec3; 3] {
+        let mut k = *prescribed;
+        for (mass, w) in self.entries(group) {
+            let p = x.get(mass);
+            for a in 0..3 {
+                k[a] += p * w[a];
+            }
+        }
+        k
+    }
+
+    /// Curvatures along the normal, 1/m, of every group: for reports.
+    pub fn normal_curvatures(&self, x: &Vectors) -> impl Iterator<Item = [f64; 3]> {
+        self.groups.iter().map(move |g| along(&self.curvature(g, x, &g.prescribed), normal(g, x)))
+    }
+
+    /// Adds `scale` Σ wᵀ m to `to`, m the moments (N m²) of a group.
+    #[inline(always)]
+    fn add_moments(&self, group: &Group, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {
+        for (mass, w) in self.entries(group) {
+            let f = (moments[0] * w[0] + moments[1] * w[1] + moments[2] * w[2]) * scale;
+            to.set(mass, to.get(mass) + f);
+        }
+    }
+}
+
+/// The unit normal of a group's frame; zero where it has none.
+#[inline(always)]
+fn normal(group: &Group, x: &Vectors) -> DVec3 {
+    let [a, b, c, d] = group.frame.map(|m| x.get(m as usize));
+    let n = (b - a).cross(d - c);
+    let squared = n.length_squared();
+    if squared > 0.0 { n / squared.sqrt() } else { DVec3::ZERO }
+}
+
+fn along(k: &[DVec3; 3], n: DVec3) -> [f64; 3] {
+    k.map(|k| k.dot(n))
+}
+
+#[inline(always)]
+fn times(d: &[[f64; 3]; 3], k: &[DVec3; 3]) -> [DVec3; 3] {
+    [0, 1, 2].map(|a| k[0] * d[a][0] + k[1] * d[a][1] + k[2] * d[a][2])
+}
+
+#[inline(always)]
+fn times_scalar(d: &[[f64; 3]; 3], k: &[f64; 3]) -> [f64; 3] {
+    [0, 1, 2].map(|a| k[0] * d[a][0] + k[1] * d[a][1] + k[2] * d[a][2])
+}
+
+/// D with the directions `relaxed` free to adjust: D - D B (Bᵀ D B)⁻¹ Bᵀ D, one direction after another, each made
+/// independent (in the sense of D) of those before.
+pub fn condensed(mut d: [[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
+    let largest = d[0][0].max(d[1][1]).max(d[2][2]);
+    for b in relaxed {
+        let db = [0, 1, 2].map(|i: usize| d[i][0] * b[0] + d[i][1] * b[1] + d[i][2] * b[2]);
+        let bdb = b[0] * db[0] + b[1] * db[1] + b[2] * db[2];
+        let size = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+        if bdb <= 1e-12 * largest * size {
+            continue;
+        }
+        for i in 0..3 {
+            for j in 0..3 {
+                d[i][j] -= db[i] * db[j] / bdb;
+            }
+        }
+    }
+    d
+}
+
+impl Element for Bending {
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        for group in &self.groups {
+            let masses = &self.masses[group.entries.0 as usize..group.entries.1 as usize];
+            for (p, a) in masses.iter().enumerate() {
+                masses[..p].iter().for_each(|b| visit(*a, *b));
+            }
+        }
+    }
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for group in &self.groups {
+            let first = group.entries.0;
+            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
+                let (a, b) = (self.masses[(first + pair.of.0) as usize], self.masses[(first + pair.of.1) as usize]);
+                pair.block = block(a, b);
+            }
+        }
+        self.sum_constant();
+    }
+
+    fn set_law(&mut self, law: &Law) {
+        self.retardation = law.retardation;
+        for (group, source) in self.groups.iter_mut().zip(&self.source) {
+            group.stiffness = condensed(law.bending, &source.relaxed).map(|row| row.map(|d| d * source.area));
+            let first = group.entries.0;
+            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
+                let (p, q) = (&self.weights[(first + pair.of.0) as usize], &self.weights[(first + pair.of.1) as usize]);
+                let m = times_scalar(&group.stiffness, q);
+                pair.value = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
+            }
+        }
+        self.sum_constant();
+    }
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        let each = self.groups.iter().map(|g| {
+            let k = self.curvature(g, x, &g.prescribed);
+            let m = times(&g.stiffness, &k);
+            0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]))
+        });
+        each.sum()
+    }
+
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        for g in &self.groups {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            if self.retardation > 0.0 {
+                let n = normal(g, x);
+                let rate = along(&self.curvature(g, v, &[DVec3::ZERO; 3]), n);
+                for a in 0..3 {
+                    k[a] += n * (rate[a] * self.retardation);
+                }
+            }
+            self.add_moments(g, &times(&g.stiffness, &k), -1.0, force);
+        }
+    }
+
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+        self.viscous = self.retardation * per_time;
+        if self.viscous == 0.0 {
+            return;
+        }
+        for i in 0..self.groups.len() {
+            let g = &self.groups[i];
+            let mut sum = [0.0; 3];
+            for anchor in anchors {
+                let n = normal(g, anchor.x);
+                let k = along(&self.curvature(g, anchor.x, &g.prescribed), n);
+                let rate = anchor
+                    .moving
+                    .map_or([0.0; 3], |(time, v)| along(&self.curvature(g, v, &[DVec3::ZERO; 3]), n).map(|r| r * time));
+                for a in 0..3 {
+                    sum[a] += anchor.weight * k[a] + rate[a];
+                }
+            }
+            self.groups[i].anchor = sum;
+        }
+    }
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        let mut sum = 0.0;
+        for g in &self.groups {
+            let k = self.curvature(g, x, &g.prescribed);
+            let m = times(&g.stiffness, &k);
+            sum += 0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]));
+            if self.viscous > 0.0 {
+                let k = along(&k, normal(g, x));
+                let change = [k[0] - g.anchor[0], k[1] - g.anchor[1], k[2] - g.anchor[2]];
+                let m = times_scalar(&g.stiffness, &change);
+                sum += 0.5 * self.viscous * (change[0] * m[0] + change[1] * m[1] + change[2] * m[2]);
+            }
+        }
+        sum
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        for g in &self.groups {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            if self.viscous > 0.0 {
+                let n = normal(g, x);
+                let scalar = along(&k, n);
+                for a in 0..3 {
+                    k[a] += n * (self.viscous * (scalar[a] - g.anchor[a]));
+                }
+            }
+            self.add_moments(g, &times(&g.stiffness, &k), 1.0, gradient);
+        }
+    }
+
+    fn add_constant_tangent(&self, _per_time: f64, values: &mut [f64]) {
+        for (block, value) in &self.constant {
+            let at = *block as usize * 9;
+            for diagonal in [at, at + 4, at + 8] {
+                values[diagonal] += value;
+            }
+        }
+    }
+
+    fn add_tangent(&mut self, x: &Vectors, _geometric: Geometric, values: &mut [f64]) {
+        if self.viscous == 0.0 {
+            return;
+        }
+        for g in &self.groups {
+            let n = normal(g, x).to_array();
+            for pair in &self.pairs[g.pairs.0 as usize..g.pairs.1 as usize] {
+                if pair.block != NO_BLOCK && pair.value != 0.0 {
+                    let at = pair.block as usize * 9;
+                    let scale = pair.value * self.viscous;
+                    for (row, a) in values[at..at + 9].chunks_exact_mut(3).zip(n) {
+                        for (to, b) in row.iter_mut().zip(n) {
+                            *to += scale * a * b;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn predict(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
+        0.0
+    }
+
+    fn settle(&mut self, _x: &Vectors) {}
+}
+
+impl Bending {
+    /// Sums what groups put into the same block; symmetric, so that a block of two masses appears once.
+    fn sum_constant(&mut self) {
+        let mut all: Vec<(u32, f64)> =
+            self.pairs.iter().filter(|p| p.block != NO_BLOCK && p.value != 0.0).map(|p| (p.block, p.value)).collect();
+        all.sort_by_key(|(block, _)| *block);
+        self.constant.clear();
+        for (block, value) in all {
+            match self.constant.last_mut() {
+                Some((last, sum)) if *last == block => *sum += value,
+                _ => self.constant.push((block, value)),
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::check;
+    use super::super::staggered::{Grid, curvatures};
+    use super::*;
+
+    fn grid(clamped: &[bool]) -> Bending {
+        let grid = Grid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped };
+        let mut bending = Bending::new(curvatures(&grid), &[DVec3::X, DVec3::Z]);
+        bending.set_law(&check::law());
+        bending
+    }
+
+    #[test]
+    fn gradient_and_tangent_are_those_of_the_potential() {
+        let mut clamped = vec![false; 35];
+        (0..5).for_each(|j| clamped[7 * j] = true);
+        let mut bending = grid(&clamped);
+        // Without viscosity exactly; with it the normal is held still.
+        bending.set_law(&Law { retardation: 0.0, ..check::law() });
+        check::derivatives(&mut bending, &check::bent_grid(7, 5, (0.1, 0.15)), 1e-7);
+    }
+
+    #[test]
+    fn a_rigid_motion_costs_nothing() {
+        let mut bending = grid(&[false; 35]);
+        let flat = check::flat_grid(7, 5, (0.1, 0.15));
+        assert!(bending.energy(&flat) < 1e-25);
+        bending.set_law(&Law { retardation: 0.0, ..check::law() });
+        check::rigid(&mut bending, &flat);
+    }
+
+    #[test]
+    fn a_bent_sheet_that_turns_is_not_braked() {
+        // A cylinder, unstretched: what viscosity does to a turn is the part of the curvature along the sheet, none here.
+        let mut bending = grid(&[false; 35]);
+        let radius = 0.4;
+        let (mut x, mut v) = (Vectors::default(), Vectors::default());
+        for p in check::flat_grid(7, 5, (0.1, 0.15)).iter() {
+            let q = DVec3::new(radius * (p.x / radius).sin(), radius * (p.x / radius).cos(), p.z);
+            x.push(q);
+            v.push(DVec3::new(0.4, 0.2, -0.7).cross(q));
+        }
+        let (mut with, mut without) = (Vectors::zeros(35), Vectors::zeros(35));
+        bending.add_forces(&x, &v, &mut with);
+        bending.add_forces(&x, &Vectors::zeros(35), &mut without);
+        let braking = (0..35).map(|i| (with.get(i) - without.get(i)).length()).fold(0.0, f64::max);
+        assert!(braking < 1e-12 * without.max_squared().sqrt(), "{braking}");
+    }
+
+    #[test]
+    fn a_paraboloid_has_the_energy_of_a_plate() {
+        // Free edges let go of the curvature across them: the energy there is that of a strip.
+        let bending = grid(&[false; 35]);
+        let (k1, k2, k3) = (0.3, -0.2, 0.5);
+        let mut x = Vectors::default();
+        for p in check::flat_grid(7, 5, (0.1, 0.15)).iter() {
+            x.push(DVec3::new(p.x, 0.5 * k1 * p.x * p.x + 0.5 * k2 * p.z * p.z + k3 * p.x * p.z, p.z));
+        }
+        let d = check::law().bending;
+        let full = 0.5 * (d[0][0] * k1 * k1 + 2.0 * d[0][1] * k1 * k2 + d[1][1] * k2 * k2);
+        let (along_u, along_v) = (d[0][0] - d[0][1] * d[0][1] / d[1][1], d[1][1] - d[0][1] * d[0][1] / d[0][0]);
+        let twist = 0.5 * d[2][2] * 4.0 * k3 * k3 * 0.6 * 0.6;
+        let middle = full * 0.5 * 0.45 + 0.5 * along_u * k1 * k1 * 0.5 * 0.15 + 0.5 * along_v * k2 * k2 * 0.45 * 0.1;
+        assert!((bending.energy(&x) / (twist + middle) - 1.0).abs() < 1e-12);
+    }
+}

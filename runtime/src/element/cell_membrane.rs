@@ -1,0 +1,437 @@
+//! Membrane of the shell on a rectangular grid: stretch along the four edges of every cell, shear at its middle.
+//!
+//! A cell has masses 0 (i, j), 1 (i+1, j), 2 (i, j+1), 3 (i+1, j+1), edges d₁ = x₁-x₀, d₂ = x₃-x₂ along u and d₃ = x₂-x₀,
+//! d₄ = x₃-x₁ along v, and spacings h_u, h_v at rest. Its Green strains are
+//!
+//! ε₁,₂ = ½(|d₁,₂|²/h_u² - 1), ε₃,₄ = ½(|d₃,₄|²/h_v² - 1), γ = a·b with a = (d₁+d₂)/2h_u, b = (d₃+d₄)/2h_v,
+//!
+//! and its energy, with the plane-stress stiffness A (N/m) and the cell's area S,
+//!
+//! ½ S [½ A₁₁ (ε₁² + ε₂²) + ½ A₂₂ (ε₃² + ε₄²) + ½ A₁₂ (ε₁+ε₂)(ε₃+ε₄) + A₆₆ γ²].
+//!
+//! Strains are taken where they are known to second order (a staggered grid): an edge shared by two cells strains both
+//! alike, and cylindrical bending along the grid strains nothing. A₁₆ and A₂₆ are taken as zero: the grid lies along the
+//! material's axes.
+
+use multiversion::multiversion;
+
+use super::pack::{LANES, Pack, Pack3, Pack9};
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK};
+use crate::sheet::Vectors;
+
+/// Pairs of a cell's masses whose blocks are kept, row by row of the lower triangle.
+const PAIRS: [(usize, usize); 10] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 2), (3, 3)];
+
+/// Up to eight cells side by side in a row of the grid.
+#[derive(Clone, Debug)]
+struct Packet {
+    /// Mass 0 of the first cell.
+    first: usize,
+    /// Cells in use.
+    count: usize,
+    blocks: [[u32; LANES]; 10],
+    /// σ* S: ε₁ ε₂ ε₃ ε₄ γ, J.
+    stress: [Pack; 5],
+    /// ε_w.
+    anchor: [Pack; 5],
+}
+
+/// What all cells have in common.
+#[derive(Clone, Copy, Debug, Default)]
+struct Cell {
+    /// Masses in a row of the grid: mass 2 is that much after mass 0.
+    row: usize,
+    /// 1/h_u, 1/m.
+    iu: f64,
+    /// 1/h_v, 1/m.
+    iv: f64,
+    /// ½ A₁₁ S, ½ A₂₂ S, ¼ A₁₂ S, A₆₆ S, J.
+    c: [f64; 4],
+    /// τ, s.
+    retardation: f64,
+    /// τ/h of the stage.
+    viscous: f64,
+}
+
+/// The membrane of all cells of a rectangular grid.
+#[derive(Clone, Debug, Default)]
+pub struct CellMembrane {
+    cell: Cell,
+    packets: Vec<Packet>,
+}
+
+impl CellMembrane {
+    /// The cells of a grid of `columns` by `rows` masses, columns next to each other in memory, with spacings (m) at rest.
+    pub fn new(columns: usize, rows: usize, spacing: (f64, f64)) -> Self {
+        let mut packets = Vec::new();
+        for j in 0..rows - 1 {
+            for i in (0..columns - 1).step_by(LANES) {
+                let count = (columns - 1 - i).min(LANES);
+                packets.push(Packet {
+                    first: j * columns + i,
+                    count,
+                    blocks: [[NO_BLOCK; LANES]; 10],
+                    stress: [Pack::default(); 5],
+                    anchor: [Pack::default(); 5],
+                });
+            }
+        }
+        let cell = Cell { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..Cell::default() };
+        Self { cell, packets }
+    }
+
+    /// Strains along u, along v and shear, averaged over each cell, in the order of the grid: for reports.
+    pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
+        let mut all = Vec::new();
+        for packet in &self.packets {
+            let e = self.cell.strains(&self.cell.edges(x, packet.first));
+            for l in 0..packet.count {
+                all.push([0.5 * (e[0].0[l] + e[1].0[l]), 0.5 * (e[2].0[l] + e[3].0[l]), e[4].0[l]]);
+            }
+        }
+        all
+    }
+}
+
+impl Cell {
+    /// Masses of a cell, from its mass 0.
+    fn masses(&self, first: usize) -> [usize; 4] {
+        [first, first + 1, first + self.row, first + self.row + 1]
+    }
+
+    #[inline(always)]
+    fn edges(&self, x: &Vectors, first: usize) -> [Pack3; 4] {
+        let [p0, p1, p2, p3] = self.masses(first).map(|at| Pack3::load(x, at));
+        [p1 - p0, p3 - p2, p2 - p0, p3 - p1]
+    }
+
+    /// a and b: the middle's derivatives along u and v.
+    #[inline(always)]
+    fn middle(&self, d: &[Pack3; 4]) -> (Pack3, Pack3) {
+        ((d[0] + d[1]) * (0.5 * self.iu), (d[2] + d[3]) * (0.5 * self.iv))
+    }
+
+    #[inline(always)]
+    fn strains(&self, d: &[Pack3; 4]) -> [Pack; 5] {
+        let half = Pack::splat(0.5);
+        let along = |d: Pack3, i: f64| d.dot(d) * (0.5 * i * i) - half;
+        let (a, b) = self.middle(d);
+        [along(d[0], self.iu), along(d[1], self.iu), along(d[2], self.iv), along(d[3], self.iv), a.dot(b)]
+    }
+
+    /// Rates of strain where the edges change at rates `r`; also the strain a small change `r` makes to first order.
+    #[inline(always)]
+    fn rates(&self, d: &[Pack3; 4], r: &[Pack3; 4]) -> [Pack; 5] {
+        let along = |k: usize, i: f64| d[k].dot(r[k]) * (i * i);
+        let ((a, b), (p, q)) = (self.middle(d), self.middle(r));
+        [along(0, self.iu), along(1, self.iu), along(2, self.iv), along(3, self.iv), a.dot(q) + p.dot(b)]
+    }
+
+    #[inline(always)]
+    fn stress(&self, e: &[Pack; 5]) -> [Pack; 5] {
+        let [c11, c22, c12, c66] = self.c;
+        let (u, v) = ((e[0] + e[1]) * c12, (e[2] + e[3]) * c12);
+        [e[0] * c11 + v, e[1] * c11 + v, e[2] * c22 + u, e[3] * c22 + u, e[4] * c66]
+    }
+
+    /// Strain that the stage's stress follows from: (1 + τ/h) ε - τ/h ε_w.
+    #[inline(always)]
+    fn staged(&self, mut e: [Pack; 5], anchor: &[Pack; 5]) -> [Pack; 5] {
+        if self.viscous > 0.0 {
+            for k in 0..5 {
+                e[k] = e[k] * (1.0 + self.viscous) - anchor[k] * self.viscous;
+            }
+        }
+        e
+    }
+
+    /// Adds `scale` times the gradient for stress `s` on edges `d`.
+    #[inline(always)]
+    fn add_gradient(&self, d: &[Pack3; 4], s: &[Pack; 5], scale: f64, at: (usize, usize), to: &mut Vectors) {
+        let (a, b) = self.middle(d);
+        let (along, across) = (b.scaled(s[4] * (0.5 * self.iu)), a.scaled(s[4] * (0.5 * self.iv)));
+        let (uu, vv) = (self.iu * self.iu, self.iv * self.iv);
+        let g = [
+            d[0].scaled(s[0] * uu) + along,
+            d[1].scaled(s[1] * uu) + along,
+            d[2].scaled(s[2] * vv) + across,
+            d[3].scaled(s[3] * vv) + across,
+        ];
+        let (first, count) = at;
+        let [m0, m1, m2, m3] = self.masses(first);
+        ((g[0] + g[2]) * -scale).add_to(to, m0, count);
+        ((g[0] - g[3]) * scale).add_to(to, m1, count);
+        ((g[2] - g[1]) * scale).add_to(to, m2, count);
+        ((g[1] + g[3]) * scale).add_to(to, m3, count);
+    }
+
+    /// The tangent's ten blocks, in the order of [`PAIRS`]: second derivatives by edges, summed with the signs with which
+    /// the masses enter them.
+    #[inline(always)]
+    fn tangent(&self, d: &[Pack3; 4], s: &[Pack; 5]) -> [Pack9; 10] {
+        let (uu, vv, uv) = (self.iu * self.iu, self.iv * self.iv, self.iu * self.iv);
+        let [c11, c22, c12, c66] = self.c.map(|c| c * (1.0 + self.viscous));
+        let (a, b) = self.middle(d);
+        let (a, b) = (a * (0.5 * self.iv), b * (0.5 * self.iu));
+        let [d1, d2, d3, d4] = [d[0] * uu, d[1] * uu, d[2] * vv, d[3] * vv];
+        let shear = s[4] * (0.25 * uv);
+        let (h12, h34) = (Pack9::outer(b, b, c66), Pack9::outer(a, a, c66));
+        let along = |d: Pack3, c: f64, h: Pack9, s: Pack| (Pack9::outer(d, d, c) + h).plus_identity(s);
+        let h11 = along(d1, c11, h12, s[0] * uu);
+        let h22 = along(d2, c11, h12, s[1] * uu);
+        let h33 = along(d3, c22, h34, s[2] * vv);
+        let h44 = along(d4, c22, h34, s[3] * vv);
+        let mixed = Pack9::outer(b, a, c66).plus_identity(shear);
+        let h13 = Pack9::outer(d1, d3, c12) + mixed;
+        let h14 = Pack9::outer(d1, d4, c12) + mixed;
+        let h23 = Pack9::outer(d2, d3, c12) + mixed;
+        let h24 = Pack9::outer(d2, d4, c12) + mixed;
+        let (t13, t14, t23, t24) = (h13.transposed(), h14.transposed(), h23.transposed(), h24.transposed());
+        [
+            h11 + h33 + h13 + t13,
+            h34 - h11 - h13 + t14,
+            h11 + h44 - h14 - t14,
+            h12 - h33 + h23 - t13,
+            t13 - h12 - h34 + h24,
+            h22 + h33 - h23 - t23,
+            (h12 + h34 + h23 + t14) * -1.0,
+            h12 - h44 - h24 + t14,
+            h34 - h22 + h23 - t24,
+            h22 + h44 + h24 + t24,
+        ]
+    }
+}
+
+impl std::ops::Mul<f64> for Pack9 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, s: f64) -> Self {
+        Self(self.0.map(|p| p * s))
+    }
+}
+
+#[inline(always)]
+fn half_dot(s: &[Pack; 5], e: &[Pack; 5], count: usize) -> f64 {
+    let mut sum = Pack::default();
+    for k in 0..5 {
+        sum = sum + s[k] * e[k];
+    }
+    0.5 * sum.sum(count)
+}
+
+impl Element for CellMembrane {
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        for packet in &self.packets {
+            for l in 0..packet.count {
+                let m = self.cell.masses(packet.first + l);
+                PAIRS.iter().filter(|(a, b)| a != b).for_each(|(a, b)| visit(m[*a] as u32, m[*b] as u32));
+            }
+        }
+    }
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for packet in &mut self.packets {
+            for l in 0..packet.count {
+                let m = self.cell.masses(packet.first + l);
+                for (k, (a, b)) in PAIRS.iter().enumerate() {
+                    packet.blocks[k][l] = block(m[*a] as u32, m[*b] as u32);
+                }
+            }
+        }
+    }
+
+    fn set_law(&mut self, law: &Law) {
+        let area = 1.0 / (self.cell.iu * self.cell.iv);
+        let a = &law.membrane;
+        self.cell.c = [0.5 * a[0][0] * area, 0.5 * a[1][1] * area, 0.25 * a[0][1] * area, a[2][2] * area];
+        self.cell.retardation = law.retardation;
+    }
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        let cell = self.cell;
+        let each = self.packets.iter().map(|p| {
+            let e = cell.strains(&cell.edges(x, p.first));
+            half_dot(&cell.stress(&e), &e, p.count)
+        });
+        each.sum()
+    }
+
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        add_forces(&self.cell, &self.packets, x, v, force);
+    }
+
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+        self.cell.viscous = self.cell.retardation * per_time;
+        if self.cell.viscous == 0.0 {
+            return;
+        }
+        let cell = self.cell;
+        for packet in &mut self.packets {
+            packet.anchor = [Pack::default(); 5];
+            for anchor in anchors {
+                let d = cell.edges(anchor.x, packet.first);
+                let e = cell.strains(&d);
+                let followed = anchor.moving.map(|(time, v)| (time, cell.rates(&d, &cell.edges(v, packet.first))));
+                for k in 0..5 {
+                    packet.anchor[k] = packet.anchor[k] + e[k] * anchor.weight;
+                    if let Some((time, rate)) = &followed {
+                        packet.anchor[k] = packet.anchor[k] + rate[k] * *time;
+                    }
+                }
+            }
+        }
+    }
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        potential(&self.cell, &self.packets, x)
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        add_gradient(&self.cell, &self.packets, x, gradient);
+    }
+
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        add_tangent(&self.cell, &self.packets, x, geometric, values);
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        predict(&self.cell, &mut self.packets, x, d)
+    }
+
+    fn settle(&mut self, x: &Vectors) {
+        let cell = self.cell;
+        for packet in &mut self.packets {
+            let e = cell.strains(&cell.edges(x, packet.first));
+            packet.stress = cell.stress(&cell.staged(e, &packet.anchor));
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn add_forces(cell: &Cell, packets: &[Packet], x: &Vectors, v: &Vectors, force: &mut Vectors) {
+    for p in packets {
+        let d = cell.edges(x, p.first);
+        let mut e = cell.strains(&d);
+        if cell.retardation > 0.0 {
+            let rate = cell.rates(&d, &cell.edges(v, p.first));
+            for k in 0..5 {
+                e[k] = e[k] + rate[k] * cell.retardation;
+            }
+        }
+        cell.add_gradient(&d, &cell.stress(&e), -1.0, (p.first, p.count), force);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn add_gradient(cell: &Cell, packets: &[Packet], x: &Vectors, gradient: &mut Vectors) {
+    for p in packets {
+        let d = cell.edges(x, p.first);
+        let s = cell.stress(&cell.staged(cell.strains(&d), &p.anchor));
+        cell.add_gradient(&d, &s, 1.0, (p.first, p.count), gradient);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn potential(cell: &Cell, packets: &[Packet], x: &Vectors) -> f64 {
+    let mut sum = 0.0;
+    for p in packets {
+        let e = cell.strains(&cell.edges(x, p.first));
+        sum += half_dot(&cell.stress(&e), &e, p.count);
+        if cell.viscous > 0.0 {
+            let mut rate = e;
+            for k in 0..5 {
+                rate[k] = e[k] - p.anchor[k];
+            }
+            sum += cell.viscous * half_dot(&cell.stress(&rate), &rate, p.count);
+        }
+    }
+    sum
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn add_tangent(cell: &Cell, packets: &[Packet], x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+    for p in packets {
+        let d = cell.edges(x, p.first);
+        let mut s = p.stress;
+        if geometric == Geometric::Clipped {
+            s = s.map(Pack::positive);
+            // Shear has no sign of its own: its geometric part is always indefinite.
+            s[4] = Pack::default();
+        }
+        let blocks = cell.tangent(&d, &s);
+        for (block, slots) in blocks.iter().zip(&p.blocks) {
+            block.scatter(slots, p.count, values);
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn predict(cell: &Cell, packets: &mut [Packet], x: &Vectors, moved: &Vectors) -> f64 {
+    let mut missed = 0.0;
+    for p in packets {
+        let d = cell.edges(x, p.first);
+        let r = cell.edges(moved, p.first);
+        let mut e = cell.strains(&d);
+        let first = cell.rates(&d, &r);
+        for k in 0..5 {
+            e[k] = e[k] + first[k];
+        }
+        p.stress = cell.stress(&cell.staged(e, &p.anchor));
+        // What first order misses is the strain of the change itself.
+        let (a, b) = cell.middle(&r);
+        let along = |k: usize, i: f64| r[k].dot(r[k]) * (0.5 * i * i);
+        let second = [along(0, cell.iu), along(1, cell.iu), along(2, cell.iv), along(3, cell.iv), a.dot(b)];
+        missed += (1.0 + cell.viscous) * half_dot(&cell.stress(&second), &second, p.count);
+    }
+    missed
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::check;
+    use super::*;
+
+    /// A bent, stretched, sheared grid of 11 by 4 masses: two packets a row, the second not full.
+    fn grid() -> (CellMembrane, Vectors) {
+        let mut membrane = CellMembrane::new(11, 4, (0.1, 0.15));
+        membrane.set_law(&check::law());
+        (membrane, check::bent_grid(11, 4, (0.1, 0.15)))
+    }
+
+    #[test]
+    fn gradient_and_tangent_are_those_of_the_potential() {
+        let (mut membrane, x) = grid();
+        check::derivatives(&mut membrane, &x, 1e-6);
+    }
+
+    #[test]
+    fn a_rigid_motion_costs_nothing_and_is_not_resisted() {
+        let (mut membrane, _) = grid();
+        check::rigid(&mut membrane, &check::flat_grid(11, 4, (0.1, 0.15)));
+    }
+
+    #[test]
+    fn energy_of_a_uniform_strain_is_that_of_a_plate_in_plane_stress() {
+        let (membrane, _) = grid();
+        let flat = check::flat_grid(11, 4, (0.1, 0.15));
+        let (eu, ev, shear) = (0.01, -0.02, 0.03);
+        let mut x = Vectors::default();
+        for p in flat.iter() {
+            x.push(glam::DVec3::new(p.x * (1.0 + eu) + p.z * shear, 0.0, p.z * (1.0 + ev)));
+        }
+        let e = [
+            0.5 * ((1.0 + eu) * (1.0 + eu) - 1.0),
+            0.5 * ((1.0 + ev) * (1.0 + ev) + shear * shear - 1.0),
+            (1.0 + eu) * shear,
+        ];
+        let a = check::law().membrane;
+        let mut density = 0.0;
+        for i in 0..3 {
+            for j in 0..3 {
+                density += 0.5 * a[i][j] * e[i] * e[j];
+            }
+        }
+        let wanted = density * 1.0 * 0.45;
+        assert!((membrane.energy(&x) / wanted - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,210 @@
+//! Springs as implicit engines see them: [`super::spring::Springs`] with a stretch, an axial force N* of its own in the
+//! geometric stiffness, and blocks in the tangent.
+//!
+//! For a spring of length L, rest length s, stiffness k, dashpot c and unit direction n, in a stage with 1/h:
+//! N = k (L - s) + (c/h)(L - L_w); potential ½ k (L-s)² + ½ (c/h)(L-L_w)²; tangent (k + c/h) n nᵀ + (N*/L)(I - n nᵀ) on the
+//! masses' own blocks, minus that between them. A spring of no length has no direction and is left out.
+
+use super::spring::Springs;
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, add_block};
+use crate::sheet::Vectors;
+
+/// One spring.
+#[derive(Clone, Copy, Debug)]
+struct Spring {
+    /// Masses, the larger index first.
+    masses: (u32, u32),
+    /// Blocks (a, a), (b, b) and (a, b).
+    blocks: [u32; 3],
+    stiffness: f64,
+    rest: f64,
+    dashpot: f64,
+    /// N*, N.
+    force: f64,
+    /// L_w, m.
+    anchor: f64,
+}
+
+/// All springs of a sheet.
+#[derive(Clone, Debug, Default)]
+pub struct MixedSprings {
+    springs: Vec<Spring>,
+    per_time: f64,
+}
+
+impl MixedSprings {
+    /// The same springs.
+    pub fn new(springs: &Springs) -> Self {
+        let each = (0..springs.len()).map(|i| Spring {
+            masses: (springs.a[i].max(springs.b[i]), springs.a[i].min(springs.b[i])),
+            blocks: [NO_BLOCK; 3],
+            stiffness: springs.stiffness[i],
+            rest: springs.rest[i],
+            dashpot: springs.damping[i],
+            force: 0.0,
+            anchor: 0.0,
+        });
+        Self { springs: each.collect(), per_time: 0.0 }
+    }
+
+    /// Takes up stiffness and dashpots that were changed.
+    pub fn follow(&mut self, springs: &Springs) {
+        for (i, spring) in self.springs.iter_mut().enumerate() {
+            spring.stiffness = springs.stiffness[i];
+            spring.dashpot = springs.damping[i];
+        }
+    }
+}
+
+impl Spring {
+    /// Vector from the second mass to the first, and its length.
+    #[inline(always)]
+    fn along(&self, x: &Vectors) -> (glam::DVec3, f64) {
+        let d = x.get(self.masses.0 as usize) - x.get(self.masses.1 as usize);
+        (d, d.length())
+    }
+
+    #[inline(always)]
+    fn force_at(&self, length: f64, per_time: f64) -> f64 {
+        self.stiffness * (length - self.rest) + self.dashpot * per_time * (length - self.anchor)
+    }
+}
+
+impl Element for MixedSprings {
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        self.springs.iter().for_each(|s| visit(s.masses.0, s.masses.1));
+    }
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for spring in &mut self.springs {
+            let (a, b) = spring.masses;
+            spring.blocks = [block(a, a), block(b, b), block(a, b)];
+        }
+    }
+
+    /// Springs take their stiffness from [`MixedSprings::follow`].
+    fn set_law(&mut self, _law: &Law) {}
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        let each = self.springs.iter().map(|s| {
+            let stretch = s.along(x).1 - s.rest;
+            0.5 * s.stiffness * stretch * stretch
+        });
+        each.sum()
+    }
+
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        for s in &self.springs {
+            let (d, length) = s.along(x);
+            if length > 0.0 {
+                let (a, b) = (s.masses.0 as usize, s.masses.1 as usize);
+                let n = d / length;
+                let f = n * (s.stiffness * (length - s.rest) + s.dashpot * (v.get(a) - v.get(b)).dot(n));
+                force.set(a, force.get(a) - f);
+                force.set(b, force.get(b) + f);
+            }
+        }
+    }
+
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+        self.per_time = per_time;
+        for spring in &mut self.springs {
+            if spring.dashpot == 0.0 || per_time == 0.0 {
+                continue;
+            }
+            spring.anchor = 0.0;
+            for anchor in anchors {
+                let (d, length) = spring.along(anchor.x);
+                spring.anchor += anchor.weight * length;
+                if let Some((time, v)) = anchor.moving
+                    && length > 0.0
+                {
+                    let rate = v.get(spring.masses.0 as usize) - v.get(spring.masses.1 as usize);
+                    spring.anchor += time * rate.dot(d) / length;
+                }
+            }
+        }
+    }
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        let each = self.springs.iter().map(|s| {
+            let length = s.along(x).1;
+            let (stretch, change) = (length - s.rest, length - s.anchor);
+            0.5 * s.stiffness * stretch * stretch + 0.5 * s.dashpot * self.per_time * change * change
+        });
+        each.sum()
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        for s in &self.springs {
+            let (d, length) = s.along(x);
+            if length > 0.0 {
+                let (a, b) = (s.masses.0 as usize, s.masses.1 as usize);
+                let f = d * (s.force_at(length, self.per_time) / length);
+                gradient.set(a, gradient.get(a) + f);
+                gradient.set(b, gradient.get(b) - f);
+            }
+        }
+    }
+
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        for s in &self.springs {
+            let (d, length) = s.along(x);
+            if length <= 0.0 {
+                continue;
+            }
+            let n = (d / length).to_array();
+            let force = if geometric == Geometric::Clipped { s.force.max(0.0) } else { s.force };
+            let across = force / length;
+            let along = s.stiffness + s.dashpot * self.per_time - across;
+            let mut block = [0.0; 9];
+            for r in 0..3 {
+                for c in 0..3 {
+                    block[3 * r + c] = along * n[r] * n[c];
+                }
+                block[4 * r] += across;
+            }
+            add_block(values, s.blocks[0], &block);
+            add_block(values, s.blocks[1], &block);
+            add_block(values, s.blocks[2], &block.map(|b| -b));
+        }
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        let mut missed = 0.0;
+        for s in &mut self.springs {
+            let (along, length) = s.along(x);
+            if length <= 0.0 {
+                continue;
+            }
+            let change = s.along(d).0;
+            let predicted = length + along.dot(change) / length;
+            s.force = s.force_at(predicted, self.per_time);
+            let miss = (along + change).length() - predicted;
+            missed += 0.5 * (s.stiffness + s.dashpot * self.per_time) * miss * miss;
+        }
+        missed
+    }
+
+    fn settle(&mut self, x: &Vectors) {
+        for s in &mut self.springs {
+            s.force = s.force_at(s.along(x).1, self.per_time);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::check;
+    use super::super::spring::{Spring, SpringClass};
+    use super::*;
+
+    #[test]
+    fn gradient_and_tangent_are_those_of_the_potential() {
+        let class = SpringClass::X;
+        let join = |a, b| Spring { a, b, class, stiffness: 3.0, rest: 0.12, damping: 0.05 };
+        let springs = Springs::new(&[join(0, 1), join(1, 2), join(5, 0), join(1, 6), join(6, 0), join(2, 8)]);
+        let x = check::bent_grid(5, 3, (0.1, 0.15));
+        check::derivatives(&mut MixedSprings::new(&springs), &x, 1e-6);
+    }
+}

@@ -1,0 +1,138 @@
+//! Curvatures of a rectangular grid by central differences, each where it is known to second order: x_uu and x_vv at
+//! masses, x_uv at the middles of cells.
+//!
+//! At a clamped mass the curvature towards a free neighbour is one-sided, 2 (x₁ - x₀ - h t)/h² with t the direction that
+//! the clamp prescribes, as if the sheet went on mirrored behind it. Alone that leaves an error of second order from the
+//! clamp itself; weights 6/5 on it and 12/13 on the next row are those of Gregory's end-corrected quadrature for the
+//! parabola that the curvature is there, and take most of it away.
+//! Across a free edge the curvature is relaxed (natural boundary condition: no moment).
+
+use super::curvature::CurvatureGroup;
+
+/// Weight of the curvature at a clamp.
+const AT_CLAMP: f64 = 6.0 / 5.0;
+/// Weight of the curvature one row from a clamp.
+const NEXT_TO_CLAMP: f64 = 12.0 / 13.0;
+
+/// A rectangular grid of masses.
+pub struct Grid<'a> {
+    /// Masses along u; they are next to each other in memory.
+    pub columns: usize,
+    /// Masses along v.
+    pub rows: usize,
+    /// Spacings along u and v, m.
+    pub spacing: (f64, f64),
+    /// Whether each mass is held together with the slope of the sheet there.
+    pub clamped: &'a [bool],
+}
+
+/// Curvatures of the grid. Prescribed slopes refer to directions 0 (u) and 1 (v).
+pub fn curvatures(grid: &Grid) -> Vec<CurvatureGroup> {
+    let mut groups = Vec::new();
+    for j in 0..grid.rows {
+        for i in 0..grid.columns {
+            if grid.clamped[grid.at(i, j)] {
+                grid.clamps(i, j, &mut groups);
+            } else {
+                groups.extend(grid.at_mass(i, j));
+            }
+        }
+    }
+    for j in 0..grid.rows - 1 {
+        for i in 0..grid.columns - 1 {
+            groups.push(grid.twist(i, j));
+        }
+    }
+    // A group whose masses are all clamped never changes.
+    let moves = |g: &CurvatureGroup| g.rows.iter().flatten().any(|(m, _)| !grid.clamped[*m as usize]);
+    groups.retain(moves);
+    groups
+}
+
+impl Grid<'_> {
+    fn at(&self, i: usize, j: usize) -> usize {
+        j * self.columns + i
+    }
+
+    /// Along axis 0 (u) or 1 (v): the masses before and after (i, j), spacing, and how many of the cell's halves the mass
+    /// has across.
+    fn line(&self, axis: usize, i: usize, j: usize) -> (Option<usize>, Option<usize>, f64, f64) {
+        let half = |k: usize, n: usize| if k == 0 || k + 1 == n { 0.5 } else { 1.0 };
+        if axis == 0 {
+            let before = (i > 0).then(|| self.at(i - 1, j));
+            let after = (i + 1 < self.columns).then(|| self.at(i + 1, j));
+            (before, after, self.spacing.0, half(j, self.rows))
+        } else {
+            let before = (j > 0).then(|| self.at(i, j - 1));
+            let after = (j + 1 < self.rows).then(|| self.at(i, j + 1));
+            (before, after, self.spacing.1, half(i, self.columns))
+        }
+    }
+
+    /// Four masses around (i, j) whose differences span the tangent plane.
+    fn frame(&self, i: usize, j: usize) -> [u32; 4] {
+        let (west, east) = (i.saturating_sub(1), (i + 1).min(self.columns - 1));
+        let (back, front) = (j.saturating_sub(1), (j + 1).min(self.rows - 1));
+        // v × u is the sheet's upper side: u along x, v along z.
+        [self.at(i, back), self.at(i, front), self.at(west, j), self.at(east, j)].map(|m| m as u32)
+    }
+
+    fn at_mass(&self, i: usize, j: usize) -> Option<CurvatureGroup> {
+        let here = self.at(i, j);
+        let mut group = CurvatureGroup { frame: self.frame(i, j), ..CurvatureGroup::default() };
+        let mut shares = [0.0; 2];
+        for axis in 0..2 {
+            let (before, after, h, across) = self.line(axis, i, j);
+            let (Some(before), Some(after)) = (before, after) else { continue };
+            let next = self.clamped[before] || self.clamped[after];
+            let w = if next { NEXT_TO_CLAMP.sqrt() } else { 1.0 } / (h * h);
+            group.rows[axis] = vec![(before as u32, w), (here as u32, -2.0 * w), (after as u32, w)];
+            shares[axis] = across;
+        }
+        let cell = self.spacing.0 * self.spacing.1;
+        let known = [!group.rows[0].is_empty(), !group.rows[1].is_empty()];
+        match known {
+            [false, false] => return None,
+            [true, true] => group.area = cell,
+            [true, false] => {
+                group.area = cell * shares[0];
+                group.relaxed.push([0.0, 1.0, 0.0]);
+            }
+            [false, true] => {
+                group.area = cell * shares[1];
+                group.relaxed.push([1.0, 0.0, 0.0]);
+            }
+        }
+        Some(group)
+    }
+
+    fn clamps(&self, i: usize, j: usize, groups: &mut Vec<CurvatureGroup>) {
+        let here = self.at(i, j);
+        for axis in 0..2 {
+            let (before, after, h, across) = self.line(axis, i, j);
+            for (neighbour, side) in [(before, -1.0), (after, 1.0)] {
+                let Some(neighbour) = neighbour.filter(|n| !self.clamped[*n]) else { continue };
+                let w = 2.0 / (h * h);
+                let mut group = CurvatureGroup { frame: self.frame(i, j), ..CurvatureGroup::default() };
+                group.rows[axis] = vec![(neighbour as u32, w), (here as u32, -w)];
+                group.clamps[axis] = vec![(axis as u32, -side * 2.0 / h)];
+                group.area = 0.5 * AT_CLAMP * across * self.spacing.0 * self.spacing.1;
+                groups.push(group);
+            }
+        }
+    }
+
+    fn twist(&self, i: usize, j: usize) -> CurvatureGroup {
+        let (hu, hv) = self.spacing;
+        let w = 2.0 / (hu * hv);
+        let m = [self.at(i, j), self.at(i + 1, j), self.at(i, j + 1), self.at(i + 1, j + 1)].map(|m| m as u32);
+        let row = vec![(m[0], w), (m[1], -w), (m[2], -w), (m[3], w)];
+        CurvatureGroup {
+            rows: [Vec::new(), Vec::new(), row],
+            area: hu * hv,
+            // The diagonals: as long as the cell's sides and never parallel in a sound cell.
+            frame: [m[1], m[2], m[0], m[3]],
+            ..CurvatureGroup::default()
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Where the blocks of a sparse symmetric matrix are.
+//!
+//! A row and a column of blocks stand for one free mass; a block is 3x3, for x, y and z. Only the lower triangle is kept.
+
+/// Lower triangle (with its diagonal) of a symmetric matrix of 3x3 blocks, by columns: rows ascend within a column, the
+/// diagonal comes first and is always there.
+///
+/// Values that go with it are 9 numbers a block, row-major within the block, block after block in the order of `rows`.
+/// Diagonal blocks are held whole.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Pattern {
+    /// Where each column's blocks start in `rows`; one more than there are columns.
+    pub starts: Vec<u32>,
+    /// Block row of each block.
+    pub rows: Vec<u32>,
+}
+
+impl Pattern {
+    /// The pattern of `n` block rows whose masses are joined in `pairs`: each pair once or more, either way round, the
+    /// diagonal left out or not.
+    ///
+    /// # Panics
+    /// When a pair names a mass that is not below `n`.
+    pub fn new(n: usize, pairs: impl IntoIterator<Item = (u32, u32)>) -> Self {
+        let diagonal = (0..n as u32).map(|i| (i, i));
+        let mut blocks: Vec<(u32, u32)> =
+            pairs.into_iter().map(|(a, b)| (a.min(b), a.max(b))).chain(diagonal).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        let mut starts = vec![0; n + 1];
+        for &(column, row) in &blocks {
+            assert!((row as usize) < n, "a pair names mass {row} of {n}");
+            starts[column as usize + 1] += 1;
+        }
+        for i in 0..n {
+            starts[i + 1] += starts[i];
+        }
+        Self { starts, rows: blocks.into_iter().map(|(_, row)| row).collect() }
+    }
+
+    /// Number of block rows.
+    pub fn size(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// Number of blocks kept.
+    pub fn blocks(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// The blocks of a column: the slots they have.
+    pub fn column(&self, column: usize) -> std::ops::Range<usize> {
+        self.starts[column] as usize..self.starts[column + 1] as usize
+    }
+
+    /// The slot of block (`row`, `column`), `row` not less than `column`, both below [`Pattern::size`]; none where the
+    /// matrix has no such block.
+    pub fn slot(&self, row: u32, column: u32) -> Option<u32> {
+        let blocks = self.column(column as usize);
+        let first = blocks.start;
+        self.rows[blocks].binary_search(&row).ok().map(|i| (first + i) as u32)
+    }
+
+    /// Every block as (slot, row, column), in the order of the slots.
+    pub fn iter(&self) -> impl Iterator<Item = (usize, u32, u32)> + '_ {
+        (0..self.size()).flat_map(move |c| self.column(c).map(move |slot| (slot, self.rows[slot], c as u32)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pairs_either_way_round_and_repeated() {
+        let pattern = Pattern::new(4, [(3, 1), (1, 3), (0, 2), (2, 2)]);
+        assert_eq!(pattern.starts, [0, 2, 4, 5, 6]);
+        assert_eq!(pattern.rows, [0, 2, 1, 3, 2, 3]);
+        assert_eq!(pattern.slot(3, 1), Some(3));
+        assert_eq!(pattern.slot(2, 1), None);
+        assert_eq!(pattern.slot(3, 3), Some(5));
+        assert_eq!(pattern.iter().nth(3), Some((3, 3, 1)));
+    }
+
+    #[test]
+    fn nothing_at_all() {
+        let pattern = Pattern::new(0, []);
+        assert_eq!((pattern.size(), pattern.blocks()), (0, 0));
+    }
+}

@@ -1,0 +1,32 @@
+//! The free edge of a sheet, opposite its clamp: its mean place and its corners.
+
+use glam::DVec3;
+
+use crate::sheet::{Sheet, Vectors};
+
+/// Places on the edge at u = 1 of the bottom layer, m.
+pub(crate) struct Edge {
+    /// Mean over the edge; the two corner masses stand for half as much of it as the others.
+    pub middle: DVec3,
+    /// Mean of the two corners.
+    pub corners: DVec3,
+}
+
+impl Edge {
+    /// The edge of `sheet` with its masses at `x`. Of a triangular layer, whose rows end at two distances in turn, both kinds
+    /// of rows count alike.
+    pub fn of(sheet: &Sheet, x: &Vectors) -> Self {
+        let mut sums = [(DVec3::ZERO, 0.0); 2];
+        let Some(bottom) = sheet.layers.first() else { return Self { middle: DVec3::ZERO, corners: DVec3::ZERO } };
+        let last = bottom.nz - 1;
+        let end = |j: u32| x.get(bottom.at(bottom.nx - 1, j) as usize);
+        for j in 0..bottom.nz {
+            let weight = if j == 0 || j == last { 0.5 } else { 1.0 };
+            let kind = if bottom.triangular { (j % 2) as usize } else { 0 };
+            sums[kind].0 += end(j) * weight;
+            sums[kind].1 += weight;
+        }
+        let means: Vec<DVec3> = sums.iter().filter(|(_, w)| *w > 0.0).map(|(sum, w)| *sum / *w).collect();
+        Self { middle: means.iter().sum::<DVec3>() / means.len() as f64, corners: (end(0) + end(last)) * 0.5 }
+    }
+}

@@ -1,0 +1,66 @@
+//! Steps a world and counts what it costs.
+
+use cpu_time::ProcessTime;
+use serde_json::{Map, Value};
+
+use super::{Outcome, Setup};
+use crate::World;
+
+/// Steps a world and counts the CPU time of doing so.
+pub(crate) struct Runner {
+    pub world: World,
+    cpu: f64,
+    settled: Option<bool>,
+}
+
+impl Runner {
+    pub fn new(world: World) -> Self {
+        Self { world, cpu: 0.0, settled: None }
+    }
+
+    /// Steps for `duration` s, calling `watch` after every step; stops early when `watch` says so or the sheet fails.
+    pub fn run(&mut self, duration: f64, mut watch: impl FnMut(&World) -> bool) {
+        let end = self.world.time() + duration;
+        let start = ProcessTime::now();
+        while self.world.time() < end - 0.5 * self.world.dt() && self.world.unstable().is_none() {
+            self.world.step();
+            if !watch(&self.world) {
+                break;
+            }
+        }
+        self.cpu += start.elapsed().as_secs_f64();
+    }
+
+    /// Brings the sheet to rest: by solving for equilibrium, or, where `setup` says dynamic, by stepping until every mass has been slower than
+    /// 1 mm/s for half a second, 10 s at most. Returns the linear solves it took.
+    pub fn rest(&mut self, setup: &Setup) -> u64 {
+        if !setup.dynamic {
+            let start = ProcessTime::now();
+            let found = self.world.settle(1e-9 * setup.length);
+            self.cpu += start.elapsed().as_secs_f64();
+            self.settled = Some(found.iter().all(|e| e.settled));
+            return found.iter().map(|e| u64::from(e.solves)).sum();
+        }
+        let mut quiet = 0.0;
+        self.run(10.0, |world| {
+            quiet = if world.sheets()[0].max_speed() < 1e-3 { quiet + world.dt() } else { 0.0 };
+            quiet < 0.5
+        });
+        self.settled = Some(quiet >= 0.5);
+        self.world.sheets()[0].counters.evaluations
+    }
+
+    pub fn outcome(self, keys: Value) -> Outcome {
+        let status = self.world.report(0.0, &[]).status;
+        let keys = if let Value::Object(map) = keys { map } else { Map::new() };
+        Outcome {
+            keys,
+            dt: self.world.dt(),
+            steps: self.world.steps(),
+            simulated: self.world.time(),
+            cpu: self.cpu,
+            settled: self.settled,
+            status,
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! What is measured: the sheet, the engine and the situation, with the defaults of the command line.
+
+use glam::DVec3;
+
+use crate::World;
+use crate::engine::EngineKind;
+use crate::error::{InputError, check_range};
+use crate::lattice::StructureKind;
+use crate::scene::{Air, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
+
+/// The sheet and the situation; every case takes what it needs of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setup {
+    /// Structure of the sheet.
+    pub structure: StructureKind,
+    /// Masses along length and width of the bottom layer, 2 to 2000 each.
+    pub grid: (u32, u32),
+    /// Layers, where the structure can have them.
+    pub layers: u32,
+    /// Engine.
+    pub engine: EngineKind,
+    /// Step, s, 1e-7 to 1; `None` for 1/60 s with an implicit engine, and one that is stable with an explicit one.
+    pub dt: Option<f64>,
+    /// Material: modulus, density, thickness.
+    pub material: Material,
+    /// Length of the sheet, m, 1e-4 to 100.
+    pub length: f64,
+    /// Width of the sheet, m, 1e-4 to 100.
+    pub width: f64,
+    /// Gravity downwards, m/s², 0 to 1000.
+    pub gravity: f64,
+    /// Damping ratio of the slowest bending motion (shell and calibrated springs), 0 to 10.
+    pub damping_ratio: f64,
+    /// Angle of an incline, degrees, 0 to 89.
+    pub angle: f64,
+    /// Friction coefficient, 0 to 10.
+    pub friction: f64,
+    /// Restitution coefficient, 0 to 1.
+    pub restitution: f64,
+    /// Height of a drop, m, 1e-3 to 1000.
+    pub height: f64,
+    /// Speed of a slide, m/s, 1e-3 to 100.
+    pub speed: f64,
+    /// Rate of a spin, rad/s, 1e-3 to 1000.
+    pub rate: f64,
+    /// Step to rest instead of solving for equilibrium.
+    pub dynamic: bool,
+}
+
+impl Default for Setup {
+    fn default() -> Self {
+        Self {
+            structure: StructureKind::Shell,
+            grid: (21, 21),
+            layers: 1,
+            engine: EngineKind::TrBdf2,
+            dt: None,
+            material: Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() },
+            length: 0.25,
+            width: 0.25,
+            gravity: 9.81,
+            damping_ratio: 0.05,
+            angle: 20.0,
+            friction: 0.3,
+            restitution: 0.5,
+            height: 0.2,
+            speed: 1.0,
+            rate: 10.0,
+            dynamic: false,
+        }
+    }
+}
+
+impl Setup {
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// The first that is out of range, named as its flag.
+    pub fn check(&self) -> Result<(), InputError> {
+        check_range("grid", self.grid.0.into(), 2.0, 2000.0, "masses")?;
+        check_range("grid", self.grid.1.into(), 2.0, 2000.0, "masses")?;
+        let (fewest, most) = self.structure.info().layers;
+        check_range("layers", self.layers.into(), fewest.into(), most.into(), "layers")?;
+        if let Some(dt) = self.dt {
+            check_range("dt", dt, 1e-7, 1.0, "s")?;
+        }
+        crate::scene::validate::material("material", &self.material)?;
+        check_range("length", self.length, 1e-4, 100.0, "m")?;
+        check_range("width", self.width, 1e-4, 100.0, "m")?;
+        check_range("gravity", self.gravity, 0.0, 1e3, "m/s²")?;
+        check_range("damping-ratio", self.damping_ratio, 0.0, 10.0, "of critical")?;
+        check_range("angle", self.angle, 0.0, 89.0, "degrees")?;
+        check_range("friction", self.friction, 0.0, 10.0, "")?;
+        check_range("restitution", self.restitution, 0.0, 1.0, "")?;
+        check_range("height", self.height, 1e-3, 1e3, "m")?;
+        check_range("speed", self.speed, 1e-3, 100.0, "m/s")?;
+        check_range("rate", self.rate, 1e-3, 1e3, "rad/s")
+    }
+
+    /// Grid and width as built: TRiMM is isotropic only with equilateral triangles, rows along the length, so the width
+    /// yields to the nearest whole row.
+    pub fn as_built(&self) -> ((u32, u32), f64) {
+        if !self.structure.info().triangular {
+            return (self.grid, self.width);
+        }
+        let spacing = self.length / (f64::from(self.grid.0) - 0.5);
+        let row = spacing * 3.0_f64.sqrt() / 2.0;
+        let rows = (self.width / row).round().clamp(1.0, 1999.0);
+        ((self.grid.0, rows as u32 + 1), rows * row)
+    }
+
+    /// A scene with the sheet, flat, its bottom layer in the plane y = 0.
+    pub(crate) fn scene(&self) -> Scene {
+        let ((nx, nz), width) = self.as_built();
+        let spacing = self.length / f64::from(nx - 1);
+        let sheet = SheetSpec {
+            name: "sheet".into(),
+            structure: self.structure,
+            grid: (nx, self.layers, nz),
+            size: (self.length, width),
+            gap: 0.5 * spacing,
+            material: MaterialChoice::Inline(self.material.clone()),
+            springs: SpringLaw::Length,
+            damping: self.damping_ratio,
+            damping_ratio: Some(self.damping_ratio),
+            ..SheetSpec::default()
+        };
+        Scene {
+            name: "measure".into(),
+            gravity: DVec3::new(0.0, -self.gravity, 0.0),
+            engine: self.engine,
+            dt: self.dt.unwrap_or(1.0 / 60.0),
+            contact: ContactDefaults { friction: self.friction, restitution: self.restitution },
+            air: Air::default(),
+            sheets: vec![sheet],
+            ..Scene::default()
+        }
+    }
+
+    /// Clamps a border of the sheet: its masses and its slope.
+    pub(crate) fn clamp(&self, scene: &mut Scene, border: Region) {
+        scene.sheets[0].pins.push(PinSpec::clamped(border));
+    }
+
+    /// A world of `scene` with sleeping off and a step that is stable where none was given.
+    pub(crate) fn world(&self, scene: &Scene) -> Result<World, InputError> {
+        let mut world = World::new(scene)?;
+        world.set_sleep(false);
+        if self.dt.is_none() && !self.engine.info().implicit {
+            let omega = world.sheets()[0].largest_frequency(100);
+            let radians = self.stable_radians();
+            if omega > 0.0 {
+                world.set_dt((radians / omega).clamp(1e-7, 1.0))?;
+            }
+        }
+        Ok(world)
+    }
+
+    /// A step that is stable for the engine on a lattice with these dashpots, in radians of its highest frequency.
+    fn stable_radians(&self) -> f64 {
+        let info = self.engine.info();
+        // Each spring's dashpot is a fraction of its own critical; where a dozen springs meet they damp the highest mode
+        // two to three times as much.
+        let damping = 2.5 * self.damping_ratio;
+        let undamped = match info.order {
+            // Of first order: a tenth of a radian keeps flight and impact to a fraction of a percent.
+            1 => 0.1,
+            _ if info.stability_limit > 0.0 => 0.7 * info.stability_limit,
+            // Without damping its growth of a⁴/4 a step must stay small over the run; with it, half its limit 2 ζ^(1/3).
+            _ => damping.cbrt().clamp(0.05, 0.7),
+        };
+        undamped * ((1.0 + damping * damping).sqrt() - damping)
+    }
+}

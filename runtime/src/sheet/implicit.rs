@@ -1,0 +1,342 @@
+//! A sheet as implicit engines see it: incremental potential, gradient, tangent matrix, Newton's step.
+//!
+//! The unknowns are the free masses in order, three coordinates each; the tangent is a symmetric matrix of 3x3 blocks whose
+//! pattern is what the elements couple. Its constant part (bending, inertia, air) is kept and copied, the rest added at every
+//! iterate. Directions in which a mass is held alone keep their row, as that of the identity.
+
+use glam::DVec3;
+
+use super::drag::Drag;
+use super::{Field, Sheet, Vectors};
+use crate::element::mixed_spring::MixedSprings;
+use crate::element::spring::{SpringScratch, Springs};
+use crate::element::{Anchor, Element, Geometric, NO_BLOCK};
+use crate::engine::implicit::{Implicit, Stage};
+use crate::engine::linear::{Backend, Factor, NotPositive, Pattern, analyse};
+use crate::engine::{Advance, Forces};
+
+/// The linear system of a sheet, with the memory to work in.
+pub(crate) struct System {
+    /// Mass of each block row.
+    masses: Vec<u32>,
+    pattern: Pattern,
+    factor: Box<dyn Factor>,
+    /// Constant part of the tangent, and the 1/h it is for.
+    constant: Vec<f64>,
+    constant_at: Option<f64>,
+    values: Vec<f64>,
+    right: Vec<f64>,
+    gradient: Vectors,
+    /// Entries of `values` that belong to held directions: to be zero, and to be one.
+    zeros: Vec<u32>,
+    ones: Vec<u32>,
+    pub springs: MixedSprings,
+}
+
+impl System {
+    /// The system of `sheet`, its elements bound to it.
+    pub fn new(sheet: &mut Sheet) -> Self {
+        let mut springs = MixedSprings::new(&sheet.springs);
+        let mut row = vec![NO_BLOCK; sheet.masses()];
+        let mut masses = Vec::new();
+        for (i, w) in sheet.inverse_mass.iter().enumerate() {
+            if *w > 0.0 {
+                row[i] = masses.len() as u32;
+                masses.push(i as u32);
+            }
+        }
+        let mut pairs = Vec::new();
+        let mut couple = |a: u32, b: u32| {
+            let (a, b) = (row[a as usize], row[b as usize]);
+            if a != NO_BLOCK && b != NO_BLOCK {
+                pairs.push((a, b));
+            }
+        };
+        springs.couples(&mut couple);
+        sheet.elements.iter().for_each(|e| e.couples(&mut couple));
+        let pattern = Pattern::new(masses.len(), pairs);
+        let block = |a: u32, b: u32| {
+            let (a, b) = (row[a as usize], row[b as usize]);
+            if a == NO_BLOCK || b == NO_BLOCK { NO_BLOCK } else { pattern.slot(a, b).unwrap_or(NO_BLOCK) }
+        };
+        springs.bind(&block);
+        sheet.elements.iter_mut().for_each(|e| e.bind(&block));
+        let (nu, nv) = (f64::from(sheet.grid.0), f64::from(sheet.grid.2));
+        let place = |m: &u32| {
+            let (u, v) = sheet.uv[*m as usize];
+            [u * nu, v * nv]
+        };
+        let places: Vec<[f64; 2]> = masses.iter().map(place).collect();
+        let factor = analyse(&pattern, &places, Backend::default());
+        let (zeros, ones) = held_entries(sheet, &pattern, &row);
+        let numbers = 9 * pattern.blocks();
+        Self {
+            right: vec![0.0; 3 * masses.len()],
+            gradient: Vectors::zeros(sheet.masses()),
+            constant: vec![0.0; numbers],
+            constant_at: None,
+            values: vec![0.0; numbers],
+            masses,
+            pattern,
+            factor,
+            zeros,
+            ones,
+            springs,
+        }
+    }
+
+    /// Forgets the constant part: the sheet's stiffness has changed.
+    pub fn refresh(&mut self, springs: &Springs) {
+        self.constant_at = None;
+        self.springs.follow(springs);
+    }
+
+    /// Forgets the constant part: forces or the step have changed.
+    pub fn forget_constant(&mut self) {
+        self.constant_at = None;
+    }
+
+    /// Linear solver in use, block rows and blocks of the matrix, and numbers in its factor.
+    pub fn about(&self) -> (&'static str, usize, usize, usize) {
+        (self.factor.name(), self.masses.len(), self.pattern.blocks(), self.factor.nonzeros())
+    }
+}
+
+/// Entries of rows and columns of held directions.
+fn held_entries(sheet: &Sheet, pattern: &Pattern, row: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let mut held = vec![[false; 3]; pattern.size()];
+    for (mass, axes) in sheet.pins.rails() {
+        if row[mass as usize] != NO_BLOCK {
+            held[row[mass as usize] as usize] = axes;
+        }
+    }
+    let (mut zeros, mut ones) = (Vec::new(), Vec::new());
+    if held.iter().flatten().any(|h| *h) {
+        for (slot, r, c) in pattern.iter() {
+            for i in 0..3 {
+                for j in 0..3 {
+                    let entry = (9 * slot + 3 * i + j) as u32;
+                    if held[r as usize][i] || held[c as usize][j] {
+                        zeros.push(entry);
+                        if r == c && i == j {
+                            ones.push(entry);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    (zeros, ones)
+}
+
+/// What an implicit engine is handed.
+pub(super) struct ImplicitSheet<'a> {
+    pub field: Field,
+    pub mass: &'a [f64],
+    pub inverse_mass: &'a [f64],
+    pub applied: &'a Vectors,
+    pub pins: &'a super::Pins,
+    pub springs: &'a Springs,
+    pub scratch: &'a mut SpringScratch,
+    pub elements: &'a mut [Box<dyn Element>],
+    pub system: &'a mut System,
+    pub drag: &'a mut Drag,
+}
+
+impl ImplicitSheet<'_> {
+    fn parts(&mut self) -> impl Iterator<Item = &mut dyn Element> {
+        let springs: &mut dyn Element = &mut self.system.springs;
+        std::iter::once(springs).chain(self.elements.iter_mut().map(|e| &mut **e as &mut dyn Element))
+    }
+
+    /// The constant part of the tangent for 1/h, computed when it is asked for the first time.
+    fn constant(&mut self, per_time: f64) {
+        if self.system.constant_at == Some(per_time) {
+            return;
+        }
+        self.system.constant.fill(0.0);
+        for element in self.elements.iter() {
+            element.add_constant_tangent(per_time, &mut self.system.constant);
+        }
+        for (row, mass) in self.system.masses.iter().enumerate() {
+            let m = self.mass[*mass as usize];
+            let inertia = m * per_time * per_time + self.field.air * m * per_time;
+            let at = 9 * self.system.pattern.starts[row] as usize;
+            for i in [0, 4, 8] {
+                self.system.constant[at + i] += inertia;
+            }
+        }
+        self.system.constant_at = Some(per_time);
+    }
+
+    /// g = ∇Φ, left in the system's gradient; held masses' entries mean nothing.
+    fn gradient(&mut self, stage: &Stage, x: &Vectors) {
+        let mut g = std::mem::take(&mut self.system.gradient);
+        let (inertia, air) = (stage.per_time * stage.per_time, self.field.air * stage.per_time);
+        let gravity = self.field.gravity.to_array();
+        let axes = g.axes_mut().into_iter().zip(x.axes()).zip(stage.y.axes()).zip(stage.w.axes());
+        for ((((g, x), y), w), (applied, gravity)) in axes.zip(self.applied.axes().into_iter().zip(gravity)) {
+            for i in 0..g.len() {
+                let m = self.mass[i];
+                g[i] = m * (inertia * (x[i] - y[i]) + air * (x[i] - w[i]) - gravity) - applied[i];
+            }
+        }
+        self.drag.add_gradient(stage, x, &mut g);
+        self.parts().for_each(|e| e.add_gradient(x, &mut g));
+        self.system.gradient = g;
+    }
+}
+
+impl Forces for ImplicitSheet<'_> {
+    fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
+        Implicit::accelerations(self, x, v, a);
+    }
+
+    fn implicit(&mut self) -> Option<&mut dyn Implicit> {
+        Some(self)
+    }
+}
+
+impl Implicit for ImplicitSheet<'_> {
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], x: &Vectors, v: &Vectors) {
+        self.parts().for_each(|e| e.begin(per_time, anchors));
+        self.drag.begin(&self.field, x, v);
+    }
+
+    fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64 {
+        let mut sum = self.inertial(stage, x);
+        let gravity = self.field.gravity;
+        for i in 0..x.len() {
+            if self.inverse_mass[i] > 0.0 {
+                let m = self.mass[i];
+                sum -= (gravity * m + self.applied.get(i)).dot(x.get(i));
+            }
+        }
+        if self.field.air > 0.0 && stage.per_time > 0.0 {
+            let scale = 0.5 * self.field.air * stage.per_time;
+            for i in 0..x.len() {
+                if self.inverse_mass[i] > 0.0 {
+                    sum += scale * self.mass[i] * x.get(i).distance_squared(stage.w.get(i));
+                }
+            }
+        }
+        sum += self.drag.potential(stage, x);
+        sum + self.parts().map(|e| e.potential(x)).sum::<f64>()
+    }
+
+    fn inertial(&self, stage: &Stage, x: &Vectors) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..x.len() {
+            if self.inverse_mass[i] > 0.0 {
+                sum += self.mass[i] * x.get(i).distance_squared(stage.y.get(i));
+            }
+        }
+        0.5 * sum * stage.per_time * stage.per_time
+    }
+
+    fn kinetic_at(&self, speed: f64) -> f64 {
+        0.5 * self.mass.iter().sum::<f64>() * speed * speed
+    }
+
+    fn direction(
+        &mut self,
+        stage: &Stage,
+        x: &Vectors,
+        geometric: Geometric,
+        d: &mut Vectors,
+    ) -> Result<f64, NotPositive> {
+        self.gradient(stage, x);
+        self.constant(stage.per_time);
+        let mut values = std::mem::take(&mut self.system.values);
+        values.copy_from_slice(&self.system.constant);
+        self.parts().for_each(|e| e.add_tangent(x, geometric, &mut values));
+        let system = &mut *self.system;
+        self.drag.add_tangent(stage, &system.masses, &system.pattern, &mut values);
+        system.zeros.iter().for_each(|i| values[*i as usize] = 0.0);
+        system.ones.iter().for_each(|i| values[*i as usize] = 1.0);
+        let done = system.factor.factorize(&values);
+        system.values = values;
+        done?;
+        self.pins.hold_rails(&mut self.system.gradient);
+        let system = &mut *self.system;
+        for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
+            right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
+        }
+        system.factor.solve(&mut system.right);
+        d.clear();
+        let mut slope = 0.0;
+        for (step, mass) in system.right.chunks_exact(3).zip(&system.masses) {
+            let step = -DVec3::from_slice(step);
+            d.set(*mass as usize, step);
+            slope += step.dot(system.gradient.get(*mass as usize));
+        }
+        Ok(slope)
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        self.parts().map(|e| e.predict(x, d)).sum()
+    }
+
+    fn settle(&mut self, x: &Vectors) {
+        self.parts().for_each(|e| e.settle(x));
+    }
+
+    fn hold(&self, a: &mut Vectors) {
+        for (i, w) in self.inverse_mass.iter().enumerate() {
+            if *w == 0.0 {
+                a.set(i, DVec3::ZERO);
+            }
+        }
+        self.pins.hold_rails(a);
+    }
+
+    fn led(&self, x: &Vectors, to: &mut Vectors) {
+        for (i, w) in self.inverse_mass.iter().enumerate() {
+            if *w == 0.0 {
+                to.set(i, x.get(i));
+            }
+        }
+        self.pins.follow_rails(x, to);
+    }
+
+    fn accelerations(&mut self, x: &Vectors, v: &Vectors, a: &mut Vectors) -> f64 {
+        a.clear();
+        self.springs.add_forces(x, v, self.springs.damped(), self.scratch, a);
+        self.elements.iter_mut().for_each(|e| e.add_forces(x, v, a));
+        let mut own = 0.0_f64;
+        for i in 0..a.len() {
+            let f = a.get(i) * self.inverse_mass[i];
+            own = own.max(f.length());
+            let free = self.inverse_mass[i] > 0.0;
+            let outer = self.field.gravity - v.get(i) * self.field.air + self.applied.get(i) * self.inverse_mass[i];
+            a.set(i, if free { f + outer } else { DVec3::ZERO });
+        }
+        own
+    }
+}
+
+impl Sheet {
+    /// Advances by an implicit engine; see [`Sheet::advance`].
+    pub(super) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+        let mut problem = ImplicitSheet {
+            field,
+            mass: &self.mass,
+            inverse_mass: &self.inverse_mass,
+            applied: &self.applied,
+            pins: &self.pins,
+            springs: &self.springs,
+            scratch: &mut self.work.springs,
+            elements: &mut self.elements,
+            system: &mut system,
+            drag: &mut self.drag,
+        };
+        if self.field_before != Some(field) {
+            problem.system.constant_at = None;
+            self.field_before = Some(field);
+        }
+        let done = self.engine.advance(&mut problem, t, dt, &mut self.x, &mut self.v);
+        self.system = Some(system);
+        done
+    }
+}
