@@ -2,6 +2,7 @@
 //!
 //! Exit status: 0 done; 1 a sheet went unstable or a limit was missed; 2 bad input.
 
+mod bench;
 mod generate;
 mod list;
 mod measure;
@@ -28,6 +29,8 @@ enum Command {
     Generate(generate::Generate),
     /// Put a sheet on a virtual test rig.
     Measure(measure::Measure),
+    /// Long campaigns that end in tables, files and plots.
+    Bench(bench::Bench),
     /// List structures, engines, materials, cases or scenes.
     List(list::List),
 }
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
         Command::Run(run) => run.execute(),
         Command::Generate(generate) => generate.execute(),
         Command::Measure(measure) => measure.execute(),
+        Command::Bench(bench) => bench.execute(),
         Command::List(list) => list.execute(),
     };
     match result {
