@@ -25,8 +25,9 @@ append() {
     fi
 }
 
-if python3 -m venv "$build/venv" && "$build/venv/bin/pip" install -q -r "$here/requirements.txt"; then
-    mujoco() { append "$build/venv/bin/python" "$here/mujoco_cantilever.py" "$@"; }
+python="$build/venv/bin/python"
+if { [ -x "$python" ] || python3 -m venv "$build/venv"; } && "$python" -m pip install -q -r "$here/requirements.txt"; then
+    mujoco() { append "$python" "$here/mujoco_cantilever.py" "$@"; }
     for membrane in elastic edges; do
         for hz in 30 60; do mujoco --grid 11 --grid 21 --hz "$hz" --membrane "$membrane"; done
         for hz in 60 240; do mujoco --grid 11 --grid 21 --hz "$hz" --membrane "$membrane" --case release; done

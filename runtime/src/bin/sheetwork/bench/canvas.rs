@@ -67,13 +67,10 @@ impl<B: DrawingBackend> Canvas<B> {
         self.area.draw(&Rectangle::new([self.at(a), self.at(b)], colour.filled()))
     }
 
-    /// A closed outline, filled with `inside` and drawn in `colour`.
-    pub fn outline(&self, corners: &[(f64, f64)], inside: RGBColor, colour: RGBColor, width: f64) -> Drawn<B> {
-        let mut corners: Vec<_> = corners.iter().map(|&p| self.at(p)).collect();
-        self.area.draw(&Polygon::new(corners.clone(), inside.filled()))?;
-        // Two more, so that the line closes with a corner and not with two ends.
-        corners.extend_from_within(..2.min(corners.len()));
-        self.area.draw(&PathElement::new(corners, self.pen(colour, width)))
+    /// A filled polygon.
+    pub fn polygon(&self, corners: &[(f64, f64)], colour: RGBColor) -> Drawn<B> {
+        let corners: Vec<_> = corners.iter().map(|&p| self.at(p)).collect();
+        self.area.draw(&Polygon::new(corners, colour.filled()))
     }
 
     /// A text of `size` units at a point.

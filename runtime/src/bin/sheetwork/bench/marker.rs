@@ -1,4 +1,4 @@
-//! How points look: colour by structure or peer, shape by engine; peers have shapes of their own.
+//! How points look: colour by structure or peer, shape by engine or by what the peer was told; peers have shapes of their own.
 
 use plotters::style::RGBColor;
 
@@ -15,6 +15,8 @@ pub enum Shape {
     TriangleUp,
     TriangleDown,
     Star,
+    Kite,
+    Bar,
 }
 
 impl Shape {
@@ -25,7 +27,7 @@ impl Shape {
             (0..corners).map(|k| (radius(k) * angle(k).sin(), -radius(k) * angle(k).cos())).collect()
         };
         match self {
-            Self::Disc => ring(24, &|_| r, 0.0),
+            Self::Disc => ring(20, &|_| r, 0.0),
             Self::Square => ring(4, &|_| 1.25 * r, 0.5),
             Self::Diamond => ring(4, &|_| 1.3 * r, 0.0),
             Self::Hexagon => ring(6, &|_| 1.1 * r, 0.5),
@@ -48,6 +50,8 @@ impl Shape {
             }
             Self::TriangleUp => ring(3, &|_| 1.55 * r, 0.0),
             Self::TriangleDown => ring(3, &|_| 1.55 * r, 0.5),
+            Self::Kite => vec![(0.0, -1.7 * r), (0.95 * r, 0.2 * r), (0.0, 1.1 * r), (-0.95 * r, 0.2 * r)],
+            Self::Bar => vec![(-1.5 * r, -0.65 * r), (1.5 * r, -0.65 * r), (1.5 * r, 0.65 * r), (-1.5 * r, 0.65 * r)],
             Self::Star => ring(10, &|k| if k % 2 == 0 { 1.6 * r } else { 0.75 * r }, 0.0),
         }
     }
@@ -77,11 +81,8 @@ const ENGINES: &[(&str, Shape)] = &[
     ("verlet", Shape::Cross),
     ("rk4", Shape::Hexagon),
 ];
-const PEERS: &[(RGBColor, Shape)] = &[
-    (RGBColor(205, 80, 0), Shape::TriangleUp),
-    (RGBColor(190, 70, 140), Shape::TriangleDown),
-    (RGBColor(120, 60, 160), Shape::Star),
-];
+const PEERS: &[RGBColor] = &[RGBColor(205, 80, 0), RGBColor(170, 50, 140), RGBColor(90, 90, 90)];
+const PEER_SHAPES: &[Shape] = &[Shape::TriangleUp, Shape::TriangleDown, Shape::Star, Shape::Kite, Shape::Bar];
 
 /// One line of the legend.
 pub struct Entry {
@@ -102,12 +103,19 @@ impl Looks {
         let ours = |key: fn(&Point) -> &str, name: &str| points.iter().any(|p| !p.peer && key(p) == name);
         let structures = STRUCTURES.iter().filter(|(name, _)| ours(|p| &p.structure, name));
         let engines = ENGINES.iter().filter(|(name, _)| ours(|p| &p.engine, name));
+        let mut seen: Vec<&str> = Vec::new();
         let mut peers: Vec<Entry> = Vec::new();
         for point in points.iter().filter(|p| p.peer) {
-            if peers.iter().all(|e| e.name != point.structure) {
-                let (colour, shape) = PEERS[peers.len() % PEERS.len()];
-                peers.push(Entry { name: point.structure.clone(), look: Look { colour, shape } });
+            let name = of_peer(point);
+            if peers.iter().any(|e| e.name == name) {
+                continue;
             }
+            let which = seen.iter().position(|s| *s == point.structure).unwrap_or_else(|| {
+                seen.push(&point.structure);
+                seen.len() - 1
+            });
+            let look = Look { colour: PEERS[which % PEERS.len()], shape: PEER_SHAPES[peers.len() % PEER_SHAPES.len()] };
+            peers.push(Entry { name, look });
         }
         let entry = |name: &str, colour, shape| Entry { name: name.into(), look: Look { colour, shape } };
         Self {
@@ -117,14 +125,26 @@ impl Looks {
         }
     }
 
+    /// Lines of the legend that have entries.
+    pub fn rows(&self) -> impl Iterator<Item = (&'static str, &[Entry])> {
+        let rows: [(_, &[Entry]); 3] =
+            [("structure", &self.structures), ("engine", &self.engines), ("peers", &self.peers)];
+        rows.into_iter().filter(|(_, entries)| !entries.is_empty())
+    }
+
     /// How a point looks.
     pub fn look(&self, point: &Point) -> Look {
         let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).map(|e| e.look);
         if point.peer {
-            return find(&self.peers, &point.structure).unwrap_or(Look { colour: GREY, shape: Shape::Star });
+            return find(&self.peers, &of_peer(point)).unwrap_or(Look { colour: GREY, shape: Shape::Star });
         }
         let colour = find(&self.structures, &point.structure).map_or(GREY, |l| l.colour);
         let shape = find(&self.engines, &point.engine).map_or(Shape::Disc, |l| l.shape);
         Look { colour, shape }
     }
+}
+
+/// A peer's name in the legend.
+fn of_peer(point: &Point) -> String {
+    format!("{}: {}", point.structure, point.engine)
 }

@@ -9,15 +9,23 @@ use sheetwork::InputError;
 
 use super::canvas::{Anchor, Canvas, Drawn, INK, prepare_font};
 use super::front::front;
-use super::marker::{Entry, Look, Looks};
+use super::marker::{Look, Looks};
 use super::point::Point;
 use super::sweep::CASES;
 
 /// Size of a panel with its axes, and height of the legend, units.
-const PANEL: (f64, f64) = (480.0, 372.0);
-const LEGEND: f64 = 112.0;
-/// Pixels of the bitmap a unit.
+const PANEL: (f64, f64) = (480.0, 380.0);
+const LEGEND: f64 = 172.0;
+/// Left border of the axes and the legend, and distance of the legend's lines.
+const LEFT: f64 = 70.0;
+const LINE: f64 = 23.0;
+/// Pixels of the bitmap, and steps of the SVG's grid, a unit.
 const SCALE: u32 = 2;
+const FINE: u32 = 8;
+/// Sizes of titles, texts and numbers beside markers, height of a line, units.
+const TITLE: f64 = 18.0;
+const TEXT: f64 = 15.5;
+const SMALL: f64 = 13.0;
 /// CPU time of a second in real time, ms.
 const REAL_TIME: f64 = 1000.0;
 /// Errors beyond these, in percent, are drawn at the border.
@@ -34,12 +42,15 @@ const FRONT: RGBColor = RGBColor(110, 118, 129);
 /// When it cannot be written.
 pub fn svg(path: &Path, points: &[Point]) -> Result<(), InputError> {
     prepare_font()?;
+    let (width, height) = size(points);
+    // The backend knows whole numbers only: drawn on a finer grid than it is shown on, or discs would have corners.
+    let fine = (FINE * width, FINE * height);
     let mut text = String::new();
-    let size = size(points);
-    let canvas = Canvas { area: SVGBackend::with_string(&mut text, size).into_drawing_area(), scale: 1.0 };
+    let canvas = Canvas { area: SVGBackend::with_string(&mut text, fine).into_drawing_area(), scale: FINE.into() };
     draw(&canvas, points).map_err(|e| InputError::new("", e.to_string()).in_file(path))?;
     drop(canvas);
-    std::fs::write(path, text).map_err(|e| InputError::io(path, &e))
+    let [drawn, shown] = [fine, (width, height)].map(|(w, h)| format!("<svg width=\"{w}\" height=\"{h}\""));
+    std::fs::write(path, text.replacen(&drawn, &shown, 1)).map_err(|e| InputError::io(path, &e))
 }
 
 /// Writes the plot as a bitmap, PNG.
@@ -112,11 +123,12 @@ impl Panel {
     fn new((x, y): (f64, f64), points: &[&Point]) -> Self {
         let decades = |values: &mut dyn Iterator<Item = f64>, start: (f64, f64)| {
             let span = values.fold(start, |(low, high), v| (low.min(v), high.max(v)));
-            (span.0.log10().floor(), span.1.log10().ceil())
+            // Room for the numbers under the lowest marker.
+            ((span.0.log10() - 0.12).floor(), span.1.log10().ceil())
         };
         let cost = decades(&mut points.iter().map(|p| p.cpu_ms_per_simulated_s.max(1e-3)), (10.0, 2.0 * REAL_TIME));
         let error = decades(&mut points.iter().map(|p| percent(p)), (0.1, 10.0));
-        Self { left: x + 62.0, right: x + PANEL.0 - 14.0, top: y + 36.0, bottom: y + PANEL.1 - 46.0, cost, error }
+        Self { left: x + LEFT, right: x + PANEL.0 - 26.0, top: y + 36.0, bottom: y + PANEL.1 - 52.0, cost, error }
     }
 
     fn x(&self, cost: f64) -> f64 {
@@ -140,26 +152,26 @@ impl Panel {
         for exponent in self.cost.0 as i32..=self.cost.1 as i32 {
             let x = self.x(10f64.powi(exponent));
             canvas.line(&[(x, top), (x, bottom)], FAINT, 1.0)?;
-            canvas.text(&decimal(exponent), (x, bottom + 13.0), 13.0, Anchor::Centre, INK)?;
+            canvas.text(&decimal(exponent), (x, bottom + 14.0), TEXT, Anchor::Centre, INK)?;
         }
         for exponent in self.error.0 as i32..=self.error.1 as i32 {
             let y = self.y(10f64.powi(exponent));
             canvas.line(&[(left, y), (right, y)], FAINT, 1.0)?;
-            canvas.text(&format!("{} %", decimal(exponent)), (left - 6.0, y), 13.0, Anchor::Right, INK)?;
+            canvas.text(&format!("{} %", decimal(exponent)), (left - 6.0, y), TEXT, Anchor::Right, INK)?;
         }
         canvas.dashes(((real_time, top), (real_time, bottom)), FRONT)?;
-        canvas.text("real time", (real_time - 8.0, top + 36.0), 12.0, Anchor::Upwards, FRONT)?;
+        canvas.text("real time", (real_time + 9.0, bottom - 44.0), TEXT, Anchor::Upwards, FRONT)?;
         canvas.line(&[(left, top), (left, bottom), (right, bottom)], INK, 1.0)?;
-        canvas.text(title, (left, top - 16.0), 15.0, Anchor::Left, INK)?;
+        canvas.text(title, (left, top - 16.0), TITLE, Anchor::Left, INK)?;
         let middle = 0.5 * (left + right);
         canvas.text(
             "CPU time of one core for a simulated second, ms",
-            (middle, bottom + 33.0),
+            (middle, bottom + 36.0),
             13.0,
             Anchor::Centre,
             INK,
         )?;
-        canvas.text("error", (left - 52.0, 0.5 * (top + bottom)), 13.0, Anchor::Upwards, INK)
+        canvas.text("error", (left - 60.0, 0.5 * (top + bottom)), TEXT, Anchor::Upwards, INK)
     }
 
     fn points<B: DrawingBackend>(&self, canvas: &Canvas<B>, points: &[&Point], looks: &Looks) -> Drawn<B> {
@@ -178,8 +190,9 @@ impl Panel {
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by_key(|&i| rank(i));
         for &i in &order {
-            let (look, hollow) = (looks.look(points[i]), points[i].settled == Some(false));
-            marker(canvas, self.at(points[i]), look, hollow, rank(i) == 0)?;
+            let look = looks.look(points[i]);
+            let colour = if rank(i) == 0 { pale(look.colour) } else { look.colour };
+            marker(canvas, self.at(points[i]), Look { colour, ..look }, points[i].settled == Some(false))?;
         }
         for &i in order.iter().filter(|&&i| rank(i) > 0) {
             let (x, y) = self.at(points[i]);
@@ -187,7 +200,7 @@ impl Panel {
             // Ours below and left of the staircase, peers above.
             let (at, anchor) =
                 if points[i].peer { ((x + 7.0, y - 8.0), Anchor::Left) } else { ((x - 6.0, y + 9.0), Anchor::Right) };
-            canvas.text(points[i].side(), at, 11.0, anchor, colour)?;
+            canvas.text(points[i].side(), at, SMALL, anchor, colour)?;
         }
         Ok(())
     }
@@ -210,40 +223,40 @@ fn pale(RGBColor(r, g, b): RGBColor) -> RGBColor {
     RGBColor(mix(r), mix(g), mix(b))
 }
 
-fn marker<B: DrawingBackend>(
-    canvas: &Canvas<B>,
-    (x, y): (f64, f64),
-    Look { colour, shape }: Look,
-    hollow: bool,
-    behind: bool,
-) -> Drawn<B> {
-    let corners: Vec<_> = shape.outline(RADIUS).into_iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
-    let colour = if behind { pale(colour) } else { colour };
-    let (inside, rim) = if hollow { (WHITE, colour) } else { (colour, WHITE) };
-    canvas.outline(&corners, inside, rim, if hollow { 1.3 } else { 0.6 })
+/// A marker with a white rim, or, hollow, with a rim of its colour.
+fn marker<B: DrawingBackend>(canvas: &Canvas<B>, (x, y): (f64, f64), look: Look, hollow: bool) -> Drawn<B> {
+    let outline = |share: f64| -> Vec<_> {
+        look.shape.outline(share * RADIUS).into_iter().map(|(dx, dy)| (x + dx, y + dy)).collect()
+    };
+    let (rim, inside) = if hollow { (look.colour, WHITE) } else { (WHITE, look.colour) };
+    let (outer, inner) = if hollow { (1.1, 0.65) } else { (1.25, 1.0) };
+    canvas.polygon(&outline(outer), rim)?;
+    canvas.polygon(&outline(inner), inside)
 }
 
 fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, looks: &Looks) -> Drawn<B> {
-    let rows: [(&str, &[Entry]); 3] =
-        [("structure", &looks.structures), ("engine", &looks.engines), ("peers", &looks.peers)];
-    let mut y = top + 14.0;
-    for (name, entries) in rows {
-        if entries.is_empty() {
-            continue;
-        }
-        canvas.text(name, (62.0, y), 13.0, Anchor::Left, FRONT)?;
-        let mut x = 142.0;
+    let mut y = top + 12.0;
+    for (name, entries) in looks.rows() {
+        canvas.text(name, (LEFT, y), TEXT, Anchor::Left, FRONT)?;
+        let mut x = LEFT + 96.0;
         for entry in entries {
-            marker(canvas, (x, y), entry.look, false, false)?;
-            canvas.text(&entry.name, (x + 10.0, y), 13.0, Anchor::Left, INK)?;
-            x += canvas.width(&entry.name, 13.0) + 40.0;
+            let wide = canvas.width(&entry.name, TEXT) + 36.0;
+            if x + wide > 2.0 * PANEL.0 {
+                (x, y) = (LEFT + 96.0, y + LINE);
+            }
+            marker(canvas, (x, y + 1.0), entry.look, false)?;
+            canvas.text(&entry.name, (x + 12.0, y), TEXT, Anchor::Left, INK)?;
+            x += wide;
         }
-        y += 22.0;
+        y += LINE;
     }
-    canvas.text("efficient front", (62.0, y), 13.0, Anchor::Left, FRONT)?;
-    canvas.line(&[(142.0 + 20.0, y + 4.0), (172.0 + 20.0, y + 4.0), (172.0 + 20.0, y - 4.0)], FRONT, 1.6)?;
-    let note = "pale: beaten in both; hollow: never came to rest; numbers: masses along the sheet";
-    canvas.text(note, (210.0, y), 13.0, Anchor::Left, INK)
+    canvas.text("line", (LEFT, y), TEXT, Anchor::Left, FRONT)?;
+    let (x, step) = (LEFT + 92.0, 5.0);
+    canvas.line(&[(x, y - step), (x + 12.0, y - step), (x + 12.0, y + step), (x + 24.0, y + step)], FRONT, 1.6)?;
+    let note = "efficient front: nothing is both cheaper and more exact; the rest of ours is pale";
+    canvas.text(note, (x + 34.0, y), TEXT, Anchor::Left, INK)?;
+    let note = "hollow: never came to rest; numbers: masses along the sheet";
+    canvas.text(note, (x + 34.0, y + LINE), TEXT, Anchor::Left, INK)
 }
 
 #[cfg(test)]
