@@ -142,6 +142,11 @@ impl World {
         steps
     }
 
+    /// Sets gravity (m/s²) beyond what a scene may have: for rigs that look for a limit.
+    pub(crate) fn set_gravity_unbounded(&mut self, gravity: DVec3) {
+        self.gravity = gravity;
+    }
+
     /// Moves every sheet to its equilibrium under gravity, its forces and the wind, without contact and without time
     /// passing; `tolerance` is how far (m) the last step of the search may go. How each was found, in order.
     pub fn settle(&mut self, tolerance: f64) -> Vec<Equilibrium> {

@@ -63,6 +63,15 @@ pub trait Engine: Send + Sync {
     fn restart(&mut self) {}
 }
 
+/// An engine that does nothing: what a sheet holds while its own is at work on it.
+pub(crate) struct Resting;
+
+impl Engine for Resting {
+    fn advance(&mut self, _forces: &mut dyn Forces, _t: f64, dt: f64, _x: &mut Vectors, _v: &mut Vectors) -> Advance {
+        Advance { taken: dt, ..Advance::default() }
+    }
+}
+
 /// The engines there are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]

@@ -4,23 +4,30 @@
 //! that of the stepping alone, set-up apart.
 
 mod bounce;
+mod buckling;
 mod cantilever;
 mod edge;
+mod energy;
 mod free_fall;
+mod frequency;
 mod incline;
+pub mod kicks;
 pub mod oscillator;
+mod pedestal;
 pub mod reference;
+mod release;
 mod runner;
 mod setup;
 mod slide;
 mod spin;
+mod supports;
 
 use cpu_time::ProcessTime;
 use serde_json::{Map, Value, json};
 
 pub(crate) use self::edge::Edge;
 pub(crate) use self::runner::Runner;
-pub use self::setup::Setup;
+pub use self::setup::{Boundary, Setup};
 use crate::error::InputError;
 use crate::scene::{BodySpec, Placement, Shape};
 
@@ -36,8 +43,21 @@ pub struct Case {
 }
 
 /// Every case, in the order they are listed.
-pub const TABLE: &[Case] =
-    &[bounce::CASE, cantilever::CASE, free_fall::CASE, incline::CASE, oscillator::CASE, slide::CASE, spin::CASE];
+pub const TABLE: &[Case] = &[
+    bounce::CASE,
+    buckling::CASE,
+    cantilever::CASE,
+    energy::CASE,
+    free_fall::CASE,
+    frequency::CASE,
+    incline::CASE,
+    oscillator::CASE,
+    pedestal::CASE,
+    release::CASE,
+    slide::CASE,
+    spin::CASE,
+    supports::CASE,
+];
 
 /// A body with nothing of its own but its place: everything below its plane, with the scene's contact coefficients.
 pub(crate) fn plane(name: &str, placement: Placement) -> BodySpec {

@@ -45,6 +45,53 @@ pub struct Setup {
     pub rate: f64,
     /// Step to rest instead of solving for equilibrium.
     pub dynamic: bool,
+    /// How the sheet is held.
+    pub boundary: Boundary,
+    /// Modes of vibration, 1 to 50.
+    pub modes: u32,
+    /// Side of a square, m, 1e-4 to 100; `None` for the length.
+    pub side: Option<f64>,
+    /// Side of the patch a square stands on, m, 1e-5 to 100.
+    pub patch: f64,
+}
+
+/// How the edges of a sheet are held.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Boundary {
+    /// One edge clamped.
+    #[default]
+    Cantilever,
+    /// All edges clamped.
+    Clamped,
+    /// All edges held, free to turn.
+    Supported,
+    /// Nothing held.
+    Free,
+}
+
+impl Boundary {
+    const ALL: [Self; 4] = [Self::Cantilever, Self::Clamped, Self::Supported, Self::Free];
+
+    /// Its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cantilever => "cantilever",
+            Self::Clamped => "clamped",
+            Self::Supported => "supported",
+            Self::Free => "free",
+        }
+    }
+}
+
+impl std::str::FromStr for Boundary {
+    type Err = InputError;
+
+    fn from_str(name: &str) -> Result<Self, InputError> {
+        Self::ALL.into_iter().find(|b| b.name() == name).ok_or_else(|| {
+            let names = Self::ALL.map(Self::name).join(", ");
+            InputError::new("boundary", format!("no boundary is named \"{name}\"; there are {names}"))
+        })
+    }
 }
 
 impl Default for Setup {
@@ -67,6 +114,10 @@ impl Default for Setup {
             speed: 1.0,
             rate: 10.0,
             dynamic: false,
+            boundary: Boundary::Cantilever,
+            modes: 3,
+            side: None,
+            patch: 0.05,
         }
     }
 }
@@ -94,7 +145,10 @@ impl Setup {
         check_range("restitution", self.restitution, 0.0, 1.0, "")?;
         check_range("height", self.height, 1e-3, 1e3, "m")?;
         check_range("speed", self.speed, 1e-3, 100.0, "m/s")?;
-        check_range("rate", self.rate, 1e-3, 1e3, "rad/s")
+        check_range("rate", self.rate, 1e-3, 1e3, "rad/s")?;
+        check_range("modes", self.modes.into(), 1.0, 50.0, "modes")?;
+        check_range("patch", self.patch, 1e-5, 100.0, "m")?;
+        self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))
     }
 
     /// Grid and width as built: TRiMM is isotropic only with equilateral triangles, rows along the length, so the width
@@ -135,6 +189,13 @@ impl Setup {
             sheets: vec![sheet],
             ..Scene::default()
         }
+    }
+
+    /// Period of the slowest bending vibration of a strip clamped at one end, s.
+    pub(crate) fn period(&self) -> f64 {
+        let m = &self.material;
+        let omega = 3.516 * (m.plate_stiffness() / (m.density * m.thickness)).sqrt() / (self.length * self.length);
+        std::f64::consts::TAU / omega
     }
 
     /// Clamps a border of the sheet: its masses and its slope.

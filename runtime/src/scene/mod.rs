@@ -211,7 +211,7 @@ pub struct SheetSpec {
     pub gap: f64,
     /// Read the sheet from a .SHT file instead of generating it; `structure`, `grid`, `size` and `gap` are then the file's.
     pub file: Option<PathBuf>,
-    /// The material, by name or in line.
+    /// The material, by name, from a file, or in line.
     pub material: MaterialChoice,
     /// How springs get their stiffness from the material.
     pub springs: SpringLaw,

@@ -45,7 +45,7 @@ impl Sheet {
     /// When the description, or the file it names, is not valid; fields are given relative to the sheet.
     pub fn build(scene: &Scene, index: usize) -> Result<Self, InputError> {
         let spec = &scene.sheets[index];
-        let material = spec.material.resolve()?;
+        let material = spec.material.resolve(&scene.base)?;
         let parts = match &spec.file {
             Some(file) => read(&sht::read_sht_file(&scene.base.join(file))?)?,
             None => generated(spec, &material)?,
@@ -369,7 +369,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
 pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
     let scene = Scene::default();
     let spec = SheetSpec::default();
-    let mut sheet = assemble(&scene, &spec, spec.material.resolve()?, read(file)?);
+    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read(file)?);
     sheet.work.touching = vec![false; sheet.masses()];
     Ok(sheet)
 }

@@ -4,9 +4,9 @@
 //! grid (see [`crate::element`]). Where that does not settle (a buckled sheet, or one that nothing holds upright) it goes on by backward
 //! Euler steps without velocity whose length grows, which go down in energy and end in a stable equilibrium.
 
-use super::implicit::{ImplicitSheet, System};
+use super::implicit::System;
 use super::{Field, Sheet, Vectors};
-use crate::element::Geometric;
+use crate::element::{Anchor, Geometric};
 use crate::engine::implicit::newton::{Work, solve};
 use crate::engine::implicit::{Implicit, Stage};
 
@@ -34,23 +34,15 @@ impl Sheet {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         system.forget_constant();
         let mut x = self.x.clone();
-        let mut problem = ImplicitSheet {
-            field,
-            mass: &self.mass,
-            inverse_mass: &self.inverse_mass,
-            applied: &self.applied,
-            pins: &self.pins,
-            springs: &self.springs,
-            scratch: &mut self.work.springs,
-            elements: &mut self.elements,
-            system: &mut system,
-            drag: &mut self.drag,
-        };
-        let mut found = newton(&mut problem, &mut x, tolerance, self.spread);
-        if !found.settled {
-            x.copy_from(&self.x);
-            relax(&mut problem, &mut x, tolerance, &mut found);
-        }
+        let (start, size) = (self.x.clone(), self.spread);
+        let found = self.with_problem(field, &mut system, |problem| {
+            let mut found = newton(problem, &mut x, tolerance, size);
+            if !found.settled {
+                x.copy_from(&start);
+                relax(problem, &mut x, tolerance, &mut found);
+            }
+            found
+        });
         system.forget_constant();
         self.system = Some(system);
         self.x.copy_from(&x);
@@ -64,17 +56,27 @@ fn newton(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, size: f64
     let still = Vectors::zeros(x.len());
     let mut d = still.clone();
     let mut found = Equilibrium { direct: true, ..Equilibrium::default() };
-    problem.begin(0.0, &[], x, &still);
+    problem.begin(0.0, &[], 0.0, x, &still);
     problem.settle(x);
     let stage = Stage { per_time: 0.0, y: &still, w: &still };
     for _ in 0..DIRECT_STEPS {
-        if problem.direction(&stage, x, Geometric::Mixed, &mut d).is_err() {
+        let mut done = problem.direction(&stage, x, Geometric::Mixed, &mut d);
+        if done.is_err() {
+            if std::env::var("DBG").is_ok() {
+                eprintln!("not positive");
+            }
+            done = problem.direction(&stage, x, Geometric::Clipped, &mut d);
+        }
+        if done.is_err() {
             break;
         }
         found.solves += 1;
         problem.predict(x, &d);
         x.add_scaled(1.0, &d);
         found.last_step = d.max_squared().sqrt();
+        if std::env::var("DBG").is_ok() {
+            eprintln!("{} {:e}", found.solves, found.last_step);
+        }
         if found.last_step <= tolerance {
             found.settled = true;
             break;
@@ -96,7 +98,7 @@ fn relax(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, found: &mu
     found.direct = false;
     for _ in 0..RELAXING_STEPS {
         before.copy_from(x);
-        problem.begin(1.0 / h, &[], &before, &still);
+        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x: &before }], 0.0, &before, &still);
         let stage = Stage { per_time: 1.0 / h, y: &before, w: &before };
         let solved = solve(problem, &stage, &before, x, &mut work);
         found.solves += solved.solves;

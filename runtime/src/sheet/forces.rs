@@ -11,7 +11,7 @@ use crate::element::spring::{SpringScratch, Springs};
 use crate::engine::{Advance, Forces};
 
 /// What acts on a sheet from outside, the same for all masses.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Field {
     /// Acceleration of gravity, m/s².
     pub gravity: DVec3,

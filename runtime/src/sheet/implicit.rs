@@ -96,6 +96,27 @@ impl System {
         self.constant_at = None;
     }
 
+    /// Mass of each block row.
+    pub fn masses(&self) -> &[u32] {
+        &self.masses
+    }
+
+    /// Of each unknown, 1 where it is free and 0 where a pin holds that direction.
+    pub fn free(&self) -> Vec<f64> {
+        let mut free = vec![1.0; 3 * self.masses.len()];
+        for entry in &self.ones {
+            let slot = entry / 9;
+            let row = self.pattern.starts.partition_point(|s| *s <= slot) - 1;
+            free[3 * row + (entry % 9) as usize / 4] = 0.0;
+        }
+        free
+    }
+
+    /// Solves with the last factor, in place.
+    pub fn solve(&mut self, right: &mut [f64]) {
+        self.factor.solve(right);
+    }
+
     /// Linear solver in use, block rows and blocks of the matrix, and numbers in its factor.
     pub fn about(&self) -> (&'static str, usize, usize, usize) {
         (self.factor.name(), self.masses.len(), self.pattern.blocks(), self.factor.nonzeros())
@@ -169,6 +190,30 @@ impl ImplicitSheet<'_> {
         self.system.constant_at = Some(per_time);
     }
 
+    /// Begins without rates, with the stress at `x`.
+    pub fn start(&mut self, x: &Vectors, still: &Vectors) {
+        self.begin(0.0, &[], 0.0, x, still);
+        self.settle(x);
+    }
+
+    /// Factorises the tangent at `x`.
+    ///
+    /// # Errors
+    /// When it is not positive definite.
+    pub fn factorize(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) -> Result<(), NotPositive> {
+        self.constant(stage.per_time);
+        let mut values = std::mem::take(&mut self.system.values);
+        values.copy_from_slice(&self.system.constant);
+        self.parts().for_each(|e| e.add_tangent(x, geometric, &mut values));
+        let system = &mut *self.system;
+        self.drag.add_tangent(stage, &system.masses, &system.pattern, &mut values);
+        system.zeros.iter().for_each(|i| values[*i as usize] = 0.0);
+        system.ones.iter().for_each(|i| values[*i as usize] = 1.0);
+        let done = system.factor.factorize(&values);
+        system.values = values;
+        done
+    }
+
     /// g = ∇Φ, left in the system's gradient; held masses' entries mean nothing.
     fn gradient(&mut self, stage: &Stage, x: &Vectors) {
         let mut g = std::mem::take(&mut self.system.gradient);
@@ -198,9 +243,17 @@ impl Forces for ImplicitSheet<'_> {
 }
 
 impl Implicit for ImplicitSheet<'_> {
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], x: &Vectors, v: &Vectors) {
-        self.parts().for_each(|e| e.begin(per_time, anchors));
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors) {
+        self.parts().for_each(|e| e.begin(per_time, anchors, follow));
         self.drag.begin(&self.field, x, v);
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        self.parts().for_each(|e| e.finish(x));
+    }
+
+    fn forget(&mut self) {
+        self.parts().for_each(|e| e.forget());
     }
 
     fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64 {
@@ -246,17 +299,7 @@ impl Implicit for ImplicitSheet<'_> {
         d: &mut Vectors,
     ) -> Result<f64, NotPositive> {
         self.gradient(stage, x);
-        self.constant(stage.per_time);
-        let mut values = std::mem::take(&mut self.system.values);
-        values.copy_from_slice(&self.system.constant);
-        self.parts().for_each(|e| e.add_tangent(x, geometric, &mut values));
-        let system = &mut *self.system;
-        self.drag.add_tangent(stage, &system.masses, &system.pattern, &mut values);
-        system.zeros.iter().for_each(|i| values[*i as usize] = 0.0);
-        system.ones.iter().for_each(|i| values[*i as usize] = 1.0);
-        let done = system.factor.factorize(&values);
-        system.values = values;
-        done?;
+        self.factorize(stage, x, geometric)?;
         self.pins.hold_rails(&mut self.system.gradient);
         let system = &mut *self.system;
         for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
@@ -316,9 +359,13 @@ impl Implicit for ImplicitSheet<'_> {
 }
 
 impl Sheet {
-    /// Advances by an implicit engine; see [`Sheet::advance`].
-    pub(super) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
-        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+    /// Calls `work` with the sheet as implicit engines see it.
+    pub(super) fn with_problem<R>(
+        &mut self,
+        field: Field,
+        system: &mut System,
+        work: impl FnOnce(&mut ImplicitSheet) -> R,
+    ) -> R {
         let mut problem = ImplicitSheet {
             field,
             mass: &self.mass,
@@ -328,15 +375,24 @@ impl Sheet {
             springs: &self.springs,
             scratch: &mut self.work.springs,
             elements: &mut self.elements,
-            system: &mut system,
+            system,
             drag: &mut self.drag,
         };
+        work(&mut problem)
+    }
+
+    /// Advances by an implicit engine; see [`Sheet::advance`].
+    pub(super) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         if self.field_before != Some(field) {
-            problem.system.constant_at = None;
+            system.forget_constant();
             self.field_before = Some(field);
         }
-        let done = self.engine.advance(&mut problem, t, dt, &mut self.x, &mut self.v);
-        self.system = Some(system);
+        // Taken out for the step: they are borrowed apart from the rest of the sheet.
+        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::engine::Resting));
+        let done = self.with_problem(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
+        (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
         done
     }
 }

@@ -9,6 +9,7 @@ mod energy;
 mod equilibrium;
 mod forces;
 mod implicit;
+mod modes;
 mod pins;
 mod probe;
 mod region;
@@ -21,6 +22,7 @@ pub use build::{from_file, to_file};
 pub use energy::Energy;
 pub use equilibrium::Equilibrium;
 pub use forces::Field;
+pub use modes::Mode;
 pub use pins::Pins;
 pub use probe::Probe;
 pub use region::select;
@@ -161,6 +163,11 @@ impl Sheet {
     /// Mass of node `i`, kg; panics when there is none, as indexing does.
     pub fn mass(&self, i: usize) -> f64 {
         self.mass[i]
+    }
+
+    /// Whether mass `i` is held or led in every direction.
+    pub fn is_held(&self, i: usize) -> bool {
+        self.inverse_mass[i] == 0.0
     }
 
     /// Mass of the whole sheet, kg.

@@ -5,6 +5,7 @@
 mod bench;
 mod generate;
 mod list;
+mod material;
 mod measure;
 mod run;
 
@@ -31,6 +32,8 @@ enum Command {
     Measure(measure::Measure),
     /// Long campaigns that end in tables, files and plots.
     Bench(bench::Bench),
+    /// Report on a material in a sheet: its stiffness, and what a structure delivers of it.
+    Material(material::MaterialCommand),
     /// List structures, engines, materials, cases or scenes.
     List(list::List),
 }
@@ -41,6 +44,7 @@ fn main() -> ExitCode {
         Command::Generate(generate) => generate.execute(),
         Command::Measure(measure) => measure.execute(),
         Command::Bench(bench) => bench.execute(),
+        Command::Material(material) => material.execute(),
         Command::List(list) => list.execute(),
     };
     match result {

@@ -7,7 +7,7 @@ use serde_json::Value;
 use sheetwork::InputError;
 use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
-use sheetwork::measure::{Setup, TABLE, measure};
+use sheetwork::measure::{Boundary, Setup, TABLE, measure};
 use sheetwork::scene::{Material, material};
 
 use crate::{counts, number, print_json, print_line};
@@ -77,6 +77,18 @@ pub struct Measure {
     /// Rate of spin, rad/s (spin).
     #[arg(long, default_value = "10", value_parser = number)]
     rate: f64,
+    /// How the edges are held: cantilever, clamped, supported or free (frequency).
+    #[arg(long, default_value = "cantilever")]
+    boundary: Boundary,
+    /// Modes of vibration (frequency).
+    #[arg(long, default_value = "3")]
+    modes: u32,
+    /// Side of the square, m; the length if left out (pedestal, supports).
+    #[arg(long, value_parser = number)]
+    side: Option<f64>,
+    /// Side of the clamped patch, m (pedestal).
+    #[arg(long, default_value = "0.05", value_parser = number)]
+    patch: f64,
     /// Step from flat to rest instead of solving for equilibrium (cantilever and other cases of equilibrium).
     #[arg(long)]
     dynamic: bool,
@@ -135,6 +147,10 @@ impl Measure {
             speed: self.speed,
             rate: self.rate,
             dynamic: self.dynamic,
+            boundary: self.boundary,
+            modes: self.modes,
+            side: self.side,
+            patch: self.patch,
         })
     }
 }

@@ -11,10 +11,13 @@
 mod cases;
 mod dissection;
 mod faer;
+mod multifrontal;
 mod pattern;
 #[cfg(test)]
 mod tests;
 
+use multifrontal::MultifrontalFactor;
+pub use multifrontal::Path;
 pub use pattern::Pattern;
 
 /// A matrix that has no Cholesky factor: a pivot was zero, negative or not a number.
@@ -55,8 +58,10 @@ pub trait Factor: Send + Sync {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Backend {
     /// The `faer` library, supernodal, on one thread.
-    #[default]
     Faer,
+    /// Our own, on one thread, by the best instructions the processor has.
+    #[default]
+    Multifrontal,
 }
 
 /// Prepares the factorisation of matrices of `pattern`. `places` are the material coordinates (u, v), m, of every block
@@ -69,5 +74,19 @@ pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<
     let tree = dissection::dissect(pattern, places);
     match backend {
         Backend::Faer => Box::new(faer::FaerFactor::new(pattern, &tree)),
+        Backend::Multifrontal => match MultifrontalFactor::new(pattern, &tree, Path::best()) {
+            Some(factor) => Box::new(factor),
+            None => Box::new(faer::FaerFactor::new(pattern, &tree)),
+        },
     }
+}
+
+/// As [`analyse`] with [`Backend::Multifrontal`], by the instructions of `path`; none where this processor lacks them.
+///
+/// # Panics
+/// When there is not one place a block row.
+pub fn analyse_for(pattern: &Pattern, places: &[[f64; 2]], path: Path) -> Option<Box<dyn Factor>> {
+    assert_eq!(places.len(), pattern.size(), "one place a block row");
+    let tree = dissection::dissect(pattern, places);
+    Some(Box::new(MultifrontalFactor::new(pattern, &tree, path)?))
 }

@@ -3,8 +3,6 @@
 use super::cases::{self, Case, dense_solve};
 use super::*;
 
-const BACKENDS: [Backend; 1] = [Backend::Faer];
-
 fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m, v| v.abs().max(m))
 }
@@ -15,7 +13,8 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 
 /// All factors there are for a case.
 fn factors(case: &Case) -> Vec<Box<dyn Factor>> {
-    BACKENDS.iter().map(|&b| analyse(&case.pattern, &case.places, b)).collect()
+    let ours = Path::ALL.into_iter().filter_map(|path| analyse_for(&case.pattern, &case.places, path));
+    std::iter::once(analyse(&case.pattern, &case.places, Backend::Faer)).chain(ours).collect()
 }
 
 /// Factorises, solves, and holds the solution against the dense one.

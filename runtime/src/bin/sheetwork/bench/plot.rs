@@ -160,7 +160,7 @@ impl Panel {
             canvas.text(&format!("{} %", decimal(exponent)), (left - 6.0, y), TEXT, Anchor::Right, INK)?;
         }
         canvas.dashes(((real_time, top), (real_time, bottom)), FRONT)?;
-        canvas.text("real time", (real_time + 9.0, bottom - 44.0), TEXT, Anchor::Upwards, FRONT)?;
+        canvas.text("real time", (real_time + 9.0, top + 40.0), TEXT, Anchor::Upwards, FRONT)?;
         canvas.line(&[(left, top), (left, bottom), (right, bottom)], INK, 1.0)?;
         canvas.text(title, (left, top - 16.0), TITLE, Anchor::Left, INK)?;
         let middle = 0.5 * (left + right);

@@ -1,0 +1,149 @@
+//! The factorisation of all fronts, and the solution with them.
+
+use super::kernels::{self, Columns};
+use super::lanes::{Job, Lanes};
+use super::symbolic::{Front, Run, Symbolic};
+
+/// Factorises: `values` are the caller's; `columns`, `schur` are scratch, `factor` is written.
+pub(super) struct Factorise<'a> {
+    pub symbolic: &'a Symbolic,
+    pub values: &'a [f64],
+    pub columns: &'a mut [f64],
+    pub schur: &'a mut [f64],
+    pub factor: &'a mut [f64],
+}
+
+impl<const G: usize> Job<G> for Factorise<'_> {
+    /// Whether all pivots were positive.
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<L: Lanes<G>>(self, lanes: L) -> bool {
+        let symbolic = self.symbolic;
+        for front in &symbolic.fronts {
+            let columns = &mut self.columns[..front.rows() * front.wide];
+            clear(front, G, columns);
+            add_blocks(symbolic, front, self.values, columns);
+            for child in children(symbolic, front) {
+                let s = &self.schur[child.schur_range()];
+                add_to_columns(&symbolic.runs[child.runs.clone()], s, child.tall, front, columns);
+            }
+            let stride = front.rows() / G;
+            let columns = Columns { chunks: chunks(columns), stride };
+            let factor = chunks_mut(&mut self.factor[front.factor_range()]);
+            if !kernels::factorise(lanes, columns, front.wide, factor) {
+                return false;
+            }
+            let below = &factor[front.wide * front.wide / G..];
+            kernels::schur(lanes, front.wide, below, chunks_mut(&mut self.schur[front.schur_range()]));
+            for child in children(symbolic, front) {
+                let (from, to) = two(self.schur, child.schur_range(), front.schur_range());
+                add_to_schur(&symbolic.runs[child.runs.clone()], from, child.tall, front, to);
+            }
+        }
+        true
+    }
+}
+
+fn children<'a>(symbolic: &'a Symbolic, front: &Front) -> impl Iterator<Item = &'a Front> {
+    symbolic.children[front.children.clone()].iter().map(|&c| &symbolic.fronts[c as usize])
+}
+
+#[inline(always)]
+fn chunks<const G: usize>(numbers: &[f64]) -> &[[f64; G]] {
+    numbers.as_chunks().0
+}
+
+#[inline(always)]
+fn chunks_mut<const G: usize>(numbers: &mut [f64]) -> &mut [[f64; G]] {
+    numbers.as_chunks_mut().0
+}
+
+/// Two stretches of memory that do not meet, one to read and one to write.
+#[inline(always)]
+fn two(memory: &mut [f64], read: std::ops::Range<usize>, write: std::ops::Range<usize>) -> (&[f64], &mut [f64]) {
+    if read.start < write.start {
+        let (low, high) = memory.split_at_mut(write.start);
+        (&low[read], &mut high[..write.len()])
+    } else {
+        let (low, high) = memory.split_at_mut(read.start);
+        (&high[..read.len()], &mut low[write])
+    }
+}
+
+/// Zero from the diagonal down, and ones on the diagonal of the padding.
+#[inline(always)]
+fn clear(front: &Front, g: usize, columns: &mut [f64]) {
+    for (j, column) in columns.chunks_exact_mut(front.rows().max(1)).enumerate() {
+        column[j / g * g..].fill(0.0);
+        if j >= front.pivots {
+            column[j] = 1.0;
+        }
+    }
+}
+
+/// Puts the front's blocks of the matrix in.
+#[inline(always)]
+fn add_blocks(symbolic: &Symbolic, front: &Front, values: &[f64], columns: &mut [f64]) {
+    let rows = front.rows();
+    for block in &symbolic.blocks[front.straight.clone()] {
+        let v = &values[block.source as usize..block.source as usize + 9];
+        let to = &mut columns[block.target as usize..block.target as usize + 2 * rows + 3];
+        for j in 0..3 {
+            for i in 0..3 {
+                to[j * rows + i] = v[3 * i + j];
+            }
+        }
+    }
+    for block in &symbolic.blocks[front.mirrored.clone()] {
+        let v = &values[block.source as usize..block.source as usize + 9];
+        let to = &mut columns[block.target as usize..block.target as usize + 2 * rows + 3];
+        for j in 0..3 {
+            for i in 0..3 {
+                to[j * rows + i] = v[3 * j + i];
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add(to: &mut [f64], from: &[f64]) {
+    for (t, f) in to.iter_mut().zip(from) {
+        *t += f;
+    }
+}
+
+/// Adds the columns of a child's S that are pivots of the front.
+#[inline(always)]
+fn add_to_columns(runs: &[Run], s: &[f64], tall: usize, front: &Front, columns: &mut [f64]) {
+    let rows = front.rows();
+    for (i, run) in runs.iter().enumerate().take_while(|(_, run)| run.to < front.wide) {
+        for t in 0..run.len {
+            let from = &s[(run.from + t) * tall..(run.from + t + 1) * tall];
+            let to = &mut columns[(run.to + t) * rows..(run.to + t + 1) * rows];
+            add(&mut to[run.to + t..run.to + run.len], &from[run.from + t..run.from + run.len]);
+            for other in &runs[i + 1..] {
+                add(&mut to[other.to..other.to + other.len], &from[other.from..other.from + other.len]);
+            }
+        }
+    }
+}
+
+/// Adds the columns of a child's S that are in the boundary of the front.
+#[inline(always)]
+fn add_to_schur(runs: &[Run], s: &[f64], tall: usize, front: &Front, into: &mut [f64]) {
+    let rows = front.tall;
+    let first = runs.partition_point(|run| run.to < front.wide);
+    for (i, run) in runs.iter().enumerate().skip(first) {
+        let run_to = run.to - front.wide;
+        for t in 0..run.len {
+            let from = &s[(run.from + t) * tall..(run.from + t + 1) * tall];
+            let to = &mut into[(run_to + t) * rows..(run_to + t + 1) * rows];
+            add(&mut to[run_to + t..run_to + run.len], &from[run.from + t..run.from + run.len]);
+            for other in &runs[i + 1..] {
+                let other_to = other.to - front.wide;
+                add(&mut to[other_to..other_to + other.len], &from[other.from..other.from + other.len]);
+            }
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! A strip standing on its edge from a clamp, gravity in its plane: the weight at which it falls sideways.
+//!
+//! Γ = 12 ρ g L³/(E t²) is raised until the strip, in equilibrium in its plane, no longer stands: until its tangent stiffness is no
+//! longer positive definite. For a strip much longer than wide the onset is 12.8538 √(2/(1+ν)) (Timoshenko and Gere,
+//! *Theory of Elastic Stability*, lateral buckling of a cantilever under its own weight).
+
+use serde_json::json;
+
+use super::{Case, Outcome, Runner, Setup};
+use crate::World;
+use crate::error::InputError;
+use crate::scene::{PinSpec, Region};
+
+pub(super) const CASE: Case = Case {
+    name: "buckling",
+    about: "weight at which a strip on its edge, clamped at one end, falls sideways",
+    contact: false,
+    run,
+};
+
+/// Relative accuracy the onset is bisected to.
+const ACCURACY: f64 = 1e-6;
+/// Largest Γ tried.
+const MOST: f64 = 1e6;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
+    scene.sheets[0].pins.push(PinSpec::clamped(Region::Left));
+    let mut free = setup.world(&scene)?;
+    // The same strip held in its plane, to find where it is before it falls.
+    let mut flat = scene.clone();
+    flat.sheets[0].pins.push(PinSpec { axes: (false, true, false), ..PinSpec::held(Region::All) });
+    let mut flat = setup.world(&flat)?;
+    let material = &setup.material;
+    let per_gravity = 12.0 * material.density * setup.length.powi(3) / (material.young * material.thickness.powi(2));
+    let mut solves = 0;
+    let mut stands = |gamma: f64| -> Result<bool, InputError> {
+        stands_at(&mut flat, &mut free, gamma / per_gravity, setup, &mut solves)
+    };
+    let (mut low, mut high) = (0.0, 10.0);
+    while stands(high)? && high < MOST {
+        (low, high) = (high, 2.0 * high);
+    }
+    let found = high < MOST;
+    while found && high - low > ACCURACY * high {
+        let middle = 0.5 * (low + high);
+        if stands(middle)? {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let keys = json!({
+        "onset_gamma": found.then_some(0.5 * (low + high)),
+        "slender_gamma": 12.8538 * (2.0 / (1.0 + material.poisson)).sqrt(),
+        "linear_solves": solves,
+    });
+    Ok(Runner::new(free).outcome(keys))
+}
+
+/// Whether the strip stands under gravity `g` (m/s²) across its length, in its plane.
+fn stands_at(flat: &mut World, free: &mut World, g: f64, setup: &Setup, solves: &mut u32) -> Result<bool, InputError> {
+    flat.set_gravity_unbounded(glam::DVec3::new(0.0, 0.0, -g));
+    *solves += flat.settle(1e-12 * setup.length).iter().map(|e| e.solves).sum::<u32>();
+    let x = flat.sheets()[0].x.clone();
+    let sheet = &mut free.sheets_mut()[0];
+    sheet.x.copy_from(&x);
+    *solves += 1;
+    Ok(sheet.is_stable())
+}

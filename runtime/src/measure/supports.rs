@@ -1,0 +1,50 @@
+//! A square sheet on two opposite edge lines, held down there, free to turn about them and to slide in: how far it sags.
+
+use serde_json::json;
+
+use super::{Case, Outcome, Runner, Setup};
+use crate::error::InputError;
+use crate::scene::{PinSpec, Region};
+
+pub(super) const CASE: Case = Case {
+    name: "supports",
+    about: "sag of a square on two opposite edge lines, free to turn and slide in: --side M",
+    contact: false,
+    run,
+};
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let side = setup.side.unwrap_or(setup.length);
+    let setup = &Setup { length: side, width: side, ..setup.clone() };
+    let mut scene = setup.scene();
+    let (nx, _, nz) = scene.sheets[0].grid;
+    let at = |i: u32, j: u32| j * nx + i;
+    let axes = |region, axes| PinSpec { axes, ..PinSpec::held(region) };
+    let ends = (0..nz).flat_map(|j| [at(0, j), at(nx - 1, j)]).collect();
+    scene.sheets[0].pins.extend([
+        axes(Region::Masses(ends), (false, true, false)),
+        // What is left of rigid motion in the plane: these carry no force.
+        axes(Region::Masses(vec![at(nx / 2, nz / 2)]), (true, false, true)),
+    ]);
+    if nx > 2 {
+        let beside = Region::Masses(vec![at(nx / 2 - 1, nz / 2)]);
+        scene.sheets[0].pins.push(axes(beside, (false, false, true)));
+    }
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let solves = runner.rest(setup);
+    let sheet = &runner.world.sheets()[0];
+    let Some(bottom) = sheet.layers.first() else { return Ok(runner.outcome(json!({}))) };
+    let place = |i: u32, j: u32| sheet.x.get(bottom.at(i, j) as usize);
+    let (right, front) = (bottom.nx - 1, bottom.nz - 1);
+    // Between two masses where there is none in the middle.
+    let middle = |j: u32| 0.5 * (place(right / 2, j).y + place(right.div_ceil(2), j).y);
+    let level = place(0, 0).y;
+    let span: f64 = (0..bottom.nz).map(|j| (place(right, j).x - place(0, j).x) / f64::from(bottom.nz)).sum();
+    let keys = json!({
+        "sag_centre_m": level - 0.5 * (middle(front / 2) + middle(front.div_ceil(2))),
+        "sag_edge_m": level - 0.5 * (middle(0) + middle(front)),
+        "slide_in_m": 0.5 * (side - span),
+        "linear_solves": solves,
+    });
+    Ok(runner.outcome(keys))
+}
