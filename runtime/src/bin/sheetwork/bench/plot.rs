@@ -167,7 +167,7 @@ impl Panel {
         canvas.text(
             "CPU time of one core for a simulated second, ms",
             (middle, bottom + 36.0),
-            13.0,
+            TEXT,
             Anchor::Centre,
             INK,
         )?;

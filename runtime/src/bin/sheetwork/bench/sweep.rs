@@ -42,6 +42,8 @@ pub fn setup(poisson: f64) -> Setup {
         width: 0.25,
         gravity: 9.81,
         damping_ratio: 0.35,
+        // A fifth of the side: its border lies on a line of every grid here.
+        patch: 0.05,
         dynamic: false,
         ..defaults
     }
