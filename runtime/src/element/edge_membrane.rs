@@ -72,13 +72,16 @@ pub struct EdgeMembrane {
     /// World directions of the clamps.
     tangents: Vec<DVec3>,
     retardation: f64,
-    /// τ/h of the stage.
+    /// τ/h of the stage, and its 1/h.
     viscous: f64,
+    per_time: f64,
     /// Of each edge: ε_w, σ* (J, summed over its triangles), and room for strains in between.
     anchor: Vec<f64>,
     stress: Vec<f64>,
     work: Vec<f64>,
     rate: Vec<f64>,
+    /// ε̇ of each edge at the end of the last stage, 1/s.
+    ended: Vec<f64>,
     /// Room for a triangle's gradients and their products with G.
     gradients: Vec<[DVec3; 3]>,
 }
@@ -349,15 +352,28 @@ impl Element for EdgeMembrane {
         }
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.viscous = self.retardation * per_time;
-        for (sum, strain) in self.anchor.iter_mut().zip(&self.strains) {
-            let one = |a: &Anchor| {
-                let moved = a.moving.map_or(0.0, |(time, v)| time * strain.rate(a.x, v));
-                a.weight * strain.at(a.x) + moved
-            };
-            *sum = if self.viscous > 0.0 { anchors.iter().map(one).sum() } else { 0.0 };
+        self.per_time = per_time;
+        if self.viscous == 0.0 {
+            return;
         }
+        self.ended.resize(self.strains.len(), 0.0);
+        for ((sum, strain), ended) in self.anchor.iter_mut().zip(&self.strains).zip(&self.ended) {
+            *sum = follow * ended + anchors.iter().map(|a| a.weight * strain.at(a.x)).sum::<f64>();
+        }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        if self.viscous > 0.0 {
+            for ((ended, strain), anchor) in self.ended.iter_mut().zip(&self.strains).zip(&self.anchor) {
+                *ended = (strain.at(x) - anchor) * self.per_time;
+            }
+        }
+    }
+
+    fn forget(&mut self) {
+        self.ended.fill(0.0);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
