@@ -26,6 +26,7 @@ pub mod engine;
 mod error;
 pub mod event;
 pub mod lattice;
+pub mod material_report;
 pub mod measure;
 pub mod recording;
 pub mod scene;

@@ -27,10 +27,21 @@ fn fullest() -> Scene {
         room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
         camera: (eye: (1, 1, 1), target: (0, 0, 0)),
         sheets: [(
-            material: (young: 185),
+            material: (
+                young: 185,
+                orthotropic: (
+                    young_warp: 1, young_weft: 1, shear: 1, poisson: 0, bending_warp: 1, bending_weft: 1, twist: 1,
+                ),
+            ),
             velocities: [(region: Left, value: (0, 0, 0))],
             forces: [(region: All, value: (0, 0, 0))],
             pins: [(region: Back, path: [(time: 0)])],
+        ), (
+            structure: "shell",
+            grid: (11, 1, 11),
+            outline: Svg(file: "leaf.svg", scale: 0.001),
+            holes: [Disc(centre: (0, 0), radius: 0.004)],
+            cuts: [[(0, 0.006), (0, 0.1)]],
         )],
         bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)])],
         heaters: [(file: "panel.heater")],
@@ -94,6 +105,9 @@ fn every_choice_is_documented() {
     for part in ["All", "Left", "Right", "Back", "Front", "Uniform", "Length", "HalfSpace"] {
         wanted.push(format!("`{part}`"));
     }
+    for part in ["Disc", "RoundedRectangle", "Path", "Svg"] {
+        wanted.push(format!("`{part}("));
+    }
     for part in ["Point", "Rect", "Masses", "File", "Part", "Polyhedron", "Box", "Ball"] {
         wanted.push(format!("`{part}("));
     }
@@ -110,7 +124,9 @@ fn materials_are_tabled_as_they_are() {
     for (name, _, m) in material::LIBRARY {
         let row = readme.lines().find(|l| l.starts_with(&format!("| `{name}` |"))).expect("a row");
         let cells = row.split('|').filter_map(|c| c.trim().parse::<f64>().ok()).collect::<Vec<_>>();
-        let constants = [m.young, m.poisson, m.density, m.thickness, m.specific_heat, m.conductivity, m.emissivity];
+        let mut constants = vec![m.young, m.poisson, m.density, m.thickness];
+        constants.extend([m.specific_heat, m.conductivity, m.emissivity, m.damping_ratio]);
+        constants.extend(m.yield_stress.iter().chain(&m.glass_transition));
         assert_eq!(cells, constants, "{name}");
     }
 }
@@ -135,7 +151,7 @@ fn defaults_are_tabled_as_they_are() {
 fn every_file_is_mentioned_and_valid() {
     let readme = readme();
     let mut seen = 0;
-    for folder in ["scenes", "sheets", "polyhedra", "heaters"] {
+    for folder in ["scenes", "sheets", "polyhedra", "heaters", "materials"] {
         for entry in std::fs::read_dir(assets().join(folder)).expect("a folder") {
             let path = entry.expect("an entry").path();
             let name = format!("{folder}/{}", path.file_name().and_then(|n| n.to_str()).expect("a name"));
@@ -143,6 +159,7 @@ fn every_file_is_mentioned_and_valid() {
             let valid = match folder {
                 "scenes" => Scene::load(&path).and_then(|scene| World::new(&scene)).map(drop),
                 "sheets" => sht::read_sht_file(&path).and_then(|f| sheetwork::sheet::from_file(&f)).map(drop),
+                "materials" => material::read_material_file(&path).map(drop),
                 "polyhedra" => pol::read_pol_file(&path).map(drop),
                 _ => heater::read_heaters_file(&path).map(drop),
             };
@@ -156,7 +173,7 @@ fn every_file_is_mentioned_and_valid() {
 #[test]
 fn files_that_are_mentioned_exist() {
     for word in readme().split('`') {
-        let folders = ["scenes/", "sheets/", "polyhedra/", "heaters/"];
+        let folders = ["scenes/", "sheets/", "polyhedra/", "heaters/", "materials/"];
         if folders.iter().any(|f| word.starts_with(f)) {
             assert!(assets().join(word).exists(), "{word} does not exist");
         }

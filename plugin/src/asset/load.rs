@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use bevy::asset::io::Reader;
 use bevy::asset::{AssetLoader, LoadContext};
 use bevy::prelude::*;
-use sheetwork::scene::{Scene, Shape, pol, sht};
+use sheetwork::scene::{MaterialChoice, Scene, Shape, pol, sht};
 use sheetwork::{InputError, World};
 
 use super::{SheetFileAsset, SheetPolyhedra, SheetScene};
@@ -66,12 +66,16 @@ impl AssetLoader for SceneLoader {
 /// Files that a scene names.
 fn files_of(scene: &Scene) -> Vec<PathBuf> {
     let sheets = scene.sheets.iter().filter_map(|s| s.file.clone());
+    let materials = scene.sheets.iter().filter_map(|s| match &s.material {
+        MaterialChoice::File(file) => Some(file.clone()),
+        MaterialChoice::Named(_) | MaterialChoice::Inline(_) => None,
+    });
     let bodies = scene.bodies.iter().filter_map(|b| match &b.shape {
         Shape::File(file) | Shape::Part(file, _) => Some(file.clone()),
         Shape::Polyhedron(_) | Shape::Box(_) | Shape::Ball(_) | Shape::HalfSpace => None,
     });
     let heaters = scene.heaters.iter().map(|h| h.file.clone());
-    sheets.chain(bodies).chain(heaters).filter(|file| file.is_relative()).collect()
+    sheets.chain(materials).chain(bodies).chain(heaters).filter(|file| file.is_relative()).collect()
 }
 
 impl AssetLoader for PolyhedraLoader {

@@ -1,7 +1,7 @@
 //! How Bevy's reflection sees the scene description's types, which know nothing of Bevy.
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; the compiler refuses it when the two differ. Lists
-//! of regions (pins, probes, applied velocities and forces) are left out of reflection.
+//! of regions (pins, probes, applied velocities and forces) and the stiffness of woven sheets are left out of reflection.
 
 #![allow(missing_docs)]
 
@@ -12,6 +12,8 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::reflect::reflect_remote;
 use sheetwork::lattice::StructureKind;
+use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
+use sheetwork::lattice::calibrate::Orthotropic;
 use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw};
 
 #[reflect_remote(SheetSpec)]
@@ -25,6 +27,12 @@ pub(super) struct SheetSpecReflect {
     size: (f64, f64),
     gap: f64,
     file: Option<PathBuf>,
+    #[reflect(ignore)]
+    outline: Option<OutlineSpec>,
+    #[reflect(ignore)]
+    holes: Vec<HoleSpec>,
+    #[reflect(ignore)]
+    cuts: Vec<Vec<(f64, f64)>>,
     #[reflect(remote = MaterialChoiceReflect)]
     material: MaterialChoice,
     #[reflect(remote = SpringLawReflect)]
@@ -73,6 +81,7 @@ pub(super) enum SpringLawReflect {
 #[derive(Clone, Debug)]
 pub(super) enum MaterialChoiceReflect {
     Named(String),
+    File(PathBuf),
     Inline(#[reflect(remote = MaterialReflect)] Material),
 }
 
@@ -84,9 +93,15 @@ pub(super) struct MaterialReflect {
     poisson: f64,
     density: f64,
     thickness: f64,
+    damping_ratio: f64,
+    yield_stress: Option<f64>,
+    #[reflect(ignore)]
+    orthotropic: Option<Orthotropic>,
     specific_heat: f64,
     conductivity: f64,
     emissivity: f64,
+    glass_transition: Option<f64>,
+    wlf: (f64, f64),
 }
 
 #[reflect_remote(Placement)]

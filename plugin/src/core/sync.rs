@@ -122,8 +122,9 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
         return false;
     }
     let defaults = world.scene().contact;
+    let material = new.material.resolve(&world.scene().base);
     let Some(running) = world.sheet_mut(motion.name()) else { return false };
-    let changed = new.material.resolve().and_then(|material| {
+    let changed = material.and_then(|material| {
         running.set_material(material)?;
         running.set_damping(new.damping)?;
         running.set_flexion_limit(new.flexion_limit)

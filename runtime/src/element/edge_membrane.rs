@@ -72,13 +72,15 @@ pub struct EdgeMembrane {
     /// World directions of the clamps.
     tangents: Vec<DVec3>,
     retardation: f64,
-    /// τ/h of the stage.
+    /// τ/h of the stage, and its 1/h.
     viscous: f64,
-    /// Of each edge: ε_w, σ* (J, summed over its triangles), and room for strains in between.
+    per_time: f64,
+    /// Of each edge: ε_w, ε̇ at the end of the last stage (1/s), σ* (J, summed over its triangles), and room in between.
     anchor: Vec<f64>,
+    rate: Vec<f64>,
     stress: Vec<f64>,
     work: Vec<f64>,
-    rate: Vec<f64>,
+    spare: Vec<f64>,
     /// Room for a triangle's gradients and their products with G.
     gradients: Vec<[DVec3; 3]>,
 }
@@ -136,6 +138,7 @@ impl EdgeMembrane {
             anchor: vec![0.0; edges],
             stress: vec![0.0; edges],
             work: vec![0.0; edges],
+            spare: vec![0.0; edges],
             rate: vec![0.0; edges],
             ..Self::default()
         };
@@ -349,15 +352,27 @@ impl Element for EdgeMembrane {
         }
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.viscous = self.retardation * per_time;
-        for (sum, strain) in self.anchor.iter_mut().zip(&self.strains) {
-            let one = |a: &Anchor| {
-                let moved = a.moving.map_or(0.0, |(time, v)| time * strain.rate(a.x, v));
-                a.weight * strain.at(a.x) + moved
-            };
-            *sum = if self.viscous > 0.0 { anchors.iter().map(one).sum() } else { 0.0 };
+        self.per_time = per_time;
+        if self.viscous == 0.0 {
+            return;
         }
+        for ((sum, rate), strain) in self.anchor.iter_mut().zip(&self.rate).zip(&self.strains) {
+            *sum = follow * rate + anchors.iter().map(|a| a.weight * strain.at(a.x)).sum::<f64>();
+        }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        if self.viscous > 0.0 {
+            for ((rate, anchor), strain) in self.rate.iter_mut().zip(&self.anchor).zip(&self.strains) {
+                *rate = (strain.at(x) - anchor) * self.per_time;
+            }
+        }
+    }
+
+    fn forget(&mut self) {
+        self.rate.fill(0.0);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -372,10 +387,10 @@ impl Element for EdgeMembrane {
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
         // The stress of the iterate is not σ*, which stays what the last solve predicted.
         self.strain_stage(x);
-        std::mem::swap(&mut self.stress, &mut self.rate);
+        std::mem::swap(&mut self.stress, &mut self.spare);
         self.stress_of_work();
         self.scatter(x, gradient);
-        std::mem::swap(&mut self.stress, &mut self.rate);
+        std::mem::swap(&mut self.stress, &mut self.spare);
     }
 
     fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
@@ -397,10 +412,10 @@ impl Element for EdgeMembrane {
         for (e, strain) in self.strains.iter().enumerate() {
             let linear = strain.at(x) + strain.rate(x, d);
             self.work[e] = Self::effective(self.viscous, linear, self.anchor[e]);
-            self.rate[e] = 0.5 * (strain.chord(d).length_squared() + strain.bow(d).length_squared());
+            self.spare[e] = 0.5 * (strain.chord(d).length_squared() + strain.bow(d).length_squared());
         }
         self.stress_of_work();
-        self.stored(|e| self.rate[e])
+        self.stored(|e| self.spare[e])
     }
 
     fn settle(&mut self, x: &Vectors) {

@@ -73,8 +73,7 @@ impl Builder {
         let triangular = spec.structure.info().triangular;
         let (nx, count, nz) = spec.grid;
         let half = if triangular { 0.5 } else { 0.0 };
-        let dx = spec.size.0 / (f64::from(nx - 1) + half);
-        let dz = spec.size.1 / f64::from(nz - 1);
+        let (dx, dz) = spec.spacing();
         // The middle of cell (0, 0), seen from mass (0, 0): the cell's centre, or the centroid of its triangle.
         let middle = if triangular { (0.5 * dx, dz / 3.0) } else { (0.5 * dx, 0.5 * dz) };
         let mut lattice = Lattice::default();

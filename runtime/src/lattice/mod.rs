@@ -7,6 +7,7 @@
 //! Each structure is one file with one [`Structure`] in [`TABLE`]: menus, the command line, the conformance tests and the
 //! file formats read that table.
 
+pub mod calibrate;
 mod double_diagonal;
 mod grid;
 pub mod outline;
@@ -136,6 +137,15 @@ pub struct LatticeSpec {
     pub cross_over: bool,
 }
 
+impl LatticeSpec {
+    /// Distance of neighbours along x and of rows along z, m.
+    pub fn spacing(&self) -> (f64, f64) {
+        let half = if self.structure.info().triangular { 0.5 } else { 0.0 };
+        let (nx, _, nz) = self.grid;
+        (self.size.0 / (f64::from(nx.max(2) - 1) + half), self.size.1 / f64::from(nz.max(2) - 1))
+    }
+}
+
 /// One spring of a lattice, without its stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
@@ -175,9 +185,14 @@ pub const MAX_MASSES: u64 = 10_000_000;
 /// When the grid or the size is out of range, or the structure cannot have that many layers.
 pub fn generate(spec: &LatticeSpec) -> Result<Lattice, InputError> {
     check(spec)?;
+    Ok(assemble(spec))
+}
+
+/// Lays out masses and springs of a specification that has been checked.
+fn assemble(spec: &LatticeSpec) -> Lattice {
     let mut builder = Builder::new(spec);
     (spec.structure.info().connect)(&mut builder);
-    Ok(builder.finish())
+    builder.finish()
 }
 
 fn check(spec: &LatticeSpec) -> Result<(), InputError> {

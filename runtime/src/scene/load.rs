@@ -3,13 +3,39 @@
 use std::path::{Path, PathBuf};
 
 use ron::extensions::Extensions;
+use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::{Scene, literal, locate, material, validate};
+use super::{MaterialChoice, Scene, literal, locate, validate};
 use crate::error::InputError;
 
 fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
+}
+
+/// Reads a RON text and checks what it says; errors have line, field and what was found.
+pub(super) fn read_ron<T: DeserializeOwned>(
+    text: &str,
+    check: impl Fn(&T) -> Result<(), InputError>,
+) -> Result<T, InputError> {
+    let mut reader = ron::Deserializer::from_str_with_options(text, &options())
+        .map_err(|e| InputError::new("", e.code.to_string()).at_line(e.span.start.line))?;
+    let value: T = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
+        let field = e.path().to_string().replace('[', ".").replace(']', "");
+        let field = if field == "." { String::new() } else { field };
+        let at = reader.span_error(e.into_inner());
+        let found = locate::value_of(text, &field).map_or_else(String::new, |v| format!(", found {v}"));
+        InputError::new(field, format!("{}{found}", at.code)).at_line(at.span.start.line)
+    })?;
+    reader.end().map_err(|e| {
+        let at = reader.span_error(e);
+        InputError::new("", at.code.to_string()).at_line(at.span.start.line)
+    })?;
+    check(&value).map_err(|e| {
+        let line = locate::line_of(text, &e.field);
+        e.at_line(line)
+    })?;
+    Ok(value)
 }
 
 impl Scene {
@@ -31,24 +57,7 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`], without the file.
     pub fn parse(text: &str) -> Result<Self, InputError> {
-        let mut reader = ron::Deserializer::from_str_with_options(text, &options())
-            .map_err(|e| InputError::new("", e.code.to_string()).at_line(e.span.start.line))?;
-        let scene: Self = serde_path_to_error::deserialize(&mut reader).map_err(|e| {
-            let field = e.path().to_string().replace('[', ".").replace(']', "");
-            let field = if field == "." { String::new() } else { field };
-            let at = reader.span_error(e.into_inner());
-            let found = locate::value_of(text, &field).map_or_else(String::new, |v| format!(", found {v}"));
-            InputError::new(field, format!("{}{found}", at.code)).at_line(at.span.start.line)
-        })?;
-        reader.end().map_err(|e| {
-            let at = reader.span_error(e);
-            InputError::new("", at.code.to_string()).at_line(at.span.start.line)
-        })?;
-        validate::scene(&scene).map_err(|e| {
-            let line = locate::line_of(text, &e.field);
-            e.at_line(line)
-        })?;
-        Ok(scene)
+        read_ron(text, validate::scene)
     }
 
     /// The scene as a file's text. Reading it back gives the same scene.
@@ -73,7 +82,7 @@ impl Scene {
         }
         let parsed = typed(value.trim());
         let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
-        *slot(&mut tree, path)? = parsed;
+        *slot(&mut tree, path, &self.base)? = parsed;
         let mut scene: Self = serde_path_to_error::deserialize(tree)
             .map_err(|e| InputError::new(path, format!("{value} cannot be used: {}", e.into_inner())))?;
         scene.base.clone_from(&self.base);
@@ -105,13 +114,13 @@ fn typed(value: &str) -> Value {
 }
 
 /// The place in `tree` that `path` names.
-fn slot<'a>(tree: &'a mut Value, path: &str) -> Result<&'a mut Value, InputError> {
+fn slot<'a>(tree: &'a mut Value, path: &str, base: &Path) -> Result<&'a mut Value, InputError> {
     let mut at = tree;
     let mut walked = String::new();
     for name in path.split('.') {
         if walked.ends_with("material") && at.is_string() {
-            // A library material is opened up when one of its constants is set.
-            let named = material::by_name(at.as_str().unwrap_or_default())?;
+            // A material of the library or of a file is opened up when one of its constants is set.
+            let named = MaterialChoice::from(at.as_str().unwrap_or_default()).resolve(base)?;
             *at = serde_json::to_value(named).map_err(|e| InputError::new(path, e.to_string()))?;
         }
         let free_keys = walked.ends_with("probes");
@@ -180,7 +189,7 @@ mod tests {
     fn any_field_can_be_overridden_by_index_or_name() {
         let scene = scene();
         let set = |path: &str, value: &str| scene.with_override(path, value).expect("valid");
-        let young = |s: &Scene| s.sheets[0].material.resolve().expect("material").young;
+        let young = |s: &Scene| s.sheets[0].material.resolve(Path::new("")).expect("material").young;
         assert_eq!(young(&set("sheets.0.material.young", "2e9")), 2e9);
         assert_eq!(young(&set("sheets.strip.material.young", "3000")), 3000.0);
         assert_eq!(set("gravity", "(0, -1.62, 0)").gravity.y, -1.62);

@@ -1,15 +1,22 @@
-//! Materials: what a sheet is made of, by name or in line.
+//! Materials: what a sheet is made of, by name, from a file, or in line.
 //!
-//! E Young's modulus (Pa), ν Poisson's ratio, ρ density (kg/m³), t thickness (m). The thermal values are carried for the
-//! heat model. Class averages for the real ones; `thesis` is the thesis's own soft sheet, whose planar springs of
-//! 0.185 N/m (table 4.3) are E t with its layer distance of 1 mm as t.
+//! E Young's modulus (Pa), ν Poisson's ratio, ρ density (kg/m³), t thickness (m). A sheet that differs along its length (warp)
+//! and width (weft) has its measured stiffness in place of E and ν, as the Kawabata system gives it (thesis 1.1 and 2.5.2).
+//! The thermal values, the glass transition and the yield stress are carried for heat and plasticity. The library's constants
+//! are averages of their class; `thesis` is the thesis's own soft sheet, whose planar springs of 0.185 N/m (table 4.3) are
+//! E t with its layer distance of 1 mm as t.
+
+use std::path::{Path, PathBuf};
 
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::load::read_ron;
+use super::validate;
 use crate::element::Law;
 use crate::error::InputError;
+use crate::lattice::calibrate::{Orthotropic, Target};
 
 /// Constants of a sheet material.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -23,13 +30,27 @@ pub struct Material {
     pub density: f64,
     /// Thickness t, m; 1e-7 to 1.
     pub thickness: f64,
+    /// Fraction of critical by which the material damps the slowest bending motion of a sheet; 0 to 10.
+    pub damping_ratio: f64,
+    /// Stress at which it begins to stay bent, Pa, 1 to 1e11; none for one that springs back from anything.
+    pub yield_stress: Option<f64>,
+    /// Measured stiffness along warp and weft, in place of what E, ν and t make; none for a sheet alike in all directions.
+    pub orthotropic: Option<Orthotropic>,
     /// Specific heat c, J/(kg K); 1 to 1e5.
     pub specific_heat: f64,
     /// Thermal conductivity, W/(m K); 0 to 1e4.
     pub conductivity: f64,
     /// Emissivity of the surface, 0 to 1.
     pub emissivity: f64,
+    /// Glass transition, °C, -273.15 to 1000; none for one that does not soften.
+    pub glass_transition: Option<f64>,
+    /// C1 and C2 (K) of log10 aT = -C1 (T - Tg)/(C2 + T - Tg) above the glass transition (Williams, Landel and Ferry, J. Am.
+    /// Chem. Soc. 77, 1955); 1 to 100 each in its unit, C2 to 1000.
+    pub wlf: (f64, f64),
 }
+
+/// C1 and C2 (K) that fit most polymers.
+const UNIVERSAL_WLF: (f64, f64) = (17.44, 51.6);
 
 impl Default for Material {
     /// The thesis's sheet.
@@ -38,16 +59,49 @@ impl Default for Material {
     }
 }
 
-const THESIS: Material = row(185.0, 0.38, 1045.0, 1.0e-3, 1300.0, 0.16, 0.90);
+const THESIS: Material = row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90], 0.02, None, None);
 
-const fn row(young: f64, poisson: f64, density: f64, thickness: f64, c: f64, k: f64, emissivity: f64) -> Material {
-    Material { young, poisson, density, thickness, specific_heat: c, conductivity: k, emissivity }
+/// A row of the library: E, ν, ρ, t; c, k, ε; damping ratio, yield stress, glass transition.
+const fn row(
+    [young, poisson, density, thickness]: [f64; 4],
+    [specific_heat, conductivity, emissivity]: [f64; 3],
+    damping_ratio: f64,
+    yield_stress: Option<f64>,
+    glass_transition: Option<f64>,
+) -> Material {
+    Material {
+        young,
+        poisson,
+        density,
+        thickness,
+        damping_ratio,
+        yield_stress,
+        orthotropic: None,
+        specific_heat,
+        conductivity,
+        emissivity,
+        glass_transition,
+        wlf: UNIVERSAL_WLF,
+    }
 }
 
 impl Material {
-    /// Plate stiffness D = E t³ / (12 (1-ν²)), N m.
+    /// Stiffness of a sheet of it per width.
+    pub fn target(&self) -> Target {
+        match &self.orthotropic {
+            Some(measured) => Target::of_measured(measured),
+            None => Target::of_plate(self.young, self.poisson, self.thickness),
+        }
+    }
+
+    /// Plate stiffness D = E t³ / (12 (1-ν²)) along the length, N m.
     pub fn plate_stiffness(&self) -> f64 {
-        self.young * self.thickness.powi(3) / (12.0 * (1.0 - self.poisson * self.poisson))
+        self.target().bending[0][0]
+    }
+
+    /// Mass per area ρ t, kg/m².
+    pub fn areal_mass(&self) -> f64 {
+        self.density * self.thickness
     }
 
     /// Stiffness of a sheet of it whose longer side is `length` (m) and whose slowest bending motion, as a cantilever of
@@ -55,32 +109,60 @@ impl Material {
     ///
     /// That motion has ω = 1.8751² √(D/ρt)/L²; a Kelvin-Voigt solid damps it by ζ = τ ω/2, which gives τ.
     pub fn law(&self, length: f64, damping_ratio: f64) -> Law {
-        let nu = self.poisson;
-        let shape = [[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - nu)]];
-        let membrane = self.young * self.thickness / (1.0 - nu * nu);
-        let bending = self.plate_stiffness();
-        let slowest = 3.516_015 * (bending / (self.density * self.thickness)).sqrt() / (length * length);
-        Law {
-            membrane: shape.map(|row| row.map(|s| s * membrane)),
-            bending: shape.map(|row| row.map(|s| s * bending)),
-            retardation: 2.0 * damping_ratio / slowest,
-        }
+        let Target { membrane, bending } = self.target();
+        let slowest = 3.516_015 * (bending[0][0] / self.areal_mass()).sqrt() / (length * length);
+        Law { membrane, bending, retardation: 2.0 * damping_ratio / slowest }
     }
 }
 
 /// The library: name, one-line description, constants.
+///
+/// Damping ratios are half the loss factors of the class at room temperature (from 0.002 for metals to 0.3 for plasticised
+/// PVC); yield stresses are tensile, for paper and card the end of proportionality.
 pub const LIBRARY: &[(&str, &str, Material)] = &[
     ("thesis", "the thesis's soft sheet: planar springs of 0.185 N/m", THESIS),
-    ("hips", "high-impact polystyrene, 0.5 mm", row(2.0e9, 0.38, 1045.0, 5.0e-4, 1300.0, 0.16, 0.90)),
-    ("pvc", "rigid PVC, 0.4 mm", row(2.8e9, 0.38, 1390.0, 4.0e-4, 950.0, 0.16, 0.91)),
-    ("pvc-plasticised", "plasticised PVC, 0.4 mm", row(1.0e7, 0.45, 1250.0, 4.0e-4, 1400.0, 0.17, 0.92)),
-    ("packaging-pvc", "packaging PVC, 0.15 mm", row(2.8e9, 0.38, 1390.0, 1.5e-4, 950.0, 0.16, 0.91)),
-    ("pet", "PET film, 0.1 mm", row(4.5e9, 0.38, 1395.0, 1.0e-4, 1170.0, 0.15, 0.85)),
-    ("paper", "printer paper, 80 g/m²", row(3.0e9, 0.30, 800.0, 1.0e-4, 1340.0, 0.10, 0.93)),
-    ("card", "card, 300 g/m²", row(2.5e9, 0.30, 750.0, 4.0e-4, 1340.0, 0.10, 0.93)),
-    ("steel-foil", "steel foil, 0.1 mm", row(2.05e11, 0.29, 7850.0, 1.0e-4, 480.0, 50.0, 0.15)),
-    ("aluminium-foil", "aluminium foil, 16 µm", row(6.9e10, 0.33, 2700.0, 1.6e-5, 900.0, 220.0, 0.04)),
-    ("rubber", "rubber sheet, 1 mm", row(3.0e6, 0.49, 1100.0, 1.0e-3, 1900.0, 0.16, 0.94)),
+    (
+        "hips",
+        "high-impact polystyrene, 0.5 mm",
+        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90], 0.015, Some(2.0e7), Some(100.0)),
+    ),
+    (
+        "pvc",
+        "rigid PVC, 0.4 mm",
+        row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91], 0.015, Some(5.0e7), Some(82.0)),
+    ),
+    (
+        "pvc-plasticised",
+        "plasticised PVC, 0.4 mm",
+        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92], 0.15, None, Some(0.0)),
+    ),
+    (
+        "packaging-pvc",
+        "packaging PVC, 0.15 mm",
+        row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91], 0.015, Some(5.0e7), Some(80.0)),
+    ),
+    (
+        "pet",
+        "PET film, 0.1 mm",
+        row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85], 0.01, Some(1.0e8), Some(70.0)),
+    ),
+    (
+        "paper",
+        "printer paper, 80 g/m²",
+        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(2.0e7), None),
+    ),
+    ("card", "card, 300 g/m²", row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(1.5e7), None)),
+    (
+        "steel-foil",
+        "steel foil, 0.1 mm",
+        row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15], 0.001, Some(5.0e8), None),
+    ),
+    (
+        "aluminium-foil",
+        "aluminium foil, 16 µm",
+        row([6.9e10, 0.33, 2700.0, 1.6e-5], [900.0, 220.0, 0.04], 0.001, Some(5.0e7), None),
+    ),
+    ("rubber", "rubber sheet, 1 mm", row([3.0e6, 0.49, 1100.0, 1.0e-3], [1900.0, 0.16, 0.94], 0.05, None, None)),
 ];
 
 /// The material of that name in the library.
@@ -94,23 +176,42 @@ pub fn by_name(name: &str) -> Result<Material, InputError> {
     })
 }
 
-/// A material in a scene: `"hips"` or `(young: 2e9, thickness: 0.0005, ...)`.
+/// Reads a material file: its constants as in a scene, `(young: 2e9, thickness: 5e-4, ...)`; those left out are `thesis`'s.
+///
+/// # Errors
+/// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of range: with file, line, field.
+pub fn read_material_file(file: &Path) -> Result<Material, InputError> {
+    let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
+    read_ron(&text, |m| validate::material("", m)).map_err(|e| e.in_file(file))
+}
+
+/// A material in a scene: `"hips"`, `"materials/cloth.ron"` or `(young: 2e9, thickness: 0.0005, ...)`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MaterialChoice {
     /// One of the library, by name.
     Named(String),
+    /// One in a file, relative to the scene's; its name ends in `.ron`.
+    File(PathBuf),
     /// Given in place; fields left out are those of the `thesis` material.
     Inline(Material),
 }
 
+impl From<&str> for MaterialChoice {
+    /// A file where the name ends in `.ron`, otherwise one of the library.
+    fn from(name: &str) -> Self {
+        if name.ends_with(".ron") { Self::File(name.into()) } else { Self::Named(name.to_owned()) }
+    }
+}
+
 impl MaterialChoice {
-    /// The constants meant.
+    /// The constants meant; a file's name is relative to `base`.
     ///
     /// # Errors
-    /// When the name is not in the library.
-    pub fn resolve(&self) -> Result<Material, InputError> {
+    /// When the name is not in the library, or the file is not a valid material.
+    pub fn resolve(&self, base: &Path) -> Result<Material, InputError> {
         match self {
             Self::Named(name) => by_name(name),
+            Self::File(file) => read_material_file(&base.join(file)),
             Self::Inline(material) => Ok(material.clone()),
         }
     }
@@ -120,6 +221,7 @@ impl Serialize for MaterialChoice {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {
             Self::Named(name) => serializer.serialize_str(name),
+            Self::File(file) => serializer.serialize_str(&file.to_string_lossy()),
             Self::Inline(material) => material.serialize(serializer),
         }
     }
@@ -132,11 +234,11 @@ impl<'de> Deserialize<'de> for MaterialChoice {
             type Value = MaterialChoice;
 
             fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
-                f.write_str("a material's name or its constants")
+                f.write_str("a material's name, its file or its constants")
             }
 
             fn visit_str<E: Error>(self, name: &str) -> Result<Self::Value, E> {
-                Ok(MaterialChoice::Named(name.to_owned()))
+                Ok(name.into())
             }
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
@@ -144,5 +246,80 @@ impl<'de> Deserialize<'de> for MaterialChoice {
             }
         }
         deserializer.deserialize_any(Choice)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn every_material_of_the_library_is_valid() {
+        for (name, _, material) in LIBRARY {
+            validate::material(name, material).expect("valid");
+        }
+    }
+
+    #[test]
+    fn sheets_bend_under_their_weight_over_the_tabled_lengths() {
+        // Gravito-bending lengths (D/(ρ g t))^(1/3), m, by hand from the class averages.
+        let tabled = [
+            ("hips", 0.168),
+            ("pvc", 0.147),
+            ("pvc-plasticised", 0.024),
+            ("packaging-pvc", 0.077),
+            ("pet", 0.068),
+            ("paper", 0.070),
+            ("card", 0.171),
+            ("steel-foil", 0.134),
+            ("aluminium-foil", 0.040),
+            ("rubber", 0.031),
+        ];
+        assert_eq!(tabled.len(), LIBRARY.len() - 1);
+        for (name, length) in tabled {
+            let m = by_name(name).expect("there");
+            let found = (m.plate_stiffness() / (m.areal_mass() * 9.81)).cbrt();
+            assert!((found - length).abs() < 6e-4, "{name}: {found}");
+        }
+    }
+
+    #[test]
+    fn a_material_is_a_name_a_file_or_constants() {
+        let text = r#"(sheets: [(name: "a", material: "card"), (name: "b", material: "cloth.ron"),
+            (name: "c", material: (young: 3e9, yield_stress: 2e7, orthotropic: (young_warp: 4000, young_weft: 3000,
+            shear: 40, poisson: 0.2, bending_warp: 1e-5, bending_weft: 6e-6, twist: 3e-6)))])"#;
+        let scene = Scene::parse(text).expect("valid");
+        assert_eq!(scene.sheets[0].material, MaterialChoice::Named("card".into()));
+        assert_eq!(scene.sheets[1].material, MaterialChoice::File("cloth.ron".into()));
+        let MaterialChoice::Inline(inline) = &scene.sheets[2].material else { panic!("in line") };
+        assert_eq!((inline.yield_stress, inline.density), (Some(2e7), THESIS.density));
+        assert_eq!(inline.target().bending[1][1], 6e-6);
+        assert_eq!(Scene::parse(&scene.to_text().expect("text")).expect("valid"), scene);
+        let changed = scene.with_override("sheets.c.material.orthotropic.twist", "2e-6").expect("valid");
+        assert_eq!(changed.sheets[2].material.resolve(Path::new("")).expect("valid").target().bending[2][2], 2e-6);
+        assert!(scene.with_override("sheets.b.material.young", "1e9").expect_err("no such file").file.is_some());
+    }
+
+    #[test]
+    fn a_bad_material_names_file_line_and_range() {
+        let folder = std::env::temp_dir().join(format!("sheetwork-material-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("writable");
+        let file = folder.join("bad.ron");
+        let refused = |text: &str| {
+            std::fs::write(&file, text).expect("writable");
+            read_material_file(&file).expect_err("bad")
+        };
+        let error = refused("(\n  young: 1e9,\n  damping_ratio: 11,\n)");
+        assert_eq!((error.file.as_deref(), error.line, error.field.as_str()), (Some(&*file), Some(3), "damping_ratio"));
+        assert!(error.problem.contains("11 of critical") && error.problem.contains("0 to 10"), "{error}");
+        let error = refused("(\n  yung: 1e9,\n)");
+        assert!(error.line == Some(2) && error.problem.contains("yung"), "{error}");
+        let woven = "(orthotropic: (young_warp: 1, young_weft: 1,\n shear: 0.3, poisson: 1.2, bending_warp: 1, \
+                     bending_weft: 1, twist: 0.3))";
+        let error = refused(woven);
+        assert_eq!((error.line, error.field.as_str()), (Some(2), "orthotropic.poisson"));
+        std::fs::remove_dir_all(&folder).expect("removable");
+        assert!(read_material_file(&file).expect_err("gone").problem.contains("cannot be opened"));
     }
 }

@@ -27,6 +27,7 @@ pub use polyhedron::Polyhedron;
 
 use crate::engine::EngineKind;
 use crate::lattice::StructureKind;
+use crate::lattice::outline::{HoleSpec, OutlineSpec};
 
 /// A whole scene: the contents of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -211,7 +212,15 @@ pub struct SheetSpec {
     pub gap: f64,
     /// Read the sheet from a .SHT file instead of generating it; `structure`, `grid`, `size` and `gap` are then the file's.
     pub file: Option<PathBuf>,
-    /// The material, by name or in line.
+    /// The outer boundary of a sheet that is not a rectangle (shell only): `grid` then counts masses over the box around it,
+    /// and `size` is not used but by round corners.
+    pub outline: Option<OutlineSpec>,
+    /// Holes in the sheet (shell only).
+    pub holes: Vec<HoleSpec>,
+    /// Polylines (x, z), m, that the sheet is cut along, in its own plane from its middle (shell only). They may cross each
+    /// other and reach out of the sheet.
+    pub cuts: Vec<Vec<(f64, f64)>>,
+    /// The material, by name, from a file, or in line.
     pub material: MaterialChoice,
     /// How springs get their stiffness from the material.
     pub springs: SpringLaw,
@@ -264,6 +273,9 @@ impl Default for SheetSpec {
             size: (0.025, 0.025),
             gap: 0.001,
             file: None,
+            outline: None,
+            holes: Vec::new(),
+            cuts: Vec::new(),
             material: MaterialChoice::Named("thesis".into()),
             springs: SpringLaw::Uniform,
             node_mass: None,
@@ -293,6 +305,10 @@ pub enum SpringLaw {
     /// Every spring has k = E t: a square cell's own k = E (w t) / l with w = l, given to all springs as the thesis does.
     #[default]
     Uniform,
+    /// From the sheet's stiffness by homogenisation: it bends as the material says wherever the structure can (the membrane
+    /// comes out softer; `sheetwork material` says by how much). The distance between layers is then a quarter of the grid's
+    /// spacing, masses stand for the area around them, and a clamped edge is that of the sheet.
+    Calibrated,
     /// k = E A / L with the spring's own length L and A = t/layers x (area of the layer that falls to the spring) / L;
     /// between layers k = E t/layers.
     Length,

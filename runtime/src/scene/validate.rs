@@ -6,10 +6,13 @@
 use glam::DVec3;
 
 use super::{
-    Air, BodySpec, CameraSpec, ContactDefaults, Material, PathKey, Placement, Region, RegionVector, Room, Scene, Shape,
-    SheetSpec,
+    Air, BodySpec, CameraSpec, ContactDefaults, Material, MaterialChoice, PathKey, Placement, Region, RegionVector,
+    Room, Scene, Shape, SheetSpec,
 };
 use crate::error::{InputError, check_range};
+use crate::lattice::StructureKind;
+use crate::lattice::calibrate::Target;
+use crate::lattice::outline::{check_cuts, check_holes, check_outline};
 
 type Check = Result<(), InputError>;
 
@@ -115,14 +118,21 @@ fn room(room: &Room) -> Check {
 /// # Errors
 /// When one is out of range; fields are below `field`.
 pub fn material(field: &str, m: &Material) -> Check {
-    let at = |name: &str| format!("{field}.{name}");
+    let at = |name: &str| if field.is_empty() { name.to_owned() } else { format!("{field}.{name}") };
     check_range(&at("young"), m.young, 1e-3, 2e12, "Pa")?;
     check_range(&at("poisson"), m.poisson, -0.99, 0.499, "")?;
     check_range(&at("density"), m.density, 1e-3, 1e6, "kg/m³")?;
     check_range(&at("thickness"), m.thickness, 1e-7, 1.0, "m")?;
     check_range(&at("specific_heat"), m.specific_heat, 1.0, 1e5, "J/(kg K)")?;
     check_range(&at("conductivity"), m.conductivity, 0.0, 1e4, "W/(m K)")?;
-    check_range(&at("emissivity"), m.emissivity, 0.0, 1.0, "")
+    check_range(&at("emissivity"), m.emissivity, 0.0, 1.0, "")?;
+    check_range(&at("damping_ratio"), m.damping_ratio, 0.0, 10.0, "of critical")?;
+    option(&at("yield_stress"), m.yield_stress, (1.0, 1e11), "Pa")?;
+    option(&at("glass_transition"), m.glass_transition, (-273.15, 1000.0), "°C")?;
+    check_range(&at("wlf.0"), m.wlf.0, 1.0, 100.0, "")?;
+    check_range(&at("wlf.1"), m.wlf.1, 1.0, 1000.0, "K")?;
+    let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| Target::orthotropic(measured).map(drop));
+    woven.map_err(|e| within(&at("orthotropic"), e))
 }
 
 fn placement(p: &Placement) -> Check {
@@ -131,7 +141,11 @@ fn placement(p: &Placement) -> Check {
 }
 
 fn sheet(s: &SheetSpec) -> Check {
-    material("material", &s.material.resolve()?)?;
+    match &s.material {
+        MaterialChoice::Named(name) => super::material::by_name(name).map(drop)?,
+        MaterialChoice::Inline(constants) => material("material", constants)?,
+        MaterialChoice::File(_) => {}
+    }
     check_range("grid.0", s.grid.0.into(), 2.0, 2000.0, "masses")?;
     let (fewest, most) = s.structure.info().layers;
     if s.file.is_none() {
@@ -141,6 +155,7 @@ fn sheet(s: &SheetSpec) -> Check {
     check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")?;
     check_range("size.0", s.size.0, 1e-6, 1e3, "m")?;
     check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
+    outline(s)?;
     check_range("gap", s.gap, 1e-7, 10.0, "m")?;
     check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
     option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
@@ -174,6 +189,22 @@ fn sheet(s: &SheetSpec) -> Check {
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
     }
     Ok(())
+}
+
+/// Ranges of outline, holes and cuts; whether they fit each other and the grid is seen when the sheet is built.
+fn outline(s: &SheetSpec) -> Check {
+    let given = [("outline", s.outline.is_some()), ("holes", !s.holes.is_empty()), ("cuts", !s.cuts.is_empty())];
+    if let Some((field, _)) = given.into_iter().find(|g| g.1) {
+        if s.file.is_some() {
+            return Err(InputError::new(field, "does not go with a sheet from a file"));
+        }
+        if s.structure != StructureKind::Shell {
+            return Err(InputError::new(field, format!("is for the shell only, not for {}", s.structure)));
+        }
+    }
+    s.outline.as_ref().map_or(Ok(()), |o| check_outline(o, s.size))?;
+    check_holes(&s.holes)?;
+    check_cuts(&s.cuts)
 }
 
 fn option(field: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str) -> Check {

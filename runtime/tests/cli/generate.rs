@@ -126,3 +126,52 @@ fn lists_have_a_row_for_everything() {
     place.write("assets/scenes/zz.ron", "(dt: 0)");
     assert!(place.run(&["list", "scenes"]).out.contains("not valid"));
 }
+
+#[test]
+fn a_material_is_reported_with_what_its_structure_delivers() {
+    let place = Place::new("material");
+    let found = place.json(&["material", "hips", "--structure", "double-diagonal", "--grid", "21x21", "--json"]);
+    let value = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("{key}"));
+    // D = E t³/(12 (1-ν²)) of 2 GPa, 0.5 mm, ν 0.38.
+    assert!((value("plate_stiffness_n_m") - 0.0243494).abs() < 1e-6);
+    assert!((value("areal_mass_kg_m2") - 0.5225).abs() < 1e-9);
+    assert!((value("gravito_bending_length_m") - 0.168).abs() < 5e-4);
+    for ratio in found["bending_0_45_90_135"].as_array().expect("four") {
+        assert!((ratio.as_f64().expect("a number") - 1.0).abs() < 0.005);
+    }
+    assert!(value("membrane") < 0.1 && (value("poisson_ratio") - 1.0 / 3.0).abs() < 1e-3);
+    assert!(found["notes"].as_array().is_some_and(|n| n.len() >= 2));
+    let readme = std::fs::read_to_string(place.path("assets/README.md")).expect("there");
+    keys(&found).iter().for_each(|key| assert!(readme.contains(&format!("`{key}`")), "{key}"));
+    let thick =
+        place.json(&["material", "hips", "--thickness", "1e-3", "--length", "0.1", "--width", "0.05", "--json"]);
+    assert!((thick["plate_stiffness_n_m"].as_f64().expect("D") / value("plate_stiffness_n_m") - 8.0).abs() < 1e-9);
+    assert!(
+        place.run(&["material", "assets/materials/cotton.ron", "--structure", "trimm"]).out.contains("gravito-bending")
+    );
+    assert!(place.run(&["material", "card", "--structure", "samm"]).out.contains("no twist stiffness"));
+    place.refused(&["material", "cheese"], &["material", "cheese", "hips"]);
+    place.refused(&["material", "gone.ron"], &["gone.ron", "cannot be opened"]);
+    place.refused(&["material", "hips", "--thickness", "-1"], &["thickness", "1e-7 to 1 m"]);
+    place.refused(&["material", "hips", "--gap", "0", "--structure", "samm"], &["gap", "0 m"]);
+    place.refused(&["material", "hips", "--structure", "provot2d", "--layers", "2"], &["layers", "1 to 1"]);
+}
+
+#[test]
+fn a_scene_takes_its_material_from_a_file() {
+    let place = Place::new("material-file");
+    place.write("soft.ron", "(\n  young: 200,\n  density: 2090,\n)");
+    let scene = "(dt: 0.001, duration: 0.002, sheets: [(name: \"leaf\", structure: \"samm\", material: \"soft.ron\")])";
+    let report = place.json(&["run", place.write("scene.ron", scene), "--json"]);
+    assert_eq!(report["status"], "ok");
+    place.write("soft.ron", "(\n  young: 200,\n  density: -1,\n)");
+    place.refused(&["run", "scene.ron"], &["soft.ron:3: density: -1 kg/m³", "0.001 to 1e6"]);
+    place.write("soft.ron", "(\n  yung: 200,\n)");
+    place.refused(&["run", "scene.ron"], &["soft.ron:2:", "yung"]);
+    let opened = place.run(&["run", "scene.ron", "--set", "sheets.leaf.material.young=300"]);
+    assert_eq!(opened.status, Some(2));
+    place.write("soft.ron", "(young: 200)");
+    assert_eq!(place.run(&["run", "scene.ron", "--set", "sheets.leaf.material.young=300"]).status, Some(0));
+    let listed = place.json(&["list", "materials", "--json"]);
+    assert!(listed.as_array().is_some_and(|rows| rows.iter().all(|r| r["damping_ratio"].as_f64().is_some())));
+}

@@ -47,11 +47,44 @@ impl List {
         }
         let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
         let width = rows.iter().map(|r| text(r, "name").len()).max().unwrap_or(0);
+        let constants = matches!(self.what, What::Materials);
+        if constants {
+            let heads = CONSTANTS.map(|(_, head, _)| format!("{head:>10}")).join("");
+            print_line(&format!("{:<width$}{heads}", ""))?;
+        }
         for row in &rows {
-            print_line(&format!("{:<width$}  {}", text(row, "name"), text(row, "about")))?;
+            let values = if constants { CONSTANTS.map(|column| cell(row, column)).join("") } else { String::new() };
+            print_line(&format!("{:<width$}{values}  {}", text(row, "name"), text(row, "about")))?;
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// Columns of the materials as people read them: key, heading with unit, factor to that unit.
+const CONSTANTS: [(&str, &str, f64); 7] = [
+    ("young_pa", "E GPa", 1e-9),
+    ("poisson", "ν", 1.0),
+    ("density_kg_m3", "kg/m³", 1.0),
+    ("thickness_m", "t mm", 1e3),
+    ("damping_ratio", "damping", 1.0),
+    ("yield_stress_pa", "yield MPa", 1e-6),
+    ("glass_transition_c", "Tg °C", 1.0),
+];
+
+fn cell(row: &Value, (key, _, factor): (&str, &str, f64)) -> String {
+    let text = row[key].as_f64().map_or_else(
+        || "-".to_owned(),
+        |value| {
+            // Through fewer digits than the factor may disturb.
+            let value = value * factor;
+            if value != 0.0 && value.abs() < 1e-3 {
+                format!("{value:.2e}")
+            } else {
+                format!("{}", (value * 1e6).round() / 1e6)
+            }
+        },
+    );
+    format!("{text:>10}")
 }
 
 fn structures() -> Vec<Value> {
@@ -78,7 +111,10 @@ fn materials() -> Vec<Value> {
     let row = |(name, about, m): &(&str, &str, material::Material)| {
         json!({
             "name": name, "about": about, "young_pa": m.young, "poisson": m.poisson,
-            "density_kg_m3": m.density, "thickness_m": m.thickness,
+            "density_kg_m3": m.density, "thickness_m": m.thickness, "damping_ratio": m.damping_ratio,
+            "yield_stress_pa": m.yield_stress, "specific_heat_j_kg_k": m.specific_heat,
+            "conductivity_w_m_k": m.conductivity, "emissivity": m.emissivity,
+            "glass_transition_c": m.glass_transition, "wlf": m.wlf,
         })
     };
     material::LIBRARY.iter().map(row).collect()

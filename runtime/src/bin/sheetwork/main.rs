@@ -4,6 +4,7 @@
 
 mod generate;
 mod list;
+mod material;
 mod measure;
 mod run;
 
@@ -28,6 +29,8 @@ enum Command {
     Generate(generate::Generate),
     /// Put a sheet on a virtual test rig.
     Measure(measure::Measure),
+    /// Report on a material in a sheet: its stiffness, and what a structure delivers of it.
+    Material(material::MaterialCommand),
     /// List structures, engines, materials, cases or scenes.
     List(list::List),
 }
@@ -37,6 +40,7 @@ fn main() -> ExitCode {
         Command::Run(run) => run.execute(),
         Command::Generate(generate) => generate.execute(),
         Command::Measure(measure) => measure.execute(),
+        Command::Material(material) => material.execute(),
         Command::List(list) => list.execute(),
     };
     match result {

@@ -78,7 +78,7 @@ fn size(a: &Vectors) -> f64 {
 
 /// No time passes: no rates of strain.
 fn still(membrane: &mut EdgeMembrane) {
-    membrane.begin(0.0, &[]);
+    membrane.begin(0.0, &[], 0.0);
 }
 
 fn gradient(membrane: &mut EdgeMembrane, x: &Vectors) -> Vectors {
