@@ -36,6 +36,12 @@ fn fullest() -> Scene {
             velocities: [(region: Left, value: (0, 0, 0))],
             forces: [(region: All, value: (0, 0, 0))],
             pins: [(region: Back, path: [(time: 0)])],
+        ), (
+            structure: "shell",
+            grid: (11, 1, 11),
+            outline: Svg(file: "leaf.svg", scale: 0.001),
+            holes: [Disc(centre: (0, 0), radius: 0.004)],
+            cuts: [[(0, 0.006), (0, 0.1)]],
         )],
         bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)])],
         heaters: [(file: "panel.heater")],
@@ -98,6 +104,9 @@ fn every_choice_is_documented() {
     wanted.extend(material::LIBRARY.iter().map(|(name, _, _)| format!("| `{name}` |")));
     for part in ["All", "Left", "Right", "Back", "Front", "Uniform", "Length", "HalfSpace"] {
         wanted.push(format!("`{part}`"));
+    }
+    for part in ["Disc", "RoundedRectangle", "Path", "Svg"] {
+        wanted.push(format!("`{part}("));
     }
     for part in ["Point", "Rect", "Masses", "File", "Part", "Polyhedron", "Box", "Ball"] {
         wanted.push(format!("`{part}("));

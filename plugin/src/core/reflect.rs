@@ -12,6 +12,7 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::reflect::reflect_remote;
 use sheetwork::lattice::StructureKind;
+use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::lattice::calibrate::Orthotropic;
 use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw};
 
@@ -26,6 +27,12 @@ pub(super) struct SheetSpecReflect {
     size: (f64, f64),
     gap: f64,
     file: Option<PathBuf>,
+    #[reflect(ignore)]
+    outline: Option<OutlineSpec>,
+    #[reflect(ignore)]
+    holes: Vec<HoleSpec>,
+    #[reflect(ignore)]
+    cuts: Vec<Vec<(f64, f64)>>,
     #[reflect(remote = MaterialChoiceReflect)]
     material: MaterialChoice,
     #[reflect(remote = SpringLawReflect)]

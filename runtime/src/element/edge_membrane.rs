@@ -75,13 +75,12 @@ pub struct EdgeMembrane {
     /// τ/h of the stage, and its 1/h.
     viscous: f64,
     per_time: f64,
-    /// Of each edge: ε_w, σ* (J, summed over its triangles), and room for strains in between.
+    /// Of each edge: ε_w, ε̇ at the end of the last stage (1/s), σ* (J, summed over its triangles), and room in between.
     anchor: Vec<f64>,
+    rate: Vec<f64>,
     stress: Vec<f64>,
     work: Vec<f64>,
-    rate: Vec<f64>,
-    /// ε̇ of each edge at the end of the last stage, 1/s.
-    ended: Vec<f64>,
+    spare: Vec<f64>,
     /// Room for a triangle's gradients and their products with G.
     gradients: Vec<[DVec3; 3]>,
 }
@@ -139,6 +138,7 @@ impl EdgeMembrane {
             anchor: vec![0.0; edges],
             stress: vec![0.0; edges],
             work: vec![0.0; edges],
+            spare: vec![0.0; edges],
             rate: vec![0.0; edges],
             ..Self::default()
         };
@@ -358,22 +358,21 @@ impl Element for EdgeMembrane {
         if self.viscous == 0.0 {
             return;
         }
-        self.ended.resize(self.strains.len(), 0.0);
-        for ((sum, strain), ended) in self.anchor.iter_mut().zip(&self.strains).zip(&self.ended) {
-            *sum = follow * ended + anchors.iter().map(|a| a.weight * strain.at(a.x)).sum::<f64>();
+        for ((sum, rate), strain) in self.anchor.iter_mut().zip(&self.rate).zip(&self.strains) {
+            *sum = follow * rate + anchors.iter().map(|a| a.weight * strain.at(a.x)).sum::<f64>();
         }
     }
 
     fn finish(&mut self, x: &Vectors) {
         if self.viscous > 0.0 {
-            for ((ended, strain), anchor) in self.ended.iter_mut().zip(&self.strains).zip(&self.anchor) {
-                *ended = (strain.at(x) - anchor) * self.per_time;
+            for ((rate, anchor), strain) in self.rate.iter_mut().zip(&self.anchor).zip(&self.strains) {
+                *rate = (strain.at(x) - anchor) * self.per_time;
             }
         }
     }
 
     fn forget(&mut self) {
-        self.ended.fill(0.0);
+        self.rate.fill(0.0);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -388,10 +387,10 @@ impl Element for EdgeMembrane {
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
         // The stress of the iterate is not σ*, which stays what the last solve predicted.
         self.strain_stage(x);
-        std::mem::swap(&mut self.stress, &mut self.rate);
+        std::mem::swap(&mut self.stress, &mut self.spare);
         self.stress_of_work();
         self.scatter(x, gradient);
-        std::mem::swap(&mut self.stress, &mut self.rate);
+        std::mem::swap(&mut self.stress, &mut self.spare);
     }
 
     fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
@@ -413,10 +412,10 @@ impl Element for EdgeMembrane {
         for (e, strain) in self.strains.iter().enumerate() {
             let linear = strain.at(x) + strain.rate(x, d);
             self.work[e] = Self::effective(self.viscous, linear, self.anchor[e]);
-            self.rate[e] = 0.5 * (strain.chord(d).length_squared() + strain.bow(d).length_squared());
+            self.spare[e] = 0.5 * (strain.chord(d).length_squared() + strain.bow(d).length_squared());
         }
         self.stress_of_work();
-        self.stored(|e| self.rate[e])
+        self.stored(|e| self.spare[e])
     }
 
     fn settle(&mut self, x: &Vectors) {

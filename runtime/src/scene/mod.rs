@@ -27,6 +27,7 @@ pub use polyhedron::Polyhedron;
 
 use crate::engine::EngineKind;
 use crate::lattice::StructureKind;
+use crate::lattice::outline::{HoleSpec, OutlineSpec};
 
 /// A whole scene: the contents of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -211,6 +212,14 @@ pub struct SheetSpec {
     pub gap: f64,
     /// Read the sheet from a .SHT file instead of generating it; `structure`, `grid`, `size` and `gap` are then the file's.
     pub file: Option<PathBuf>,
+    /// The outer boundary of a sheet that is not a rectangle (shell only): `grid` then counts masses over the box around it,
+    /// and `size` is not used but by round corners.
+    pub outline: Option<OutlineSpec>,
+    /// Holes in the sheet (shell only).
+    pub holes: Vec<HoleSpec>,
+    /// Polylines (x, z), m, that the sheet is cut along, in its own plane from its middle (shell only). They may cross each
+    /// other and reach out of the sheet.
+    pub cuts: Vec<Vec<(f64, f64)>>,
     /// The material, by name, from a file, or in line.
     pub material: MaterialChoice,
     /// How springs get their stiffness from the material.
@@ -264,6 +273,9 @@ impl Default for SheetSpec {
             size: (0.025, 0.025),
             gap: 0.001,
             file: None,
+            outline: None,
+            holes: Vec::new(),
+            cuts: Vec::new(),
             material: MaterialChoice::Named("thesis".into()),
             springs: SpringLaw::Uniform,
             node_mass: None,

@@ -10,7 +10,9 @@ use super::{
     Room, Scene, Shape, SheetSpec,
 };
 use crate::error::{InputError, check_range};
+use crate::lattice::StructureKind;
 use crate::lattice::calibrate::Target;
+use crate::lattice::outline::{check_cuts, check_holes, check_outline};
 
 type Check = Result<(), InputError>;
 
@@ -153,6 +155,7 @@ fn sheet(s: &SheetSpec) -> Check {
     check_range("grid.2", s.grid.2.into(), 2.0, 2000.0, "masses")?;
     check_range("size.0", s.size.0, 1e-6, 1e3, "m")?;
     check_range("size.1", s.size.1, 1e-6, 1e3, "m")?;
+    outline(s)?;
     check_range("gap", s.gap, 1e-7, 10.0, "m")?;
     check_range("damping", s.damping, 0.0, 10.0, "of critical")?;
     option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
@@ -186,6 +189,22 @@ fn sheet(s: &SheetSpec) -> Check {
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
     }
     Ok(())
+}
+
+/// Ranges of outline, holes and cuts; whether they fit each other and the grid is seen when the sheet is built.
+fn outline(s: &SheetSpec) -> Check {
+    let given = [("outline", s.outline.is_some()), ("holes", !s.holes.is_empty()), ("cuts", !s.cuts.is_empty())];
+    if let Some((field, _)) = given.into_iter().find(|g| g.1) {
+        if s.file.is_some() {
+            return Err(InputError::new(field, "does not go with a sheet from a file"));
+        }
+        if s.structure != StructureKind::Shell {
+            return Err(InputError::new(field, format!("is for the shell only, not for {}", s.structure)));
+        }
+    }
+    s.outline.as_ref().map_or(Ok(()), |o| check_outline(o, s.size))?;
+    check_holes(&s.holes)?;
+    check_cuts(&s.cuts)
 }
 
 fn option(field: &str, value: Option<f64>, (low, high): (f64, f64), unit: &str) -> Check {
