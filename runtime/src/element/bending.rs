@@ -26,6 +26,8 @@ struct Group {
     stiffness: [[f64; 3]; 3],
     /// k_w, 1/m.
     anchor: [f64; 3],
+    /// k̇ at the end of the last stage, 1/(m s).
+    rate: [f64; 3],
     /// Range of its pairs.
     pairs: (u32, u32),
 }
@@ -53,6 +55,7 @@ pub struct Bending {
     constant: Vec<(u32, f64)>,
     retardation: f64,
     viscous: f64,
+    per_time: f64,
 }
 
 impl Bending {
@@ -103,6 +106,7 @@ impl Bending {
             frame: source.frame,
             stiffness: [[0.0; 3]; 3],
             anchor: [0.0; 3],
+            rate: [0.0; 3],
             pairs: (pairs as u32, self.pairs.len() as u32),
         });
     }
@@ -241,26 +245,39 @@ impl Element for Bending {
         }
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.viscous = self.retardation * per_time;
+        self.per_time = per_time;
         if self.viscous == 0.0 {
             return;
         }
         for i in 0..self.groups.len() {
             let g = &self.groups[i];
-            let mut sum = [0.0; 3];
+            let mut sum = g.rate.map(|r| r * follow);
             for anchor in anchors {
-                let n = normal(g, anchor.x);
-                let k = along(&self.curvature(g, anchor.x, &g.prescribed), n);
-                let rate = anchor
-                    .moving
-                    .map_or([0.0; 3], |(time, v)| along(&self.curvature(g, v, &[DVec3::ZERO; 3]), n).map(|r| r * time));
+                let k = along(&self.curvature(g, anchor.x, &g.prescribed), normal(g, anchor.x));
                 for a in 0..3 {
-                    sum[a] += anchor.weight * k[a] + rate[a];
+                    sum[a] += anchor.weight * k[a];
                 }
             }
             self.groups[i].anchor = sum;
         }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        if self.viscous == 0.0 {
+            return;
+        }
+        for i in 0..self.groups.len() {
+            let g = &self.groups[i];
+            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
+            let rate = [0, 1, 2].map(|a| (k[a] - g.anchor[a]) * self.per_time);
+            self.groups[i].rate = rate;
+        }
+    }
+
+    fn forget(&mut self) {
+        self.groups.iter_mut().for_each(|g| g.rate = [0.0; 3]);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -380,7 +397,7 @@ mod tests {
     #[test]
     fn a_bent_sheet_that_turns_is_not_braked() {
         // A cylinder, unstretched: what viscosity does to a turn is the part of the curvature along the sheet, none here.
-        let mut bending = grid(&[false; 35]);
+        let bending = grid(&[false; 35]);
         let radius = 0.4;
         let (mut x, mut v) = (Vectors::default(), Vectors::default());
         for p in check::flat_grid(7, 5, (0.1, 0.15)).iter() {

@@ -34,6 +34,8 @@ struct Packet {
     stress: [Pack; 5],
     /// ε_w.
     anchor: [Pack; 5],
+    /// ε̇ at the end of the last stage, 1/s.
+    rate: [Pack; 5],
 }
 
 /// What all cells have in common.
@@ -49,8 +51,9 @@ struct Cell {
     c: [f64; 4],
     /// τ, s.
     retardation: f64,
-    /// τ/h of the stage.
+    /// τ/h of the stage, and its 1/h.
     viscous: f64,
+    per_time: f64,
 }
 
 /// The membrane of all cells of a rectangular grid.
@@ -73,6 +76,7 @@ impl CellMembrane {
                     blocks: [[NO_BLOCK; LANES]; 10],
                     stress: [Pack::default(); 5],
                     anchor: [Pack::default(); 5],
+                    rate: [Pack::default(); 5],
                 });
             }
         }
@@ -260,26 +264,28 @@ impl Element for CellMembrane {
         add_forces(&self.cell, &self.packets, x, v, force);
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.cell.viscous = self.cell.retardation * per_time;
-        if self.cell.viscous == 0.0 {
-            return;
+        self.cell.per_time = per_time;
+        if self.cell.viscous > 0.0 {
+            begin(&self.cell, &mut self.packets, anchors, follow);
         }
-        let cell = self.cell;
-        for packet in &mut self.packets {
-            packet.anchor = [Pack::default(); 5];
-            for anchor in anchors {
-                let d = cell.edges(anchor.x, packet.first);
-                let e = cell.strains(&d);
-                let followed = anchor.moving.map(|(time, v)| (time, cell.rates(&d, &cell.edges(v, packet.first))));
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        if self.cell.viscous > 0.0 {
+            let cell = self.cell;
+            for p in &mut self.packets {
+                let e = cell.strains(&cell.edges(x, p.first));
                 for k in 0..5 {
-                    packet.anchor[k] = packet.anchor[k] + e[k] * anchor.weight;
-                    if let Some((time, rate)) = &followed {
-                        packet.anchor[k] = packet.anchor[k] + rate[k] * *time;
-                    }
+                    p.rate[k] = (e[k] - p.anchor[k]) * cell.per_time;
                 }
             }
         }
+    }
+
+    fn forget(&mut self) {
+        self.packets.iter_mut().for_each(|p| p.rate = [Pack::default(); 5]);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
@@ -319,6 +325,19 @@ fn add_forces(cell: &Cell, packets: &[Packet], x: &Vectors, v: &Vectors, force: 
             }
         }
         cell.add_gradient(&d, &cell.stress(&e), -1.0, (p.first, p.count), force);
+    }
+}
+
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn begin(cell: &Cell, packets: &mut [Packet], anchors: &[Anchor], follow: f64) {
+    for p in packets {
+        p.anchor = p.rate.map(|r| r * follow);
+        for anchor in anchors {
+            let e = cell.strains(&cell.edges(anchor.x, p.first));
+            for k in 0..5 {
+                p.anchor[k] = p.anchor[k] + e[k] * anchor.weight;
+            }
+        }
     }
 }
 

@@ -23,6 +23,8 @@ struct Spring {
     force: f64,
     /// L_w, m.
     anchor: f64,
+    /// Rate of stretch at the end of the last stage, m/s.
+    rate: f64,
 }
 
 /// All springs of a sheet.
@@ -43,6 +45,7 @@ impl MixedSprings {
             dashpot: springs.damping[i],
             force: 0.0,
             anchor: 0.0,
+            rate: 0.0,
         });
         Self { springs: each.collect(), per_time: 0.0 }
     }
@@ -106,24 +109,25 @@ impl Element for MixedSprings {
         }
     }
 
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor]) {
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.per_time = per_time;
-        for spring in &mut self.springs {
-            if spring.dashpot == 0.0 || per_time == 0.0 {
-                continue;
-            }
-            spring.anchor = 0.0;
+        for spring in self.springs.iter_mut().filter(|s| s.dashpot > 0.0) {
+            spring.anchor = follow * spring.rate;
             for anchor in anchors {
-                let (d, length) = spring.along(anchor.x);
-                spring.anchor += anchor.weight * length;
-                if let Some((time, v)) = anchor.moving
-                    && length > 0.0
-                {
-                    let rate = v.get(spring.masses.0 as usize) - v.get(spring.masses.1 as usize);
-                    spring.anchor += time * rate.dot(d) / length;
-                }
+                spring.anchor += anchor.weight * spring.along(anchor.x).1;
             }
         }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        let per_time = self.per_time;
+        for spring in self.springs.iter_mut().filter(|s| s.dashpot > 0.0) {
+            spring.rate = (spring.along(x).1 - spring.anchor) * per_time;
+        }
+    }
+
+    fn forget(&mut self) {
+        self.springs.iter_mut().for_each(|s| s.rate = 0.0);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

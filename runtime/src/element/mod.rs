@@ -21,20 +21,19 @@ pub mod pack;
 pub mod spring;
 pub mod staggered;
 pub mod thickness_limit;
+pub mod wall_spring;
 
 use crate::sheet::Vectors;
 
 /// Index of a 3x3 block in the tangent's values that nothing reads: where blocks of held masses go.
 pub const NO_BLOCK: u32 = u32::MAX;
 
-/// One term of what a stage measures rates of strain from: `weight` ε(x) + `time` ε̇(x, v).
+/// One term of what a stage measures rates of strain from: `weight` ε(x).
 pub struct Anchor<'a> {
     /// Weight of the strain.
     pub weight: f64,
     /// Positions, m.
     pub x: &'a Vectors,
-    /// Velocities (m/s) and the time (s) their rate of strain is followed for.
-    pub moving: Option<(f64, &'a Vectors)>,
 }
 
 /// Stiffness of a sheet per width, and its retardation time. Components are (uu, vv, uv) with engineering shear and twist
@@ -75,8 +74,16 @@ pub trait Element: Send + Sync {
     /// Adds the forces (N) at positions `x` (m) and velocities `v` (m/s), viscous ones included.
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors);
 
-    /// Begins a stage: `per_time` is 1/h (1/s), 0 for equilibrium; the anchors' sum is ε_w.
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor]);
+    /// Begins a stage: `per_time` is 1/h (1/s), 0 for equilibrium; ε_w is the anchors' sum, and `follow` (s) times the rate of
+    /// strain that the last stage ended with. That rate is the scheme's own, like its accelerations: one computed from
+    /// velocities would disagree with them after a kick, and a stiff dashpot would then put energy in.
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64);
+
+    /// Ends a stage at `x`: keeps its rate of strain, (ε(x) - ε_w)/h.
+    fn finish(&mut self, x: &Vectors);
+
+    /// Forgets the rate of strain: there is none.
+    fn forget(&mut self);
 
     /// Stored energy and viscous potential of the stage at `x`, J.
     fn potential(&self, x: &Vectors) -> f64;

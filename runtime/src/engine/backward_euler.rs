@@ -35,7 +35,7 @@ impl Engine for BackwardEuler {
         self.before.copy_from(x);
         self.y.set_sum(&self.before, dt, v);
         x.copy_from(&self.y);
-        problem.begin(1.0 / dt, &[Anchor { weight: 1.0, x: &self.before, moving: None }], &self.before, v);
+        problem.begin(1.0 / dt, &[Anchor { weight: 1.0, x: &self.before }], 0.0, &self.before, v);
         let stage = Stage { per_time: 1.0 / dt, y: &self.y, w: &self.before };
         let solved = solve(problem, &stage, &self.before, x, &mut self.work);
         super::tr_bdf2::velocity(x, &self.before, dt, v);

@@ -46,9 +46,8 @@ impl Engine for Bdf2 {
         self.y.set_sum(&self.w, h * p, v);
         self.y.add_scaled(h * q, &self.v_old);
         x.add_scaled(dt, v);
-        let anchors =
-            [Anchor { weight: p, x: &self.before, moving: None }, Anchor { weight: q, x: &self.x_old, moving: None }];
-        problem.begin(1.0 / h, &anchors, &self.before, v);
+        let anchors = [Anchor { weight: p, x: &self.before }, Anchor { weight: q, x: &self.x_old }];
+        problem.begin(1.0 / h, &anchors, 0.0, &self.before, v);
         let stage = Stage { per_time: 1.0 / h, y: &self.y, w: &self.w };
         let solved = solve(problem, &stage, &self.before, x, &mut self.work);
         self.x_old.copy_from(&self.before);

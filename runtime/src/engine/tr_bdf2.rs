@@ -7,7 +7,7 @@
 //! Bank, Coughran, Fichtner, Grosse, Rose, Smith, "Transient simulation of silicon devices and circuits", IEEE Trans. CAD 4,
 //! 1985; Hosea and Shampine, "Analysis and implementation of TR-BDF2", Appl. Numer. Math. 20, 1996.
 //!
-//! It carries the acceleration from step to step: that of the scheme, not one computed from forces.
+//! It carries accelerations and rates of strain from step to step: those of the scheme, not ones computed afresh.
 
 use super::implicit::newton::{Work, solve};
 use super::implicit::{Implicit, Stage};
@@ -48,6 +48,7 @@ impl TrBdf2 {
     /// otherwise that of an implicit step, which leaves out what the scheme could not follow.
     fn begin(&mut self, problem: &mut dyn Implicit, dt: f64, x: &Vectors, v: &Vectors) -> u32 {
         self.a = Vectors::zeros(x.len());
+        problem.forget();
         let own = problem.accelerations(x, v, &mut self.a);
         problem.hold(&mut self.a);
         if own <= 1e-6 * self.a.max_squared().sqrt() {
@@ -57,9 +58,10 @@ impl TrBdf2 {
         self.y.set_sum(x, h, v);
         self.before.copy_from(x);
         self.x_mid.copy_from(&self.y);
-        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x, moving: None }], x, v);
+        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x }], 0.0, x, v);
         let stage = Stage { per_time: 1.0 / h, y: &self.y, w: x };
         let solved = solve(problem, &stage, &self.before, &mut self.x_mid, &mut self.work);
+        problem.finish(&self.x_mid);
         acceleration(&self.x_mid, &self.y, h, &mut self.a);
         problem.hold(&mut self.a);
         solved.solves
@@ -101,9 +103,10 @@ impl Engine for TrBdf2 {
         self.y.set_sum(x, 2.0 * h, v);
         self.x_mid.copy_from(&self.y);
         self.y.add_scaled(h * h, &self.a);
-        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x, moving: Some((h, v)) }], x, v);
+        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x }], h, x, v);
         let stage = Stage { per_time: 1.0 / h, y: &self.y, w: &self.w };
         let first = solve(problem, &stage, x, &mut self.x_mid, &mut self.work);
+        problem.finish(&self.x_mid);
         acceleration(&self.x_mid, &self.y, h, &mut self.a_mid);
         problem.hold(&mut self.a_mid);
         self.v_mid.set_sum(v, h, &self.a);
@@ -117,11 +120,11 @@ impl Engine for TrBdf2 {
         self.w.blend(p, &self.x_mid, q, &self.before);
         v.scale_and_add(q, p, &self.v_mid);
         self.y.set_sum(&self.w, h, v);
-        let anchors =
-            [Anchor { weight: p, x: &self.x_mid, moving: None }, Anchor { weight: q, x: &self.before, moving: None }];
-        problem.begin(1.0 / h, &anchors, &self.x_mid, &self.v_mid);
+        let anchors = [Anchor { weight: p, x: &self.x_mid }, Anchor { weight: q, x: &self.before }];
+        problem.begin(1.0 / h, &anchors, 0.0, &self.x_mid, &self.v_mid);
         let stage = Stage { per_time: 1.0 / h, y: &self.y, w: &self.w };
         let second = solve(problem, &stage, &self.x_mid, x, &mut self.work);
+        problem.finish(x);
         acceleration(x, &self.y, h, &mut self.a);
         problem.hold(&mut self.a);
         v.add_scaled(h, &self.a);

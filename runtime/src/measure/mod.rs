@@ -11,6 +11,7 @@ mod energy;
 mod free_fall;
 mod frequency;
 mod incline;
+pub mod kicks;
 pub mod oscillator;
 mod pedestal;
 pub mod reference;

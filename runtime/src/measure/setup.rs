@@ -19,6 +19,8 @@ pub struct Setup {
     pub layers: u32,
     /// Engine.
     pub engine: EngineKind,
+    /// How springs get their stiffness from the material.
+    pub springs: SpringLaw,
     /// Step, s, 1e-7 to 1; `None` for 1/60 s with an implicit engine, and one that is stable with an explicit one.
     pub dt: Option<f64>,
     /// Material: modulus, density, thickness.
@@ -100,6 +102,7 @@ impl Default for Setup {
             structure: StructureKind::Shell,
             grid: (21, 21),
             layers: 1,
+            springs: SpringLaw::Calibrated,
             engine: EngineKind::TrBdf2,
             dt: None,
             material: Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() },
@@ -174,7 +177,7 @@ impl Setup {
             size: (self.length, width),
             gap: 0.5 * spacing,
             material: MaterialChoice::Inline(self.material.clone()),
-            springs: SpringLaw::Length,
+            springs: self.springs,
             damping: self.damping_ratio,
             damping_ratio: Some(self.damping_ratio),
             ..SheetSpec::default()

@@ -293,6 +293,10 @@ pub enum SpringLaw {
     /// Every spring has k = E t: a square cell's own k = E (w t) / l with w = l, given to all springs as the thesis does.
     #[default]
     Uniform,
+    /// From the sheet's stiffness by homogenisation: it bends as the material says wherever the structure can (the membrane
+    /// comes out softer; `sheetwork material` says by how much). The distance between layers is then a quarter of the grid's
+    /// spacing, masses stand for the area around them, and a clamped edge is that of the sheet.
+    Calibrated,
     /// k = E A / L with the spring's own length L and A = t/layers x (area of the layer that falls to the spring) / L;
     /// between layers k = E t/layers.
     Length,

@@ -1,41 +1,39 @@
 //! From a description to a sheet: generate or read the lattice, give springs their stiffness, place it, pin it.
 
-use std::collections::BTreeMap;
-
 use glam::DVec3;
 
 use super::drag::Drag;
+use super::generated::{Calibrated, cuts, generated};
 use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
 use crate::element::Element;
 use crate::element::bending::Bending;
 use crate::element::cell_membrane::CellMembrane;
-use crate::element::spring::{Spring, SpringClass, Springs};
+use crate::element::spring::{Spring, Springs};
 use crate::element::staggered::{Grid, curvatures};
 use crate::element::thickness_limit::ThicknessLimit;
 use crate::error::InputError;
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
-use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, SpringLaw, sht};
-
-/// Damping ratio of a material that does not say.
-const DAMPING_RATIO: f64 = 0.02;
+use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
 
 /// What is common to a generated sheet and one from a file, before it is placed.
-struct Parts {
-    lattice: Lattice,
+pub(super) struct Parts {
+    pub lattice: Lattice,
     /// Of each link, at rest, m.
-    rest: Vec<f64>,
+    pub rest: Vec<f64>,
     /// Of each link, N/m.
-    stiffness: Vec<f64>,
-    mass: Vec<f64>,
-    velocity: Vec<DVec3>,
-    force: Vec<DVec3>,
+    pub stiffness: Vec<f64>,
+    pub mass: Vec<f64>,
+    pub velocity: Vec<DVec3>,
+    pub force: Vec<DVec3>,
     /// Place of each mass in the sheet, 0 to 1 over the bottom layer.
-    uv: Vec<(f64, f64)>,
-    structure: StructureKind,
-    grid: (u32, u32, u32),
-    damping: f64,
+    pub uv: Vec<(f64, f64)>,
+    pub structure: StructureKind,
+    pub grid: (u32, u32, u32),
+    pub damping: f64,
+    /// What calibrated springs need beside themselves.
+    pub calibrated: Option<Calibrated>,
 }
 
 impl Sheet {
@@ -46,63 +44,28 @@ impl Sheet {
     pub fn build(scene: &Scene, index: usize) -> Result<Self, InputError> {
         let spec = &scene.sheets[index];
         let material = spec.material.resolve(&scene.base)?;
-        let parts = match &spec.file {
+        let mut parts = match &spec.file {
             Some(file) => read(&sht::read_sht_file(&scene.base.join(file))?)?,
             None => generated(spec, &material)?,
         };
-        let mut sheet = assemble(scene, spec, material, parts);
+        let calibrated = parts.calibrated.take();
+        let mut sheet = assemble(scene, spec, material, parts, calibrated.is_some());
         if sheet.name.is_empty() {
             sheet.name = format!("sheet {index}");
         }
-        apply_regions(spec, &mut sheet)?;
+        apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
         sheet.elements = shell_elements(spec, &sheet);
+        sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material)));
         sheet.refresh();
         sheet.work.touching = vec![false; sheet.masses()];
         Ok(sheet)
     }
 }
 
-fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError> {
-    let lattice = generate(&LatticeSpec {
-        structure: spec.structure,
-        grid: spec.grid,
-        size: spec.size,
-        gap: spec.gap,
-        cross_over: spec.cross_over,
-    })?;
-    let n = lattice.positions.len();
-    let sheet_mass = material.density * material.thickness * spec.size.0 * spec.size.1;
-    let mass = match spec.node_mass {
-        Some(mass) => vec![mass; n],
-        None if spec.structure == StructureKind::Shell => shares(spec.grid).map(|s| s * sheet_mass).collect(),
-        None => vec![sheet_mass / n as f64; n],
-    };
-    let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
-    let stiffness = stiffnesses(spec, material, &lattice, &rest);
-    Ok(Parts {
-        rest,
-        stiffness,
-        mass,
-        velocity: vec![DVec3::ZERO; n],
-        force: vec![DVec3::ZERO; n],
-        structure: spec.structure,
-        grid: spec.grid,
-        damping: spec.damping,
-        uv: material_coordinates(&lattice),
-        lattice,
-    })
-}
-
-/// Part of a single layer's area that falls to each mass, in order.
-fn shares((nx, _, nz): (u32, u32, u32)) -> impl Iterator<Item = f64> {
-    let along = |k: u32, n: u32| if k == 0 || k + 1 == n { 0.5 } else { 1.0 } / f64::from(n - 1);
-    (0..nz).flat_map(move |j| (0..nx).map(move |i| along(i, nx) * along(j, nz)))
-}
-
 /// Membrane and bending of a shell on a rectangle; none for a lattice.
 fn shell_elements(spec: &SheetSpec, sheet: &Sheet) -> Vec<Box<dyn Element>> {
-    if sheet.structure != StructureKind::Shell {
+    if spec.file.is_some() || sheet.structure != StructureKind::Shell {
         return Vec::new();
     }
     let (columns, rows) = (sheet.grid.0 as usize, sheet.grid.2 as usize);
@@ -113,36 +76,8 @@ fn shell_elements(spec: &SheetSpec, sheet: &Sheet) -> Vec<Box<dyn Element>> {
     vec![Box::new(CellMembrane::new(columns, rows, spacing)), Box::new(bending)]
 }
 
-fn length_of(link: &Link, positions: &[DVec3]) -> f64 {
+pub(super) fn length_of(link: &Link, positions: &[DVec3]) -> f64 {
     positions[link.a as usize].distance(positions[link.b as usize])
-}
-
-/// Stiffness of every spring, N/m, by the sheet's spring law.
-fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &[f64]) -> Vec<f64> {
-    let et = material.young * material.thickness;
-    let area = spec.size.0 * spec.size.1;
-    let mut family: BTreeMap<(SpringClass, u32), f64> = BTreeMap::new();
-    for link in &lattice.links {
-        *family.entry((link.class, link.layer)).or_default() += 1.0;
-    }
-    let layers = f64::from(spec.grid.1);
-    let each = lattice.links.iter().zip(rest).map(|(link, length)| {
-        let k = match spec.springs {
-            SpringLaw::Uniform => et,
-            SpringLaw::Length => {
-                let share = area / family.get(&(link.class, link.layer)).copied().unwrap_or(1.0);
-                // Each layer carries its part of the thickness; the spring stands for a strip share/length wide. Between
-                // layers the same: E A / h there would be many times stiffer, and shorten the step for nothing seen.
-                let strip = if link.class == SpringClass::Inter { 1.0 } else { (share / length) / length };
-                (et / layers) * strip
-            }
-        };
-        match link.class {
-            SpringClass::Flexion | SpringClass::CrossOver => k * spec.flexion_stiffness,
-            _ => k,
-        }
-    });
-    each.collect()
 }
 
 /// The parts of a sheet file. Its positions are where the sheet is, and its springs' rest lengths their own.
@@ -180,11 +115,12 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         damping: file.damping,
         uv: material_coordinates(&plain),
         lattice,
+        calibrated: None,
     })
 }
 
-fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -> Sheet {
-    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, structure, grid, damping } = parts;
+fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts, bends: bool) -> Sheet {
+    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, structure, grid, damping, .. } = parts;
     let rotation = spec.placement.quaternion();
     let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
     for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {
@@ -192,7 +128,7 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         v.push(rotation * *u + spec.velocity);
         applied.push(rotation * *f);
     }
-    let et = material.young * material.thickness;
+    let unit = if bends { material.plate_stiffness() } else { material.young * material.thickness };
     let list: Vec<Spring> = lattice
         .links
         .iter()
@@ -242,7 +178,7 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         system: None,
         field_before: None,
         clamped: vec![false; n],
-        damping_ratio: spec.damping_ratio.unwrap_or(DAMPING_RATIO),
+        damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
         length: spec.size.0.max(spec.size.1),
         flexion: lattice.flexion,
         flexion_limit: None,
@@ -255,7 +191,8 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
         work: Work::default(),
         material,
         damping,
-        stiffness_per_et: stiffness.iter().map(|k| k / et).collect(),
+        stiffness_per_unit: stiffness.iter().map(|k| k / unit).collect(),
+        bends,
         damped: false,
         spread: 0.0,
     };
@@ -277,7 +214,7 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts) -
 }
 
 /// (u, v) of every mass: its place along x and z in the bounding rectangle of the bottom layer at rest.
-fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
+pub(super) fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
     let bottom = lattice.layers.first().map_or(0..0, Layer::range);
     let bottom = &lattice.positions[bottom];
     let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
@@ -286,7 +223,7 @@ fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
     lattice.positions.iter().map(|p| (fraction(p.x, low.x, high.x), fraction(p.z, low.z, high.z))).collect()
 }
 
-fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet) -> Result<(), InputError> {
+fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibrated>) -> Result<(), InputError> {
     let find = |region: &Region, field: String| {
         region::select(region, &sheet.layers, &sheet.uv).map_err(|e| InputError::new(field, e.problem))
     };
@@ -305,7 +242,10 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet) -> Result<(), InputError> 
     for (masses, value) in forces {
         masses.iter().for_each(|i| sheet.applied.set(*i as usize, sheet.applied.get(*i as usize) + value));
     }
-    for (pin, masses) in spec.pins.iter().zip(pinned?) {
+    for (pin, mut masses) in spec.pins.iter().zip(pinned?) {
+        if let Some(c) = calibrated.filter(|_| cuts(pin)) {
+            masses.retain(|m| c.held.contains(m));
+        }
         let (x, y, z) = pin.axes;
         if !(x && y && z) {
             for i in masses {
@@ -369,7 +309,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
 pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
     let scene = Scene::default();
     let spec = SheetSpec::default();
-    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read(file)?);
+    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read(file)?, false);
     sheet.work.touching = vec![false; sheet.masses()];
     Ok(sheet)
 }

@@ -6,7 +6,7 @@
 
 use super::implicit::System;
 use super::{Field, Sheet, Vectors};
-use crate::element::Geometric;
+use crate::element::{Anchor, Geometric};
 use crate::engine::implicit::newton::{Work, solve};
 use crate::engine::implicit::{Implicit, Stage};
 
@@ -56,17 +56,27 @@ fn newton(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, size: f64
     let still = Vectors::zeros(x.len());
     let mut d = still.clone();
     let mut found = Equilibrium { direct: true, ..Equilibrium::default() };
-    problem.begin(0.0, &[], x, &still);
+    problem.begin(0.0, &[], 0.0, x, &still);
     problem.settle(x);
     let stage = Stage { per_time: 0.0, y: &still, w: &still };
     for _ in 0..DIRECT_STEPS {
-        if problem.direction(&stage, x, Geometric::Mixed, &mut d).is_err() {
+        let mut done = problem.direction(&stage, x, Geometric::Mixed, &mut d);
+        if done.is_err() {
+            if std::env::var("DBG").is_ok() {
+                eprintln!("not positive");
+            }
+            done = problem.direction(&stage, x, Geometric::Clipped, &mut d);
+        }
+        if done.is_err() {
             break;
         }
         found.solves += 1;
         problem.predict(x, &d);
         x.add_scaled(1.0, &d);
         found.last_step = d.max_squared().sqrt();
+        if std::env::var("DBG").is_ok() {
+            eprintln!("{} {:e}", found.solves, found.last_step);
+        }
         if found.last_step <= tolerance {
             found.settled = true;
             break;
@@ -88,7 +98,7 @@ fn relax(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, found: &mu
     found.direct = false;
     for _ in 0..RELAXING_STEPS {
         before.copy_from(x);
-        problem.begin(1.0 / h, &[], &before, &still);
+        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x: &before }], 0.0, &before, &still);
         let stage = Stage { per_time: 1.0 / h, y: &before, w: &before };
         let solved = solve(problem, &stage, &before, x, &mut work);
         found.solves += solved.solves;

@@ -192,7 +192,7 @@ impl ImplicitSheet<'_> {
 
     /// Begins without rates, with the stress at `x`.
     pub fn start(&mut self, x: &Vectors, still: &Vectors) {
-        self.begin(0.0, &[], x, still);
+        self.begin(0.0, &[], 0.0, x, still);
         self.settle(x);
     }
 
@@ -243,9 +243,17 @@ impl Forces for ImplicitSheet<'_> {
 }
 
 impl Implicit for ImplicitSheet<'_> {
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], x: &Vectors, v: &Vectors) {
-        self.parts().for_each(|e| e.begin(per_time, anchors));
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors) {
+        self.parts().for_each(|e| e.begin(per_time, anchors, follow));
         self.drag.begin(&self.field, x, v);
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        self.parts().for_each(|e| e.finish(x));
+    }
+
+    fn forget(&mut self) {
+        self.parts().for_each(|e| e.forget());
     }
 
     fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64 {

@@ -8,6 +8,7 @@ mod drag;
 mod energy;
 mod equilibrium;
 mod forces;
+mod generated;
 mod implicit;
 mod modes;
 mod pins;
@@ -134,8 +135,10 @@ pub struct Sheet {
     damping_ratio: f64,
     /// Longer side, m.
     length: f64,
-    /// Stiffness of each spring per pascal of Young's modulus and metre of thickness.
-    stiffness_per_et: Vec<f64>,
+    /// Stiffness of each spring per N/m of E t, or per N m of bending stiffness where springs are calibrated.
+    stiffness_per_unit: Vec<f64>,
+    /// Whether springs are calibrated to how the sheet bends.
+    bends: bool,
     /// Diagonal of its bounding box when it was built, m.
     pub(crate) spread: f64,
     damped: bool,
@@ -163,6 +166,11 @@ impl Sheet {
     /// Mass of node `i`, kg; panics when there is none, as indexing does.
     pub fn mass(&self, i: usize) -> f64 {
         self.mass[i]
+    }
+
+    /// Whether mass `i` is held or led in every direction.
+    pub fn is_held(&self, i: usize) -> bool {
+        self.inverse_mass[i] == 0.0
     }
 
     /// Mass of the whole sheet, kg.
@@ -330,16 +338,20 @@ impl Sheet {
         }
     }
 
-    /// Stiffness and dashpots from material and damping: k = (k per E t) E t, c = ζ · 2 √(k μ) with μ the reduced mass.
+    /// Stiffness and dashpots from material and damping: k = (k per E t) E t, c = ζ · 2 √(k μ) with μ the reduced mass; of
+    /// calibrated springs k = (k per D) D, c = τ k.
     fn refresh(&mut self) {
-        let et = self.material.young * self.material.thickness;
+        let law = self.law();
+        let unit =
+            if self.bends { self.material.plate_stiffness() } else { self.material.young * self.material.thickness };
         for i in 0..self.springs.len() {
             let (ma, mb) = (self.mass[self.springs.a[i] as usize], self.mass[self.springs.b[i] as usize]);
-            let k = self.stiffness_per_et[i] * et;
-            self.springs.set_law(i, k, self.damping * 2.0 * (k * ma * mb / (ma + mb)).sqrt());
+            let k = self.stiffness_per_unit[i] * unit;
+            let critical = 2.0 * (k * ma * mb / (ma + mb)).sqrt();
+            let dashpot = if self.bends { law.retardation * k } else { self.damping * critical };
+            self.springs.set_law(i, k, dashpot);
         }
         self.damped = self.springs.damped();
-        let law = self.law();
         self.elements.iter_mut().for_each(|e| e.set_law(&law));
         if let Some(system) = &mut self.system {
             system.refresh(&self.springs);

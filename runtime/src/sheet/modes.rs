@@ -13,8 +13,10 @@ use crate::engine::implicit::Stage;
 /// A way the sheet vibrates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
-    /// Angular frequency, rad/s; 0 for a rigid motion.
+    /// Angular frequency, rad/s; 0 for a rigid motion and where the sheet does not stand by itself.
     pub omega: f64,
+    /// Its square, rad²/s², negative where the sheet does not stand by itself.
+    pub squared: f64,
     /// Displacement of every mass, φᵀ M φ = 1 kg m².
     pub shape: Vectors,
 }
@@ -25,7 +27,7 @@ const MOST_ITERATIONS: usize = 300;
 
 impl Sheet {
     /// Its `count` slowest modes about its present place, slowest first; fewer where it has fewer unknowns, none where its
-    /// tangent is not positive definite (it is not in a stable place).
+    /// tangent is far from positive definite.
     pub fn modes(&mut self, count: usize) -> Vec<Mode> {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         system.forget_constant();
@@ -34,14 +36,23 @@ impl Sheet {
         let stiffness = law.bending[0][0].max(law.bending[1][1]);
         let area: f64 = self.length * self.length;
         let slowest = 3.516 * (stiffness * area / self.total_mass().max(f64::MIN_POSITIVE)).sqrt() / area;
-        let shift = 0.1 * slowest.max(1e-3);
+        let mut shift = 0.1 * slowest.max(1e-3);
         let x = self.x.clone();
-        let found = self.with_problem(Field::default(), &mut system, |problem| {
-            let still = Vectors::zeros(x.len());
-            problem.start(&x, &still);
-            let stage = Stage { per_time: shift, y: &x, w: &x };
-            problem.factorize(&stage, &x, Geometric::Mixed).is_ok()
-        });
+        // An unstable place needs a shift beyond its fastest growth.
+        let mut found = false;
+        for _ in 0..20 {
+            system.forget_constant();
+            found = self.with_problem(Field::default(), &mut system, |problem| {
+                let still = Vectors::zeros(x.len());
+                problem.start(&x, &still);
+                let stage = Stage { per_time: shift, y: &x, w: &x };
+                problem.factorize(&stage, &x, Geometric::Mixed).is_ok()
+            });
+            if found {
+                break;
+            }
+            shift *= 2.0;
+        }
         let modes = if found { iterate(self, &mut system, count, shift) } else { Vec::new() };
         system.forget_constant();
         self.system = Some(system);
@@ -123,7 +134,7 @@ fn iterate(sheet: &Sheet, system: &mut System, count: usize, shift: f64) -> Vec<
             }
             // Of a rigid motion only the shift is left, and rounding.
             let omega = if squared > 1e-3 * sigma { squared.sqrt() } else { 0.0 };
-            Mode { omega, shape }
+            Mode { omega, squared, shape }
         })
         .collect()
 }

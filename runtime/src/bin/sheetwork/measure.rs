@@ -8,7 +8,7 @@ use sheetwork::InputError;
 use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
 use sheetwork::measure::{Boundary, Setup, TABLE, measure};
-use sheetwork::scene::{Material, material};
+use sheetwork::scene::{Material, SpringLaw, material};
 
 use crate::{counts, number, print_json, print_line};
 
@@ -128,6 +128,7 @@ impl Measure {
             grid: (self.grid[0], self.grid[1]),
             layers: self.layers.unwrap_or_else(|| 2.clamp(fewest, most)),
             engine: self.engine.unwrap_or(rig.1),
+            springs: if contact { SpringLaw::Length } else { SpringLaw::Calibrated },
             dt: self.dt,
             material: Material {
                 young: self.young.unwrap_or(base.young),

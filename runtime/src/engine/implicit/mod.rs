@@ -30,8 +30,15 @@ pub struct Stage<'a> {
 
 /// A sheet as implicit schemes see it. Held masses keep the place that the positions they are given say.
 pub trait Implicit {
-    /// Begins a stage: what rates of strain are measured from, and where (m) and how fast (m/s) the air is met.
-    fn begin(&mut self, per_time: f64, anchors: &[Anchor], x: &Vectors, v: &Vectors);
+    /// Begins a stage: what rates of strain are measured from (see [`crate::element::Element::begin`]), and where (m) and how fast
+    /// (m/s) the air is met.
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors);
+
+    /// Ends a stage at `x`: keeps its rates of strain.
+    fn finish(&mut self, x: &Vectors);
+
+    /// Forgets rates of strain.
+    fn forget(&mut self);
 
     /// Φ(x), J.
     fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64;

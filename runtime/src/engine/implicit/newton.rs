@@ -13,7 +13,9 @@ use crate::sheet::Vectors;
 /// By how much Φ may rise, as a fraction of its inertial term.
 const SLACK: f64 = 0.02;
 /// Energy of mispredicted strain that is let pass, as a fraction of the inertial term.
-const MISSED: f64 = 0.01;
+fn missed_tol() -> f64 {
+    std::env::var("MT").ok().and_then(|s| s.parse().ok()).unwrap_or(1e-4)
+}
 /// Mixed steps before the guard gives up on them.
 const MIXED_STEPS: u32 = 6;
 /// Of them, how many wait for the mispredicted strain to be small.
@@ -72,7 +74,7 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
         x.add_scaled(1.0, d);
         let rise = problem.potential(stage, x) - reference;
         // Written so that NaN fails both.
-        if rise <= SLACK * scale && (missed <= MISSED * scale || step >= PATIENT_STEPS) {
+        if rise <= SLACK * scale && (missed <= missed_tol() * scale || step >= PATIENT_STEPS) {
             return solved;
         }
         let hopeless = !(rise <= 1e3 * scale);

@@ -29,7 +29,8 @@ pub struct Case {
 }
 
 impl Case {
-    fn new(name: impl Into<String>, places: Vec<[f64; 2]>, pairs: impl IntoIterator<Item = (u32, u32)>) -> Self {
+    /// A case of masses at `places`, joined in pairs.
+    pub fn new(name: impl Into<String>, places: Vec<[f64; 2]>, pairs: impl IntoIterator<Item = (u32, u32)>) -> Self {
         Self { name: name.into(), pattern: Pattern::new(places.len(), pairs), places }
     }
 

@@ -21,8 +21,8 @@ use std::ops::Range;
 
 use super::Pattern;
 
-/// Parts of this many masses or fewer are not cut again.
-const LEAF: usize = 10;
+/// Parts of this many masses or fewer are not cut again; a backend may join small fronts.
+const LEAF: usize = 6;
 /// A separator of more than this share of the part is no gain over eliminating the part whole.
 const SEPARATOR_SHARE: f64 = 0.7;
 const AXES: usize = 4;
@@ -305,6 +305,15 @@ impl Dissection {
 }
 
 impl Tree {
+    /// The place of every mass in the elimination.
+    pub fn places(&self) -> Vec<u32> {
+        let mut places = vec![0; self.order.len()];
+        for (i, &mass) in self.order.iter().enumerate() {
+            places[mass as usize] = i as u32;
+        }
+        places
+    }
+
     /// The tree whose fronts are given with their parents, parents first and every subtree contiguous.
     fn from_roots_down(fronts: Vec<(Vec<u32>, Option<u32>)>) -> Self {
         let last = fronts.len() as u32;

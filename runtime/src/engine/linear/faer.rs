@@ -9,18 +9,20 @@ use ::faer::linalg::cholesky::llt::factor::LltRegularization;
 use ::faer::sparse::linalg::SupernodalThreshold;
 use ::faer::sparse::linalg::cholesky::{
     CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
-    factorize_symbolic_cholesky,
+    factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
 };
 use ::faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use ::faer::{Conj, MatMut, Par, Side, Spec};
 
 use super::dissection::Tree;
-use super::{Factor, NotPositive, Pattern};
+use super::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
 
 /// A factor by faer.
 pub(super) struct FaerFactor {
     /// The mass at each place of the elimination.
     order: Vec<u32>,
+    /// The place of each mass.
+    place: Vec<u32>,
     /// Lower triangle of the permuted matrix.
     lower: SymbolicSparseColMat<usize>,
     /// Which of the caller's values each entry of it is.
@@ -42,7 +44,8 @@ impl FaerFactor {
     /// When memory runs out.
     pub fn new(pattern: &Pattern, tree: &Tree) -> Self {
         let n = 3 * pattern.size();
-        let (lower, source) = permuted_lower(pattern, &tree.order);
+        let place = tree.places();
+        let (lower, source) = permuted_lower(pattern, &place);
         // Without an ordering of its own faer's analysis reads the upper triangle, its factorisation the lower one.
         let upper = lower.to_row_major().expect("out of memory");
         let upper = upper.transpose();
@@ -57,6 +60,7 @@ impl FaerFactor {
         let (flops, nonzeros) = cost(&symbolic);
         Self {
             order: tree.order.clone(),
+            place,
             entries: vec![0.0; source.len()],
             factor: vec![0.0; symbolic.len_val()],
             factorised: false,
@@ -71,16 +75,12 @@ impl FaerFactor {
     }
 }
 
-/// The lower triangle of the matrix whose masses are eliminated in `order`, and where among the caller's values each of its
+/// The lower triangle of the matrix whose masses are eliminated at `place`, and where among the caller's values each of its
 /// entries is.
-fn permuted_lower(pattern: &Pattern, order: &[u32]) -> (SymbolicSparseColMat<usize>, Vec<u32>) {
-    let mut place = vec![0; order.len()];
-    for (i, &mass) in order.iter().enumerate() {
-        place[mass as usize] = i;
-    }
+fn permuted_lower(pattern: &Pattern, place: &[u32]) -> (SymbolicSparseColMat<usize>, Vec<u32>) {
     let mut entries = Vec::with_capacity(9 * pattern.blocks());
     for (slot, row, column) in pattern.iter() {
-        let (r, c) = (place[row as usize], place[column as usize]);
+        let (r, c) = (place[row as usize] as usize, place[column as usize] as usize);
         for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
             let source = (9 * slot + 3 * i + j) as u32;
             let (r, c) = (3 * r + i, 3 * c + j);
@@ -90,7 +90,7 @@ fn permuted_lower(pattern: &Pattern, order: &[u32]) -> (SymbolicSparseColMat<usi
         }
     }
     entries.sort_unstable();
-    let n = 3 * order.len();
+    let n = 3 * place.len();
     let mut starts = vec![0; n + 1];
     for &(column, ..) in &entries {
         starts[column + 1] += 1;
@@ -156,6 +156,30 @@ impl Factor for FaerFactor {
         );
         for (i, &mass) in self.order.iter().enumerate() {
             b[3 * mass as usize..3 * mass as usize + 3].copy_from_slice(&self.solution[3 * i..3 * i + 3]);
+        }
+    }
+
+    fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        solutions.clear();
+        let n = self.solution.len();
+        for load in loads.iter() {
+            self.solution.fill(if self.factorised { 0.0 } else { f64::NAN });
+            for &(mass, value) in load {
+                let at = 3 * self.place[mass as usize] as usize;
+                for (x, v) in self.solution[at..at + 3].iter_mut().zip(value) {
+                    *x += v;
+                }
+            }
+            if let SymbolicCholeskyRaw::Supernodal(symbolic) = self.symbolic.raw() {
+                SupernodalLltRef::new(symbolic, &self.factor).l_solve_with_conj(
+                    Conj::No,
+                    MatMut::from_column_major_slice_mut(&mut self.solution, n, 1),
+                    Par::Seq,
+                    MemStack::new(&mut self.scratch),
+                );
+            }
+            solutions.add_segment(0, &self.solution);
+            solutions.close();
         }
     }
 

@@ -5,20 +5,28 @@
 //! factorises and solves again and again without allocating. Units are the caller's: values of A in N/m (or kg/s²) give
 //! displacements in m for forces in N.
 //!
+//! The bits of a result depend on the backend and on the instructions it runs with ([`Path`]; faer chooses its own), and on
+//! nothing else of the machine.
+//!
 //! Reference: T. A. Davis, *Direct Methods for Sparse Linear Systems* (SIAM 2006), chapters 4 and 7.
 
 #[cfg(test)]
 mod cases;
 mod dissection;
 mod faer;
+mod half;
 mod multifrontal;
 mod pattern;
 #[cfg(test)]
 mod tests;
 
-use multifrontal::MultifrontalFactor;
+pub use half::{HalfSolutions, Loads};
 pub use multifrontal::Path;
 pub use pattern::Pattern;
+
+use self::faer::FaerFactor;
+use dissection::Tree;
+use multifrontal::{Instructions, MultifrontalFactor};
 
 /// A matrix that has no Cholesky factor: a pivot was zero, negative or not a number.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, thiserror::Error)]
@@ -44,6 +52,27 @@ pub trait Factor: Send + Sync {
     /// When `b` has not 3 entries a block row.
     fn solve(&mut self, b: &mut [f64]);
 
+    /// Factorises, then solves A x = b in place: what [`Factor::factorize`] and [`Factor::solve`] do, but L need not be read
+    /// again for the first half of the solution. `b` is spoilt when it fails.
+    ///
+    /// # Errors
+    /// As [`Factor::factorize`].
+    ///
+    /// # Panics
+    /// As both.
+    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositive> {
+        self.factorize(values)?;
+        self.solve(b);
+        Ok(())
+    }
+
+    /// Half solutions of `loads` with the last factor, in the place of those in `solutions`; nothing is allocated once
+    /// `solutions` has held as much. Without a factor they are NaN.
+    ///
+    /// # Panics
+    /// When a load names a block row there is not.
+    fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions);
+
     /// Name of the backend, and of what it chose on this machine.
     fn name(&self) -> &'static str;
 
@@ -55,13 +84,22 @@ pub trait Factor: Send + Sync {
 }
 
 /// Who factorises.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
     /// The `faer` library, supernodal, on one thread.
     Faer,
     /// Our own, on one thread, by the best instructions the processor has.
-    #[default]
     Multifrontal,
+}
+
+impl Default for Backend {
+    /// The faster one, as `benches/factor.rs` measures them: ours where the processor has AVX2 and fused multiply-add.
+    fn default() -> Self {
+        match Path::best() {
+            Path::Portable => Self::Faer,
+            Path::Avx2 | Path::Avx512 => Self::Multifrontal,
+        }
+    }
 }
 
 /// Prepares the factorisation of matrices of `pattern`. `places` are the material coordinates (u, v), m, of every block
@@ -70,14 +108,10 @@ pub enum Backend {
 /// # Panics
 /// When there is not one place a block row.
 pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<dyn Factor> {
-    assert_eq!(places.len(), pattern.size(), "one place a block row");
-    let tree = dissection::dissect(pattern, places);
+    let tree = order(pattern, places);
     match backend {
-        Backend::Faer => Box::new(faer::FaerFactor::new(pattern, &tree)),
-        Backend::Multifrontal => match MultifrontalFactor::new(pattern, &tree, Path::best()) {
-            Some(factor) => Box::new(factor),
-            None => Box::new(faer::FaerFactor::new(pattern, &tree)),
-        },
+        Backend::Faer => Box::new(FaerFactor::new(pattern, &tree)),
+        Backend::Multifrontal => Box::new(MultifrontalFactor::new(pattern, &tree, Instructions::best())),
     }
 }
 
@@ -86,7 +120,11 @@ pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<
 /// # Panics
 /// When there is not one place a block row.
 pub fn analyse_for(pattern: &Pattern, places: &[[f64; 2]], path: Path) -> Option<Box<dyn Factor>> {
+    let instructions = path.instructions()?;
+    Some(Box::new(MultifrontalFactor::new(pattern, &order(pattern, places), instructions)))
+}
+
+fn order(pattern: &Pattern, places: &[[f64; 2]]) -> Tree {
     assert_eq!(places.len(), pattern.size(), "one place a block row");
-    let tree = dissection::dissect(pattern, places);
-    Some(Box::new(MultifrontalFactor::new(pattern, &tree, path)?))
+    dissection::dissect(pattern, places)
 }

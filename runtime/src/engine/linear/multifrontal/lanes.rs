@@ -50,6 +50,25 @@ pub trait Lanes<const G: usize>: Copy {
     /// c - a b.
     fn sub_mul(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
 
+    /// Adds `from` to `to`, both of one length.
+    #[inline(always)]
+    fn add_to(self, to: &mut [f64], from: &[f64]) {
+        let (to, to_rest) = to.as_chunks_mut::<G>();
+        let (from, from_rest) = from.as_chunks::<G>();
+        for (t, f) in to.iter_mut().zip(from) {
+            self.store(self.add(self.load(t), self.load(f)), t);
+        }
+        self.add_rest(to_rest, from_rest);
+    }
+
+    /// Adds `from` to `to`, less than a vector.
+    #[inline(always)]
+    fn add_rest(self, to: &mut [f64], from: &[f64]) {
+        for (t, f) in to.iter_mut().zip(from) {
+            *t += f;
+        }
+    }
+
     /// Zero in every lane.
     #[inline(always)]
     fn zero(self) -> Self::Vector {
@@ -153,12 +172,12 @@ mod x86 {
 
     /// Implements [`Lanes`] by intrinsics: each method is the one instruction it names.
     macro_rules! lanes {
-        ($proof:ty, $g:literal, $vector:ty, $features:literal, $splat:ident, $load:ident, $store:ident, $add:ident,
-         $sub:ident, $mul:ident, $mul_add:ident, $sub_mul:ident) => {
+        ($proof:ty, $g:literal, $vector:ty, $tall:literal, $features:literal, $splat:ident, $load:ident, $store:ident, $add:ident,
+         $sub:ident, $mul:ident, $mul_add:ident, $sub_mul:ident, {$($own:item)*}) => {
             impl Lanes<$g> for $proof {
                 type Vector = $vector;
 
-                const TALL: usize = 3;
+                const TALL: usize = $tall;
 
                 #[inline]
                 fn run<J: Job<$g>>(self, job: J) -> J::Output {
@@ -219,6 +238,8 @@ mod x86 {
                     // SAFETY: `self` exists only where the processor has the instruction.
                     unsafe { $sub_mul(a, b, c) }
                 }
+
+                $($own)*
             }
         };
     }
@@ -227,6 +248,7 @@ mod x86 {
         Avx512,
         8,
         __m512d,
+        3,
         "avx512f,avx2,fma",
         _mm512_set1_pd,
         _mm512_loadu_pd,
@@ -235,12 +257,29 @@ mod x86 {
         _mm512_sub_pd,
         _mm512_mul_pd,
         _mm512_fmadd_pd,
-        _mm512_fnmadd_pd
+        _mm512_fnmadd_pd,
+        {
+            #[inline(always)]
+            fn add_rest(self, to: &mut [f64], from: &[f64]) {
+                let len = to.len().min(from.len()).min(8);
+                let mask = ((1u16 << len) - 1) as u8;
+                // SAFETY: `self` exists only where the processor has the instructions; the mask keeps all lanes out that
+                // are not in both slices, and what is masked out is neither read nor written.
+                unsafe {
+                    let sum = _mm512_add_pd(
+                        _mm512_maskz_loadu_pd(mask, to.as_ptr()),
+                        _mm512_maskz_loadu_pd(mask, from.as_ptr()),
+                    );
+                    _mm512_mask_storeu_pd(to.as_mut_ptr(), mask, sum);
+                }
+            }
+        }
     );
     lanes!(
         Avx2,
         4,
         __m256d,
+        2,
         "avx2,fma",
         _mm256_set1_pd,
         _mm256_loadu_pd,
@@ -249,6 +288,7 @@ mod x86 {
         _mm256_sub_pd,
         _mm256_mul_pd,
         _mm256_fmadd_pd,
-        _mm256_fnmadd_pd
+        _mm256_fnmadd_pd,
+        {}
     );
 }

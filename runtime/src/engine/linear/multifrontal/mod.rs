@@ -8,6 +8,7 @@
 //! There are three paths, for AVX-512, for AVX2 with FMA, and a portable one; the best that the processor has is taken when
 //! the program runs. Each gives the same bits wherever it runs; they differ from one another by rounding (`lanes`).
 
+mod amalgamation;
 mod kernels;
 mod lanes;
 mod numeric;
@@ -15,10 +16,10 @@ mod solve;
 mod symbolic;
 
 use super::dissection::Tree;
-use super::{Factor, NotPositive, Pattern};
+use super::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
 use lanes::{Job, Portable};
 use numeric::Factorise;
-use solve::Solve;
+use solve::{HalfSolve, RightHandSide, Solve};
 use symbolic::Symbolic;
 
 /// The instructions a factorisation runs with.
@@ -38,7 +39,7 @@ impl Path {
 
     /// The best this processor has.
     pub fn best() -> Self {
-        Self::ALL.into_iter().rev().find(|p| p.available()).unwrap_or(Self::Portable)
+        Instructions::best().path()
     }
 
     /// Whether this processor has it.
@@ -46,7 +47,7 @@ impl Path {
         self.instructions().is_some()
     }
 
-    fn instructions(self) -> Option<Instructions> {
+    pub(super) fn instructions(self) -> Option<Instructions> {
         match self {
             Self::Portable => Some(Instructions::Portable(Portable)),
             #[cfg(target_arch = "x86_64")]
@@ -60,8 +61,8 @@ impl Path {
 }
 
 /// The instructions of a path that this processor has.
-#[derive(Clone, Copy)]
-enum Instructions {
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Instructions {
     Portable(Portable),
     #[cfg(target_arch = "x86_64")]
     Avx2(lanes::Avx2),
@@ -70,14 +71,27 @@ enum Instructions {
 }
 
 impl Instructions {
+    /// The best this processor has.
+    pub fn best() -> Self {
+        let paths = Path::ALL.into_iter().rev();
+        paths.filter_map(Path::instructions).next().unwrap_or(Self::Portable(Portable))
+    }
+
+    fn path(self) -> Path {
+        match self {
+            Self::Portable(_) => Path::Portable,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => Path::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => Path::Avx512,
+        }
+    }
+
     /// Numbers in a vector.
     fn width(self) -> usize {
-        match self {
-            Self::Portable(_) => 4,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx2(_) => 4,
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => 8,
+        match self.path() {
+            Path::Portable | Path::Avx2 => 4,
+            Path::Avx512 => 8,
         }
     }
 
@@ -125,14 +139,19 @@ pub(super) struct MultifrontalFactor {
     x: Vec<f64>,
     local: Aligned,
     factorised: bool,
+    /// How many values the caller gives.
+    values: usize,
+    /// Fronts of one half solution, and whether each front is among them.
+    path: Vec<u32>,
+    on_path: Vec<bool>,
 }
 
 impl MultifrontalFactor {
-    /// Prepares factorisations of matrices of `pattern` in the order of `tree`; none where the processor lacks the path.
-    pub fn new(pattern: &Pattern, tree: &Tree, path: Path) -> Option<Self> {
-        let instructions = path.instructions()?;
-        let symbolic = Symbolic::new(pattern, tree, instructions.width());
-        Some(Self {
+    /// Prepares factorisations of matrices of `pattern` in the order of `tree`.
+    pub fn new(pattern: &Pattern, tree: &Tree, instructions: Instructions) -> Self {
+        let tree = amalgamation::amalgamate(pattern, tree);
+        let symbolic = Symbolic::new(pattern, &tree, instructions.width());
+        Self {
             instructions,
             factor: Aligned::new(symbolic.factor_len),
             columns: Aligned::new(symbolic.columns_len),
@@ -140,51 +159,126 @@ impl MultifrontalFactor {
             x: vec![0.0; 3 * pattern.size()],
             local: Aligned::new(symbolic.rows_len),
             factorised: false,
+            values: 9 * pattern.blocks(),
+            path: Vec::with_capacity(symbolic.fronts.len()),
+            on_path: vec![false; symbolic.fronts.len()],
             symbolic,
-        })
+        }
     }
 }
 
-impl Factor for MultifrontalFactor {
-    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositive> {
+impl MultifrontalFactor {
+    /// Factorises, and takes the right-hand side in `x` through the first half of the solution where asked to.
+    fn run(&mut self, values: &[f64], with_side: bool) -> Result<(), NotPositive> {
+        assert_eq!(values.len(), self.values, "9 values a block");
+        let side = RightHandSide { x: &mut self.x, local: self.local.get_mut() };
         self.factorised = self.instructions.run(Factorise {
             symbolic: &self.symbolic,
             values,
             columns: self.columns.get_mut(),
             schur: self.schur.get_mut(),
             factor: self.factor.get_mut(),
+            forward: with_side.then_some(side),
         });
         if self.factorised { Ok(()) } else { Err(NotPositive) }
     }
 
-    fn solve(&mut self, b: &mut [f64]) {
+    /// Brings a right-hand side into the order of the elimination.
+    fn take_in(&mut self, b: &[f64]) {
         assert_eq!(b.len(), self.x.len(), "3 entries a block row");
-        if !self.factorised {
-            b.fill(f64::NAN);
-            return;
-        }
-        let order = &self.symbolic.order;
-        for (x, &mass) in self.x.as_chunks_mut::<3>().0.iter_mut().zip(order) {
+        for (x, &mass) in self.x.as_chunks_mut::<3>().0.iter_mut().zip(&self.symbolic.order) {
             x.copy_from_slice(&b[3 * mass as usize..3 * mass as usize + 3]);
         }
+    }
+
+    /// Solves for what was taken in and brings the solution into the caller's order.
+    fn finish(&mut self, b: &mut [f64], half_done: bool) {
         self.instructions.run(Solve {
             symbolic: &self.symbolic,
             factor: self.factor.get(),
-            x: &mut self.x,
-            local: self.local.get_mut(),
+            side: RightHandSide { x: &mut self.x, local: self.local.get_mut() },
+            half_done,
         });
-        for (x, &mass) in self.x.as_chunks::<3>().0.iter().zip(order) {
+        for (x, &mass) in self.x.as_chunks::<3>().0.iter().zip(&self.symbolic.order) {
             b[3 * mass as usize..3 * mass as usize + 3].copy_from_slice(x);
         }
     }
 
+    /// The fronts that the half solution of a load is not zero in, ascending: those of its masses and all above them.
+    fn find_path(&mut self, load: &[(u32, [f64; 3])]) {
+        let Self { symbolic, path, on_path, .. } = self;
+        path.clear();
+        for &(mass, _) in load {
+            let mut next = Some(symbolic.owner[symbolic.place[mass as usize] as usize]);
+            while let Some(k) = next.filter(|&k| !on_path[k as usize]) {
+                on_path[k as usize] = true;
+                path.push(k);
+                next = symbolic.fronts[k as usize].parent;
+            }
+        }
+        path.sort_unstable();
+        for &k in &*path {
+            on_path[k as usize] = false;
+        }
+    }
+}
+
+impl Factor for MultifrontalFactor {
+    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositive> {
+        self.run(values, false)
+    }
+
+    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositive> {
+        self.take_in(b);
+        self.run(values, true)?;
+        self.finish(b, true);
+        Ok(())
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        self.take_in(b);
+        if self.factorised {
+            self.finish(b, false);
+        } else {
+            b.fill(f64::NAN);
+        }
+    }
+
+    fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        solutions.clear();
+        for load in loads.iter() {
+            self.find_path(load);
+            // A front on the path changes nothing but pivots of fronts on the path.
+            for &k in &self.path {
+                let front = &self.symbolic.fronts[k as usize];
+                let start = if self.factorised { 0.0 } else { f64::NAN };
+                self.x[front.first..front.first + front.pivots].fill(start);
+            }
+            for &(mass, value) in load {
+                let at = 3 * self.symbolic.place[mass as usize] as usize;
+                for (x, v) in self.x[at..at + 3].iter_mut().zip(value) {
+                    *x += v;
+                }
+            }
+            self.instructions.run(HalfSolve {
+                symbolic: &self.symbolic,
+                factor: self.factor.get(),
+                side: RightHandSide { x: &mut self.x, local: self.local.get_mut() },
+                path: &self.path,
+            });
+            for &k in &self.path {
+                let front = &self.symbolic.fronts[k as usize];
+                solutions.add_segment(front.first, &self.x[front.first..front.first + front.pivots]);
+            }
+            solutions.close();
+        }
+    }
+
     fn name(&self) -> &'static str {
-        match self.instructions {
-            Instructions::Portable(_) => "multifrontal",
-            #[cfg(target_arch = "x86_64")]
-            Instructions::Avx2(_) => "multifrontal, AVX2",
-            #[cfg(target_arch = "x86_64")]
-            Instructions::Avx512(_) => "multifrontal, AVX-512",
+        match self.instructions.path() {
+            Path::Portable => "multifrontal",
+            Path::Avx2 => "multifrontal, AVX2",
+            Path::Avx512 => "multifrontal, AVX-512",
         }
     }
 

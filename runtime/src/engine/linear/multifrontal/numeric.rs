@@ -1,16 +1,19 @@
-//! The factorisation of all fronts, and the solution with them.
+//! The factorisation of all fronts: assembly, elimination, and what is left to the parents.
 
-use super::kernels::{self, Columns};
+use super::kernels::{self, Dense};
 use super::lanes::{Job, Lanes};
+use super::solve::{self, RightHandSide};
 use super::symbolic::{Front, Run, Symbolic};
 
-/// Factorises: `values` are the caller's; `columns`, `schur` are scratch, `factor` is written.
+/// Factorises: `values` are the caller's; `columns`, `schur` are scratch, `factor` is written. Where there is a `forward`, its
+/// right-hand side goes through each front as soon as that is factorised, while it is in the cache.
 pub(super) struct Factorise<'a> {
     pub symbolic: &'a Symbolic,
     pub values: &'a [f64],
     pub columns: &'a mut [f64],
     pub schur: &'a mut [f64],
     pub factor: &'a mut [f64],
+    pub forward: Option<RightHandSide<'a>>,
 }
 
 impl<const G: usize> Job<G> for Factorise<'_> {
@@ -18,27 +21,31 @@ impl<const G: usize> Job<G> for Factorise<'_> {
     type Output = bool;
 
     #[inline(always)]
-    fn run<L: Lanes<G>>(self, lanes: L) -> bool {
+    fn run<L: Lanes<G>>(mut self, lanes: L) -> bool {
         let symbolic = self.symbolic;
         for front in &symbolic.fronts {
             let columns = &mut self.columns[..front.rows() * front.wide];
-            clear(front, G, columns);
+            clear(front, columns);
             add_blocks(symbolic, front, self.values, columns);
             for child in children(symbolic, front) {
                 let s = &self.schur[child.schur_range()];
-                add_to_columns(&symbolic.runs[child.runs.clone()], s, child.tall, front, columns);
+                add_to_columns(lanes, &symbolic.runs[child.runs.clone()], s, child.tall, front, columns);
             }
-            let stride = front.rows() / G;
-            let columns = Columns { chunks: chunks(columns), stride };
             let factor = chunks_mut(&mut self.factor[front.factor_range()]);
-            if !kernels::factorise(lanes, columns, front.wide, factor) {
+            let dense =
+                Dense { columns: chunks(columns), stride: front.rows() / G, pivots: front.pivots, wide: front.wide };
+            if !kernels::factorise(lanes, dense, factor) {
                 return false;
             }
+            if let Some(RightHandSide { x, local }) = &mut self.forward {
+                solve::forward(lanes, symbolic, front, factor, x, local);
+            }
             let below = &factor[front.wide * front.wide / G..];
-            kernels::schur(lanes, front.wide, below, chunks_mut(&mut self.schur[front.schur_range()]));
+            let s = chunks_mut(&mut self.schur[front.schur_range()]);
+            kernels::schur(lanes, [front.pivots, front.wide], below, s);
             for child in children(symbolic, front) {
                 let (from, to) = two(self.schur, child.schur_range(), front.schur_range());
-                add_to_schur(&symbolic.runs[child.runs.clone()], from, child.tall, front, to);
+                add_to_schur(lanes, &symbolic.runs[child.runs.clone()], from, child.tall, front, to);
             }
         }
         true
@@ -71,14 +78,12 @@ fn two(memory: &mut [f64], read: std::ops::Range<usize>, write: std::ops::Range<
     }
 }
 
-/// Zero from the diagonal down, and ones on the diagonal of the padding.
+/// Zeros, and ones on the diagonal of the padding.
 #[inline(always)]
-fn clear(front: &Front, g: usize, columns: &mut [f64]) {
-    for (j, column) in columns.chunks_exact_mut(front.rows().max(1)).enumerate() {
-        column[j / g * g..].fill(0.0);
-        if j >= front.pivots {
-            column[j] = 1.0;
-        }
+fn clear(front: &Front, columns: &mut [f64]) {
+    columns.fill(0.0);
+    for j in front.pivots..front.wide {
+        columns[j * front.rows() + j] = 1.0;
     }
 }
 
@@ -106,24 +111,24 @@ fn add_blocks(symbolic: &Symbolic, front: &Front, values: &[f64], columns: &mut 
     }
 }
 
-#[inline(always)]
-fn add(to: &mut [f64], from: &[f64]) {
-    for (t, f) in to.iter_mut().zip(from) {
-        *t += f;
-    }
-}
-
 /// Adds the columns of a child's S that are pivots of the front.
 #[inline(always)]
-fn add_to_columns(runs: &[Run], s: &[f64], tall: usize, front: &Front, columns: &mut [f64]) {
+fn add_to_columns<L: Lanes<G>, const G: usize>(
+    lanes: L,
+    runs: &[Run],
+    s: &[f64],
+    tall: usize,
+    front: &Front,
+    columns: &mut [f64],
+) {
     let rows = front.rows();
     for (i, run) in runs.iter().enumerate().take_while(|(_, run)| run.to < front.wide) {
         for t in 0..run.len {
             let from = &s[(run.from + t) * tall..(run.from + t + 1) * tall];
             let to = &mut columns[(run.to + t) * rows..(run.to + t + 1) * rows];
-            add(&mut to[run.to + t..run.to + run.len], &from[run.from + t..run.from + run.len]);
+            lanes.add_to(&mut to[run.to + t..run.to + run.len], &from[run.from + t..run.from + run.len]);
             for other in &runs[i + 1..] {
-                add(&mut to[other.to..other.to + other.len], &from[other.from..other.from + other.len]);
+                lanes.add_to(&mut to[other.to..other.to + other.len], &from[other.from..other.from + other.len]);
             }
         }
     }
@@ -131,7 +136,14 @@ fn add_to_columns(runs: &[Run], s: &[f64], tall: usize, front: &Front, columns: 
 
 /// Adds the columns of a child's S that are in the boundary of the front.
 #[inline(always)]
-fn add_to_schur(runs: &[Run], s: &[f64], tall: usize, front: &Front, into: &mut [f64]) {
+fn add_to_schur<L: Lanes<G>, const G: usize>(
+    lanes: L,
+    runs: &[Run],
+    s: &[f64],
+    tall: usize,
+    front: &Front,
+    into: &mut [f64],
+) {
     let rows = front.tall;
     let first = runs.partition_point(|run| run.to < front.wide);
     for (i, run) in runs.iter().enumerate().skip(first) {
@@ -139,10 +151,10 @@ fn add_to_schur(runs: &[Run], s: &[f64], tall: usize, front: &Front, into: &mut 
         for t in 0..run.len {
             let from = &s[(run.from + t) * tall..(run.from + t + 1) * tall];
             let to = &mut into[(run_to + t) * rows..(run_to + t + 1) * rows];
-            add(&mut to[run_to + t..run_to + run.len], &from[run.from + t..run.from + run.len]);
+            lanes.add_to(&mut to[run_to + t..run_to + run.len], &from[run.from + t..run.from + run.len]);
             for other in &runs[i + 1..] {
                 let other_to = other.to - front.wide;
-                add(&mut to[other_to..other_to + other.len], &from[other.from..other.from + other.len]);
+                lanes.add_to(&mut to[other_to..other_to + other.len], &from[other.from..other.from + other.len]);
             }
         }
     }

@@ -3,12 +3,19 @@
 use super::lanes::{Job, Lanes};
 use super::symbolic::{Front, Symbolic};
 
-/// Solves L Lᵀ x = b for `x`, which holds b in the order of the elimination; `local` is scratch.
+/// What is solved for: `x` holds b, then the solution, in the order of the elimination; `local` is scratch for the rows of a
+/// front.
+pub(super) struct RightHandSide<'a> {
+    pub x: &'a mut [f64],
+    pub local: &'a mut [f64],
+}
+
+/// Solves L Lᵀ x = b, or Lᵀ x = y where the first half is done.
 pub(super) struct Solve<'a> {
     pub symbolic: &'a Symbolic,
     pub factor: &'a [f64],
-    pub x: &'a mut [f64],
-    pub local: &'a mut [f64],
+    pub side: RightHandSide<'a>,
+    pub half_done: bool,
 }
 
 impl<const G: usize> Job<G> for Solve<'_> {
@@ -16,12 +23,35 @@ impl<const G: usize> Job<G> for Solve<'_> {
 
     #[inline(always)]
     fn run<L: Lanes<G>>(self, lanes: L) {
-        let Self { symbolic, factor, x, local } = self;
-        for front in &symbolic.fronts {
-            forward(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
+        let Self { symbolic, factor, side: RightHandSide { x, local }, half_done } = self;
+        if !half_done {
+            for front in &symbolic.fronts {
+                forward(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
+            }
         }
         for front in symbolic.fronts.iter().rev() {
             backward(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
+        }
+    }
+}
+
+/// L y = b in the fronts of `path` alone, which hold all of b and, with a front, every front above it.
+pub(super) struct HalfSolve<'a> {
+    pub symbolic: &'a Symbolic,
+    pub factor: &'a [f64],
+    pub side: RightHandSide<'a>,
+    pub path: &'a [u32],
+}
+
+impl<const G: usize> Job<G> for HalfSolve<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes<G>>(self, lanes: L) {
+        let Self { symbolic, factor, side: RightHandSide { x, local }, path } = self;
+        for &k in path {
+            let front = &symbolic.fronts[k as usize];
+            forward(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
         }
     }
 }
@@ -41,7 +71,7 @@ fn times<L: Lanes<G>, const G: usize>(lanes: L, panel: &[[f64; G]], y: &[f64]) -
 
 /// L y = b in one front: its pivots of `x` become y, and what they give is taken from the boundary's.
 #[inline(always)]
-fn forward<L: Lanes<G>, const G: usize>(
+pub(super) fn forward<L: Lanes<G>, const G: usize>(
     lanes: L,
     symbolic: &Symbolic,
     front: &Front,

@@ -15,6 +15,7 @@ use std::ops::Range;
 
 use super::super::Pattern;
 use super::super::dissection::Tree;
+use super::amalgamation::boundaries;
 
 /// One front. Rows are numbered from 0, pivots first, the boundary from `wide`.
 #[derive(Clone, Debug, Default)]
@@ -37,6 +38,8 @@ pub(super) struct Front {
     pub straight: Range<usize>,
     /// Blocks that go in transposed.
     pub mirrored: Range<usize>,
+    /// The front that its S is added to.
+    pub parent: Option<u32>,
     /// In `Symbolic::children`.
     pub children: Range<usize>,
     /// Where the rows of S go in the parent, in `Symbolic::runs`.
@@ -85,6 +88,10 @@ pub(super) struct Run {
 pub(super) struct Symbolic {
     /// The mass at each place of the elimination.
     pub order: Vec<u32>,
+    /// The place of each mass.
+    pub place: Vec<u32>,
+    /// The front that eliminates each place.
+    pub owner: Vec<u32>,
     /// Children before parents.
     pub fronts: Vec<Front>,
     pub boundaries: Vec<u32>,
@@ -104,10 +111,7 @@ pub(super) struct Symbolic {
 impl Symbolic {
     /// Analyses for vectors of `g` numbers.
     pub fn new(pattern: &Pattern, tree: &Tree, g: usize) -> Self {
-        let mut place = vec![0u32; tree.order.len()];
-        for (i, &mass) in tree.order.iter().enumerate() {
-            place[mass as usize] = i as u32;
-        }
+        let place = tree.places();
         let mut symbolic = Self { order: tree.order.clone(), ..Self::default() };
         let mut children: Vec<Vec<u32>> = vec![Vec::new(); tree.fronts.len()];
         for (front, parent) in tree.parents.iter().enumerate() {
@@ -115,17 +119,20 @@ impl Symbolic {
                 children[*parent as usize].push(front as u32);
             }
         }
-        let later = later_partners(pattern, &place);
-        for (pivots, children) in tree.fronts.iter().zip(&children) {
-            symbolic.add_front(pivots, children, &later, g);
+        let boundaries = boundaries(pattern, tree);
+        for ((pivots, children), boundary) in tree.fronts.iter().zip(&children).zip(boundaries) {
+            symbolic.add_front(pivots, children, boundary, g);
         }
-        for (front, parent) in tree.parents.iter().enumerate() {
+        for (front, &parent) in tree.parents.iter().enumerate() {
+            symbolic.fronts[front].parent = parent;
             if let Some(parent) = parent {
-                symbolic.add_runs(front, *parent as usize);
+                symbolic.add_runs(front, parent as usize);
             }
         }
+        symbolic.add_owners();
         symbolic.add_blocks(pattern, &place);
         symbolic.place_schur();
+        symbolic.place = place;
         symbolic
     }
 
@@ -134,17 +141,7 @@ impl Symbolic {
         &self.boundaries[front.boundary.clone()]
     }
 
-    fn add_front(&mut self, pivots: &Range<u32>, children: &[u32], later: &[Vec<u32>], g: usize) {
-        let mut boundary: Vec<u32> = Vec::new();
-        for i in pivots.clone() {
-            boundary.extend(later[i as usize].iter().filter(|&&p| p >= pivots.end));
-        }
-        for &child in children {
-            let child = self.boundary(&self.fronts[child as usize]);
-            boundary.extend(child.iter().filter(|&&p| p >= pivots.end));
-        }
-        boundary.sort_unstable();
-        boundary.dedup();
+    fn add_front(&mut self, pivots: &Range<u32>, children: &[u32], boundary: Vec<u32>, g: usize) {
         let [np, nb] = [3 * pivots.len(), 3 * boundary.len()];
         let first_of_boundary = self.boundaries.len();
         let first_child = self.children.len();
@@ -192,19 +189,22 @@ impl Symbolic {
         self.fronts[child].runs = start..self.runs.len();
     }
 
+    fn add_owners(&mut self) {
+        self.owner = vec![0; self.order.len()];
+        for (k, front) in self.fronts.iter().enumerate() {
+            self.owner[front.first / 3..(front.first + front.pivots) / 3].fill(k as u32);
+        }
+    }
+
     /// Where the blocks of the matrix go.
     fn add_blocks(&mut self, pattern: &Pattern, place: &[u32]) {
-        let mut owner = vec![0; place.len()];
-        for (k, front) in self.fronts.iter().enumerate() {
-            owner[front.first / 3..(front.first + front.pivots) / 3].fill(k);
-        }
         let mut blocks: Vec<[Vec<Block>; 2]> = vec![Default::default(); self.fronts.len()];
         for (slot, row, column) in pattern.iter() {
             let (r, c) = (place[row as usize], place[column as usize]);
             let (low, high) = (r.min(c), r.max(c));
-            let k = owner[low as usize];
+            let k = self.owner[low as usize] as usize;
             let front = &self.fronts[k];
-            let local = match owner[high as usize] == k {
+            let local = match self.owner[high as usize] as usize == k {
                 true => 3 * high as usize - front.first,
                 false => front.wide + 3 * self.boundary(front).partition_point(|&b| b < high),
             };
@@ -245,14 +245,4 @@ impl Symbolic {
             }
         }
     }
-}
-
-/// Of each mass the partners eliminated after it; masses are named by their places in the elimination.
-fn later_partners(pattern: &Pattern, place: &[u32]) -> Vec<Vec<u32>> {
-    let mut later = vec![Vec::new(); place.len()];
-    for (_, row, column) in pattern.iter().filter(|(_, r, c)| r != c) {
-        let (r, c) = (place[row as usize], place[column as usize]);
-        later[r.min(c) as usize].push(r.max(c));
-    }
-    later
 }

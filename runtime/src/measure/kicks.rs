@@ -1,0 +1,132 @@
+//! Sheets of random material, size, pose and clamp, every mass kicked its own way: does any go unstable?
+//!
+//! White noise in the velocities is the worst a game can do to a sheet: it asks for stretches of many times the sheet's length.
+//! What is watched is that the sheet stays sound (finite, in one piece) and gains no energy.
+
+use glam::DVec3;
+
+use crate::World;
+use crate::engine::EngineKind;
+use crate::error::InputError;
+use crate::lattice::StructureKind;
+use crate::scene::material::LIBRARY;
+use crate::scene::{MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec};
+
+/// One kicked sheet, and what became of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kick {
+    /// Number of the draw it was made from.
+    pub index: u64,
+    /// What was drawn, in words.
+    pub what: String,
+    /// Simulated time, s.
+    pub simulated: f64,
+    /// Largest energy after the start over that at the start, both counted from the lowest that the fall can reach.
+    pub energy_ratio: f64,
+    /// Stages of the engine that needed its guarded descent, of all.
+    pub guarded: (u64, u64),
+    /// Linear solves.
+    pub solves: u64,
+    /// Why it was stopped; `None` where it was not.
+    pub unstable: Option<String>,
+}
+
+/// Numbers from a seed, the same on every machine (xorshift64*).
+struct Draw(u64);
+
+impl Draw {
+    fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// Evenly spread over magnitudes.
+    fn scale(&mut self, low: f64, high: f64) -> f64 {
+        low * (high / low).powf(self.unit())
+    }
+
+    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+        from[(self.unit() * from.len() as f64) as usize % from.len()]
+    }
+}
+
+/// Draws sheet number `index`, kicks it and steps it for `seconds` of simulated time at 60 Hz.
+///
+/// # Errors
+/// When the scene is refused, which would be a fault of the draw.
+pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Kick, InputError> {
+    let mut draw = Draw(0x9e37_79b9_7f4a_7c15 ^ (index + 1).wrapping_mul(0xd134_2543_de82_ef95));
+    (0..8).for_each(|_| _ = draw.unit());
+    let (name, _, material) = &LIBRARY[1 + (draw.unit() * (LIBRARY.len() - 1) as f64) as usize % (LIBRARY.len() - 1)];
+    let mut material = material.clone();
+    material.thickness *= draw.scale(0.5, 2.0);
+    let structure = draw.pick(structures);
+    let length = draw.scale(0.03, 2.0);
+    let width = length * draw.scale(0.25, 1.0);
+    let nx = draw.between(4.0, 22.0) as u32;
+    let nz = ((f64::from(nx - 1) * width / length).round() as u32 + 1).max(3);
+    let pins = match (draw.unit() * 4.0) as u32 {
+        0 => Vec::new(),
+        1 => vec![PinSpec::clamped(Region::Left)],
+        2 => vec![PinSpec::held(Region::Left)],
+        _ => vec![PinSpec::held(Region::Point(0.0, 0.0)), PinSpec::held(Region::Point(1.0, 0.0))],
+    };
+    let speed = draw.scale(0.1, 20.0);
+    let damping = draw.pick(&[0.0, 0.0, 0.01, 0.1, 1.0]);
+    let (fewest, most) = structure.info().layers;
+    let sheet = SheetSpec {
+        structure,
+        grid: (nx, 2.clamp(fewest, most), nz),
+        size: (length, width),
+        gap: 0.25 * length / f64::from(nx - 1),
+        material: MaterialChoice::Inline(material.clone()),
+        damping_ratio: Some(damping),
+        placement: Placement {
+            rotation: DVec3::new(draw.between(0.0, 360.0), draw.between(0.0, 360.0), draw.between(0.0, 360.0)),
+            ..Placement::default()
+        },
+        pins,
+        ..SheetSpec::default()
+    };
+    let scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() };
+    let mut world = World::new(&scene)?;
+    world.set_sleep(false);
+    let sheet = &mut world.sheets_mut()[0];
+    for i in 0..sheet.masses() {
+        if !sheet.is_held(i) {
+            let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0)) * speed;
+            sheet.v.set(i, v);
+        }
+    }
+    let start = sheet.energy(scene.gravity);
+    let weight = sheet.total_mass() * scene.gravity.length();
+    let steps = (seconds / scene.dt).round() as u64;
+    let mut highest = 0.0_f64;
+    for _ in 0..steps {
+        world.step();
+        if world.unstable().is_some() {
+            break;
+        }
+        highest = highest.max(world.sheets()[0].energy(scene.gravity).total - start.total);
+    }
+    let counters = world.sheets()[0].counters;
+    Ok(Kick {
+        index,
+        what: format!(
+            "{name} {structure} {nx}x{nz} {length:.3}x{width:.3} m, t {:.2e} m, {speed:.2} m/s, damping {damping}",
+            material.thickness
+        ),
+        simulated: world.time(),
+        // What the kick brought, and a fall of the sheet's own length.
+        energy_ratio: 1.0 + highest / (start.kinetic + start.elastic + weight * length).max(f64::MIN_POSITIVE),
+        guarded: (counters.guarded, 2 * counters.accepted),
+        solves: counters.evaluations,
+        unstable: world.unstable().map(|s| format!("{:?}", s.status)),
+    })
+}

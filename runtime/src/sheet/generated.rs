@@ -1,0 +1,142 @@
+//! A sheet from its description: lattice, masses, and what every spring's stiffness is by the sheet's spring law.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::build::{Parts, length_of, material_coordinates};
+use crate::element::Element;
+use crate::element::spring::SpringClass;
+use crate::element::wall_spring::WallSprings;
+use crate::error::InputError;
+use crate::lattice::calibrate::{Clamped, Request, WallSpring, calibrate};
+use crate::lattice::{Lattice, LatticeSpec, StructureKind, generate};
+use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
+
+/// What calibration adds to the springs of a lattice.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Calibrated {
+    /// Masses in the planes of clamped edges.
+    pub held: Vec<u32>,
+    /// Springs that end there, in the sheet's own axes, with their rest length, m.
+    pub walls: Vec<(WallSpring, f64)>,
+}
+
+impl Calibrated {
+    /// The springs that clamps cut, in the world.
+    pub fn wall_springs(&self, spec: &SheetSpec, material: &Material) -> Option<Box<dyn Element>> {
+        let each = self.walls.iter().map(|(w, rest)| (w.mass, spec.placement.apply(w.point), *rest, w.stiffness));
+        (!self.walls.is_empty())
+            .then(|| Box::new(WallSprings::new(each, material.plate_stiffness())) as Box<dyn Element>)
+    }
+}
+
+/// Whether a pin is a clamp along an edge that cuts the springs of a calibrated lattice: one that stands still.
+pub(super) fn cuts(pin: &PinSpec) -> bool {
+    let edge = matches!(pin.region, Region::Left | Region::Right | Region::Back | Region::Front);
+    pin.clamp && pin.path.is_empty() && edge
+}
+
+/// The parts of a generated sheet.
+pub(super) fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError> {
+    if spec.springs == SpringLaw::Calibrated && spec.structure != StructureKind::Shell {
+        return calibrated(spec, material);
+    }
+    let lattice = generate(&LatticeSpec {
+        structure: spec.structure,
+        grid: spec.grid,
+        size: spec.size,
+        gap: spec.gap,
+        cross_over: spec.cross_over,
+    })?;
+    let n = lattice.positions.len();
+    let sheet_mass = material.areal_mass() * spec.size.0 * spec.size.1;
+    let mass = match spec.node_mass {
+        Some(mass) => vec![mass; n],
+        None if spec.structure == StructureKind::Shell => shares(spec.grid).map(|s| s * sheet_mass).collect(),
+        None => vec![sheet_mass / n as f64; n],
+    };
+    let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
+    let stiffness = stiffnesses(spec, material, &lattice, &rest);
+    Ok(still(spec, lattice, rest, stiffness, mass))
+}
+
+fn calibrated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError> {
+    let clamped = |region: Region| spec.pins.iter().any(|p| cuts(p) && p.region == region);
+    let request = Request {
+        cross_over: spec.cross_over,
+        second_neighbour: spec.flexion_stiffness,
+        clamped: Clamped {
+            left: clamped(Region::Left),
+            right: clamped(Region::Right),
+            back: clamped(Region::Back),
+            front: clamped(Region::Front),
+        },
+        ..Request::new(spec.structure, spec.grid, spec.size, material.target(), material.areal_mass())
+    };
+    let found = calibrate(&request)?;
+    let mut lattice = found.lattice;
+    let mut stiffness = found.stiffness;
+    for (link, k) in found.braces {
+        lattice.links.push(link);
+        stiffness.push(k);
+    }
+    let rest = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
+    let mass = spec.node_mass.map_or(found.mass, |m| vec![m; lattice.positions.len()]);
+    let rest_of = |w: &WallSpring| lattice.positions[w.mass as usize].distance(w.point);
+    let walls = found.walls.iter().map(|w| (*w, rest_of(w))).collect();
+    let mut parts = still(spec, lattice, rest, stiffness, mass);
+    parts.calibrated = Some(Calibrated { held: found.held, walls });
+    Ok(parts)
+}
+
+fn still(spec: &SheetSpec, lattice: Lattice, rest: Vec<f64>, stiffness: Vec<f64>, mass: Vec<f64>) -> Parts {
+    let n = lattice.positions.len();
+    Parts {
+        rest,
+        stiffness,
+        mass,
+        velocity: vec![DVec3::ZERO; n],
+        force: vec![DVec3::ZERO; n],
+        structure: spec.structure,
+        grid: spec.grid,
+        damping: spec.damping,
+        uv: material_coordinates(&lattice),
+        lattice,
+        calibrated: None,
+    }
+}
+
+/// Part of a single layer's area that falls to each mass, in order.
+fn shares((nx, _, nz): (u32, u32, u32)) -> impl Iterator<Item = f64> {
+    let along = |k: u32, n: u32| if k == 0 || k + 1 == n { 0.5 } else { 1.0 } / f64::from(n - 1);
+    (0..nz).flat_map(move |j| (0..nx).map(move |i| along(i, nx) * along(j, nz)))
+}
+
+/// Stiffness of every spring, N/m, by the sheet's spring law.
+fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &[f64]) -> Vec<f64> {
+    let et = material.young * material.thickness;
+    let area = spec.size.0 * spec.size.1;
+    let mut family: BTreeMap<(SpringClass, u32), f64> = BTreeMap::new();
+    for link in &lattice.links {
+        *family.entry((link.class, link.layer)).or_default() += 1.0;
+    }
+    let layers = f64::from(spec.grid.1);
+    let each = lattice.links.iter().zip(rest).map(|(link, length)| {
+        let k = match spec.springs {
+            SpringLaw::Uniform | SpringLaw::Calibrated => et,
+            SpringLaw::Length => {
+                let share = area / family.get(&(link.class, link.layer)).copied().unwrap_or(1.0);
+                // Each layer carries its part of the thickness; the spring stands for a strip share/length wide. Between
+                // layers the same: E A / h there would be many times stiffer, and shorten the step for nothing seen.
+                let strip = if link.class == SpringClass::Inter { 1.0 } else { (share / length) / length };
+                (et / layers) * strip
+            }
+        };
+        match link.class {
+            SpringClass::Flexion | SpringClass::CrossOver => k * spec.flexion_stiffness,
+            _ => k,
+        }
+    });
+    each.collect()
+}
