@@ -14,6 +14,7 @@
 //! - Damping in `cantilever`: with `fem` proportional to stiffness, 0.05 s, a third of critical in the first mode; with
 //!   `constraints` its default, every spring critical by itself (more makes it creep and look settled at twice the drop).
 //! - Nothing can touch: the sheet has no collider.
+//!
 //! CPU time is that of the process over `step` alone; the crate's `parallel` feature is off.
 
 mod reference;
