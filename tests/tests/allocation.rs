@@ -65,7 +65,7 @@ fn pins_paths_and_a_flexion_limit_allocate_nothing() {
     let mut sheet = small_sheet(lattice::StructureKind::Provot2d, 0.1);
     let path =
         vec![PathKey::default(), PathKey { time: 1.0, offset: DVec3::new(0.05, 0.1, 0.0), rotation: DVec3::ZERO }];
-    sheet.pins.push(PinSpec { region: Region::Left, path });
+    sheet.pins.push(PinSpec { path, ..PinSpec::held(Region::Left) });
     sheet.flexion_limit = Some(10.0);
     let mut scene = adrift(sheet, EngineKind::EulerRichardson);
     scene.gravity = DVec3::new(0.0, -9.81, 0.0);

@@ -29,7 +29,7 @@ fn excited(structure: StructureKind, engine: EngineKind, case: Case) -> (World, 
             PathKey::default(),
             PathKey { time: 100.0, offset: DVec3::new(0.0, 10.0, 0.0), rotation: DVec3::ZERO },
         ];
-        spec.pins.push(PinSpec { region: Region::Left, path });
+        spec.pins.push(PinSpec { path, ..PinSpec::held(Region::Left) });
     }
     let mut world = world(&adrift(spec, engine));
     let sheet = &mut world.sheets_mut()[0];
@@ -190,8 +190,8 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
         for engine in TABLE {
             let mut spec = small_sheet(structure.kind, 0.1);
             spec.pins = vec![
-                PinSpec { region: Region::Left, path: path.clone() },
-                PinSpec { region: Region::Right, path: vec![] },
+                PinSpec { path: path.clone(), ..PinSpec::held(Region::Left) },
+                PinSpec::held(Region::Right),
             ];
             let mut world = world(&adrift(spec, engine.kind));
             world.set_gravity(DVec3::new(0.0, -9.81, 0.0)).expect("in range");

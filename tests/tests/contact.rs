@@ -227,7 +227,7 @@ fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
         let mut scene = laid(StructureKind::DoubleDiagonal, 0.2);
         scene.sheets[0].thickness_limit = limit;
         scene.sheets[0].grid = (9, 2, 9);
-        scene.sheets[0].pins.push(PinSpec { region: Region::Left, path: vec![] });
+        scene.sheets[0].pins.push(PinSpec::held(Region::Left));
         let path = vec![
             PathKey::default(),
             PathKey { time: 2.0, offset: DVec3::new(0.0, 1.2, 0.0), rotation: DVec3::new(0.0, 90.0, 0.0) },

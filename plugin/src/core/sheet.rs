@@ -131,7 +131,7 @@ impl Sheet {
     /// Leads the masses of a region along a path of displacements from where they start; times are s since the sheet was
     /// spawned.
     pub fn pin_along(mut self, region: Region, path: impl Into<Vec<PathKey>>) -> Self {
-        self.spec.pins.push(PinSpec { region, path: path.into() });
+        self.spec.pins.push(PinSpec { path: path.into(), ..PinSpec::held(region) });
         self
     }
 

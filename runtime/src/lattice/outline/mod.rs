@@ -210,7 +210,7 @@ fn nested(mut rings: Vec<Ring>) -> Result<Vec<Ring>, InputError> {
         (0..rings.len()).filter(|j| *j != i && rings[*j].contains(p)).count()
     };
     let depths: Vec<usize> = (0..rings.len()).map(depth).collect();
-    let outer: Vec<usize> = (0..rings.len()).filter(|i| depths[*i] % 2 == 0).collect();
+    let outer: Vec<usize> = (0..rings.len()).filter(|i| depths[*i].is_multiple_of(2)).collect();
     if outer.len() != 1 {
         // A sheet is one piece: a crossing is the likelier cause of two, and the better message.
         check_crossings(&rings)?;
