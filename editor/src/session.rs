@@ -179,9 +179,13 @@ impl Session {
     /// The engine's limit over the highest frequency of any sheet as it lies.
     fn find_largest_step(&mut self) {
         let limit = self.world.engine().info().stability_limit;
+        if !limit.is_finite() {
+            self.largest_step = None;
+            return;
+        }
         let frequency = self.world.sheets().iter().map(|sheet| {
             // A power iteration costs about a step each: fewer for large sheets, for which it is only a hint.
-            let iterations = (400_000 / sheet.springs().len().max(1)).clamp(20, 100);
+            let iterations = (400_000 / sheet.springs().len().max(4 * sheet.masses())).clamp(20, 100);
             sheet.largest_frequency(iterations)
         });
         let frequency = frequency.fold(0.0, f64::max);

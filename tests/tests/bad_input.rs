@@ -207,7 +207,10 @@ fn setters_of_a_world_refuse_what_is_not_a_number() {
         assert_eq!(world.set_dt(bad).expect_err("bad").field, "dt");
         assert_eq!(world.set_tolerance(bad).expect_err("bad").field, "tolerance");
         assert_eq!(world.set_gravity(DVec3::new(0.0, bad, 0.0)).expect_err("bad").field, "gravity.1");
-        assert_eq!(world.set_air(Air { factor: bad, per: 1.0, ..Air::default() }).expect_err("bad").field, "air.factor");
+        assert_eq!(
+            world.set_air(Air { factor: bad, per: 1.0, ..Air::default() }).expect_err("bad").field,
+            "air.factor"
+        );
         assert_eq!(world.set_air(Air { factor: 0.5, per: bad, ..Air::default() }).expect_err("bad").field, "air.per");
         let sheet = &mut world.sheets_mut()[0];
         assert_eq!(sheet.set_damping(bad).expect_err("bad").field, "damping");

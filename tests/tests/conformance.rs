@@ -189,10 +189,8 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
     for structure in lattice::TABLE {
         for engine in TABLE {
             let mut spec = small_sheet(structure.kind, 0.1);
-            spec.pins = vec![
-                PinSpec { path: path.clone(), ..PinSpec::held(Region::Left) },
-                PinSpec::held(Region::Right),
-            ];
+            spec.pins =
+                vec![PinSpec { path: path.clone(), ..PinSpec::held(Region::Left) }, PinSpec::held(Region::Right)];
             let mut world = world(&adrift(spec, engine.kind));
             world.set_gravity(DVec3::new(0.0, -9.81, 0.0)).expect("in range");
             let sheet = &world.sheets()[0];

@@ -12,8 +12,8 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::reflect::reflect_remote;
 use sheetwork::lattice::StructureKind;
-use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::lattice::calibrate::Orthotropic;
+use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw};
 
 #[reflect_remote(SheetSpec)]

@@ -146,7 +146,7 @@ pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
 /// How deep in a body the drawn surface of `sheet` may be, and how far above bodies it is drawn, m, for
 /// [`clear_of_bodies`]; `smoothing` is the number of spline pieces it is drawn with.
 pub fn clearing(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
-    let spring = sheet.springs().rest.iter().copied().fold(0.0, f64::max) as f32;
+    let spring = sheet.spacing().map_or(0.0, |(_, longest)| longest) as f32;
     // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
     let reach = 4.0 * spring;
     // Enough for a triangle to clear a square edge, but not more than the sheet is thick.

@@ -5,6 +5,7 @@
 
 mod build;
 mod drag;
+mod edges;
 mod energy;
 mod equilibrium;
 mod estimate;
@@ -16,6 +17,7 @@ mod pins;
 mod probe;
 mod region;
 pub mod surface;
+mod tuning;
 mod vectors;
 
 use glam::DVec3;
