@@ -2,7 +2,7 @@
 //!
 //! An [`Outline`] is a boundary, the holes in it and the cuts through it, in the plane of the sheet: coordinates (x, z), m, x
 //! along the length and z along the width. Curves are kept as polylines that stay within [`FLATNESS`] of the outline's size of
-//! them; all distances are exact on these polylines. [`mesh`](triangulate::mesh) covers it with triangles:
+//! them; all distances are exact on these polylines. [`mesh()`] covers it with triangles:
 //!
 //! - `nodes`: masses on the boundary and the cuts, a cell apart, corners kept, and `layer`: a row a cell beside them;
 //! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells where there is room;
@@ -210,7 +210,7 @@ fn nested(mut rings: Vec<Ring>) -> Result<Vec<Ring>, InputError> {
         (0..rings.len()).filter(|j| *j != i && rings[*j].contains(p)).count()
     };
     let depths: Vec<usize> = (0..rings.len()).map(depth).collect();
-    let outer: Vec<usize> = (0..rings.len()).filter(|i| depths[*i] % 2 == 0).collect();
+    let outer: Vec<usize> = (0..rings.len()).filter(|i| depths[*i].is_multiple_of(2)).collect();
     if outer.len() != 1 {
         // A sheet is one piece: a crossing is the likelier cause of two, and the better message.
         check_crossings(&rings)?;
