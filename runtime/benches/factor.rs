@@ -1,13 +1,14 @@
 //! Factorisation and solution of a sheet's matrix: faer beside our own factor on every path this processor has.
 //!
 //! `cargo bench -p sheetwork --bench factor [-- NAME]`. Every factor of a case is run in turn, many rounds, and the least
-//! time of each counts, so that other load on the machine falls on all alike. Times are CPU time of the thread, ms: of
-//! factorisation with one solution, and of the solution alone; `ratio` is faer's over the row's.
+//! time of each counts, so that other load on the machine falls on all alike. Times are CPU time of the thread: of
+//! factorisation and one solution in one call, of each alone, and of one half solution of a contact's load. `ratio` is
+//! faer's `both` over the row's.
 
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
-use sheetwork::engine::linear::{Backend, Factor, Path, Pattern, analyse, analyse_for};
+use sheetwork::engine::linear::{Backend, Factor, HalfSolutions, Loads, Path, Pattern, analyse, analyse_for};
 
 /// Masses in layers on a square grid, joined to those at `reach` columns and rows.
 struct Sheet {
@@ -65,57 +66,82 @@ fn values(pattern: &Pattern) -> Vec<f64> {
     values
 }
 
-/// Least times of factorisation with solution and of solution, ms.
+/// Loads on four neighbouring masses, as contacts give them.
+fn contacts(masses: u32, side: u32) -> Loads {
+    let mut loads = Loads::default();
+    for i in 0..64 {
+        let at = |k| (i * 37 + [0, 1, side, side + 1][k]) % masses;
+        loads.push((0..4).map(|k| (at(k), [0.1, 0.2, 0.25])));
+    }
+    loads
+}
+
+/// Least times, ms: of factorisation with solution in one, of each alone, and of one half solution.
 #[derive(Clone, Copy)]
 struct Times {
     both: f64,
+    factorise: f64,
     solve: f64,
+    half: f64,
 }
 
-fn round(factor: &mut dyn Factor, values: &[f64], b: &mut [f64], least: &mut Times) {
+impl Times {
+    const NONE: Self = Self { both: f64::MAX, factorise: f64::MAX, solve: f64::MAX, half: f64::MAX };
+}
+
+/// Replaces `least` by the time of `work`, ms, where that is less.
+fn clock(least: &mut f64, work: impl FnOnce()) {
     let start = ThreadTime::now();
-    factor.factorize(values).expect("positive definite");
-    let middle = start.elapsed();
-    factor.solve(b);
-    let both = start.elapsed();
-    least.both = least.both.min(both.as_secs_f64() * 1e3);
-    least.solve = least.solve.min((both - middle).as_secs_f64() * 1e3);
+    work();
+    *least = least.min(start.elapsed().as_secs_f64() * 1e3);
+}
+
+fn round(factor: &mut dyn Factor, values: &[f64], b: &mut [f64], loads: &Loads, least: &mut Times) {
+    let mut halves = HalfSolutions::default();
+    // More than once, with the caches warm as in a sheet's step.
+    for _ in 0..4 {
+        b.fill(1.0);
+        clock(&mut least.both, || factor.factorize_and_solve(values, b).expect("positive definite"));
+        clock(&mut least.factorise, || factor.factorize(values).expect("positive definite"));
+        clock(&mut least.solve, || factor.solve(b));
+        let mut all = f64::MAX;
+        clock(&mut all, || factor.half_solve(loads, &mut halves));
+        least.half = least.half.min(all / loads.len() as f64);
+    }
 }
 
 fn main() {
     let chosen = std::env::args().skip(1).find(|a| !a.starts_with('-'));
-    println!(
-        "{:16} {:24} {:>9} {:>9} {:>7} {:>9} {:>9} {:>6}",
-        "sheet", "factor", "ms", "solve", "Mflop", "numbers", "GFLOP/s", "ratio"
-    );
+    let head = ["both ms", "factor", "solve", "half us", "Mflop", "numbers", "GFLOP/s", "ratio"];
+    println!("{:16} {:22}{}", "sheet", "backend", head.map(|h| format!("{h:>10}")).concat());
     for sheet in SHEETS.iter().filter(|s| chosen.as_ref().is_none_or(|c| s.name.contains(c.as_str()))) {
         let (pattern, places) = sheet.pattern();
         let values = values(&pattern);
+        let loads = contacts(pattern.size() as u32, sheet.side as u32);
         let mut factors = vec![analyse(&pattern, &places, Backend::Faer)];
         factors.extend(Path::ALL.into_iter().rev().filter_map(|path| analyse_for(&pattern, &places, path)));
-        let mut times = vec![Times { both: f64::MAX, solve: f64::MAX }; factors.len()];
+        let mut times = vec![Times::NONE; factors.len()];
         let mut b = vec![1.0; 3 * pattern.size()];
         let start = Instant::now();
-        while start.elapsed().as_secs_f64() < 2.0 {
+        while start.elapsed().as_secs_f64() < 4.0 {
             for (factor, least) in factors.iter_mut().zip(&mut times) {
-                b.fill(1.0);
-                round(&mut **factor, &values, &mut b, least);
+                round(&mut **factor, &values, &mut b, &loads, least);
             }
         }
         for (factor, t) in factors.iter().zip(&times) {
-            let [mflop, numbers] = [factor.flops() / 1e6, factor.nonzeros() as f64];
-            let rate = mflop / (t.both - t.solve);
-            let ratio = times[0].both / t.both;
+            let mflop = factor.flops() / 1e6;
             println!(
-                "{:16} {:24} {:9.4} {:9.4} {:7.2} {:9} {:9.1} {:6.2}",
+                "{:16} {:22}{:10.4}{:10.4}{:10.4}{:10.2}{:10.2}{:10}{:10.1}{:10.2}",
                 sheet.name,
                 factor.name(),
                 t.both,
+                t.factorise,
                 t.solve,
+                t.half * 1e3,
                 mflop,
-                numbers,
-                rate,
-                ratio
+                factor.nonzeros(),
+                mflop / t.factorise,
+                times[0].both / t.both
             );
         }
     }

@@ -1,8 +1,8 @@
 //! Backward Euler: one stage over dt, x₁ = x₀ + dt v₁, v₁ = v₀ + dt a₁. Order 1, L-stable, and strongly damped: kept for
 //! comparison, because it is what most real-time solvers use.
 
-use super::implicit::Stage;
 use super::implicit::newton::{Work, solve};
+use super::implicit::{Complex, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
 use crate::sheet::Vectors;
@@ -17,8 +17,14 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     drift: 1.0,
     adaptive: false,
     implicit: true,
+    amplification: Some(amplification),
     make: || Box::new(BackwardEuler::default()),
 };
+
+/// R(z) = 1/(1 - z) at z = iθ.
+fn amplification(angle: f64) -> (f64, f64) {
+    Complex(1.0, 0.0).over(Complex(1.0, -angle)).polar()
+}
 
 #[derive(Default)]
 struct BackwardEuler {

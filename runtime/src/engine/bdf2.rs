@@ -1,8 +1,8 @@
 //! BDF2: x₁ = (4 x₀ - x₋₁)/3 + ⅔ dt v₁, and so for velocities; the first step, and any step of another length, by backward
 //! Euler. Order 2, L-stable, more damped than TR-BDF2 at the same step but one stage: kept for comparison.
 
-use super::implicit::Stage;
 use super::implicit::newton::{Work, solve};
+use super::implicit::{Complex, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
 use crate::sheet::Vectors;
@@ -17,8 +17,17 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     drift: 0.5,
     adaptive: false,
     implicit: true,
+    amplification: Some(amplification),
     make: || Box::new(Bdf2::default()),
 };
+
+/// The root of (3/2 - z) ζ² - 2 ζ + 1/2 = 0 that belongs to the motion, at z = iθ.
+fn amplification(angle: f64) -> (f64, f64) {
+    let a = Complex(1.5, -angle);
+    // 4 - 4 a/2.
+    let root = Complex(4.0 - 2.0 * a.0, -2.0 * a.1).root();
+    Complex(2.0, 0.0).plus(root).over(a.scaled(2.0)).polar()
+}
 
 #[derive(Default)]
 struct Bdf2 {

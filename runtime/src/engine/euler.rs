@@ -15,6 +15,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     drift: 0.0,
     adaptive: false,
     implicit: false,
+    amplification: None,
     make: || Box::new(Euler::default()),
 };
 

@@ -15,6 +15,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     drift: 1.0,
     adaptive: false,
     implicit: false,
+    amplification: None,
     make: || Box::new(EulerCromer::default()),
 };
 

@@ -119,6 +119,9 @@ pub struct EngineInfo {
     pub adaptive: bool,
     /// Whether it solves for the end of the step.
     pub implicit: bool,
+    /// Of x'' = -ω²x in a step, by ω dt (rad): what is left of the amplitude, and the angle turned, rad. Given for engines
+    /// whose steps are long enough for it to matter.
+    pub amplification: Option<fn(f64) -> (f64, f64)>,
     /// Makes one.
     pub(crate) make: fn() -> Box<dyn Engine>,
 }

@@ -19,6 +19,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     drift: 0.5,
     adaptive: true,
     implicit: false,
+    amplification: None,
     make: || Box::new(Rk45::default()),
 };
 

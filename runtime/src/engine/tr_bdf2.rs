@@ -10,7 +10,7 @@
 //! It carries accelerations and rates of strain from step to step: those of the scheme, not ones computed afresh.
 
 use super::implicit::newton::{Work, solve};
-use super::implicit::{Implicit, Stage};
+use super::implicit::{Complex, Implicit, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
 use crate::sheet::Vectors;
@@ -25,10 +25,19 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     drift: 0.5,
     adaptive: false,
     implicit: true,
+    amplification: Some(amplification),
     make: || Box::new(TrBdf2::default()),
 };
 
 const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
+
+/// R(z) = (p (1 + γz/2)/(1 - γz/2) + q)/(1 - γz/2) at z = iθ.
+fn amplification(angle: f64) -> (f64, f64) {
+    let half = 0.5 * GAMMA * angle;
+    let below = Complex(1.0, -half);
+    let p = 1.0 / (GAMMA * (2.0 - GAMMA));
+    Complex(1.0, half).over(below).scaled(p).plus(Complex(1.0 - p, 0.0)).over(below).polar()
+}
 
 #[derive(Default)]
 struct TrBdf2 {

@@ -18,6 +18,7 @@ pub(super) const INFO: EngineInfo = EngineInfo {
     drift: 0.5,
     adaptive: false,
     implicit: false,
+    amplification: None,
     make: || Box::new(Verlet::default()),
 };
 

@@ -20,6 +20,7 @@ mod runner;
 mod setup;
 mod slide;
 mod spin;
+mod stiffness;
 mod supports;
 
 use cpu_time::ProcessTime;
@@ -56,6 +57,7 @@ pub const TABLE: &[Case] = &[
     release::CASE,
     slide::CASE,
     spin::CASE,
+    stiffness::CASE,
     supports::CASE,
 ];
 

@@ -31,11 +31,6 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     scene.sheets[0].pins.push(PinSpec::clamped(region));
     let mut runner = Runner::new(setup.world(&scene)?);
     let solves = runner.rest(setup);
-    if std::env::var("DBG").is_ok() {
-        for m in runner.world.sheets_mut()[0].modes(6) {
-            eprintln!("mode {} {}", m.omega, m.squared);
-        }
-    }
     let sheet = &runner.world.sheets()[0];
     let Some(bottom) = sheet.layers.first() else { return Ok(runner.outcome(json!({}))) };
     let height = |i: u32, j: u32| -sheet.x.get(bottom.at(i, j) as usize).y;

@@ -26,9 +26,6 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     runner.run(PERIODS * setup.period(), |world| {
         let sheet = &world.sheets()[0];
         let now = (world.time(), start - Edge::of(sheet, &sheet.x).middle.y, -Edge::of(sheet, &sheet.v).middle.y);
-        if std::env::var("DBG").is_ok() {
-            eprintln!("{} {} {}", now.0, now.1, now.2);
-        }
         if last.2 > 0.0 && now.2 <= 0.0 {
             extreme = Some(turning_point(last, now));
         }

@@ -56,6 +56,10 @@ impl Sheet {
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
         sheet.elements = shell_elements(spec, &sheet);
+        sheet.delivered = calibrated.as_ref().map(|c| c.delivered);
+        if !sheet.elements.is_empty() {
+            sheet.delivered = Some(1.0);
+        }
         sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material)));
         sheet.refresh();
         sheet.work.touching = vec![false; sheet.masses()];
@@ -193,6 +197,7 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts, b
         damping,
         stiffness_per_unit: stiffness.iter().map(|k| k / unit).collect(),
         bends,
+        delivered: None,
         damped: false,
         spread: 0.0,
     };

@@ -62,9 +62,6 @@ fn newton(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, size: f64
     for _ in 0..DIRECT_STEPS {
         let mut done = problem.direction(&stage, x, Geometric::Mixed, &mut d);
         if done.is_err() {
-            if std::env::var("DBG").is_ok() {
-                eprintln!("not positive");
-            }
             done = problem.direction(&stage, x, Geometric::Clipped, &mut d);
         }
         if done.is_err() {
@@ -74,15 +71,11 @@ fn newton(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, size: f64
         problem.predict(x, &d);
         x.add_scaled(1.0, &d);
         found.last_step = d.max_squared().sqrt();
-        if std::env::var("DBG").is_ok() {
-            eprintln!("{} {:e}", found.solves, found.last_step);
-        }
         if found.last_step <= tolerance {
             found.settled = true;
             break;
         }
-        // Written so that NaN ends it too.
-        if !(found.last_step < 100.0 * size) {
+        if found.last_step.is_nan() || found.last_step > 100.0 * size {
             break;
         }
     }

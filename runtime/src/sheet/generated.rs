@@ -20,6 +20,8 @@ pub(super) struct Calibrated {
     pub held: Vec<u32>,
     /// Springs that end there, in the sheet's own axes, with their rest length, m.
     pub walls: Vec<(WallSpring, f64)>,
+    /// Mean over directions of the bending stiffness delivered over that asked for.
+    pub delivered: f64,
 }
 
 impl Calibrated {
@@ -84,9 +86,10 @@ fn calibrated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError
     let rest = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
     let mass = spec.node_mass.map_or(found.mass, |m| vec![m; lattice.positions.len()]);
     let rest_of = |w: &WallSpring| lattice.positions[w.mass as usize].distance(w.point);
+    let delivered = found.delivered.bending.iter().sum::<f64>() / found.delivered.bending.len() as f64;
     let walls = found.walls.iter().map(|w| (*w, rest_of(w))).collect();
     let mut parts = still(spec, lattice, rest, stiffness, mass);
-    parts.calibrated = Some(Calibrated { held: found.held, walls });
+    parts.calibrated = Some(Calibrated { held: found.held, walls, delivered });
     Ok(parts)
 }
 

@@ -7,6 +7,7 @@ mod build;
 mod drag;
 mod energy;
 mod equilibrium;
+mod estimate;
 mod forces;
 mod generated;
 mod implicit;
@@ -22,6 +23,7 @@ use glam::DVec3;
 pub use build::{from_file, to_file};
 pub use energy::Energy;
 pub use equilibrium::Equilibrium;
+pub use estimate::DeliveredStiffness;
 pub use forces::Field;
 pub use modes::Mode;
 pub use pins::Pins;
@@ -139,6 +141,8 @@ pub struct Sheet {
     stiffness_per_unit: Vec<f64>,
     /// Whether springs are calibrated to how the sheet bends.
     bends: bool,
+    /// Fraction of the bending stiffness asked for that the structure delivers; none where it does not aim at it.
+    delivered: Option<f64>,
     /// Diagonal of its bounding box when it was built, m.
     pub(crate) spread: f64,
     damped: bool,

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::World;
 use crate::event::Event;
-use crate::sheet::{Energy, Status};
+use crate::sheet::{DeliveredStiffness, Energy, Status};
 
 /// A run, in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,8 +62,12 @@ pub struct SheetReport {
     pub steps_accepted: u64,
     /// Engine steps rejected by error control.
     pub steps_rejected: u64,
-    /// Evaluations of the forces.
+    /// Evaluations of the forces; linear solves of an implicit engine.
     pub evaluations: u64,
+    /// Stages of an implicit engine that its guarded descent had to finish.
+    pub guarded: u64,
+    /// What is delivered now of the stiffness asked for; nothing where springs do not aim at it.
+    pub stiffness: Option<DeliveredStiffness>,
     /// Times a mass met a surface.
     pub contacts: u64,
 }
@@ -110,6 +114,8 @@ impl World {
             steps_accepted: sheet.counters.accepted,
             steps_rejected: sheet.counters.rejected,
             evaluations: sheet.counters.evaluations,
+            guarded: sheet.counters.guarded,
+            stiffness: sheet.delivered_stiffness(self.dt),
             contacts: sheet.counters.contacts,
         });
         let bodies = self.rigid.iter().flat_map(|rigid| {

@@ -2,6 +2,7 @@
 //!
 //! Exit status: 0 done; 1 a sheet went unstable or a limit was missed; 2 bad input.
 
+mod bench;
 mod generate;
 mod list;
 mod material;
@@ -29,6 +30,8 @@ enum Command {
     Generate(generate::Generate),
     /// Put a sheet on a virtual test rig.
     Measure(measure::Measure),
+    /// Long campaigns that end in tables, files and plots.
+    Bench(bench::Bench),
     /// Report on a material in a sheet: its stiffness, and what a structure delivers of it.
     Material(material::MaterialCommand),
     /// List structures, engines, materials, cases or scenes.
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         Command::Run(run) => run.execute(),
         Command::Generate(generate) => generate.execute(),
         Command::Measure(measure) => measure.execute(),
+        Command::Bench(bench) => bench.execute(),
         Command::Material(material) => material.execute(),
         Command::List(list) => list.execute(),
     };

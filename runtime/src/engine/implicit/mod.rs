@@ -76,3 +76,33 @@ pub trait Implicit {
     /// Accelerations (m/s²) of the forces at `x` and `v`, and the largest part of them that is the sheet's own.
     fn accelerations(&mut self, x: &Vectors, v: &Vectors, a: &mut Vectors) -> f64;
 }
+
+/// A complex number: engines' stability functions are rational functions of i ω dt.
+#[derive(Clone, Copy)]
+pub(super) struct Complex(pub f64, pub f64);
+
+impl Complex {
+    pub fn over(self, o: Self) -> Self {
+        let size = o.0 * o.0 + o.1 * o.1;
+        Self((self.0 * o.0 + self.1 * o.1) / size, (self.1 * o.0 - self.0 * o.1) / size)
+    }
+
+    pub fn plus(self, o: Self) -> Self {
+        Self(self.0 + o.0, self.1 + o.1)
+    }
+
+    pub fn scaled(self, s: f64) -> Self {
+        Self(self.0 * s, self.1 * s)
+    }
+
+    /// A root with a positive imaginary part or on the real axis.
+    pub fn root(self) -> Self {
+        let (modulus, angle) = self.polar();
+        Self(modulus.sqrt() * (0.5 * angle).cos(), modulus.sqrt() * (0.5 * angle).sin())
+    }
+
+    /// Modulus and angle.
+    pub fn polar(self) -> (f64, f64) {
+        (self.0.hypot(self.1), self.1.atan2(self.0))
+    }
+}

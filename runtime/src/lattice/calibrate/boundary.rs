@@ -24,7 +24,6 @@ use super::fit::Bulk;
 use super::homogenise::{relaxed, uniform};
 use super::target::{Voigt, ratio};
 use crate::element::spring::SpringClass;
-use crate::error::InputError;
 
 /// Cells across the strip: enough that the edges do not feel each other.
 const STRIP: u32 = 8;
@@ -60,17 +59,17 @@ pub(super) struct Boundary {
 
 impl Boundary {
     /// The factors of a lattice with springs `bulk`, whose plate bends with `bending`.
-    pub fn new(pattern: &Pattern, bulk: &Bulk, bending: &Voigt) -> Result<Self, InputError> {
+    pub fn new(pattern: &Pattern, bulk: &Bulk, bending: &Voigt) -> Self {
         let zigzag = pattern.structure.info().triangular;
         let mut found = Self { sides: EdgeFactors::PLAIN, ends: EdgeFactors::PLAIN, zigzag };
         if pattern.layers < 2 || pattern.layers > MOST_LAYERS {
-            return Ok(found);
+            return found;
         }
-        let along_x = Strip::new(pattern.strip_along_x(STRIP)?, bulk, bending, zigzag, false);
+        let along_x = Strip::new(pattern.strip_along_x(STRIP), bulk, bending, zigzag, false);
         found.sides = along_x.balanced(pattern.spacing.1);
-        let along_z = Strip::new(pattern.strip_along_z(STRIP)?, bulk, bending, zigzag, true);
+        let along_z = Strip::new(pattern.strip_along_z(STRIP), bulk, bending, zigzag, true);
         found.ends = along_z.balanced(pattern.spacing.0);
-        Ok(found)
+        found
     }
 
     /// Factor of the stiffness of a spring between two sites, of layers with `grid` masses along x and z.

@@ -7,9 +7,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use super::super::{Lattice, LatticeSpec, StructureKind, generate};
+use super::super::{Lattice, LatticeSpec, StructureKind, assemble};
 use crate::element::spring::SpringClass;
-use crate::error::InputError;
 
 /// Where a mass is in the grid of its layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -99,17 +98,17 @@ const LONG: u32 = 10;
 
 impl Pattern {
     /// The cell that repeats both ways: a sheet without edges.
-    pub fn periodic(&self) -> Result<Cell, InputError> {
+    pub fn periodic(&self) -> Cell {
         self.cut(None, None)
     }
 
     /// The strip along x that is `cells` wide between free edges back and front.
-    pub fn strip_along_x(&self, cells: u32) -> Result<Cell, InputError> {
+    pub fn strip_along_x(&self, cells: u32) -> Cell {
         self.cut(None, Some(cells))
     }
 
     /// The strip along z that is `cells` wide between free edges left and right.
-    pub fn strip_along_z(&self, cells: u32) -> Result<Cell, InputError> {
+    pub fn strip_along_z(&self, cells: u32) -> Cell {
         self.cut(Some(cells), None)
     }
 
@@ -119,22 +118,22 @@ impl Pattern {
     }
 
     /// A lattice of this pattern with `columns` by `rows` masses in its bottom layer.
-    fn lattice(&self, columns: u32, rows: u32) -> Result<(Lattice, (f64, f64)), InputError> {
+    fn lattice(&self, columns: u32, rows: u32) -> (Lattice, (f64, f64)) {
         let half = if self.structure.info().triangular { 0.5 } else { 0.0 };
         let size = ((f64::from(columns - 1) + half) * self.spacing.0, f64::from(rows - 1) * self.spacing.1);
-        let lattice = generate(&LatticeSpec {
+        let lattice = assemble(&LatticeSpec {
             structure: self.structure,
             grid: (columns, self.layers, rows),
             size,
             gap: self.gap,
             cross_over: self.cross_over,
-        })?;
-        Ok((lattice, size))
+        });
+        (lattice, size)
     }
 
     /// Cuts a cell; a width in cells where it does not repeat.
-    fn cut(&self, along_x: Option<u32>, along_z: Option<u32>) -> Result<Cell, InputError> {
-        let (lattice, size) = self.lattice(along_x.map_or(LONG, |c| c + 1), along_z.map_or(LONG, |c| c + 1))?;
+    fn cut(&self, along_x: Option<u32>, along_z: Option<u32>) -> Cell {
+        let (lattice, size) = self.lattice(along_x.map_or(LONG, |c| c + 1), along_z.map_or(LONG, |c| c + 1));
         // Rows of a triangular layer are shifted in turn: two make a period.
         let rows = if self.structure.info().triangular { 2 } else { 1 };
         let window_x = Window { first: 4, count: 1, repeats: along_x.is_none() };
@@ -158,7 +157,7 @@ impl Pattern {
             if window_z.repeats { rows as f64 * self.spacing.1 } else { size.1 },
         );
         let grid = lattice.layers.iter().map(|l| (i64::from(l.nx), i64::from(l.nz))).collect();
-        Ok(Cell { masses: homes.len(), bonds, extent, grid })
+        Cell { masses: homes.len(), bonds, extent, grid }
     }
 }
 
@@ -188,9 +187,9 @@ mod tests {
             let layers = row.layers.1.min(3);
             let cross_over = row.cross_over;
             let pattern = Pattern { structure: row.kind, layers, spacing: (0.02, 0.015), gap: 0.004, cross_over };
-            let cell = pattern.periodic().expect("valid");
+            let cell = pattern.periodic();
             let count = |n: u32| {
-                let (lattice, _) = pattern.lattice(n, n).expect("valid");
+                let (lattice, _) = pattern.lattice(n, n);
                 lattice.links.len() as f64
             };
             // Springs grow as a n² + b n + c; the second difference over 2 h² is a, those of one cell.
@@ -205,10 +204,10 @@ mod tests {
     fn a_strip_reaches_from_edge_to_edge() {
         let structure = StructureKind::Trimm;
         let pattern = Pattern { structure, layers: 2, spacing: (0.01, 0.008), gap: 0.002, cross_over: false };
-        let along_x = pattern.strip_along_x(6).expect("valid");
+        let along_x = pattern.strip_along_x(6);
         assert_eq!(along_x.masses, 7 + 6);
         assert!((along_x.extent.1 - 0.048).abs() < 1e-12);
-        let along_z = pattern.strip_along_z(6).expect("valid");
+        let along_z = pattern.strip_along_z(6);
         assert_eq!(along_z.masses, 2 * (7 + 6));
         assert!((along_z.extent.0 - 0.065).abs() < 1e-12);
     }

@@ -27,7 +27,7 @@ use crate::element::spring::SpringClass;
 const INTER: f64 = 8.0;
 
 /// Weight of the membrane in a fit that bending leads: squared, it must be lost against the bending.
-const MEMBRANE_WEIGHT: f64 = 1e-3;
+const MEMBRANE_WEIGHT: f64 = 1e-4;
 
 /// Lines that springs of a layer run along, as directions in (x, z); none where the structure has no such spring.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -119,7 +119,7 @@ pub(super) fn fit(pattern: &Pattern, cell: &Cell, target: &Target, second: f64) 
         bulk.inter *= share;
         already = homogenise(cell, &bulk.of_cell(cell));
     }
-    let weigh = Weigh { target, gap: pattern.gap, bends: pattern.layers > 1 };
+    let weigh = Weigh::new(pattern, target);
     let wanted = weigh.wanted(&already);
     let unit = |line: usize, middle: bool| {
         affine(cell, |bond: &Bond| match lines.of_spring(bond.class, bond.to - bond.from) {
@@ -158,21 +158,36 @@ fn inter_share(lines: &Lines, target: &Target, twist: f64) -> f64 {
     if twist > room { room / twist } else { 1.0 }
 }
 
-/// Puts the stiffness tensors of a plate in a column, weighted, in units of the target's.
+/// Puts the stiffness tensors of a plate in a column, weighted.
 struct Weigh<'a> {
     target: &'a Target,
-    gap: f64,
-    bends: bool,
+    /// Of A (m/N), B (1/N) and D (1/(N m)).
+    weights: [f64; 3],
 }
 
-impl Weigh<'_> {
+impl<'a> Weigh<'a> {
+    fn new(pattern: &Pattern, target: &'a Target) -> Self {
+        let (membrane, bending) = (norm(&target.membrane), norm(&target.bending));
+        let layers = f64::from(pattern.layers);
+        // Σ y² over layers a gap apart about their middle.
+        let spread = layers * (layers * layers - 1.0) / 12.0 * pattern.gap * pattern.gap;
+        let weights = if spread > 0.0 {
+            // In units of the larger of the membrane asked and that which bending brings along: a lattice thinner than the
+            // sheet has a stiffer one, which must not move the bending either.
+            let scale = membrane.max(layers * bending / spread);
+            [MEMBRANE_WEIGHT / scale, pattern.gap / bending, 1.0 / bending]
+        } else {
+            [1.0 / membrane, 0.0, 0.0]
+        };
+        Self { target, weights }
+    }
+
     fn column(&self, plate: &Plate) -> Vec<f64> {
-        let bending = norm(&self.target.bending);
-        let membrane = if self.bends { MEMBRANE_WEIGHT } else { 1.0 } / norm(&self.target.membrane);
         let entries = |m: &Voigt, scale: f64| ENTRIES.map(|(i, j, weight)| scale * weight.sqrt() * m[i][j]);
+        let [membrane, coupling, bending] = self.weights;
         let mut column = Vec::with_capacity(18);
-        column.extend(entries(&plate.bending, 1.0 / bending));
-        column.extend(entries(&plate.coupling, self.gap / bending));
+        column.extend(entries(&plate.bending, bending));
+        column.extend(entries(&plate.coupling, coupling));
         column.extend(entries(&plate.membrane, membrane));
         column
     }

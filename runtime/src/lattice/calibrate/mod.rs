@@ -4,7 +4,7 @@
 //! answer has a stiffness for every spring, a mass for every node, the springs that clamps cut, and what of all that was asked
 //! is delivered. In order:
 //!
-//! 1. [`cell`](self) cuts one period out of the generated lattice;
+//! 1. `cell` cuts one period out of the generated lattice;
 //! 2. `fit` finds the stiffness of springs far from edges (least squares on `homogenise`d stiffness tensors, `nnls`);
 //! 3. `boundary` finds factors for springs beside free edges, `wall` cuts springs at clamps, `mass` shares the area,
 //!    `brace` ties loose corners;
@@ -66,7 +66,7 @@ pub struct Request {
     pub grid: (u32, u32, u32),
     /// Length and width, m.
     pub size: (f64, f64),
-    /// Distance between layers, m; none for a quarter of the larger spacing of the grid.
+    /// Distance between layers, m, 1e-7 to 10; none for a quarter of the larger spacing of the grid.
     pub gap: Option<f64>,
     /// Whether second neighbours along every spring line are joined (cross-over springs).
     pub cross_over: bool,
@@ -144,11 +144,11 @@ pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
         gap: spec.gap,
         cross_over: spec.cross_over,
     };
-    let cell = pattern.periodic()?;
+    let cell = pattern.periodic();
     let bulk = fit::fit(&pattern, &cell, &request.target, request.second_neighbour);
     let k = bulk.of_cell(&cell);
     let bending = homogenise::homogenise(&cell, &k).free_bending();
-    let edges = boundary::Boundary::new(&pattern, &bulk, &bending)?;
+    let edges = boundary::Boundary::new(&pattern, &bulk, &bending);
     let sites = cell::sites(&lattice);
     let stiffness = lattice.links.iter().map(|link| {
         let (a, b) = (link.a as usize, link.b as usize);
@@ -206,6 +206,6 @@ fn specification(request: &Request) -> Result<LatticeSpec, InputError> {
         cross_over: request.cross_over,
     };
     let (dx, dz) = spec.spacing();
-    spec.gap = request.gap.unwrap_or(GAP_PER_SPACING * dx.max(dz));
+    spec.gap = request.gap.unwrap_or((GAP_PER_SPACING * dx.max(dz)).clamp(1e-7, 10.0));
     Ok(spec)
 }

@@ -38,7 +38,7 @@ fn square(structure: StructureKind, n: u32, clamped: Clamped) -> Request {
 /// The plate made by springs of stiffness `k(class)` in two layers a distance `gap` apart, cells of 1 m.
 fn plate(structure: StructureKind, gap: f64, k: impl Fn(SpringClass) -> f64) -> Plate {
     let row = if structure.info().triangular { 0.75_f64.sqrt() } else { 1.0 };
-    let cell = Pattern { structure, layers: 2, spacing: (1.0, row), gap, cross_over: false }.periodic().expect("valid");
+    let cell = Pattern { structure, layers: 2, spacing: (1.0, row), gap, cross_over: false }.periodic();
     let k: Vec<f64> = cell.bonds.iter().map(|b: &Bond| k(b.class)).collect();
     homogenise(&cell, &k)
 }
@@ -256,6 +256,16 @@ fn a_supported_strip_sags_as_a_beam() {
     let middle = Linear::new(&found, held).sag(9.81)[2 * 41 + 20];
     let beam = 5.0 / 384.0 * 9.81 * AREAL * 0.25_f64.powi(4) / stiffness;
     assert!((middle / beam - 1.0).abs() < 0.005, "{}", middle / beam);
+}
+
+#[test]
+fn huge_and_tiny_sheets_are_calibrated_alike() {
+    let base = square(DoubleDiagonal, 3, LEFT);
+    for scale in [4e-6, 1e2, 4e3] {
+        let request = Request { size: (0.25 * scale, 0.25 * scale), ..base.clone() };
+        let found = calibrate(&request).expect("valid").delivered;
+        assert!(found.bends_within(1e-6) && found.missing_sides.0.abs() < 2e-3 * scale, "{found:?}");
+    }
 }
 
 #[test]

@@ -1,0 +1,102 @@
+//! A drawing surface in units of the SVG: lines, texts, outlines. The same calls draw a bitmap at a larger scale.
+
+use plotters::coord::Shift;
+use plotters::element::{PathElement, Polygon, Rectangle, Text};
+use plotters::prelude::{Color, DrawingArea, DrawingAreaErrorKind, DrawingBackend, FontTransform, IntoFont, RGBColor};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontStyle, ShapeStyle, TextStyle, register_font};
+use sheetwork::InputError;
+
+const FONT: &str = "sans-serif";
+
+/// Ink of texts and axes.
+pub const INK: RGBColor = RGBColor(36, 41, 47);
+
+/// What drawing gives.
+pub type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+
+/// Where a text stands from its point; always centred in height.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Anchor {
+    Left,
+    Centre,
+    Right,
+    /// Centred, read from below.
+    Upwards,
+}
+
+/// A surface, and the pixels of a unit.
+pub struct Canvas<B: DrawingBackend> {
+    pub area: DrawingArea<B, Shift>,
+    pub scale: f64,
+}
+
+/// Makes text measurable and, in a bitmap, drawable, without a font of the system.
+///
+/// # Errors
+/// When the font that came with the build cannot be read.
+pub fn prepare_font() -> Result<(), InputError> {
+    let font = epaint_default_fonts::UBUNTU_LIGHT;
+    register_font(FONT, FontStyle::Normal, font).map_err(|_| InputError::new("font", "cannot be read"))
+}
+
+impl<B: DrawingBackend> Canvas<B> {
+    fn at(&self, (x, y): (f64, f64)) -> (i32, i32) {
+        ((x * self.scale).round() as i32, (y * self.scale).round() as i32)
+    }
+
+    /// A line through points, `width` units wide.
+    pub fn line(&self, points: &[(f64, f64)], colour: RGBColor, width: f64) -> Drawn<B> {
+        let points: Vec<_> = points.iter().map(|&p| self.at(p)).collect();
+        self.area.draw(&PathElement::new(points, self.pen(colour, width)))
+    }
+
+    /// A line of dashes.
+    pub fn dashes(&self, (a, b): ((f64, f64), (f64, f64)), colour: RGBColor) -> Drawn<B> {
+        let count = ((b.0 - a.0).hypot(b.1 - a.1) / 8.0).ceil().max(1.0);
+        let along = |k: f64| (a.0 + (b.0 - a.0) * k / count, a.1 + (b.1 - a.1) * k / count);
+        for dash in 0..count as u32 {
+            let k = f64::from(dash);
+            self.line(&[along(k), along(k + 0.5)], colour, 1.0)?;
+        }
+        Ok(())
+    }
+
+    /// A filled rectangle.
+    pub fn fill(&self, (a, b): ((f64, f64), (f64, f64)), colour: RGBColor) -> Drawn<B> {
+        self.area.draw(&Rectangle::new([self.at(a), self.at(b)], colour.filled()))
+    }
+
+    /// A filled polygon.
+    pub fn polygon(&self, corners: &[(f64, f64)], colour: RGBColor) -> Drawn<B> {
+        let corners: Vec<_> = corners.iter().map(|&p| self.at(p)).collect();
+        self.area.draw(&Polygon::new(corners, colour.filled()))
+    }
+
+    /// A text of `size` units at a point.
+    pub fn text(&self, text: &str, at: (f64, f64), size: f64, anchor: Anchor, colour: RGBColor) -> Drawn<B> {
+        let horizontal = match anchor {
+            Anchor::Left => HPos::Left,
+            Anchor::Centre | Anchor::Upwards => HPos::Center,
+            Anchor::Right => HPos::Right,
+        };
+        let mut font = (FONT, size * self.scale).into_font();
+        if anchor == Anchor::Upwards {
+            font = font.transform(FontTransform::Rotate270);
+        }
+        let style = TextStyle::from(font).color(&colour).pos(Pos::new(horizontal, VPos::Center));
+        self.area.draw(&Text::new(text.to_owned(), self.at(at), style))
+    }
+
+    /// Width of a text of `size`, units.
+    pub fn width(&self, text: &str, size: f64) -> f64 {
+        let style = TextStyle::from((FONT, size * self.scale).into_font());
+        self.area
+            .estimate_text_size(text, &style)
+            .map_or(0.5 * size * text.len() as f64, |(w, _)| f64::from(w) / self.scale)
+    }
+
+    fn pen(&self, colour: RGBColor, width: f64) -> ShapeStyle {
+        colour.stroke_width((width * self.scale).round().max(1.0) as u32)
+    }
+}

@@ -1,0 +1,86 @@
+//! How wrong a case's answer is: the quantity of each case and its deviation from the reference, as a fraction.
+//!
+//! Where a case has two answers, depth and time of the first extreme, the worse one counts.
+
+use serde_json::Value;
+
+/// A value to be met, by the key in the case's JSON.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Key of the case's JSON.
+    pub quantity: &'static str,
+    /// Its true value, in the unit its name ends in.
+    pub value: f64,
+    /// Deviations up to this fraction say nothing.
+    pub uncertain: f64,
+}
+
+impl Target {
+    /// A value that is known as well as numbers are.
+    pub fn exact(quantity: &'static str, value: f64) -> Self {
+        Self { quantity, value, uncertain: 0.0 }
+    }
+}
+
+/// What was judged, and how wrong it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    pub quantity: &'static str,
+    pub measured: Option<f64>,
+    pub reference: Option<f64>,
+    pub error: Option<f64>,
+}
+
+/// The quantities each case is judged by; none for a case that is not.
+pub fn quantities(case: &str) -> &'static [&'static str] {
+    match case {
+        "cantilever" => &["drop_m"],
+        "release" => &["first_extreme_m", "first_extreme_s"],
+        "pedestal" => &["corner_drop_m"],
+        "frequency" => &["omega_motion_rad_s"],
+        _ => &[],
+    }
+}
+
+/// Holds what a case found against its targets.
+pub fn judge(case: &str, found: &Value, targets: &[Target]) -> Verdict {
+    let mut worst: Option<(f64, Verdict)> = None;
+    for &quantity in quantities(case) {
+        let measured = number(&found[quantity]);
+        let target = targets.iter().find(|t| t.quantity == quantity);
+        let reference = target.map(|t| t.value);
+        let error = measured.zip(reference).map(|(m, r)| (m / r - 1.0).abs()).filter(|e| e.is_finite());
+        let verdict = Verdict { quantity, measured, reference, error };
+        // No answer is worse than any; one within what is known of the reference is as good as none.
+        let says = |e: &f64| *e > target.map_or(0.0, |t| t.uncertain);
+        let size = error.map_or(f64::INFINITY, |e| Some(e).filter(says).unwrap_or(0.0));
+        if worst.as_ref().is_none_or(|(most, _)| size > *most) {
+            worst = Some((size, verdict));
+        }
+    }
+    worst.map(|(_, verdict)| verdict).unwrap_or(Verdict { quantity: "", measured: None, reference: None, error: None })
+}
+
+/// A number, or the first of a list of them.
+pub fn number(value: &Value) -> Option<f64> {
+    value.as_f64().or_else(|| value.get(0).and_then(Value::as_f64))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn the_worse_of_two_answers_counts() {
+        let time = Target { quantity: "first_extreme_s", value: 0.2, uncertain: 0.01 };
+        let targets = [Target::exact("first_extreme_m", 0.1), time];
+        let late = judge("release", &json!({ "first_extreme_m": 0.101, "first_extreme_s": 0.21 }), &targets);
+        assert_eq!(late.quantity, "first_extreme_s");
+        assert!((late.error.expect("it has an error") - 0.05).abs() < 1e-12);
+        let within = judge("release", &json!({ "first_extreme_m": 0.1001, "first_extreme_s": 0.201 }), &targets);
+        assert_eq!(within.quantity, "first_extreme_m");
+        let never = judge("release", &json!({ "first_extreme_m": null, "first_extreme_s": 0.2 }), &targets);
+        assert_eq!((never.quantity, never.error), ("first_extreme_m", None));
+    }
+}

@@ -1,0 +1,37 @@
+//! What a structure delivers of the stiffness asked for: of springs by homogenising the lattice they make, of the shell by
+//! its construction (tests hold its energies against those of a plate).
+
+use serde_json::json;
+
+use super::{Case, Outcome, Runner, Setup};
+use crate::error::InputError;
+use crate::lattice::calibrate::{Request, calibrate};
+
+pub(super) const CASE: Case = Case {
+    name: "stiffness",
+    about: "bending in every direction, twist, membrane and Poisson's ratio over those asked for",
+    contact: false,
+    run,
+};
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let scene = setup.scene();
+    let spec = &scene.sheets[0];
+    let material = &setup.material;
+    let found =
+        calibrate(&Request::new(spec.structure, spec.grid, spec.size, material.target(), material.areal_mass()))?;
+    let delivered = found.delivered;
+    let runner = Runner::new(setup.world(&scene)?);
+    let estimate = runner.world.sheets()[0].delivered_stiffness(runner.world.dt());
+    let keys = json!({
+        "bending_0_45_90_135": delivered.bending,
+        "twist": delivered.twist,
+        "membrane": delivered.membrane,
+        "poisson_ratio": delivered.poisson_ratio,
+        "residual": delivered.residual,
+        "shear_loss": delivered.shear_loss,
+        "bends_as_pa": estimate.map(|e| e.bends_as_pa),
+        "notes": delivered.notes,
+    });
+    Ok(runner.outcome(keys))
+}
