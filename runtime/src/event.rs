@@ -51,10 +51,13 @@ const FLATNESS: f64 = 0.02;
 /// Whether the bottom layer is plane: every mass near the plane through three of its corners.
 fn is_flat(sheet: &Sheet) -> bool {
     let Some(layer) = sheet.layers.first() else { return false };
-    let corner = |i, j| sheet.x.get(layer.at(i, j) as usize);
     let (i, j) = (layer.nx.saturating_sub(1), layer.nz.saturating_sub(1));
-    let origin = corner(0, 0);
-    let normal = (corner(i, 0) - origin).cross(corner(0, j) - origin).normalize_or_zero();
+    let corners = match &sheet.triangles {
+        Some(list) => list.first().copied().unwrap_or_default(),
+        None => [layer.at(0, 0), layer.at(i, 0), layer.at(0, j)],
+    };
+    let [origin, a, b] = corners.map(|m| sheet.x.get(m as usize));
+    let normal = (a - origin).cross(b - origin).normalize_or_zero();
     let bound = FLATNESS * sheet.spread;
     layer.range().all(|m| (sheet.x.get(m) - origin).dot(normal).abs() < bound)
 }

@@ -16,6 +16,9 @@ impl Edge {
     /// The edge of `sheet` with its masses at `x`. Of a triangular layer, whose rows end at two distances in turn, both kinds
     /// of rows count alike.
     pub fn of(sheet: &Sheet, x: &Vectors) -> Self {
+        if sheet.triangles.is_some() {
+            return Self::of_mesh(sheet, x);
+        }
         let mut sums = [(DVec3::ZERO, 0.0); 2];
         let Some(bottom) = sheet.layers.first() else { return Self { middle: DVec3::ZERO, corners: DVec3::ZERO } };
         let last = bottom.nz - 1;
@@ -28,5 +31,21 @@ impl Edge {
         }
         let means: Vec<DVec3> = sums.iter().filter(|(_, w)| *w > 0.0).map(|(sum, w)| *sum / *w).collect();
         Self { middle: means.iter().sum::<DVec3>() / means.len() as f64, corners: (end(0) + end(last)) * 0.5 }
+    }
+
+    /// Of a mesh: the masses at u = 1, each standing for half the way to its neighbours.
+    fn of_mesh(sheet: &Sheet, x: &Vectors) -> Self {
+        let mut row: Vec<usize> = (0..sheet.masses()).filter(|i| sheet.uv[*i].0 > 1.0 - 1e-9).collect();
+        row.sort_by(|a, b| sheet.uv[*a].1.total_cmp(&sheet.uv[*b].1));
+        let (Some(first), Some(last)) = (row.first(), row.last()) else {
+            return Self { middle: DVec3::ZERO, corners: DVec3::ZERO };
+        };
+        let (mut sum, mut length) = (DVec3::ZERO, 0.0);
+        for pair in row.windows(2) {
+            let step = sheet.uv[pair[1]].1 - sheet.uv[pair[0]].1;
+            sum += (x.get(pair[0]) + x.get(pair[1])) * (0.5 * step);
+            length += step;
+        }
+        Self { middle: sum / length, corners: (x.get(*first) + x.get(*last)) * 0.5 }
     }
 }

@@ -6,10 +6,12 @@
 mod bounce;
 mod buckling;
 mod cantilever;
+mod disc;
 mod edge;
 mod energy;
 mod free_fall;
 mod frequency;
+mod hole;
 mod incline;
 pub mod kicks;
 pub mod oscillator;
@@ -48,9 +50,11 @@ pub const TABLE: &[Case] = &[
     bounce::CASE,
     buckling::CASE,
     cantilever::CASE,
+    disc::CASE,
     energy::CASE,
     free_fall::CASE,
     frequency::CASE,
+    hole::CASE,
     incline::CASE,
     oscillator::CASE,
     pedestal::CASE,

@@ -16,6 +16,9 @@ pub(super) const CASE: Case = Case {
 };
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    if setup.outlined {
+        return Err(InputError::new("outlined", "is not offered for this case"));
+    }
     let side = setup.side.unwrap_or(setup.length);
     let setup = &Setup { length: side, width: side, ..setup.clone() };
     let mut scene = setup.scene();

@@ -6,6 +6,7 @@ use crate::World;
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::lattice::StructureKind;
+use crate::lattice::outline::OutlineSpec;
 use crate::scene::{Air, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
 
 /// The sheet and the situation; every case takes what it needs of it.
@@ -47,6 +48,8 @@ pub struct Setup {
     pub rate: f64,
     /// Step to rest instead of solving for equilibrium.
     pub dynamic: bool,
+    /// Cover the rectangle with the triangles that sheets of any outline have (shell).
+    pub outlined: bool,
     /// How the sheet is held.
     pub boundary: Boundary,
     /// Modes of vibration, 1 to 50.
@@ -55,6 +58,10 @@ pub struct Setup {
     pub side: Option<f64>,
     /// Side of the patch a square stands on, m, 1e-5 to 100.
     pub patch: f64,
+    /// Radius of a disc, m, 1e-4 to 100.
+    pub radius: f64,
+    /// Diameter of a hole, m, 1e-5 to 100.
+    pub hole: f64,
 }
 
 /// How the edges of a sheet are held.
@@ -117,10 +124,13 @@ impl Default for Setup {
             speed: 1.0,
             rate: 10.0,
             dynamic: false,
+            outlined: false,
             boundary: Boundary::Cantilever,
             modes: 3,
             side: None,
             patch: 0.05,
+            radius: 0.125,
+            hole: 0.1,
         }
     }
 }
@@ -151,6 +161,8 @@ impl Setup {
         check_range("rate", self.rate, 1e-3, 1e3, "rad/s")?;
         check_range("modes", self.modes.into(), 1.0, 50.0, "modes")?;
         check_range("patch", self.patch, 1e-5, 100.0, "m")?;
+        check_range("radius", self.radius, 1e-4, 100.0, "m")?;
+        check_range("hole", self.hole, 1e-5, 100.0, "m")?;
         self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))
     }
 
@@ -181,6 +193,14 @@ impl Setup {
             damping: self.damping_ratio,
             damping_ratio: Some(self.damping_ratio),
             ..SheetSpec::default()
+        };
+        let corner = (0.5 * self.length, 0.5 * width);
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let sheet = SheetSpec {
+            outline: self
+                .outlined
+                .then(|| OutlineSpec::Polygon(corners.map(|(x, z)| (x * corner.0, z * corner.1)).to_vec())),
+            ..sheet
         };
         Scene {
             name: "measure".into(),

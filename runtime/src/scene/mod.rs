@@ -323,7 +323,7 @@ pub enum Region {
     Point(f64, f64),
     /// Every mass, in every layer, with u in the first range and v in the second; ranges within 0 to 1.
     Rect((f64, f64), (f64, f64)),
-    /// The row of masses at u = 0, all layers.
+    /// The row of masses at u = 0, all layers; of a sheet with an outline, those at that side of the box around it.
     Left,
     /// The row of masses at u = 1, all layers.
     Right,
@@ -331,6 +331,8 @@ pub enum Region {
     Back,
     /// The row of masses at v = 1, all layers.
     Front,
+    /// Every mass on the outline, the rims of holes and cuts included, all layers.
+    Border,
     /// Masses by index.
     Masses(Vec<u32>),
 }

@@ -9,10 +9,13 @@ use crate::contact::through_thickness::Stack;
 use crate::element::Element;
 use crate::element::bending::Bending;
 use crate::element::cell_membrane::CellMembrane;
+use crate::element::edge_membrane::EdgeMembrane;
 use crate::element::spring::{Spring, Springs};
 use crate::element::staggered::{Grid, curvatures};
 use crate::element::thickness_limit::ThicknessLimit;
+use crate::element::triangle::triangle_curvatures;
 use crate::error::InputError;
+use crate::lattice::outline::{Edge, Mesh};
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
@@ -34,6 +37,8 @@ pub(super) struct Parts {
     pub damping: f64,
     /// What calibrated springs need beside themselves.
     pub calibrated: Option<Calibrated>,
+    /// The triangles of a sheet that is no rectangle.
+    pub mesh: Option<Mesh>,
 }
 
 impl Sheet {
@@ -46,16 +51,17 @@ impl Sheet {
         let material = spec.material.resolve(&scene.base)?;
         let mut parts = match &spec.file {
             Some(file) => read(&sht::read_sht_file(&scene.base.join(file))?)?,
-            None => generated(spec, &material)?,
+            None => generated(spec, &material, &scene.base)?,
         };
-        let calibrated = parts.calibrated.take();
-        let mut sheet = assemble(scene, spec, material, parts, calibrated.is_some());
+        let (calibrated, mesh) = (parts.calibrated.take(), parts.mesh.take());
+        let triangles = mesh.as_ref().map(upper_side);
+        let mut sheet = assemble(scene, spec, material, parts, calibrated.is_some(), triangles);
         if sheet.name.is_empty() {
             sheet.name = format!("sheet {index}");
         }
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
-        sheet.elements = shell_elements(spec, &sheet);
+        sheet.elements = shell_elements(spec, &sheet, mesh.as_ref());
         sheet.delivered = calibrated.as_ref().map(|c| c.delivered);
         if !sheet.elements.is_empty() {
             sheet.delivered = Some(1.0);
@@ -67,10 +73,29 @@ impl Sheet {
     }
 }
 
-/// Membrane and bending of a shell on a rectangle; none for a lattice.
-fn shell_elements(spec: &SheetSpec, sheet: &Sheet) -> Vec<Box<dyn Element>> {
+/// Triangles of a mesh as they are drawn, counter-clockwise seen from the upper side.
+fn upper_side(mesh: &Mesh) -> Vec<[u32; 3]> {
+    mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
+}
+
+/// Membrane and bending of a shell on a mesh of triangles. Edges of the boundary are clamped where both their masses are.
+fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &Mesh) -> Vec<Box<dyn Element>> {
+    let clamped = |e: &Edge| e.nodes.iter().all(|n| sheet.clamped[*n as usize]);
+    let (groups, normals) = triangle_curvatures(mesh, &clamped);
+    let rotation = spec.placement.quaternion();
+    let directions: Vec<DVec3> = normals.iter().map(|[u, v]| rotation * DVec3::new(*u, 0.0, *v)).collect();
+    let mut membrane = EdgeMembrane::new(mesh, &groups);
+    membrane.set_clamps(&directions);
+    vec![Box::new(membrane), Box::new(Bending::new(groups, &directions))]
+}
+
+/// Membrane and bending of a shell; none for a lattice.
+fn shell_elements(spec: &SheetSpec, sheet: &Sheet, mesh: Option<&Mesh>) -> Vec<Box<dyn Element>> {
     if spec.file.is_some() || sheet.structure != StructureKind::Shell {
         return Vec::new();
+    }
+    if let Some(mesh) = mesh {
+        return mesh_elements(spec, sheet, mesh);
     }
     let (columns, rows) = (sheet.grid.0 as usize, sheet.grid.2 as usize);
     let spacing = (spec.size.0 / (columns - 1) as f64, spec.size.1 / (rows - 1) as f64);
@@ -120,10 +145,18 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         uv: material_coordinates(&plain),
         lattice,
         calibrated: None,
+        mesh: None,
     })
 }
 
-fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts, bends: bool) -> Sheet {
+fn assemble(
+    scene: &Scene,
+    spec: &SheetSpec,
+    material: Material,
+    parts: Parts,
+    bends: bool,
+    triangles: Option<Vec<[u32; 3]>>,
+) -> Sheet {
     let Parts { lattice, rest, stiffness, mass, velocity, force, uv, structure, grid, damping, .. } = parts;
     let rotation = spec.placement.quaternion();
     let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
@@ -152,12 +185,16 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts, b
     let mut engine = scene.engine.make();
     engine.set_tolerance(scene.tolerance);
     let probes = lattice.layers.first().map_or_else(Vec::new, |bottom| {
-        spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom, &uv)).collect()
+        let list = triangles.clone().unwrap_or_else(|| bottom.triangles());
+        spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom.first, &list, &uv)).collect()
     });
     let n = lattice.positions.len();
     let layers = lattice.layers;
-    let triangles = layers.iter().flat_map(Layer::triangles).collect();
-    let drag = Drag::new(triangles, layers.len(), spec.drag);
+    let covered = match &triangles {
+        Some(list) => list.clone(),
+        None => layers.iter().flat_map(Layer::triangles).collect(),
+    };
+    let drag = Drag::new(covered, layers.len(), spec.drag);
     let mut sheet = Sheet {
         name: spec.name.clone(),
         structure,
@@ -168,6 +205,7 @@ fn assemble(scene: &Scene, spec: &SheetSpec, material: Material, parts: Parts, b
         friction: spec.friction.unwrap_or(scene.contact.friction),
         restitution: spec.restitution.unwrap_or(scene.contact.restitution),
         layers,
+        triangles,
         uv,
         border: lattice.border,
         layer_of: lattice.layer_of,
@@ -229,9 +267,8 @@ pub(super) fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
 }
 
 fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibrated>) -> Result<(), InputError> {
-    let find = |region: &Region, field: String| {
-        region::select(region, &sheet.layers, &sheet.uv).map_err(|e| InputError::new(field, e.problem))
-    };
+    let find =
+        |region: &Region, field: String| region::select(region, sheet).map_err(|e| InputError::new(field, e.problem));
     let each = |list: &[RegionVector], what: &str| -> Result<Vec<(Vec<u32>, DVec3)>, InputError> {
         let masses =
             list.iter().enumerate().map(|(i, r)| Ok((find(&r.region, format!("{what}.{i}.region"))?, r.value)));
@@ -314,7 +351,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
 pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
     let scene = Scene::default();
     let spec = SheetSpec::default();
-    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read(file)?, false);
+    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read(file)?, false, None);
     sheet.work.touching = vec![false; sheet.masses()];
     Ok(sheet)
 }

@@ -72,7 +72,7 @@ impl Sheet {
     /// Wave number of the present shape (rad/m) and the fraction of bending stiffness that the grid has for it.
     fn resolved(&self) -> (f64, f64) {
         let slowest = 1.875_104 / self.length;
-        let Some(layer) = self.layers.first() else { return (slowest, 1.0) };
+        let Some(layer) = self.layers.first().filter(|_| self.triangles.is_none()) else { return (slowest, 1.0) };
         let (nx, nz) = (layer.nx, layer.nz);
         let mut near = 0.0;
         let mut far = 0.0;

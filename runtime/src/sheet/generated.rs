@@ -1,6 +1,7 @@
 //! A sheet from its description: lattice, masses, and what every spring's stiffness is by the sheet's spring law.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use glam::DVec3;
 
@@ -10,7 +11,8 @@ use crate::element::spring::SpringClass;
 use crate::element::wall_spring::WallSprings;
 use crate::error::InputError;
 use crate::lattice::calibrate::{Clamped, Request, WallSpring, calibrate};
-use crate::lattice::{Lattice, LatticeSpec, StructureKind, generate};
+use crate::lattice::outline::{self, Outline};
+use crate::lattice::{Lattice, LatticeSpec, Layer, StructureKind, generate};
 use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
 
 /// What calibration adds to the springs of a lattice.
@@ -40,7 +42,10 @@ pub(super) fn cuts(pin: &PinSpec) -> bool {
 }
 
 /// The parts of a generated sheet.
-pub(super) fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError> {
+pub(super) fn generated(spec: &SheetSpec, material: &Material, base: &Path) -> Result<Parts, InputError> {
+    if spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty() {
+        return outlined(spec, material, base);
+    }
     if spec.springs == SpringLaw::Calibrated && spec.structure != StructureKind::Shell {
         return calibrated(spec, material);
     }
@@ -61,6 +66,25 @@ pub(super) fn generated(spec: &SheetSpec, material: &Material) -> Result<Parts, 
     let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
     let stiffness = stiffnesses(spec, material, &lattice, &rest);
     Ok(still(spec, lattice, rest, stiffness, mass))
+}
+
+/// A shell of any outline: one layer, its masses those of a mesh of triangles.
+fn outlined(spec: &SheetSpec, material: &Material, base: &Path) -> Result<Parts, InputError> {
+    let outline = Outline::new(spec.outline.as_ref(), &spec.holes, &spec.cuts, spec.size, base)?;
+    let mesh = outline::mesh(&outline, (spec.grid.0, spec.grid.2))?;
+    let n = mesh.positions.len();
+    let lattice = Lattice {
+        positions: mesh.positions.iter().map(|[u, v]| DVec3::new(*u, 0.0, *v)).collect(),
+        layer_of: vec![0; n],
+        border: mesh.border.clone(),
+        layers: vec![Layer { first: 0, nx: n as u32, nz: 1, triangular: false }],
+        ..Lattice::default()
+    };
+    let each = |area: &f64| spec.node_mass.unwrap_or(area * material.areal_mass());
+    let mass = mesh.lumped.iter().map(each).collect();
+    let mut parts = still(spec, lattice, Vec::new(), Vec::new(), mass);
+    parts.mesh = Some(mesh);
+    Ok(parts)
 }
 
 fn calibrated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError> {
@@ -107,6 +131,7 @@ fn still(spec: &SheetSpec, lattice: Lattice, rest: Vec<f64>, stiffness: Vec<f64>
         uv: material_coordinates(&lattice),
         lattice,
         calibrated: None,
+        mesh: None,
     }
 }
 

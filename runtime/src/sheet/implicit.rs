@@ -128,7 +128,8 @@ fn held_entries(sheet: &Sheet, pattern: &Pattern, row: &[u32]) -> (Vec<u32>, Vec
     let mut held = vec![[false; 3]; pattern.size()];
     for (mass, axes) in sheet.pins.rails() {
         if row[mass as usize] != NO_BLOCK {
-            held[row[mass as usize] as usize] = axes;
+            let all = &mut held[row[mass as usize] as usize];
+            all.iter_mut().zip(axes).for_each(|(held, axis)| *held |= axis);
         }
     }
     let (mut zeros, mut ones) = (Vec::new(), Vec::new());

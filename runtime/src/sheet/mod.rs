@@ -31,6 +31,7 @@ pub use modes::Mode;
 pub use pins::Pins;
 pub use probe::Probe;
 pub use region::select;
+use surface::Surface;
 pub use vectors::Vectors;
 
 use self::drag::Drag;
@@ -101,6 +102,9 @@ pub struct Sheet {
     pub restitution: f64,
     /// Layers, bottom first.
     pub layers: Vec<Layer>,
+    /// Triangles of a sheet that is no rectangle, counter-clockwise seen from its upper side; it then has one layer that is
+    /// no grid.
+    pub triangles: Option<Vec<[u32; 3]>>,
     /// Place of each mass in the sheet, (u, v), 0 to 1 over the bottom layer.
     pub uv: Vec<(f64, f64)>,
     /// Masses on the outline of their layer.
@@ -182,6 +186,15 @@ impl Sheet {
     /// Mass of the whole sheet, kg.
     pub fn total_mass(&self) -> f64 {
         self.mass.iter().sum()
+    }
+
+    /// Layer `index` as a surface to draw, with `parts` spline pieces from mass to mass of a grid; `None` where there is no such
+    /// layer.
+    pub fn surface(&self, index: usize, parts: u32) -> Option<Surface> {
+        match &self.triangles {
+            Some(triangles) => (index == 0).then(|| Surface::of_triangles(triangles, &self.uv)),
+            None => self.layers.get(index).map(|layer| Surface::new(layer, &self.uv, parts)),
+        }
     }
 
     /// Its springs.

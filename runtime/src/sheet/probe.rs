@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::Vectors;
-use crate::lattice::Layer;
 
 /// A point of the bottom layer, as three masses and weights that sum to 1.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,11 +14,11 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// The probe at (u, v), each 0 to 1; outside the triangles of a zigzag edge it is extrapolated from the nearest one.
-    pub fn new(name: &str, (u, v): (f64, f64), layer: &Layer, uv: &[(f64, f64)]) -> Self {
-        let mut best = Self { name: name.to_owned(), masses: [layer.first; 3], weights: [1.0, 0.0, 0.0] };
+    /// The probe at (u, v), each 0 to 1, of the layer that these triangles cover and whose first mass is `first`; outside the triangles of a zigzag edge it is extrapolated from the nearest one.
+    pub fn new(name: &str, (u, v): (f64, f64), first: u32, triangles: &[[u32; 3]], uv: &[(f64, f64)]) -> Self {
+        let mut best = Self { name: name.to_owned(), masses: [first; 3], weights: [1.0, 0.0, 0.0] };
         let mut best_slack = f64::NEG_INFINITY;
-        for masses in layer.triangles() {
+        for masses in triangles {
             let [a, b, c] = masses.map(|i| uv[i as usize]);
             let area = (b.0 - a.0) * (c.1 - a.1) - (c.0 - a.0) * (b.1 - a.1);
             let wb = ((u - a.0) * (c.1 - a.1) - (c.0 - a.0) * (v - a.1)) / area;
@@ -28,7 +27,7 @@ impl Probe {
             let slack = weights.iter().copied().fold(f64::INFINITY, f64::min);
             if slack > best_slack {
                 best_slack = slack;
-                best.masses = masses;
+                best.masses = *masses;
                 best.weights = weights;
             }
             if slack >= 0.0 {

@@ -1,5 +1,6 @@
 //! Which masses a region of a scene file means.
 
+use super::Sheet;
 use crate::error::InputError;
 use crate::lattice::Layer;
 use crate::scene::Region;
@@ -11,7 +12,8 @@ const SLACK: f64 = 1e-9;
 ///
 /// # Errors
 /// When a mass index does not exist, or the region holds no mass at all.
-pub fn select(region: &Region, layers: &[Layer], uv: &[(f64, f64)]) -> Result<Vec<u32>, InputError> {
+pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
+    let (layers, uv) = (&sheet.layers, &sheet.uv);
     let all = 0..uv.len() as u32;
     let columns = |last: bool| {
         let rows = layers.iter().flat_map(move |l| (0..l.nz).map(move |j| l.at(if last { l.nx - 1 } else { 0 }, j)));
@@ -21,8 +23,18 @@ pub fn select(region: &Region, layers: &[Layer], uv: &[(f64, f64)]) -> Result<Ve
         let row = layers.iter().flat_map(move |l| (0..l.nx).map(move |i| l.at(i, if last { l.nz - 1 } else { 0 })));
         row.collect()
     };
+    let beyond = |side: fn((f64, f64)) -> f64| {
+        let on = all.clone().filter(|i| side(uv[*i as usize]) <= SLACK);
+        on.collect::<Vec<u32>>()
+    };
     let masses: Vec<u32> = match region {
         Region::All => all.collect(),
+        Region::Border => all.filter(|i| sheet.border[*i as usize]).collect(),
+        // Of a mesh, the masses that lie on that side of the box around it.
+        Region::Left if sheet.triangles.is_some() => beyond(|(u, _)| u),
+        Region::Right if sheet.triangles.is_some() => beyond(|(u, _)| 1.0 - u),
+        Region::Back if sheet.triangles.is_some() => beyond(|(_, v)| v),
+        Region::Front if sheet.triangles.is_some() => beyond(|(_, v)| 1.0 - v),
         Region::Left => columns(false),
         Region::Right => columns(true),
         Region::Back => rows(false),

@@ -40,6 +40,17 @@ pub struct Surface {
 type Combination = Vec<(u32, f64)>;
 
 impl Surface {
+    /// Triangles between masses, flat; `uv` is the sheet's own.
+    pub fn of_triangles(triangles: &[[u32; 3]], uv: &[(f64, f64)]) -> Self {
+        Self {
+            first: (0..=uv.len() as u32).collect(),
+            masses: (0..uv.len() as u32).collect(),
+            weights: vec![1.0; uv.len()],
+            uvs: uv.iter().map(|(u, v)| [*u as f32, *v as f32]).collect(),
+            indices: triangles.to_vec(),
+        }
+    }
+
     /// Layer `layer` with `parts` spline pieces from one mass to the next (clamped to 1 to 16); 1 draws flat triangles
     /// between the masses. `uv` is the sheet's own.
     pub fn new(layer: &Layer, uv: &[(f64, f64)], parts: u32) -> Self {

@@ -89,9 +89,18 @@ pub struct Measure {
     /// Side of the clamped patch, m (pedestal).
     #[arg(long, default_value = "0.05", value_parser = number)]
     patch: f64,
+    /// Radius, m (disc).
+    #[arg(long, default_value = "0.125", value_parser = number)]
+    radius: f64,
+    /// Diameter of the hole, m (hole).
+    #[arg(long, default_value = "0.1", value_parser = number)]
+    hole: f64,
     /// Step from flat to rest instead of solving for equilibrium (cantilever and other cases of equilibrium).
     #[arg(long)]
     dynamic: bool,
+    /// Cover the rectangle with the triangles that sheets of any outline have.
+    #[arg(long)]
+    outlined: bool,
     /// Print JSON and nothing else.
     #[arg(long)]
     json: bool,
@@ -148,10 +157,13 @@ impl Measure {
             speed: self.speed,
             rate: self.rate,
             dynamic: self.dynamic,
+            outlined: self.outlined,
             boundary: self.boundary,
             modes: self.modes,
             side: self.side,
             patch: self.patch,
+            radius: self.radius,
+            hole: self.hole,
         })
     }
 }

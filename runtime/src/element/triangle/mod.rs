@@ -5,7 +5,7 @@
 //!
 //! κ = 1/A Σ_e [l φ n⊗n + sym(n⊗t) (x_b - x_a)].
 //!
-//! Slopes are no unknowns. That of an edge between two triangles is one value reconstructed from masses nearby ([`slope`]);
+//! Slopes are no unknowns. That of an edge between two triangles is one value reconstructed from masses nearby (`slope`);
 //! that of a clamped edge is prescribed; that of any other edge of the boundary is whatever costs least, which
 //! [`CurvatureGroup::relaxed`] leaves to the bending element. Constant curvatures come out exact on any mesh.
 //!

@@ -2,7 +2,7 @@
 //!
 //! An [`Outline`] is a boundary, the holes in it and the cuts through it, in the plane of the sheet: coordinates (x, z), m, x
 //! along the length and z along the width. Curves are kept as polylines that stay within [`FLATNESS`] of the outline's size of
-//! them; all distances are exact on these polylines. [`mesh`](triangulate::mesh) covers it with triangles:
+//! them; all distances are exact on these polylines. [`mesh()`] covers it with triangles:
 //!
 //! - `nodes`: masses on the boundary and the cuts, a cell apart, corners kept, and `layer`: a row a cell beside them;
 //! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells where there is room;

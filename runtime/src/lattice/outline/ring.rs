@@ -116,10 +116,8 @@ pub fn crossing(rings: &[Ring]) -> Option<(usize, usize, DVec2)> {
     sides.sort_by(|a, b| a.low.x.total_cmp(&b.low.x).then(a.ring.cmp(&b.ring)).then(a.index.cmp(&b.index)));
     for (i, a) in sides.iter().enumerate() {
         for b in sides[i + 1..].iter().take_while(|b| b.low.x <= a.high.x) {
-            if b.low.y <= a.high.y
-                && b.high.y >= a.low.y
-                && let Some(p) = sides_meet(a, b, rings)
-            {
+            let near = b.low.y <= a.high.y && b.high.y >= a.low.y;
+            if let Some(p) = near.then(|| sides_meet(a, b, rings)).flatten() {
                 return Some((a.ring.min(b.ring), a.ring.max(b.ring), p));
             }
         }

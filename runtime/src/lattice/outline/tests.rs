@@ -221,3 +221,41 @@ fn what_is_smaller_than_a_cell_is_named_with_its_size() {
         assert!(error.problem.contains(says), "{error}");
     }
 }
+
+#[test]
+fn random_shapes_give_a_mesh_or_an_error() {
+    let mut seed = 11_u64;
+    let mut random = move |low: f64, high: f64| {
+        seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        low + (high - low) * (seed >> 33) as f64 / (1_u64 << 31) as f64
+    };
+    let mut meshes = 0;
+    for case in 0..400 {
+        let corners = random(3.0, 14.0) as u32;
+        let (rough, place) = (random(0.0, 0.9), [random(-9.0, 9.0), random(-9.0, 9.0)]);
+        let around = |i: u32, r: f64| {
+            let angle = f64::from(i) * std::f64::consts::TAU / f64::from(corners);
+            (place[0] + r * angle.cos(), place[1] + r * angle.sin())
+        };
+        let ring = (0..corners).map(|i| around(i, random(1.0 - rough, 1.0))).collect();
+        let centre = (place[0] + random(-0.4, 0.4), place[1] + random(-0.4, 0.4));
+        let holes = if case % 3 == 0 { vec![HoleSpec::Disc { centre, radius: random(0.02, 0.4) }] } else { Vec::new() };
+        let mut cut = || (0..4).map(|_| (place[0] + random(-1.2, 1.2), place[1] + random(-1.2, 1.2))).collect();
+        let cuts: Vec<Vec<(f64, f64)>> = (0..case % 4).map(|_| cut()).collect();
+        let spec = OutlineSpec::Polygon(ring);
+        let Ok(outline) = Outline::new(Some(&spec), &holes, &cuts, (1.0, 1.0), Path::new("")) else { continue };
+        let grid = (random(4.0, 60.0) as u32, random(4.0, 60.0) as u32);
+        let Ok(mesh) = mesh(&outline, grid) else { continue };
+        meshes += 1;
+        let missing = (mesh.total_area() / outline.area() - 1.0).abs();
+        assert!(missing < 0.1, "case {case}: area off by {missing}");
+        let (low, high) = outline.bounds();
+        let cell = (high - low) / DVec2::new(f64::from(grid.0 - 1), f64::from(grid.1 - 1));
+        assert!(worst(&mesh, cell) > 0.04, "case {case}: quality {}", worst(&mesh, cell));
+        // A cut may join a hole to the boundary or part the sheet; without one every ring is a line of the mesh.
+        let lines = topology(&mesh);
+        assert!(!cuts.is_empty() || lines == (outline.rings().len(), 1), "case {case}: {lines:?}");
+    }
+    println!("{meshes} meshes");
+    assert!(meshes > 100, "only {meshes} meshes");
+}

@@ -1,0 +1,48 @@
+//! A round sheet, clamped at its rim or free: its slowest vibrations, without gravity.
+//!
+//! The grid counts masses across. Closed forms: clamped ω = 10.2158/R² √(D/ρt); free (ν = 0.3) 5.358/R² √(D/ρt), two alike.
+
+use serde_json::json;
+
+use super::{Boundary, Case, Outcome, Runner, Setup};
+use crate::error::InputError;
+use crate::lattice::outline::OutlineSpec;
+use crate::scene::{PinSpec, Region};
+
+pub(super) const CASE: Case = Case {
+    name: "disc",
+    about: "slowest vibrations of a round sheet: --radius M --boundary clamped|free --modes K",
+    contact: false,
+    run,
+};
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let across = 2.0 * setup.radius;
+    let setup = &Setup { damping_ratio: 0.0, gravity: 0.0, length: across, width: across, ..setup.clone() };
+    let mut scene = setup.scene();
+    let sheet = &mut scene.sheets[0];
+    sheet.outline = Some(OutlineSpec::Disc { radius: setup.radius });
+    let rigid = match setup.boundary {
+        Boundary::Free => 6,
+        Boundary::Clamped => {
+            sheet.pins.push(PinSpec::clamped(Region::Border));
+            0
+        }
+        Boundary::Supported => {
+            sheet.pins.push(PinSpec::held(Region::Border));
+            0
+        }
+        Boundary::Cantilever => {
+            return Err(InputError::new("boundary", "a disc is clamped, supported or free"));
+        }
+    };
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let modes = runner.world.sheets_mut()[0].modes(setup.modes as usize + rigid);
+    let keys = json!({
+        "boundary": setup.boundary.name(),
+        "radius_m": setup.radius,
+        "masses": runner.world.sheets()[0].masses(),
+        "omega_rad_s": modes.iter().skip(rigid).map(|m| m.omega).collect::<Vec<f64>>(),
+    });
+    Ok(runner.outcome(keys))
+}
