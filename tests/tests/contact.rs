@@ -9,7 +9,7 @@ use sheetwork::contact::SKIN;
 use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
 use sheetwork::measure::{Setup, measure};
-use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape};
+use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};
 use sheetwork_tests::{adrift, body, run, shipped, small_sheet, world};
 
 /// Explicit engines and structures that every rig is run with: order 1, 2, 4 and adaptive; one, two and three layers.
@@ -29,6 +29,7 @@ fn setup((engine, structure, layers): (EngineKind, StructureKind, u32)) -> Setup
         engine,
         structure,
         layers,
+        springs: SpringLaw::Length,
         grid: (7, 6),
         material,
         length: 0.2,

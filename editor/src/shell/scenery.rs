@@ -156,11 +156,11 @@ pub fn rebuild(
 fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetPart, Mesh)> {
     let sheet = editor.session.world().sheets().get(index)?;
     let layer = match display.layer {
-        Layer::Top => sheet.layers.last(),
-        Layer::Bottom => sheet.layers.first(),
-    }?;
-    let parts = if display.smooth { SMOOTH_PARTS } else { 1 };
-    let surface = Surface::new(layer, &sheet.uv, parts);
+        Layer::Top => sheet.layers.len().checked_sub(1)?,
+        Layer::Bottom => 0,
+    };
+    let parts = if display.smooth && sheet.triangles.is_none() { SMOOTH_PARTS } else { 1 };
+    let surface = sheet.surface(layer, parts)?;
     let mesh = sheet_mesh(&surface, &sheet.x);
     let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
     Some((SheetPart { index, surface, triangles, clearing, layer: display.layer, smooth: display.smooth }, mesh))

@@ -5,8 +5,11 @@ use super::Sheet;
 impl Sheet {
     /// Pairs of neighbouring masses of a layer, each once: the sides of the triangles that cover it.
     pub fn edges(&self) -> Vec<[u32; 2]> {
-        let triangles = self.layers.iter().flat_map(|layer| layer.triangles());
-        let sides = triangles.flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let triangles = match &self.triangles {
+            Some(triangles) => triangles.clone(),
+            None => self.layers.iter().flat_map(|layer| layer.triangles()).collect(),
+        };
+        let sides = triangles.into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();
         edges.sort_unstable();
         edges.dedup();

@@ -304,6 +304,8 @@ impl Sheet {
         if kind != self.engine_kind {
             self.engine = kind.make();
             self.engine_kind = kind;
+            // An implicit one then begins without what another has left in the elements.
+            self.field_before = None;
         }
         self.engine.set_tolerance(tolerance);
         self.wake();
