@@ -119,7 +119,7 @@ fn lists_have_a_row_for_everything() {
     assert!(names("cases").iter().any(|n| n == "oscillator"));
     assert!(names("scenes").iter().any(|n| n.ends_with("wedge.ron")));
     let engine = &place.json(&["list", "engines", "--json"])[0];
-    let fields = ["name", "about", "order", "stability_limit", "evaluations", "adaptive"];
+    let fields = ["name", "about", "order", "stability_limit", "evaluations", "adaptive", "implicit"];
     assert_eq!(keys(engine), fields);
     place.refused(&["list", "cheeses"], &["cheeses", "structures"]);
     place.refused(&["list", "scenes", "--folder", "nowhere"], &["nowhere"]);

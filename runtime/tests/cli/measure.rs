@@ -68,6 +68,9 @@ fn cases_find_what_is_known() {
     assert!((number(&slide, "distance_m") / (0.25 / (2.0 * 0.4 * 9.81)) - 1.0).abs() < 0.01, "{slide}");
     assert!(number(&measure(&place, "free-fall", &[]), "drop_error_m").abs() < 1e-9);
     let spin = measure(&place, "spin", &["--rate", "5"]);
+    assert!((number(&spin, "angular_momentum_ratio") - 1.0).abs() < 1e-2, "{spin}");
+    let flags = ["--rate", "5", "--structure", "trimm", "--engine", "verlet"];
+    let spin = measure(&place, "spin", &flags);
     assert!((number(&spin, "angular_momentum_ratio") - 1.0).abs() < 1e-9, "{spin}");
 }
 
