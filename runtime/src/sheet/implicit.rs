@@ -21,6 +21,9 @@ pub(crate) struct System {
     masses: Vec<u32>,
     pattern: Pattern,
     factor: Box<dyn Factor>,
+    places: Vec<[f64; 2]>,
+    /// For equilibria that do not stand by themselves; made when one is met.
+    indefinite: Option<Box<dyn Factor>>,
     /// Constant part of the tangent, and the 1/h it is for.
     constant: Vec<f64>,
     constant_at: Option<f64>,
@@ -79,6 +82,8 @@ impl System {
             masses,
             pattern,
             factor,
+            places,
+            indefinite: None,
             zeros,
             ones,
             springs,
@@ -300,13 +305,26 @@ impl Implicit for ImplicitSheet<'_> {
         d: &mut Vectors,
     ) -> Result<f64, NotPositive> {
         self.gradient(stage, x);
-        self.factorize(stage, x, geometric)?;
+        let positive = self.factorize(stage, x, geometric);
+        let system = &mut *self.system;
+        if positive.is_err() {
+            // An equilibrium need not be stable for Newton's method to find it.
+            if stage.per_time > 0.0 || geometric == Geometric::Clipped {
+                return Err(NotPositive);
+            }
+            let factor =
+                system.indefinite.get_or_insert_with(|| analyse(&system.pattern, &system.places, Backend::Indefinite));
+            factor.factorize(&system.values)?;
+        }
         self.pins.hold_rails(&mut self.system.gradient);
         let system = &mut *self.system;
         for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
             right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
         }
-        system.factor.solve(&mut system.right);
+        match (&mut system.indefinite, positive) {
+            (Some(factor), Err(_)) => factor.solve(&mut system.right),
+            _ => system.factor.solve(&mut system.right),
+        }
         d.clear();
         let mut slope = 0.0;
         for (step, mass) in system.right.chunks_exact(3).zip(&system.masses) {
