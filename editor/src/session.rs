@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
-use sheetwork::scene::Scene;
+use sheetwork::scene::{MaterialChoice, Scene};
 use sheetwork::sheet::{Status, Vectors};
 use sheetwork::{InputError, World};
 
@@ -64,6 +64,12 @@ pub struct Timing {
     pub lost_s: f64,
     /// Steps taken in the last frame.
     pub steps: u32,
+}
+
+/// Whether a parameter's path is one of the material of the sheet called `sheet`.
+fn is_of_material(path: &str, sheet: &str) -> bool {
+    let rest = path.strip_prefix("sheets.").and_then(|p| p.strip_prefix(sheet)).and_then(|p| p.strip_prefix('.'));
+    rest.is_some_and(|name| name.starts_with("material.") || name == "damping_ratio")
 }
 
 /// A world being worked with.
@@ -143,6 +149,32 @@ impl Session {
         }
     }
 
+    /// Makes sheet `index` of another material of the library, and starts the scene anew with it; what else was changed
+    /// stays. A refusal becomes a message and changes nothing. Returns whether it was taken.
+    pub fn choose_material(&mut self, index: usize, name: &str) -> bool {
+        let mut scene = self.world.scene().clone();
+        let Some(sheet) = scene.sheets.get_mut(index) else { return false };
+        sheet.material = MaterialChoice::Named(name.to_owned());
+        // Its own damping is the material's now, and so are constants that were set by hand.
+        sheet.damping_ratio = None;
+        match World::new(&scene) {
+            Ok(world) => self.world = world,
+            Err(error) => {
+                self.fail(error.to_string());
+                return false;
+            }
+        }
+        let called = self.world.sheets().get(index).map(|s| s.name.clone()).unwrap_or_default();
+        let of_it = |path: &str| is_of_material(path, &called) || is_of_material(path, &index.to_string());
+        self.changes.retain(|(path, _)| !of_it(path));
+        for (path, value) in std::mem::take(&mut self.changes) {
+            self.set(&path, &value);
+        }
+        self.generation += 1;
+        self.begin();
+        true
+    }
+
     /// Reads the scene's file again and starts it with the file's own values.
     pub fn reload(&mut self) -> bool {
         self.changes.clear();
@@ -179,9 +211,13 @@ impl Session {
     /// The engine's limit over the highest frequency of any sheet as it lies.
     fn find_largest_step(&mut self) {
         let limit = self.world.engine().info().stability_limit;
+        if !limit.is_finite() {
+            self.largest_step = None;
+            return;
+        }
         let frequency = self.world.sheets().iter().map(|sheet| {
             // A power iteration costs about a step each: fewer for large sheets, for which it is only a hint.
-            let iterations = (400_000 / sheet.springs().len().max(1)).clamp(20, 100);
+            let iterations = (400_000 / sheet.springs().len().max(4 * sheet.masses())).clamp(20, 100);
             sheet.largest_frequency(iterations)
         });
         let frequency = frequency.fold(0.0, f64::max);

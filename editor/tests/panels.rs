@@ -132,6 +132,8 @@ fn the_engine_panel_reaches_the_world() {
     harness.get_by_label("Moon").click();
     harness.run_steps(2);
     assert_eq!(harness.state().0.world().gravity().y, -1.62);
+    type_number(&mut harness, "Air", "1.3");
+    assert_eq!(harness.state().0.world().air().density, 1.3);
     type_number(&mut harness, "Air factor", "0.9");
     assert_eq!(harness.state().0.world().air().factor, 0.9);
     assert!(harness.state().0.messages().is_empty());

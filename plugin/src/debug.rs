@@ -74,6 +74,13 @@ fn draw_springs(
     full_strain: f32,
 ) {
     let springs = sheet.springs();
+    if springs.is_empty() {
+        // A shell has none: its net, as unstrained.
+        for [a, b] in sheet.edges() {
+            let (Some(a), Some(b)) = (at(a as usize), at(b as usize)) else { continue };
+            gizmos.line(a, b, strain_colour(0.0));
+        }
+    }
     for i in 0..springs.len() {
         let (Some(a), Some(b)) = (at(springs.a[i] as usize), at(springs.b[i] as usize)) else { continue };
         let rest = springs.rest[i] as f32;
@@ -94,8 +101,7 @@ fn strain_colour(s: f32) -> Color {
 }
 
 fn draw_masses(gizmos: &mut Gizmos<SheetGizmos>, sheet: &SheetInWorld, at: impl Fn(usize) -> Option<Vec3>, size: f32) {
-    let length = sheet.springs().rest.iter().copied().fold(f64::INFINITY, f64::min);
-    let size = if length.is_finite() { length as f32 * size } else { 0.01 };
+    let size = sheet.spacing().map_or(0.01, |(shortest, _)| shortest as f32 * size);
     for i in 0..sheet.masses() {
         let Some(p) = at(i) else { continue };
         let touching = sheet.touching().get(i).copied().unwrap_or(false);

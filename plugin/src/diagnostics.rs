@@ -29,6 +29,9 @@ impl SheetworkDiagnosticsPlugin {
     pub const AWAKE: DiagnosticPath = DiagnosticPath::const_new("sheetwork/awake");
     /// Kinetic, elastic and gravitational energy of all sheets, J.
     pub const ENERGY: DiagnosticPath = DiagnosticPath::const_new("sheetwork/energy");
+    /// Smallest fraction of the stiffness asked for that a sheet bends with now, %: what structure, grid and step leave of it
+    /// ([`Sheet::delivered_stiffness`](sheetwork::sheet::Sheet::delivered_stiffness)). Nothing while no sheet aims at any.
+    pub const STIFFNESS: DiagnosticPath = DiagnosticPath::const_new("sheetwork/stiffness");
     /// Time not simulated because frames took too long, s since the start.
     pub const TIME_LOST: DiagnosticPath = DiagnosticPath::const_new("sheetwork/time_lost");
 }
@@ -40,6 +43,7 @@ impl Plugin for SheetworkDiagnosticsPlugin {
             .register_diagnostic(Diagnostic::new(Self::CONTACTS))
             .register_diagnostic(Diagnostic::new(Self::AWAKE))
             .register_diagnostic(Diagnostic::new(Self::ENERGY).with_suffix("J"))
+            .register_diagnostic(Diagnostic::new(Self::STIFFNESS).with_suffix("%"))
             .register_diagnostic(Diagnostic::new(Self::TIME_LOST).with_suffix("s").with_max_history_length(1))
             .add_systems(FixedUpdate, measure.after(SheetworkSet::Writeback));
     }
@@ -55,5 +59,9 @@ fn measure(mut diagnostics: Diagnostics, world: Res<SheetWorld>, clock: Res<Shee
     diagnostics.add_measurement(&Paths::AWAKE, || states.iter().filter(|s| !s.asleep).count() as f64);
     let gravity = world.gravity();
     diagnostics.add_measurement(&Paths::ENERGY, || world.sheets().iter().map(|s| s.energy(gravity).total).sum());
+    let delivered = world.sheets().iter().filter_map(|s| s.delivered_stiffness(world.dt()));
+    if let Some(least) = delivered.map(|d| d.bends_as_pa / d.asked_pa).min_by(f64::total_cmp) {
+        diagnostics.add_measurement(&Paths::STIFFNESS, || 100.0 * least);
+    }
     diagnostics.add_measurement(&Paths::TIME_LOST, || clock.time_lost());
 }

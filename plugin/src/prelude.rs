@@ -11,4 +11,5 @@ pub use crate::render::{SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlug
 pub use crate::{SheetworkPlugins, sheetwork};
 pub use sheetwork::event::EventKind;
 pub use sheetwork::lattice::StructureKind;
-pub use sheetwork::scene::{Material as SheetMaterial, PathKey, PinSpec, Region};
+pub use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
+pub use sheetwork::scene::{Material as SheetMaterial, PathKey, PinSpec, Region, SpringLaw};

@@ -1,5 +1,9 @@
+//! Random materials, sizes, poses and kicks: which go unstable or gain energy. Arguments: how many, structures by commas,
+//! and anything more to print every run.
+
 use sheetwork::lattice::StructureKind;
 use sheetwork::measure::kicks::kick;
+
 fn main() {
     let runs: u64 = std::env::args().nth(1).and_then(|s| s.parse().ok()).unwrap_or(50);
     let kinds: Vec<StructureKind> =

@@ -35,7 +35,7 @@ fn fullest() -> Scene {
             ),
             velocities: [(region: Left, value: (0, 0, 0))],
             forces: [(region: All, value: (0, 0, 0))],
-            pins: [(region: Back, path: [(time: 0)])],
+            pins: [(region: Back, path: [(time: 0)], clamp: true)],
         ), (
             structure: "shell",
             grid: (11, 1, 11),
@@ -88,8 +88,10 @@ fn every_field_is_in_the_table_of_its_struct() {
         }
     };
     check("### Scene", &tree);
+    check("#### Air", &tree["air"]);
     check("#### Room", &tree["room"]);
     check("### Sheet", &tree["sheets"][0]);
+    check("#### Pin", &tree["sheets"][0]["pins"][0]);
     check("### Material", &tree["sheets"][0]["material"]);
     check("### Body", &tree["bodies"][0]);
     check("#### Path", &tree["bodies"][0]["path"][0]);
@@ -102,7 +104,7 @@ fn every_choice_is_documented() {
     wanted.extend(lattice::TABLE.iter().map(|s| format!("| `{}` |", s.name)));
     wanted.extend(engine::TABLE.iter().map(|e| format!("| `{}` |", e.name)));
     wanted.extend(material::LIBRARY.iter().map(|(name, _, _)| format!("| `{name}` |")));
-    for part in ["All", "Left", "Right", "Back", "Front", "Uniform", "Length", "HalfSpace"] {
+    for part in ["All", "Left", "Right", "Back", "Front", "Border", "Uniform", "Length", "Calibrated", "HalfSpace"] {
         wanted.push(format!("`{part}`"));
     }
     for part in ["Disc", "RoundedRectangle", "Path", "Svg"] {

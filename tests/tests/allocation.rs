@@ -1,10 +1,11 @@
-//! A warm step of an explicit engine allocates nothing: a counting allocator watches hundreds of them.
+//! A warm step allocates nothing: a counting allocator watches hundreds of them.
 
 use allocation_counter::measure;
 use glam::DVec3;
 use sheetwork::engine::{EngineKind, TABLE};
 use sheetwork::lattice;
-use sheetwork::scene::{PathKey, PinSpec, Placement, Region, Scene, Shape};
+use sheetwork::lattice::outline::OutlineSpec;
+use sheetwork::scene::{Air, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork_tests::{adrift, body, excite_randomly, shipped, small_sheet, world};
 
 /// Allocations in 200 steps of `scene` after 1.3 s to warm up, in which every kind of contact and event has happened: an
@@ -40,6 +41,35 @@ fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_engine_and_structure()
     }
 }
 
+/// A real sheet of `structure`, clamped at one edge, in a wind that changes nothing but its pose.
+fn clamped(structure: lattice::StructureKind, engine: EngineKind) -> Scene {
+    let sheet = SheetSpec {
+        structure,
+        grid: (11, if structure == lattice::StructureKind::Shell { 1 } else { 2 }, 11),
+        size: (0.25, 0.25),
+        material: MaterialChoice::Named("pet".into()),
+        springs: SpringLaw::Calibrated,
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    };
+    let air = Air { density: 1.2, wind: DVec3::new(2.0, 0.0, 3.0), ..Air::default() };
+    Scene { engine, dt: 1.0 / 60.0, air, sheets: vec![sheet], ..Scene::default() }
+}
+
+#[test]
+fn a_warm_implicit_step_of_a_real_sheet_allocates_nothing() {
+    use lattice::StructureKind::{DoubleDiagonal, Shell, Trimm};
+    for structure in [Shell, Trimm, DoubleDiagonal] {
+        for engine in TABLE.iter().filter(|e| e.implicit) {
+            assert_eq!(allocations(&clamped(structure, engine.kind)), 0, "{} on {structure}", engine.name);
+        }
+    }
+    let mut disc = clamped(Shell, EngineKind::TrBdf2);
+    disc.sheets[0].outline = Some(OutlineSpec::Disc { radius: 0.1 });
+    disc.sheets[0].pins = vec![PinSpec::clamped(Region::Point(0.5, 0.5))];
+    assert_eq!(allocations(&disc), 0, "a disc");
+}
+
 #[test]
 fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
     for name in ["wedge", "slide_17", "two_walls", "hemisphere", "cube"] {
@@ -65,7 +95,7 @@ fn pins_paths_and_a_flexion_limit_allocate_nothing() {
     let mut sheet = small_sheet(lattice::StructureKind::Provot2d, 0.1);
     let path =
         vec![PathKey::default(), PathKey { time: 1.0, offset: DVec3::new(0.05, 0.1, 0.0), rotation: DVec3::ZERO }];
-    sheet.pins.push(PinSpec { region: Region::Left, path });
+    sheet.pins.push(PinSpec { path, ..PinSpec::held(Region::Left) });
     sheet.flexion_limit = Some(10.0);
     let mut scene = adrift(sheet, EngineKind::EulerRichardson);
     scene.gravity = DVec3::new(0.0, -9.81, 0.0);

@@ -29,13 +29,12 @@ fn excited(structure: StructureKind, engine: EngineKind, case: Case) -> (World, 
             PathKey::default(),
             PathKey { time: 100.0, offset: DVec3::new(0.0, 10.0, 0.0), rotation: DVec3::ZERO },
         ];
-        spec.pins.push(PinSpec { region: Region::Left, path });
+        spec.pins.push(PinSpec { path, ..PinSpec::held(Region::Left) });
     }
     let mut world = world(&adrift(spec, engine));
     let sheet = &mut world.sheets_mut()[0];
     let (omega, _) = highest_mode(sheet);
-    let pinned =
-        if case == Case::Led { select(&Region::Left, &sheet.layers, &sheet.uv).expect("a left edge") } else { vec![] };
+    let pinned = if case == Case::Led { select(&Region::Left, sheet).expect("a left edge") } else { vec![] };
     // Displaced as well as moving: from an unstretched start a semi-implicit scheme looks an order better than it is. A
     // tenth of the gap is far from any collapse and enough for the springs' geometry to be nonlinear.
     excite_smoothly(sheet, 0.004, 0.2 * omega, &pinned);
@@ -134,12 +133,15 @@ fn a_free_sheet_keeps_its_linear_momentum_to_rounding_with_every_engine() {
     for structure in lattice::TABLE {
         for engine in TABLE {
             let mut world = world(&adrift(small_sheet(structure.kind, 0.1), engine.kind));
-            let (omega, _) = highest_mode(&world.sheets()[0]);
+            let (omega, _) = highest_mode(&mut world.sheets_mut()[0]);
             excite_randomly(&mut world.sheets_mut()[0], 0.05, 2);
             let (before, scale) = (world.sheets()[0].momentum(), motion(&world));
             run(&mut world, 500, 0.05 / omega);
             let lost = world.sheets()[0].momentum().distance(before) / scale;
-            assert!(lost < 1e-13, "{} on {}: {lost}", engine.name, structure.name);
+            // An implicit one finds velocities from how far masses went in a step: positions of 0.2 m are rounded to
+            // 1e-17 m, over a step of some 1e-4 s at 0.05 m/s, 500 times.
+            let bound = if engine.implicit { 1e-9 } else { 1e-13 };
+            assert!(lost < bound, "{} on {}: {lost}", engine.name, structure.name);
         }
     }
 }
@@ -159,7 +161,9 @@ fn turned(structure: StructureKind, engine: EngineKind, steps: u32) -> f64 {
 
 #[test]
 fn a_free_sheet_keeps_its_angular_momentum_as_its_engine_can() {
-    // Internal forces are central, so their moments cancel at the positions they are computed at. Euler-Cromer and Verlet
+    // Internal forces are central, or add up to no moment as a shell's do (its damping but nearly: it acts along the normal,
+    // and where a sheet is stretched unevenly its curvature lies not quite along that), so their moments cancel at the
+    // positions they are computed at. Euler-Cromer and Verlet
     // kick velocities at those positions and then move masses along their velocities, which changes no x × v: exact. The
     // Runge-Kutta family (Euler, the constant-acceleration step, the midpoint rule, rk4, rk45) conserves linear invariants
     // only; x × v is quadratic and is kept to the order of the scheme.
@@ -170,8 +174,9 @@ fn a_free_sheet_keeps_its_angular_momentum_as_its_engine_can() {
             let (coarse, fine) = (turned(structure.kind, engine.kind, n), turned(structure.kind, engine.kind, 2 * n));
             println!("{:16} {:16}: angular momentum off by {coarse:.1e}, {fine:.1e}", structure.name, engine.name);
             if matches!(engine.kind, EngineKind::EulerCromer | EngineKind::Verlet) {
-                assert!(coarse < 1e-13 && fine < 1e-13, "{} on {}: {coarse} {fine}", engine.name, structure.name);
-            } else {
+                let bound = if structure.kind == StructureKind::Shell { 1e-5 } else { 1e-13 };
+                assert!(coarse < bound && fine < bound, "{} on {}: {coarse} {fine}", engine.name, structure.name);
+            } else if structure.kind != StructureKind::Shell {
                 let order = (coarse / fine).log2();
                 assert!(order > f64::from(engine.order) - 0.3, "{} on {}: {order}", engine.name, structure.name);
             }
@@ -189,16 +194,13 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
     for structure in lattice::TABLE {
         for engine in TABLE {
             let mut spec = small_sheet(structure.kind, 0.1);
-            spec.pins = vec![
-                PinSpec { region: Region::Left, path: path.clone() },
-                PinSpec { region: Region::Right, path: vec![] },
-            ];
+            spec.pins =
+                vec![PinSpec { path: path.clone(), ..PinSpec::held(Region::Left) }, PinSpec::held(Region::Right)];
             let mut world = world(&adrift(spec, engine.kind));
             world.set_gravity(DVec3::new(0.0, -9.81, 0.0)).expect("in range");
             let sheet = &world.sheets()[0];
             let start = sheet.x.clone();
-            let [led, held] =
-                [Region::Left, Region::Right].map(|r| select(&r, &sheet.layers, &sheet.uv).expect("an edge"));
+            let [led, held] = [Region::Left, Region::Right].map(|r| select(&r, sheet).expect("an edge"));
             for _ in 0..50 {
                 run(&mut world, 1, 0.002);
                 let offset = sheetwork::scene::path_at(&path, world.time()).0;
@@ -213,7 +215,8 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
 
 #[test]
 fn an_engine_switched_while_running_goes_on_from_the_same_state() {
-    // An engine keeps nothing from step to step but rk45 its step size, so a switched world and a fresh one that is given
+    // An explicit engine keeps nothing from step to step but rk45 its step size, and an implicit one begins anew when it is
+    // chosen, so a switched world and a fresh one that is given
     // the same positions and velocities must go on with the same bits: no jump, nothing left over.
     for structure in lattice::TABLE {
         for first in TABLE {
@@ -226,7 +229,7 @@ fn an_engine_switched_while_running_goes_on_from_the_same_state() {
                 let (mut fresh, _) = excited(structure.kind, second.kind, Case::Damped);
                 fresh.sheets_mut()[0].x = x;
                 fresh.sheets_mut()[0].v = v;
-                if first.kind == second.kind && first.adaptive {
+                if first.kind == second.kind && (first.adaptive || first.implicit) {
                     continue;
                 }
                 run(&mut switched, 5, 0.1 / omega);
@@ -255,12 +258,19 @@ fn gravity_changed_while_running_acts_from_the_next_step() {
             let (x1, v1) = centre(&world);
             let sign = match engine.kind {
                 EngineKind::Euler => -1.0,
-                EngineKind::EulerCromer => 1.0,
+                EngineKind::EulerCromer | EngineKind::BackwardEuler => 1.0,
                 _ => 0.0,
             };
             let x = x0 + v0 * (2.0 * t) + (1.5 * g1 + 0.5 * g2) * (t * t) + (g1 + g2) * (0.5 * sign * t * h);
-            assert!(v1.distance(v0 + (g1 + g2) * t) < 1e-13, "{} on {}", engine.name, structure.name);
-            assert!(x1.distance(x) < 1e-13, "{} on {}: {}", engine.name, structure.name, x1.distance(x));
+            // The two of order 2 carry what gravity did in the step before, and so feel part of the change a step late.
+            let late = matches!(engine.kind, EngineKind::TrBdf2 | EngineKind::Bdf2);
+            let rounding = if engine.implicit { 1e-9 } else { 1e-13 };
+            let (dv, dx) =
+                if late { ((g2 - g1).length() * h, (g1.length() + g2.length()) * t * h) } else { (0.0, 0.0) };
+            let (off_v, off_x) = (v1.distance(v0 + (g1 + g2) * t), x1.distance(x));
+            println!("{} on {}: off by {off_v:.1e} m/s, {off_x:.1e} m", engine.name, structure.name);
+            assert!(off_v < 0.51 * dv + rounding, "{} on {}: {off_v}", engine.name, structure.name);
+            assert!(off_x < dx + rounding, "{} on {}: {off_x}", engine.name, structure.name);
         }
     }
 }
@@ -292,7 +302,7 @@ fn the_flexion_limit_keeps_the_angle_and_the_momenta() {
         let limit = 20.0;
         for engine in TABLE {
             let (mut with, mut without) = (thrown(Some(limit), engine.kind), thrown(None, engine.kind));
-            let (omega, _) = highest_mode(&with.sheets()[0]);
+            let (omega, _) = highest_mode(&mut with.sheets_mut()[0]);
             let (scale, p, l) = (motion(&with), with.sheets()[0].momentum(), with.sheets()[0].angular_momentum());
             let (mut largest, mut free) = (0.0_f64, 0.0_f64);
             for _ in 0..800 {
@@ -305,7 +315,8 @@ fn the_flexion_limit_keeps_the_angle_and_the_momenta() {
             assert!(free > 2.0 * limit, "the throw is too weak to test anything: {free}");
             // The angle may pass the limit within the step that finds it there: 1.5 m/s over 0.1 m in a step is a degree.
             assert!(largest < limit + 1.5, "{} on {}: {largest}", engine.name, structure.name);
-            assert!(with.sheets()[0].momentum().distance(p) < 1e-12 * scale, "{}", engine.name);
+            let rounding = if engine.implicit { 1e-8 } else { 1e-12 };
+            assert!(with.sheets()[0].momentum().distance(p) < rounding * scale, "{}", engine.name);
             // Impulses of the limit have no moment; what is left is the engine's own (see above).
             if matches!(engine.kind, EngineKind::EulerCromer | EngineKind::Verlet) {
                 let turned = with.sheets()[0].angular_momentum().distance(l);

@@ -9,7 +9,7 @@ use sheetwork::contact::SKIN;
 use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
 use sheetwork::measure::{Setup, measure};
-use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape};
+use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};
 use sheetwork_tests::{adrift, body, run, shipped, small_sheet, world};
 
 /// Explicit engines and structures that every rig is run with: order 1, 2, 4 and adaptive; one, two and three layers.
@@ -29,6 +29,7 @@ fn setup((engine, structure, layers): (EngineKind, StructureKind, u32)) -> Setup
         engine,
         structure,
         layers,
+        springs: SpringLaw::Length,
         grid: (7, 6),
         material,
         length: 0.2,
@@ -227,7 +228,7 @@ fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
         let mut scene = laid(StructureKind::DoubleDiagonal, 0.2);
         scene.sheets[0].thickness_limit = limit;
         scene.sheets[0].grid = (9, 2, 9);
-        scene.sheets[0].pins.push(PinSpec { region: Region::Left, path: vec![] });
+        scene.sheets[0].pins.push(PinSpec::held(Region::Left));
         let path = vec![
             PathKey::default(),
             PathKey { time: 2.0, offset: DVec3::new(0.0, 1.2, 0.0), rotation: DVec3::new(0.0, 90.0, 0.0) },

@@ -39,9 +39,12 @@ fn every_scene_ends_well() {
         assert!(deepest < 1e-4, "{name}: a mass was {deepest} m deep");
         for sheet in world.sheets() {
             assert!(sheet.x.iter().chain(sheet.v.iter()).all(|p| p.is_finite()), "{name}");
-            assert!(sheet.counters.contacts > 0, "{name}: {} met nothing", sheet.name);
-            // What has not come to rest by the end has at least slowed to a tremble of a few centimetres a second.
-            assert!(sheet.max_speed() < 0.1, "{name}: {} still has {} m/s", sheet.name, sheet.max_speed());
+            let falls = world.scene().sheets.iter().all(|s| s.pins.is_empty());
+            assert!(!falls || sheet.counters.contacts > 0, "{name}: {} met nothing", sheet.name);
+            // What has not come to rest by the end has at least slowed to a tremble of a few centimetres a second, unless
+            // the wind keeps it moving.
+            let windy = world.air().wind.length() > 0.0;
+            assert!(windy || sheet.max_speed() < 0.1, "{name}: {} still has {} m/s", sheet.name, sheet.max_speed());
             assert!(sheet.status == Status::Asleep || !rests, "{name}");
         }
         if let Some(room) = &world.scene().room {

@@ -44,6 +44,8 @@ fn engine_and_step(ui: &mut Ui, session: &mut Session) {
         let limit = session.largest_step();
         if info.adaptive {
             ui.weak("adapts");
+        } else if info.implicit {
+            ui.weak("any step holds").on_hover_text("A longer one is less exact: see the stiffness under Numbers");
         } else if let Some(limit) = limit {
             let text = RichText::new(format!("≤ {}", format_si(limit, "s")));
             let text = if session.world().dt() > limit { text.color(ui.visuals().warn_fg_color) } else { text.weak() };
@@ -62,20 +64,34 @@ fn engine_and_step(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-fn gravity(ui: &mut Ui, session: &mut Session) {
-    let now = session.world().gravity();
-    let set = |session: &mut Session, g: DVec3| session.set("gravity", &format!("({}, {}, {})", g.x, g.y, g.z));
-    ui.label("Gravity").on_hover_text("m/s²; y points up");
+/// Three numbers, x, y and z, of a vector that is `now`; the new vector when one has been changed.
+fn vector(ui: &mut Ui, now: DVec3, speed: f64) -> Option<DVec3> {
+    let mut changed = None;
     ui.horizontal(|ui| {
         for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
             let label = ui.weak(name);
-            if let Some(value) = number(ui, &label, now[axis], 1.0, 0.02, "") {
-                let mut g = now;
-                g[axis] = value;
-                set(session, g);
+            if let Some(value) = number(ui, &label, now[axis], 1.0, speed, "") {
+                let mut new = now;
+                new[axis] = value;
+                changed = Some(new);
             }
         }
     });
+    changed
+}
+
+/// A vector as [`Session::set`] takes it.
+fn text(v: DVec3) -> String {
+    format!("({}, {}, {})", v.x, v.y, v.z)
+}
+
+fn gravity(ui: &mut Ui, session: &mut Session) {
+    let now = session.world().gravity();
+    let set = |session: &mut Session, g: DVec3| session.set("gravity", &text(g));
+    ui.label("Gravity").on_hover_text("m/s²; y points up");
+    if let Some(g) = vector(ui, now, 0.02) {
+        set(session, g);
+    }
     ui.end_row();
     ui.label("");
     ui.horizontal(|ui| {
@@ -90,6 +106,20 @@ fn gravity(ui: &mut Ui, session: &mut Session) {
 
 fn air(ui: &mut Ui, session: &mut Session) {
     let air = session.world().air();
+    let about = "Density of the air that presses on sheets; a room's is 1.2 kg/m³";
+    slider(ui, session, ("Air", about, "air.density"), (air.density, 0.0..=2.0), |s| {
+        s.max_decimals(3).suffix(" kg/m³")
+    });
+    if air.density > 0.0 {
+        ui.label("Wind").on_hover_text("m/s; y points up");
+        if let Some(wind) = vector(ui, air.wind, 0.02) {
+            session.set("air.wind", &text(wind));
+        }
+        ui.end_row();
+    }
+    if air.factor >= 1.0 && session.world().scene().air.factor >= 1.0 {
+        return;
+    }
     let about = format!("What a mass keeps of its speed in every {}; 1 is no air", format_si(air.per, "s"));
     slider(ui, session, ("Air factor", &about, "air.factor"), (air.factor, 0.8..=1.0), |s| s.max_decimals(4));
     let label = ui.label("… in every").on_hover_text("Time in which a mass keeps that part of its speed");

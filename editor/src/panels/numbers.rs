@@ -23,6 +23,11 @@ pub fn numbers(ui: &mut Ui, session: &Session) {
     ui.strong("Sheets");
     Grid::new("sheets").num_columns(2).show(ui, |ui| counts(ui, session));
     ui.separator();
+    if session.world().sheets().iter().any(|s| s.delivered_stiffness(session.world().dt()).is_some()) {
+        ui.strong("Stiffness");
+        stiffness(ui, session);
+        ui.separator();
+    }
     ui.strong("Events");
     events(ui, session.world().events());
 }
@@ -106,6 +111,30 @@ fn counts(ui: &mut Ui, session: &Session) {
     row(ui, "deepest", format_si(session.penetration().iter().copied().fold(0.0, f64::max), "m"));
     let resting = sheets.iter().filter(|s| s.status == Status::Asleep).count();
     row(ui, "at rest", format!("{resting} of {}", sheets.len()));
+}
+
+/// What each sheet delivers of the stiffness that was asked for: "asked 3.00 GPa, bends as 2.98 GPa".
+fn stiffness(ui: &mut Ui, session: &Session) {
+    let world = session.world();
+    for sheet in world.sheets() {
+        let Some(found) = sheet.delivered_stiffness(world.dt()) else { continue };
+        let text =
+            format!("asked {}, bends as {}", format_si(found.asked_pa, "Pa"), format_si(found.bends_as_pa, "Pa"));
+        let percent = |part: f64| format!("{:.2} %", 100.0 * part);
+        let about = format!(
+            "Of the stiffness of its material the structure delivers {}, the grid {} of that for the present shape, and the step {} \
+             of that for the present motion. The engine alone damps the present wave by {} of critical, the material by {}.",
+            percent(found.structure),
+            percent(found.grid),
+            percent(found.step),
+            percent(found.numerical_damping_ratio),
+            percent(found.material_damping_ratio),
+        );
+        if world.sheets().len() > 1 {
+            ui.label(RichText::new(&sheet.name).color(QUIET));
+        }
+        ui.label(RichText::new(text).monospace().size(10.5)).on_hover_text(about);
+    }
 }
 
 fn events(ui: &mut Ui, events: &[Event]) {

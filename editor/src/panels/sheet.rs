@@ -2,6 +2,9 @@
 
 use bevy_egui::egui::{ComboBox, Grid, Ui};
 
+use sheetwork::scene::MaterialChoice;
+use sheetwork::scene::material::LIBRARY;
+
 use super::EditorState;
 use super::controls::{format_si, number, parse_si, slider};
 use crate::session::Session;
@@ -20,10 +23,12 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     };
     let (nx, layers, nz) = sheet.grid;
     ui.weak(format!("{} {nx}×{layers}×{nz}, {}", sheet.structure, format_si(1e3 * sheet.total_mass(), "g")));
-    let (material, damping) = (sheet.material().clone(), sheet.damping());
+    let (material, damping, ratio) = (sheet.material().clone(), sheet.damping(), sheet.damping_ratio());
+    let (follows, drag, airy) = (sheet.follows_material(), sheet.drag(), session.world().air().density > 0.0);
     let (friction, restitution) = (sheet.friction, sheet.restitution);
     let path = |name: &str| format!("sheets.{index}.{name}");
     Grid::new("sheet").num_columns(2).show(ui, |ui| {
+        materials(ui, session, index);
         let about = "Young's modulus: how hard the sheet is to stretch. Type 3G for 3 GPa";
         let names = ("Young", about, path("material.young"));
         slider(ui, session, (names.0, names.1, &names.2), (material.young, 1.0..=1e11), |s| {
@@ -34,9 +39,25 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             session.set(&path("material.thickness"), &value.to_string());
         }
         ui.end_row();
-        let about = "Dashpots along the springs, as a fraction of critical";
-        let damping_path = path("damping");
-        slider(ui, session, ("Damping", about, &damping_path), (damping, 0.0..=1.0), |s| s.max_decimals(3));
+        if follows {
+            let about = "Poisson's ratio: how much it narrows when it is stretched";
+            let poisson = path("material.poisson");
+            slider(ui, session, ("Poisson", about, &poisson), (material.poisson, 0.0..=0.49), |s| s.max_decimals(3));
+            let about = "Damping ratio of the slowest bending motion; faster ones are damped more";
+            let damping_path = path("damping_ratio");
+            slider(ui, session, ("Damping", about, &damping_path), (ratio, 0.0..=0.5), |s| s.max_decimals(4));
+        } else {
+            let about = "Dashpots along the springs, as a fraction of critical";
+            let damping_path = path("damping");
+            slider(ui, session, ("Damping", about, &damping_path), (damping, 0.0..=1.0), |s| s.max_decimals(3));
+        }
+        if airy {
+            let (across, along) = (path("drag.0"), path("drag.1"));
+            let about = "Drag coefficient where the air meets the sheet's face";
+            slider(ui, session, ("Drag", about, &across), (drag.0, 0.0..=2.0), |s| s.max_decimals(3));
+            let about = "Drag coefficient where the air runs along the sheet";
+            slider(ui, session, ("… along", about, &along), (drag.1, 0.0..=0.2), |s| s.max_decimals(4));
+        }
         let friction_path = path("friction");
         let about = "Coulomb friction coefficient of the sheet";
         slider(ui, session, ("Friction", about, &friction_path), (friction, 0.0..=1.0), |s| s.max_decimals(3));
@@ -45,6 +66,27 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         slider(ui, session, ("Restitution", about, &restitution_path), (restitution, 0.0..=1.0), |s| s.max_decimals(3));
         flexion_limit(ui, session, index);
     });
+}
+
+/// The materials of the library. Mass and shape are another material's too, so that choosing one starts the scene anew.
+fn materials(ui: &mut Ui, session: &mut Session, index: usize) {
+    let label = ui.label("Material");
+    let now = match session.world().scene().sheets.get(index).map(|s| &s.material) {
+        Some(MaterialChoice::Named(name)) => name.clone(),
+        Some(MaterialChoice::File(file)) => file.display().to_string(),
+        _ => "its own".to_owned(),
+    };
+    let mut chosen = now.clone();
+    let shown = ComboBox::from_id_salt("material").selected_text(&now).width(150.0).show_ui(ui, |ui| {
+        for (name, about, _) in LIBRARY {
+            ui.selectable_value(&mut chosen, (*name).to_owned(), *name).on_hover_text(*about);
+        }
+    });
+    shown.response.labelled_by(label.id).on_hover_text("Choosing another starts the scene anew");
+    if chosen != now {
+        session.choose_material(index, &chosen);
+    }
+    ui.end_row();
 }
 
 fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {

@@ -6,7 +6,6 @@ use sheetwork::World;
 use sheetwork::contact::rigid::Body;
 use sheetwork::scene::{Polyhedron, Room, Shape};
 use sheetwork::sheet::Sheet;
-use sheetwork::sheet::surface::Surface;
 
 /// Which layer of a sheet is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -146,11 +145,11 @@ impl Model {
 
     fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look) {
         let layer = match look.layer {
-            Layer::Top => sheet.layers.last(),
-            Layer::Bottom => sheet.layers.first(),
+            Layer::Top => sheet.layers.len().saturating_sub(1),
+            Layer::Bottom => 0,
         };
-        let Some(layer) = layer else { return };
-        let mut mesh = Surface::new(layer, &sheet.uv, look.parts).mesh(&sheet.x);
+        let Some(surface) = sheet.surface(layer, look.parts) else { return };
+        let mut mesh = surface.mesh(&sheet.x);
         if let Some(view) = world.rigid().map(|rigid| rigid.view()) {
             let (reach, skin) = clearing(sheet, look.parts);
             clear_of_bodies(&view, &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);

@@ -156,11 +156,11 @@ pub fn rebuild(
 fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetPart, Mesh)> {
     let sheet = editor.session.world().sheets().get(index)?;
     let layer = match display.layer {
-        Layer::Top => sheet.layers.last(),
-        Layer::Bottom => sheet.layers.first(),
-    }?;
-    let parts = if display.smooth { SMOOTH_PARTS } else { 1 };
-    let surface = Surface::new(layer, &sheet.uv, parts);
+        Layer::Top => sheet.layers.len().checked_sub(1)?,
+        Layer::Bottom => 0,
+    };
+    let parts = if display.smooth && sheet.triangles.is_none() { SMOOTH_PARTS } else { 1 };
+    let surface = sheet.surface(layer, parts)?;
     let mesh = sheet_mesh(&surface, &sheet.x);
     let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
     Some((SheetPart { index, surface, triangles, clearing, layer: display.layer, smooth: display.smooth }, mesh))
@@ -246,7 +246,8 @@ pub fn dots(
         shown.masses = wanted;
         dots.iter().for_each(|(entity, ..)| commands.entity(entity).despawn());
         for (index, sheet) in session.world().sheets().iter().enumerate().filter(|_| wanted) {
-            let radius = dot_radius(sheet.springs().rest.iter().copied().fold(f64::INFINITY, f64::min));
+            // A quarter of the shortest distance across.
+            let radius = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.16 * shortest) as f32;
             for mass in 0..sheet.masses() {
                 let place = Transform::from_translation(sheet.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
                 let look = (Mesh3d(paints.round.clone()), MeshMaterial3d(paints.dot.clone()), NotShadowCaster);
@@ -272,12 +273,8 @@ pub fn dots(
     }
 }
 
-/// A dot is a quarter of the shortest spring across, m.
-fn dot_radius(shortest: f64) -> f32 {
-    if shortest.is_finite() { (0.16 * shortest) as f32 } else { 1e-3 }
-}
-
-/// Draws the springs as lines: blue where compressed, red where stretched, full colour at the sheet's largest strain.
+/// Draws the springs as lines: blue where compressed, red where stretched, full colour at the sheet's largest strain. A
+/// sheet without springs is drawn as the net of its masses.
 pub fn springs(editor: Res<Editor>, scale: Res<Scale>, mut gizmos: Gizmos) {
     if !editor.state.display.springs {
         return;
@@ -288,6 +285,11 @@ pub fn springs(editor: Res<Editor>, scale: Res<Scale>, mut gizmos: Gizmos) {
         let at = |i: u32| before.get(i as usize).lerp(sheet.x.get(i as usize), alpha);
         let strain = |i: usize| at(springs.a[i]).distance(at(springs.b[i])) / springs.rest[i] - 1.0;
         let largest = (0..springs.len()).map(|i| strain(i).abs()).fold(1e-3, f64::max);
+        if springs.is_empty() {
+            for [a, b] in sheet.edges() {
+                gizmos.line(at(a).as_vec3() * scale.0, at(b).as_vec3() * scale.0, strain_colour(0.0));
+            }
+        }
         for i in 0..springs.len() {
             let (a, b) = (at(springs.a[i]).as_vec3(), at(springs.b[i]).as_vec3());
             gizmos.line(a * scale.0, b * scale.0, strain_colour((strain(i) / largest) as f32));

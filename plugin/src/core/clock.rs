@@ -16,7 +16,9 @@ pub struct SheetClock {
     pub speed: f64,
     /// Most ticks in one frame; what is beyond is dropped and counted in [`SheetClock::time_lost`]. 1 or more.
     pub max_ticks_per_frame: u32,
-    /// Whether the world's engine step is shortened when a [`Sheet`](super::Sheet) is spawned that it would be too long for.
+    /// Whether the world's engine step is chosen: the period of `Time<Fixed>` with an implicit engine, as at the start; with
+    /// an explicit one it is shortened when a [`Sheet`](super::Sheet) is spawned that it would be too long for. A step that
+    /// was set with `set_dt`, or came with a scene, is not touched for implicit engines.
     pub auto_step: bool,
     single_steps: u32,
     due: f64,
@@ -75,8 +77,11 @@ pub(super) fn begin_frame(mut clock: ResMut<SheetClock>, real: Res<Time<Real>>, 
 }
 
 /// Decides how far the sheets go in this tick.
-pub(super) fn begin_tick(mut clock: ResMut<SheetClock>, world: Res<SheetWorld>, fixed: Res<Time<Fixed>>) {
+pub(super) fn begin_tick(mut clock: ResMut<SheetClock>, mut world: ResMut<SheetWorld>, fixed: Res<Time<Fixed>>) {
     let period = fixed.timestep().as_secs_f64();
+    if clock.auto_step && world.wants_step(period) {
+        world.fit_step(period);
+    }
     clock.ticks += 1;
     clock.due = 0.0;
     if clock.paused {

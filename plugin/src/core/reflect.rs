@@ -12,8 +12,8 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 use bevy::reflect::reflect_remote;
 use sheetwork::lattice::StructureKind;
-use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::lattice::calibrate::Orthotropic;
+use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw};
 
 #[reflect_remote(SheetSpec)]
@@ -39,6 +39,8 @@ pub(super) struct SheetSpecReflect {
     springs: SpringLaw,
     node_mass: Option<f64>,
     damping: f64,
+    damping_ratio: Option<f64>,
+    drag: (f64, f64),
     cross_over: bool,
     flexion_stiffness: f64,
     flexion_limit: Option<f64>,
@@ -68,12 +70,14 @@ pub(super) enum StructureKindReflect {
     Trimm,
     Provot2d,
     Provot3d,
+    Shell,
 }
 
 #[reflect_remote(SpringLaw)]
 #[derive(Clone, Debug)]
 pub(super) enum SpringLawReflect {
     Uniform,
+    Calibrated,
     Length,
 }
 

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use bevy::math::DVec3;
 use bevy::prelude::*;
 use sheetwork::lattice::StructureKind;
-use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Region, SheetSpec};
+use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
+use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::SheetState;
 use super::reflect::SheetSpecReflect;
@@ -16,8 +17,9 @@ use super::reflect::SheetSpecReflect;
 /// # use bevy::prelude::*;
 /// # use bevy_sheetwork::prelude::*;
 /// # fn setup(mut commands: Commands) {
+/// commands.spawn(Sheet::new("hips"));
 /// commands.spawn(Sheet::new("rubber").size(0.5, 0.3).grid(25, 15));
-/// commands.spawn((Sheet::default().pin(Region::Left), Transform::from_xyz(0.0, 1.0, 0.0)));
+/// commands.spawn((Sheet::new("paper").clamp(Region::Left), Transform::from_xyz(0.0, 1.0, 0.0)));
 /// # }
 /// ```
 ///
@@ -25,8 +27,8 @@ use super::reflect::SheetSpecReflect;
 /// middle of the bottom layer; the scale multiplies size and gap. From then on it is where the simulation takes it; its
 /// mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion) follow, its `Transform` does not.
 ///
-/// Changing the component while the sheet is in the world changes material, damping, friction and restitution at once; any
-/// other change builds the sheet anew at its entity's transform.
+/// Changing the component while the sheet is in the world changes material, damping, drag, friction and restitution at once;
+/// any other change builds the sheet anew at its entity's transform.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform, Visibility, SheetState)]
@@ -43,12 +45,22 @@ impl From<SheetSpec> for Sheet {
 }
 
 impl Sheet {
-    /// A sheet of a material of the library, by name: `thesis`, `rubber`, `hips`, `paper`, `card`...
-    /// ([`LIBRARY`](sheetwork::scene::material::LIBRARY)). A name that is not in it is refused in the log.
+    /// A sheet of a real material, as stiff as that is, by its name in the library: `hips` (polystyrene), `pvc`, `pet`,
+    /// `paper`, `card`, `steel-foil`, `rubber`... ([`LIBRARY`](sheetwork::scene::material::LIBRARY)). A name that is not in it
+    /// is refused in the log.
     ///
-    /// Two layers of 11 by 11 masses, 25 mm square, as [`SheetSpec`] has it.
+    /// A shell of 21 by 21 masses, 25 cm square, of the thickness the material has there. It wants an implicit engine, which
+    /// [`SheetWorld`](super::SheetWorld) has unless told otherwise.
     pub fn new(material: impl Into<String>) -> Self {
-        SheetSpec { material: MaterialChoice::Named(material.into()), ..SheetSpec::default() }.into()
+        SheetSpec {
+            material: MaterialChoice::Named(material.into()),
+            structure: StructureKind::Shell,
+            springs: SpringLaw::Calibrated,
+            grid: (21, 1, 21),
+            size: (0.25, 0.25),
+            ..SheetSpec::default()
+        }
+        .into()
     }
 
     /// A sheet read from a `.sht` file of this path (relative to the working directory).
@@ -74,16 +86,43 @@ impl Sheet {
         self
     }
 
-    /// Layers (1 to 64) and the distance between them, m (1e-7 to 10). The farther apart, the stiffer in bending.
+    /// Layers (1 to 64) of a lattice and the distance between them, m (1e-7 to 10). The farther apart, the stiffer in bending,
+    /// unless springs are [`SpringLaw::Calibrated`], which choose the distance themselves.
     pub fn layers(mut self, layers: u32, gap: impl Into<f64>) -> Self {
         self.spec.grid.1 = layers;
         self.spec.gap = gap.into();
         self
     }
 
-    /// How the masses are connected.
+    /// How the masses are connected; a lattice gets two layers if it can have them, without which it does not resist bending.
     pub fn structure(mut self, structure: StructureKind) -> Self {
         self.spec.structure = structure;
+        let (fewest, most) = structure.info().layers;
+        self.spec.grid.1 = 2.clamp(fewest, most);
+        self
+    }
+
+    /// How springs get their stiffness from the material.
+    pub fn springs(mut self, law: SpringLaw) -> Self {
+        self.spec.springs = law;
+        self
+    }
+
+    /// The outer boundary of a shell that is no rectangle.
+    pub fn outline(mut self, outline: OutlineSpec) -> Self {
+        self.spec.outline = Some(outline);
+        self
+    }
+
+    /// A hole in a shell.
+    pub fn hole(mut self, hole: HoleSpec) -> Self {
+        self.spec.holes.push(hole);
+        self
+    }
+
+    /// A line, (x, z) in m from the middle, that a shell is cut along.
+    pub fn cut(mut self, line: impl Into<Vec<(f64, f64)>>) -> Self {
+        self.spec.cuts.push(line.into());
         self
     }
 
@@ -93,7 +132,19 @@ impl Sheet {
         self
     }
 
-    /// Dashpot along every spring, as a fraction of critical; 0 to 10.
+    /// Damping ratio of the slowest bending motion, 0 to 10, in place of the material's own.
+    pub fn damping_ratio(mut self, ratio: impl Into<f64>) -> Self {
+        self.spec.damping_ratio = Some(ratio.into());
+        self
+    }
+
+    /// Drag coefficients across and along the air stream, each 0 to 10.
+    pub fn drag(mut self, across: impl Into<f64>, along: impl Into<f64>) -> Self {
+        self.spec.drag = (across.into(), along.into());
+        self
+    }
+
+    /// Dashpot along every spring, as a fraction of critical, 0 to 10: for the spring laws `Uniform` and `Length`.
     pub fn damping(mut self, damping: impl Into<f64>) -> Self {
         self.spec.damping = damping.into();
         self
@@ -123,7 +174,13 @@ impl Sheet {
         self
     }
 
-    /// Holds the masses of a region where they start.
+    /// Holds the masses of a region where they start, and the slope of the sheet there: an edge between two boards.
+    pub fn clamp(mut self, region: Region) -> Self {
+        self.spec.pins.push(PinSpec::clamped(region));
+        self
+    }
+
+    /// Holds the masses of a region where they start; a shell can turn about them, as on a hinge.
     pub fn pin(self, region: Region) -> Self {
         self.pin_along(region, [])
     }
@@ -131,7 +188,7 @@ impl Sheet {
     /// Leads the masses of a region along a path of displacements from where they start; times are s since the sheet was
     /// spawned.
     pub fn pin_along(mut self, region: Region, path: impl Into<Vec<PathKey>>) -> Self {
-        self.spec.pins.push(PinSpec { region, path: path.into() });
+        self.spec.pins.push(PinSpec { path: path.into(), ..PinSpec::held(region) });
         self
     }
 

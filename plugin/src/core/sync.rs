@@ -113,6 +113,8 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     let alike = SheetSpec {
         material: old.material.clone(),
         damping: old.damping,
+        damping_ratio: old.damping_ratio,
+        drag: old.drag,
         friction: old.friction,
         restitution: old.restitution,
         flexion_limit: old.flexion_limit,
@@ -125,8 +127,11 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     let material = new.material.resolve(&world.scene().base);
     let Some(running) = world.sheet_mut(motion.name()) else { return false };
     let changed = material.and_then(|material| {
+        let ratio = new.damping_ratio.unwrap_or(material.damping_ratio);
         running.set_material(material)?;
         running.set_damping(new.damping)?;
+        running.set_damping_ratio(ratio)?;
+        running.set_drag(new.drag.0, new.drag.1)?;
         running.set_flexion_limit(new.flexion_limit)
     });
     running.friction = new.friction.unwrap_or(defaults.friction).clamp(0.0, 10.0);

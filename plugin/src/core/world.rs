@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 use sheetwork::contact::rigid::RigidView;
-use sheetwork::scene::Scene;
+use sheetwork::engine::EngineKind;
+use sheetwork::scene::{Air, Scene};
 use sheetwork::{InputError, World as Sheets};
 
 /// A body that is on its way from one place to another during this tick.
@@ -17,6 +18,8 @@ pub(super) struct Move {
 }
 
 /// The [`sheetwork::World`] that entities with [`Sheet`](super::Sheet) and [`SheetBody`](super::SheetBody) are in.
+///
+/// It begins with the engine `tr-bdf2`, which holds any material at the game's fixed step, gravity, and the air of a room.
 ///
 /// It dereferences to that world, for reading and for setters such as `set_gravity`, `set_engine`, `set_dt` or
 /// `set("sheets.leaf.damping", "0.2")`. Sheets and bodies come and go with their entities: do not add or remove them here.
@@ -33,12 +36,21 @@ pub struct SheetWorld {
     owed: f64,
     /// Time the display is at, s.
     shown: f64,
+    /// The engine step that was fitted to the game's ticks, s; none where somebody else chose it.
+    fitted: Option<f64>,
+}
+
+/// What an empty world begins with: the engine for real materials, at Bevy's own fixed step, in a room's air.
+fn for_games() -> Scene {
+    let air = Air { density: 1.2, ..Air::default() };
+    Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 64.0, air, ..Scene::default() }
 }
 
 impl SheetWorld {
     pub(super) fn new(borrowed: bool) -> Self {
         // An empty scene is valid; there is nothing in it to refuse.
-        let world = make(&Scene::default(), borrowed).unwrap_or_else(|e| unreachable!("the empty scene: {e}"));
+        let scene = for_games();
+        let world = make(&scene, borrowed).unwrap_or_else(|e| unreachable!("the empty scene: {e}"));
         Self {
             world,
             borrowed,
@@ -48,7 +60,20 @@ impl SheetWorld {
             step_time: Duration::ZERO,
             owed: 0.0,
             shown: 0.0,
+            fitted: Some(scene.dt),
         }
+    }
+
+    /// With an implicit engine, makes the engine step the game's tick of `period` s, unless the step was set otherwise.
+    pub(super) fn fit_step(&mut self, period: f64) {
+        if self.wants_step(period) && self.world.set_dt(period).is_ok() {
+            self.fitted = Some(period);
+        }
+    }
+
+    /// Whether [`SheetWorld::fit_step`] would change something.
+    pub(super) fn wants_step(&self, period: f64) -> bool {
+        self.fitted == Some(self.world.dt()) && period != self.world.dt() && self.world.engine().info().implicit
     }
 
     /// Starts the world anew at time 0 with the gravity, engine, step, air and contact defaults of `settings`, whose sheets,
@@ -62,7 +87,7 @@ impl SheetWorld {
         self.generation += 1;
         self.moves.clear();
         self.events_seen = 0;
-        (self.owed, self.shown) = (0.0, 0.0);
+        (self.owed, self.shown, self.fitted) = (0.0, 0.0, None);
         Ok(())
     }
 

@@ -116,14 +116,13 @@ pub(super) fn dress(
 
 /// The surface that is drawn of a sheet, and the spline pieces it has from one mass to the next.
 fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, u32)> {
-    let layer = match display.layer {
-        SheetLayer::Top => sheet.layers.last(),
-        SheetLayer::Bottom => sheet.layers.first(),
+    let index = match display.layer {
+        SheetLayer::Top => sheet.layers.len().checked_sub(1)?,
+        SheetLayer::Bottom => 0,
     };
-    layer.map(|layer| {
-        let parts = pieces(layer, display.smoothing);
-        (Surface::new(layer, &sheet.uv, parts), parts)
-    })
+    // A sheet that is no rectangle is drawn by its own triangles, between which there is no spline.
+    let parts = if sheet.triangles.is_some() { 1 } else { pieces(sheet.layers.get(index)?, display.smoothing) };
+    Some((sheet.surface(index, parts)?, parts))
 }
 
 /// Spline pieces from one mass of a layer to the next: those wanted, or as many as leave it light enough to draw.
@@ -146,7 +145,7 @@ pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
 /// How deep in a body the drawn surface of `sheet` may be, and how far above bodies it is drawn, m, for
 /// [`clear_of_bodies`]; `smoothing` is the number of spline pieces it is drawn with.
 pub fn clearing(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
-    let spring = sheet.springs().rest.iter().copied().fold(0.0, f64::max) as f32;
+    let spring = sheet.spacing().map_or(0.0, |(_, longest)| longest) as f32;
     // A few cells: between two masses it cannot be deeper, however far the sheet is drawn out.
     let reach = 4.0 * spring;
     // Enough for a triangle to clear a square edge, but not more than the sheet is thick.

@@ -153,6 +153,23 @@ fn normal(group: &Group, x: &Vectors) -> DVec3 {
     if squared > 0.0 { n / squared.sqrt() } else { DVec3::ZERO }
 }
 
+/// The unit normal and its rate of change, 1/s.
+fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
+    let sides = |of: &Vectors| {
+        let [a, b, c, d] = group.frame.map(|m| of.get(m as usize));
+        (b - a, d - c)
+    };
+    let ((p, q), (p_rate, q_rate)) = (sides(x), sides(v));
+    let across = p.cross(q);
+    let length = across.length();
+    if length <= 0.0 {
+        return (DVec3::ZERO, DVec3::ZERO);
+    }
+    let n = across / length;
+    let rate = (p_rate.cross(q) + p.cross(q_rate)) / length;
+    (n, rate - n * rate.dot(n))
+}
+
 // Written out, because closures over arrays are not inlined into the loops over groups.
 #[inline(always)]
 fn along(k: &[DVec3; 3], n: DVec3) -> [f64; 3] {
@@ -245,8 +262,10 @@ impl Element for Bending {
         for g in &self.groups {
             let mut k = self.curvature(g, x, &g.prescribed);
             if self.retardation > 0.0 {
-                let n = normal(g, x);
-                let rate = along(&self.curvature(g, v, &[DVec3::ZERO; 3]), n);
+                let (n, turning) = turning_normal(g, x, v);
+                let rate = self.curvature(g, v, &[DVec3::ZERO; 3]);
+                // k̇ = κ̇·n + κ·ṅ, as stages find it from the change of k.
+                let rate = [0, 1, 2].map(|a| rate[a].dot(n) + k[a].dot(turning));
                 for a in 0..3 {
                     k[a] += n * (rate[a] * self.retardation);
                 }

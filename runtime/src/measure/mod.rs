@@ -11,6 +11,7 @@ mod edge;
 mod energy;
 mod free_fall;
 mod frequency;
+mod harmonic;
 mod hole;
 mod incline;
 pub mod kicks;

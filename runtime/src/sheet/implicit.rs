@@ -405,6 +405,14 @@ impl Sheet {
     /// Advances by an implicit engine; see [`Sheet::advance`].
     pub(super) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+        if self.field_before.is_none() {
+            let (x, v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+            self.with_problem(field, &mut system, |problem| {
+                problem.forget();
+                problem.start(&x, &v);
+            });
+            (self.x, self.v) = (x, v);
+        }
         if self.field_before != Some(field) {
             system.forget_constant();
             self.field_before = Some(field);

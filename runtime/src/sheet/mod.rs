@@ -5,6 +5,7 @@
 
 mod build;
 mod drag;
+mod edges;
 mod energy;
 mod equilibrium;
 mod estimate;
@@ -16,6 +17,7 @@ mod pins;
 mod probe;
 mod region;
 pub mod surface;
+mod tuning;
 mod vectors;
 
 use glam::DVec3;
@@ -302,6 +304,8 @@ impl Sheet {
         if kind != self.engine_kind {
             self.engine = kind.make();
             self.engine_kind = kind;
+            // An implicit one then begins without what another has left in the elements.
+            self.field_before = None;
         }
         self.engine.set_tolerance(tolerance);
         self.wake();

@@ -24,7 +24,11 @@ pub struct Parameter {
 const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
     ("material.young", "Pa", (1e-3, 2e12)),
     ("material.thickness", "m", (1e-7, 1.0)),
+    ("material.poisson", "", (-0.99, 0.499)),
     ("damping", "of critical", (0.0, 10.0)),
+    ("damping_ratio", "of critical", (0.0, 10.0)),
+    ("drag.0", "", (0.0, 10.0)),
+    ("drag.1", "", (0.0, 10.0)),
     ("friction", "", (0.0, 10.0)),
     ("restitution", "", (0.0, 1.0)),
     ("flexion_limit", "degrees", (1.0, 180.0)),
@@ -34,14 +38,16 @@ impl World {
     /// Every parameter that [`World::set`] takes, with its present value.
     pub fn parameters(&self) -> Vec<Parameter> {
         let new = |path: &str, value: String, unit, range| Parameter { path: path.into(), value, unit, range };
-        let g = self.gravity;
+        let text = |v: DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
         let mut all = vec![
-            new("gravity", format!("({}, {}, {})", g.x, g.y, g.z), "m/s²", Some((-1e3, 1e3))),
+            new("gravity", text(self.gravity), "m/s²", Some((-1e3, 1e3))),
             new("engine", self.engine.to_string(), "", None),
             new("dt", self.dt.to_string(), "s", Some((1e-7, 1.0))),
             new("tolerance", self.tolerance.to_string(), "m", Some((1e-15, 1.0))),
             new("air.factor", self.air.factor.to_string(), "", Some((1e-6, 1.0))),
             new("air.per", self.air.per.to_string(), "s", Some((1e-6, 1e3))),
+            new("air.density", self.air.density.to_string(), "kg/m³", Some((0.0, 1e4))),
+            new("air.wind", text(self.air.wind), "m/s", Some((-1e3, 1e3))),
         ];
         for sheet in &self.sheets {
             for (name, unit, range) in OF_SHEET {
@@ -69,6 +75,8 @@ impl World {
             "tolerance" => self.set_tolerance(number(path, value)?).map_err(named)?,
             "air.factor" => self.set_air(Air { factor: number(path, value)?, ..self.air }).map_err(named)?,
             "air.per" => self.set_air(Air { per: number(path, value)?, ..self.air }).map_err(named)?,
+            "air.density" => self.set_air(Air { density: number(path, value)?, ..self.air }).map_err(named)?,
+            "air.wind" => self.set_air(Air { wind: vector(path, value)?, ..self.air }).map_err(named)?,
             _ => return self.set_of_sheet(path, value),
         }
         Ok(before)
@@ -92,6 +100,10 @@ impl World {
         }
         let sheet = &mut self.sheets[index];
         let before = value_of(sheet, name).unwrap_or_default();
+        if before.is_empty() && name.starts_with("damping") {
+            let other = if *name == "damping" { "damping_ratio" } else { "damping" };
+            return Err(InputError::new(path, format!("does nothing to this sheet, which has {other}")));
+        }
         set_value(sheet, name, value).map_err(|e| InputError::new(path, e.problem))?;
         Ok(before)
     }
@@ -101,7 +113,13 @@ fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
     Some(match name {
         "material.young" => sheet.material().young.to_string(),
         "material.thickness" => sheet.material().thickness.to_string(),
+        "material.poisson" => sheet.material().poisson.to_string(),
+        "damping" if sheet.follows_material() => return None,
         "damping" => sheet.damping().to_string(),
+        "damping_ratio" if !sheet.follows_material() => return None,
+        "damping_ratio" => sheet.damping_ratio().to_string(),
+        "drag.0" => sheet.drag().0.to_string(),
+        "drag.1" => sheet.drag().1.to_string(),
         "friction" => sheet.friction.to_string(),
         "restitution" => sheet.restitution.to_string(),
         "flexion_limit" if sheet.flexion.is_empty() => return None,
@@ -116,12 +134,19 @@ fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), In
     match name {
         "material.young" => material.young = value,
         "material.thickness" => material.thickness = value,
+        "material.poisson" => material.poisson = value,
         "damping" => return sheet.set_damping(value),
+        "damping_ratio" => return sheet.set_damping_ratio(value),
+        "drag.0" => return sheet.set_drag(value, sheet.drag().1),
+        "drag.1" => return sheet.set_drag(sheet.drag().0, value),
         "flexion_limit" => return sheet.set_flexion_limit(Some(value)),
-        "friction" => sheet.friction = value,
-        _ => sheet.restitution = value,
+        // Contact alone: setting the material again would forget what the sheet has worked out for its stiffness.
+        _ => {
+            *(if name == "friction" { &mut sheet.friction } else { &mut sheet.restitution }) = value;
+            sheet.wake();
+            return Ok(());
+        }
     }
-    sheet.wake();
     sheet.set_material(material)
 }
 

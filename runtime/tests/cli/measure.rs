@@ -80,7 +80,10 @@ fn orders_and_limits_are_those_of_the_list() {
         let found = measure(&place, "oscillator", &["--engine", name]);
         assert!((number(&found, "order") - number(row, "order")).abs() < 0.2, "{name}: {found}");
         // An adaptive engine shortens its steps before any limit.
-        if row["adaptive"] == false {
+        if row["implicit"] == true {
+            // No step is too long for it; JSON has no infinity.
+            assert!(found["stability_limit"].is_null() && row["stability_limit"].is_null(), "{name}: {found}");
+        } else if row["adaptive"] == false {
             let (limit, tabled) = (number(&found, "stability_limit"), number(row, "stability_limit"));
             assert!((limit - tabled).abs() <= 0.02 * tabled, "{name}: {limit}, tabled {tabled}");
         }

@@ -102,6 +102,7 @@ fn engines() -> Vec<Value> {
         json!({
             "name": e.name, "about": e.about, "order": e.order, "stability_limit": e.stability_limit,
             "evaluations": e.evaluations, "adaptive": e.adaptive,
+            "implicit": e.implicit,
         })
     };
     engine::TABLE.iter().map(row).collect()

@@ -49,6 +49,10 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
     problem.led(x, start);
     let ahead = problem.potential(stage, x);
     let back = problem.potential(stage, start);
+    if !ahead.is_finite() && !back.is_finite() {
+        // What the sheet has is no number, and nothing the search could find would be true: the guess shows it.
+        return Solved::default();
+    }
     if back < ahead || !ahead.is_finite() {
         x.copy_from(start);
     } else {

@@ -1,0 +1,29 @@
+//! What can be changed of a running sheet beyond its material: how the air takes hold of it. And which dampings act on it.
+
+use super::Sheet;
+use crate::error::{InputError, check_range};
+
+impl Sheet {
+    /// Whether it aims at the bending stiffness of its material, as a shell and calibrated springs do. It is then damped by
+    /// [`Sheet::damping_ratio`], otherwise by the dashpots of [`Sheet::damping`].
+    pub fn follows_material(&self) -> bool {
+        self.bends || !self.elements.is_empty()
+    }
+
+    /// Drag coefficients across and along the air stream.
+    pub fn drag(&self) -> (f64, f64) {
+        self.drag.coefficients
+    }
+
+    /// Changes the drag coefficients across and along the air stream, each 0 to 10.
+    ///
+    /// # Errors
+    /// When one is out of range; nothing is changed then.
+    pub fn set_drag(&mut self, across: f64, along: f64) -> Result<(), InputError> {
+        check_range("drag.0", across, 0.0, 10.0, "")?;
+        check_range("drag.1", along, 0.0, 10.0, "")?;
+        self.drag.coefficients = (across, along);
+        self.wake();
+        Ok(())
+    }
+}
