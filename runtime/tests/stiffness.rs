@@ -2,10 +2,13 @@
 //! references. Every number that the documentation states is held here.
 
 use serde_json::Value;
+use sheetwork::World;
+use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
+use sheetwork::measure::kicks::kick;
 use sheetwork::measure::reference::elastica;
 use sheetwork::measure::{Boundary, Setup, measure};
-use sheetwork::scene::Material;
+use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec};
 
 /// 0.25 m, 0.5 mm, 3 GPa, 1050 kg/m³.
 fn sheet(grid: u32, poisson: f64) -> Setup {
@@ -184,4 +187,77 @@ fn a_strip_on_its_edge_falls_where_theory_says() {
     let setup = Setup { length: 0.4, width: 0.02, grid: (61, 5), ..sheet(11, 0.35) };
     let found = run("buckling", &setup);
     close("onset", number(&found, "onset_gamma"), 12.8538 * (2.0_f64 / 1.35).sqrt(), 6.0);
+}
+
+#[test]
+fn kicked_sheets_of_any_material_stay_sound() {
+    // A sample; `sheetwork bench kicks` runs a thousand.
+    let structures = [StructureKind::Shell, StructureKind::Shell, StructureKind::Trimm, StructureKind::DoubleDiagonal];
+    for index in 0..60 {
+        let found = kick(index, &structures, 1.0).expect("a valid draw");
+        assert_eq!(found.unstable, None, "{found:?}");
+        assert!(found.energy_ratio.is_finite(), "{found:?}");
+    }
+}
+
+#[test]
+fn stiffness_thickness_and_damping_change_while_it_runs_without_a_jerk() {
+    let mut scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
+    scene.sheets = vec![SheetSpec {
+        name: "sheet".into(),
+        structure: StructureKind::Shell,
+        grid: (11, 1, 11),
+        size: (0.25, 0.25),
+        material: MaterialChoice::Named("hips".into()),
+        damping_ratio: Some(0.1),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    }];
+    let mut world = World::new(&scene).expect("valid");
+    world.set_sleep(false);
+    (0..200).for_each(|_| world.step());
+    for (path, value) in [
+        ("sheets.sheet.material.young", "4e9"),
+        ("sheets.sheet.material.thickness", "0.0004"),
+        ("sheets.sheet.damping_ratio", "1"),
+        ("sheets.sheet.material.young", "1e9"),
+    ] {
+        let gravity = scene.gravity;
+        let before = world.sheets()[0].x.clone();
+        world.set(path, value).expect("a parameter");
+        assert_eq!(world.sheets()[0].x, before, "{path} moved the sheet");
+        let changed = world.sheets()[0].energy(gravity);
+        world.step();
+        let sheet = &world.sheets()[0];
+        // What the change sets free accelerates masses by at most some g: a mass that jumps is another matter.
+        let moved = (0..sheet.masses()).map(|i| sheet.x.get(i).distance(before.get(i))).fold(0.0, f64::max);
+        assert!(moved < 0.01, "{path} = {value}: a mass jumped {moved} m in a step");
+        let scale = changed.elastic.abs() + changed.kinetic;
+        for _ in 0..60 {
+            world.step();
+            let rise = world.sheets()[0].energy(gravity).total - changed.total;
+            assert!(rise < 1e-3 * scale, "{path} = {value}: energy rose by {rise} J of {scale} J");
+        }
+    }
+}
+
+#[test]
+fn a_running_sheet_says_how_stiff_it_is() {
+    let found = run("stiffness", &sheet(21, 0.0));
+    close("bends as", number(&found, "bends_as_pa"), 3e9, 0.5);
+    // The estimate on the drooping sheet against the error that its droop has by the elastica.
+    let mut scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
+    scene.sheets = vec![SheetSpec {
+        structure: StructureKind::Shell,
+        grid: (11, 1, 5),
+        size: (0.25, 0.1),
+        material: MaterialChoice::Inline(sheet(11, 0.0).material),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    }];
+    let mut world = World::new(&scene).expect("valid");
+    world.settle(1e-9);
+    let told = world.sheets()[0].delivered_stiffness(world.dt()).expect("a shell");
+    println!("{told:?}");
+    assert!(told.step == 1.0 && (0.97..1.0).contains(&told.grid), "{told:?}");
 }
