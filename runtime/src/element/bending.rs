@@ -147,8 +147,8 @@ impl Bending {
 /// The unit normal of a group's frame; zero where it has none.
 #[inline(always)]
 fn normal(group: &Group, x: &Vectors) -> DVec3 {
-    let [a, b, c, d] = group.frame.map(|m| x.get(m as usize));
-    let n = (b - a).cross(d - c);
+    let [a, b, c, d] = group.frame;
+    let n = (x.get(b as usize) - x.get(a as usize)).cross(x.get(d as usize) - x.get(c as usize));
     let squared = n.length_squared();
     if squared > 0.0 { n / squared.sqrt() } else { DVec3::ZERO }
 }
@@ -170,18 +170,28 @@ fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
     (n, rate - n * rate.dot(n))
 }
 
+// Written out, because closures over arrays are not inlined into the loops over groups.
+#[inline(always)]
 fn along(k: &[DVec3; 3], n: DVec3) -> [f64; 3] {
-    k.map(|k| k.dot(n))
+    [k[0].dot(n), k[1].dot(n), k[2].dot(n)]
 }
 
 #[inline(always)]
 fn times(d: &[[f64; 3]; 3], k: &[DVec3; 3]) -> [DVec3; 3] {
-    [0, 1, 2].map(|a| k[0] * d[a][0] + k[1] * d[a][1] + k[2] * d[a][2])
+    [
+        k[0] * d[0][0] + k[1] * d[0][1] + k[2] * d[0][2],
+        k[0] * d[1][0] + k[1] * d[1][1] + k[2] * d[1][2],
+        k[0] * d[2][0] + k[1] * d[2][1] + k[2] * d[2][2],
+    ]
 }
 
 #[inline(always)]
 fn times_scalar(d: &[[f64; 3]; 3], k: &[f64; 3]) -> [f64; 3] {
-    [0, 1, 2].map(|a| k[0] * d[a][0] + k[1] * d[a][1] + k[2] * d[a][2])
+    [
+        k[0] * d[0][0] + k[1] * d[0][1] + k[2] * d[0][2],
+        k[0] * d[1][0] + k[1] * d[1][1] + k[2] * d[1][2],
+        k[0] * d[2][0] + k[1] * d[2][1] + k[2] * d[2][2],
+    ]
 }
 
 /// D with the directions `relaxed` free to adjust: D - D B (Bᵀ D B)⁻¹ Bᵀ D, one direction after another, each made

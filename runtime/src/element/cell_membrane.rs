@@ -99,13 +99,16 @@ impl CellMembrane {
 
 impl Cell {
     /// Masses of a cell, from its mass 0.
+    #[inline(always)]
     fn masses(&self, first: usize) -> [usize; 4] {
         [first, first + 1, first + self.row, first + self.row + 1]
     }
 
     #[inline(always)]
     fn edges(&self, x: &Vectors, first: usize) -> [Pack3; 4] {
-        let [p0, p1, p2, p3] = self.masses(first).map(|at| Pack3::load(x, at));
+        let [m0, m1, m2, m3] = self.masses(first);
+        let (p0, p1) = (Pack3::load(x, m0), Pack3::load(x, m1));
+        let (p2, p3) = (Pack3::load(x, m2), Pack3::load(x, m3));
         [p1 - p0, p3 - p2, p2 - p0, p3 - p1]
     }
 
@@ -174,7 +177,8 @@ impl Cell {
     #[inline(always)]
     fn tangent(&self, d: &[Pack3; 4], s: &[Pack; 5]) -> [Pack9; 10] {
         let (uu, vv, uv) = (self.iu * self.iu, self.iv * self.iv, self.iu * self.iv);
-        let [c11, c22, c12, c66] = self.c.map(|c| c * (1.0 + self.viscous));
+        let scale = 1.0 + self.viscous;
+        let [c11, c22, c12, c66] = [self.c[0] * scale, self.c[1] * scale, self.c[2] * scale, self.c[3] * scale];
         let (a, b) = self.middle(d);
         let (a, b) = (a * (0.5 * self.iv), b * (0.5 * self.iu));
         let [d1, d2, d3, d4] = [d[0] * uu, d[1] * uu, d[2] * vv, d[3] * vv];
@@ -209,8 +213,11 @@ impl Cell {
 impl std::ops::Mul<f64> for Pack9 {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, s: f64) -> Self {
-        Self(self.0.map(|p| p * s))
+    fn mul(mut self, s: f64) -> Self {
+        for p in &mut self.0 {
+            *p = *p * s;
+        }
+        self
     }
 }
 
@@ -331,7 +338,9 @@ fn add_forces(cell: &Cell, packets: &[Packet], x: &Vectors, v: &Vectors, force: 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn begin(cell: &Cell, packets: &mut [Packet], anchors: &[Anchor], follow: f64) {
     for p in packets {
-        p.anchor = p.rate.map(|r| r * follow);
+        for k in 0..5 {
+            p.anchor[k] = p.rate[k] * follow;
+        }
         for anchor in anchors {
             let e = cell.strains(&cell.edges(anchor.x, p.first));
             for k in 0..5 {
@@ -373,7 +382,9 @@ fn add_tangent(cell: &Cell, packets: &[Packet], x: &Vectors, geometric: Geometri
         let d = cell.edges(x, p.first);
         let mut s = p.stress;
         if geometric == Geometric::Clipped {
-            s = s.map(Pack::positive);
+            for tension in &mut s {
+                *tension = tension.positive();
+            }
             // Shear has no sign of its own: its geometric part is always indefinite.
             s[4] = Pack::default();
         }

@@ -37,7 +37,11 @@ impl Pack {
     /// Where a lane is negative, zero.
     #[inline(always)]
     pub fn positive(self) -> Self {
-        Self(self.0.map(|x| if x > 0.0 { x } else { 0.0 }))
+        let mut lanes = self.0;
+        for x in &mut lanes {
+            *x = if *x > 0.0 { *x } else { 0.0 };
+        }
+        Self(lanes)
     }
 
     /// Sum of the first `count` lanes.

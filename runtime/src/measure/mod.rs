@@ -92,6 +92,8 @@ pub struct Outcome {
     pub(crate) cpu: f64,
     /// Whether the sheet was at rest at the end; `None` where the case does not wait for it.
     pub(crate) settled: Option<bool>,
+    /// Whether the equilibrium found is one the sheet stays in by itself; `None` where none was looked for.
+    pub(crate) stable: Option<bool>,
     /// "ok" or "unstable ...".
     pub(crate) status: String,
 }
@@ -126,6 +128,7 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         "cpu_ms_per_simulated_s": per_second,
         "setup_cpu_s": set_up,
         "settled": found.settled,
+        "stable": found.stable,
         "status": found.status,
     });
     if let Value::Object(map) = &mut all {

@@ -118,5 +118,14 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         "energy_growth_per_step_at_0.5": energy(0.5),
     });
     let Some(map) = keys.as_object().cloned() else { return Err(InputError::new("", "no keys")) };
-    Ok(Outcome { keys: map, dt: 0.0, steps: 0, simulated: 0.0, cpu: 0.0, settled: None, status: "ok".into() })
+    Ok(Outcome {
+        keys: map,
+        dt: 0.0,
+        steps: 0,
+        simulated: 0.0,
+        cpu: 0.0,
+        settled: None,
+        stable: None,
+        status: "ok".into(),
+    })
 }

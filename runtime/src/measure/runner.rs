@@ -11,11 +11,12 @@ pub(crate) struct Runner {
     pub world: World,
     cpu: f64,
     settled: Option<bool>,
+    stable: Option<bool>,
 }
 
 impl Runner {
     pub fn new(world: World) -> Self {
-        Self { world, cpu: 0.0, settled: None }
+        Self { world, cpu: 0.0, settled: None, stable: None }
     }
 
     /// Steps for `duration` s, calling `watch` after every step; stops early when `watch` says so or the sheet fails.
@@ -39,6 +40,7 @@ impl Runner {
             let found = self.world.settle(1e-9 * setup.length);
             self.cpu += start.elapsed().as_secs_f64();
             self.settled = Some(found.iter().all(|e| e.settled));
+            self.stable = Some(found.iter().all(|e| e.stable));
             return found.iter().map(|e| u64::from(e.solves)).sum();
         }
         let mut quiet = 0.0;
@@ -60,6 +62,7 @@ impl Runner {
             simulated: self.world.time(),
             cpu: self.cpu,
             settled: self.settled,
+            stable: self.stable,
             status,
         }
     }

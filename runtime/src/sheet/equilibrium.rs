@@ -21,6 +21,8 @@ pub struct Equilibrium {
     pub settled: bool,
     /// Whether Newton's method from where the sheet was did it alone.
     pub direct: bool,
+    /// Whether the sheet stands there by itself: at an unstable equilibrium the least push sends it elsewhere.
+    pub stable: bool,
 }
 
 /// Steps of Newton's method alone.
@@ -48,7 +50,7 @@ impl Sheet {
         self.x.copy_from(&x);
         self.v.clear();
         self.engine.restart();
-        found
+        Equilibrium { stable: self.is_stable(), ..found }
     }
 }
 

@@ -21,6 +21,9 @@ pub(crate) struct System {
     masses: Vec<u32>,
     pattern: Pattern,
     factor: Box<dyn Factor>,
+    places: Vec<[f64; 2]>,
+    /// For equilibria that do not stand by themselves; made when one is met.
+    indefinite: Option<Box<dyn Factor>>,
     /// Constant part of the tangent, and the 1/h it is for.
     constant: Vec<f64>,
     constant_at: Option<f64>,
@@ -79,6 +82,8 @@ impl System {
             masses,
             pattern,
             factor,
+            places,
+            indefinite: None,
             zeros,
             ones,
             springs,
@@ -197,11 +202,8 @@ impl ImplicitSheet<'_> {
         self.settle(x);
     }
 
-    /// Factorises the tangent at `x`.
-    ///
-    /// # Errors
-    /// When it is not positive definite.
-    pub fn factorize(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) -> Result<(), NotPositive> {
+    /// Fills in the tangent at `x`.
+    fn assemble(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) {
         self.constant(stage.per_time);
         let mut values = std::mem::take(&mut self.system.values);
         values.copy_from_slice(&self.system.constant);
@@ -210,9 +212,16 @@ impl ImplicitSheet<'_> {
         self.drag.add_tangent(stage, &system.masses, &system.pattern, &mut values);
         system.zeros.iter().for_each(|i| values[*i as usize] = 0.0);
         system.ones.iter().for_each(|i| values[*i as usize] = 1.0);
-        let done = system.factor.factorize(&values);
         system.values = values;
-        done
+    }
+
+    /// Factorises the tangent at `x`.
+    ///
+    /// # Errors
+    /// When it is not positive definite.
+    pub fn factorize(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) -> Result<(), NotPositive> {
+        self.assemble(stage, x, geometric);
+        self.system.factor.factorize(&self.system.values)
     }
 
     /// g = ∇Φ, left in the system's gradient; held masses' entries mean nothing.
@@ -300,13 +309,24 @@ impl Implicit for ImplicitSheet<'_> {
         d: &mut Vectors,
     ) -> Result<f64, NotPositive> {
         self.gradient(stage, x);
-        self.factorize(stage, x, geometric)?;
+        self.assemble(stage, x, geometric);
         self.pins.hold_rails(&mut self.system.gradient);
         let system = &mut *self.system;
         for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
             right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
         }
-        system.factor.solve(&mut system.right);
+        if system.factor.factorize_and_solve(&system.values, &mut system.right).is_err() {
+            // An equilibrium need not be stable for Newton's method to find it.
+            if stage.per_time > 0.0 || geometric == Geometric::Clipped {
+                return Err(NotPositive);
+            }
+            let factor =
+                system.indefinite.get_or_insert_with(|| analyse(&system.pattern, &system.places, Backend::Indefinite));
+            for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
+                right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
+            }
+            factor.factorize_and_solve(&system.values, &mut system.right)?;
+        }
         d.clear();
         let mut slope = 0.0;
         for (step, mass) in system.right.chunks_exact(3).zip(&system.masses) {

@@ -15,9 +15,7 @@ const SLACK: f64 = 0.02;
 /// Energy of mispredicted strain that is let pass, as a fraction of the inertial term.
 const MISSED: f64 = 1e-4;
 /// Mixed steps before the guard gives up on them.
-const MIXED_STEPS: u32 = 6;
-/// Of them, how many wait for the mispredicted strain to be small.
-const PATIENT_STEPS: u32 = 4;
+const MIXED_STEPS: u32 = 9;
 /// Steps of the guarded descent.
 const DESCENT_STEPS: u32 = 15;
 /// A sheet this slow (m/s) carries no energy worth a further solve.
@@ -76,7 +74,7 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
         x.add_scaled(1.0, d);
         let rise = problem.potential(stage, x) - reference;
         // A rise that is not a number fails this too.
-        if rise <= SLACK * scale && (missed <= MISSED * scale || step >= PATIENT_STEPS) {
+        if rise <= SLACK * scale && (missed <= MISSED * scale || step >= MIXED_STEPS) {
             return solved;
         }
         let hopeless = rise.is_nan() || rise > 1e3 * scale;

@@ -5,10 +5,11 @@
 //! scratch kept here.
 
 use ::faer::dyn_stack::{MemBuffer, MemStack};
+use ::faer::linalg::cholesky::ldlt::factor::LdltRegularization;
 use ::faer::linalg::cholesky::llt::factor::LltRegularization;
 use ::faer::sparse::linalg::SupernodalThreshold;
 use ::faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
     factorize_symbolic_cholesky, supernodal::SupernodalLltRef,
 };
 use ::faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
@@ -31,6 +32,8 @@ pub(super) struct FaerFactor {
     symbolic: SymbolicCholesky<usize>,
     factor: Vec<f64>,
     factorised: bool,
+    /// L D Lᵀ instead, which indefinite matrices have too (without pivoting: unless a leading part is singular).
+    indefinite: bool,
     scratch: MemBuffer,
     solution: Vec<f64>,
     flops: f64,
@@ -42,7 +45,7 @@ impl FaerFactor {
     ///
     /// # Panics
     /// When memory runs out.
-    pub fn new(pattern: &Pattern, tree: &Tree) -> Self {
+    pub fn new(pattern: &Pattern, tree: &Tree, indefinite: bool) -> Self {
         let n = 3 * pattern.size();
         let place = tree.places();
         let (lower, source) = permuted_lower(pattern, &place);
@@ -55,7 +58,11 @@ impl FaerFactor {
         };
         let symbolic = factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, params)
             .expect("out of memory");
-        let need = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default());
+        let need = if indefinite {
+            symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Spec::default())
+        } else {
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Spec::default())
+        };
         let scratch = MemBuffer::new(need.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq)));
         let (flops, nonzeros) = cost(&symbolic);
         Self {
@@ -64,6 +71,7 @@ impl FaerFactor {
             entries: vec![0.0; source.len()],
             factor: vec![0.0; symbolic.len_val()],
             factorised: false,
+            indefinite,
             solution: vec![0.0; n],
             lower,
             source,
@@ -125,6 +133,19 @@ impl Factor for FaerFactor {
         for (entry, &source) in self.entries.iter_mut().zip(&self.source) {
             *entry = values[source as usize];
         }
+        if self.indefinite {
+            let done = self.symbolic.factorize_numeric_ldlt(
+                &mut self.factor,
+                SparseColMatRef::new(self.lower.as_ref(), &self.entries),
+                Side::Lower,
+                LdltRegularization::default(),
+                Par::Seq,
+                MemStack::new(&mut self.scratch),
+                Spec::default(),
+            );
+            self.factorised = done.is_ok();
+            return done.map(|_| ()).map_err(|_| NotPositive);
+        }
         let done = self.symbolic.factorize_numeric_llt(
             &mut self.factor,
             SparseColMatRef::new(self.lower.as_ref(), &self.entries),
@@ -148,12 +169,13 @@ impl Factor for FaerFactor {
             self.solution[3 * i..3 * i + 3].copy_from_slice(&b[3 * mass as usize..3 * mass as usize + 3]);
         }
         let n = self.solution.len();
-        LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-            Conj::No,
-            MatMut::from_column_major_slice_mut(&mut self.solution, n, 1),
-            Par::Seq,
-            MemStack::new(&mut self.scratch),
-        );
+        let right = MatMut::from_column_major_slice_mut(&mut self.solution, n, 1);
+        let scratch = MemStack::new(&mut self.scratch);
+        if self.indefinite {
+            LdltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, scratch);
+        } else {
+            LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(Conj::No, right, Par::Seq, scratch);
+        }
         for (i, &mass) in self.order.iter().enumerate() {
             b[3 * mass as usize..3 * mass as usize + 3].copy_from_slice(&self.solution[3 * i..3 * i + 3]);
         }
@@ -184,7 +206,7 @@ impl Factor for FaerFactor {
     }
 
     fn name(&self) -> &'static str {
-        "faer"
+        if self.indefinite { "faer, indefinite" } else { "faer" }
     }
 
     fn flops(&self) -> f64 {

@@ -88,6 +88,8 @@ pub trait Factor: Send + Sync {
 pub enum Backend {
     /// The `faer` library, supernodal, on one thread.
     Faer,
+    /// `faer`'s L D Lᵀ without pivoting, for matrices that may be indefinite; it has no half solutions.
+    Indefinite,
     /// Our own, on one thread, by the best instructions the processor has.
     Multifrontal,
 }
@@ -110,7 +112,8 @@ impl Default for Backend {
 pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<dyn Factor> {
     let tree = order(pattern, places);
     match backend {
-        Backend::Faer => Box::new(FaerFactor::new(pattern, &tree)),
+        Backend::Faer => Box::new(FaerFactor::new(pattern, &tree, false)),
+        Backend::Indefinite => Box::new(FaerFactor::new(pattern, &tree, true)),
         Backend::Multifrontal => Box::new(MultifrontalFactor::new(pattern, &tree, Instructions::best())),
     }
 }

@@ -3,6 +3,7 @@
 mod canvas;
 mod front;
 mod judge;
+mod kicks;
 mod marker;
 mod pareto;
 mod plot;
@@ -26,12 +27,15 @@ pub struct Bench {
 enum Campaign {
     /// Run time against error: structures, engines, grids and steps on four cases with known answers.
     Pareto(pareto::Pareto),
+    /// Robustness: sheets of random material, size and pose, every mass kicked its own way.
+    Kicks(kicks::Kicks),
 }
 
 impl Bench {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         match self.campaign {
             Campaign::Pareto(pareto) => pareto.execute(),
+            Campaign::Kicks(kicks) => kicks.execute(),
         }
     }
 }

@@ -1,0 +1,270 @@
+//! Real stiffness: sheets given as E, ν, thickness and density against closed forms, published tables and converged
+//! references. Every number that the documentation states is held here.
+
+use serde_json::Value;
+use sheetwork::World;
+use sheetwork::engine::EngineKind;
+use sheetwork::lattice::StructureKind;
+use sheetwork::measure::kicks::kick;
+use sheetwork::measure::reference::elastica;
+use sheetwork::measure::{Boundary, Setup, measure};
+use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec};
+
+/// 0.25 m, 0.5 mm, 3 GPa, 1050 kg/m³.
+fn sheet(grid: u32, poisson: f64) -> Setup {
+    let base = Setup::default();
+    Setup { grid: (grid, grid), material: Material { poisson, ..base.material.clone() }, ..base }
+}
+
+fn run(case: &str, setup: &Setup) -> Value {
+    let found = measure(case, setup).expect("valid");
+    assert_eq!(found["status"], "ok", "{case}: {found}");
+    found
+}
+
+fn number(found: &Value, key: &str) -> f64 {
+    found[key].as_f64().unwrap_or_else(|| panic!("{key} in {found}"))
+}
+
+fn numbers(found: &Value, key: &str) -> Vec<f64> {
+    let list = found[key].as_array().unwrap_or_else(|| panic!("{key} in {found}"));
+    list.iter().filter_map(Value::as_f64).collect()
+}
+
+/// √(D/ρt) of a setup's sheet, m²/s.
+fn speed(setup: &Setup) -> f64 {
+    (setup.material.plate_stiffness() / setup.material.areal_mass()).sqrt()
+}
+
+fn close(what: &str, got: f64, wanted: f64, percent: f64) {
+    let off = 100.0 * (got / wanted - 1.0);
+    println!("{what}: {got:.6} against {wanted:.6}, {off:+.3} % (bound {percent} %)");
+    assert!(off.abs() <= percent, "{what}: {got} is {off:+.3} % from {wanted}, more than {percent} %");
+}
+
+/// The sheet with the length that makes Γ = ρ g t L³/D what is asked, ν = 0.
+fn hanging(grid: u32, gamma: f64) -> Setup {
+    let mut setup = sheet(grid, 0.0);
+    let weight = setup.material.areal_mass() * setup.gravity;
+    setup.length = (gamma * setup.material.plate_stiffness() / weight).cbrt();
+    setup.width = setup.length;
+    setup
+}
+
+#[test]
+fn the_shell_droops_as_the_elastica() {
+    for (gammas, bounds) in
+        [(&[0.1, 1.0, 3.0][..], [0.2, 0.05]), (&[10.0, 20.0][..], [0.4, 0.1]), (&[100.0][..], [1.0, 0.15])]
+    {
+        for gamma in gammas {
+            for (grid, bound) in [11, 21].into_iter().zip(bounds) {
+                let setup = hanging(grid, *gamma);
+                let found = run("cantilever", &setup);
+                let wanted = elastica(*gamma).0 * setup.length;
+                close(&format!("Γ {gamma}, {grid}"), number(&found, "drop_m"), wanted, bound);
+                assert!(found["linear_solves"].as_u64() <= Some(10), "{found}");
+                assert_eq!(found["settled"], true);
+            }
+        }
+    }
+}
+
+#[test]
+fn refining_the_grid_converges_with_order_two() {
+    let wanted = sheet(0, 0.0);
+    let weight = wanted.material.areal_mass() * wanted.gravity;
+    let gamma = weight * 0.25_f64.powi(3) / wanted.material.plate_stiffness();
+    let exact = 0.25 * elastica(gamma).0;
+    let errors = [11, 21, 41].map(|n| (number(&run("cantilever", &sheet(n, 0.0)), "drop_m") / exact - 1.0).abs());
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        println!("errors {errors:?}, order {order:.2}");
+        assert!(order >= 1.9, "order {order}");
+    }
+}
+
+#[test]
+fn equilibrium_takes_few_linear_solves_at_any_grid() {
+    for grid in [6, 11, 21, 41, 81] {
+        let found = run("cantilever", &sheet(grid, 0.35));
+        assert!(found["linear_solves"].as_u64() <= Some(10), "{found}");
+        assert_eq!(found["settled"], true);
+    }
+}
+
+#[test]
+fn the_shell_vibrates_as_beams_and_plates_do() {
+    let frequency = |grid: u32, poisson: f64, boundary: Boundary| {
+        let setup = Setup { boundary, ..sheet(grid, poisson) };
+        let unit = speed(&setup) / (setup.length * setup.length);
+        numbers(&run("frequency", &setup), "omega_rad_s").into_iter().map(move |w| w / unit).collect::<Vec<f64>>()
+    };
+    for (grid, bound) in [(11, 0.5), (21, 0.15)] {
+        close("cantilever beam", frequency(grid, 0.0, Boundary::Cantilever)[0], 1.875_104_f64.powi(2), bound);
+    }
+    // Leissa, "The free vibration of rectangular plates", J. Sound Vib. 31, 1973, as refined since (ν = 0.3).
+    for (boundary, wanted) in [
+        (Boundary::Cantilever, [3.471, 8.507, 21.285]),
+        (Boundary::Free, [13.468, 19.596, 24.270]),
+        (Boundary::Clamped, [35.985, 73.394, 73.394]),
+        (Boundary::Supported, [19.739, 49.348, 49.348]),
+    ] {
+        let found = frequency(21, 0.3, boundary);
+        for (got, wanted) in found.iter().zip(wanted) {
+            close(boundary.name(), *got, wanted, 1.5);
+        }
+    }
+}
+
+#[test]
+fn the_moving_sheet_keeps_the_frequency_of_the_linear_one() {
+    let found = run("frequency", &sheet(21, 0.0));
+    close("as it moves", number(&found, "omega_motion_rad_s"), numbers(&found, "omega_rad_s")[0], 0.3);
+}
+
+#[test]
+fn sheets_of_any_outline_are_as_stiff() {
+    let exact = number(&run("cantilever", &sheet(11, 0.0)), "reference_drop_m");
+    let outlined = Setup { outlined: true, ..sheet(21, 0.0) };
+    close("outlined cantilever", number(&run("cantilever", &outlined), "drop_m"), exact, 0.2);
+    for (grid, bound) in [(21, 1.0), (41, 0.25)] {
+        let setup = Setup { boundary: Boundary::Clamped, modes: 1, ..sheet(grid, 0.35) };
+        let wanted = 10.2158 * speed(&setup) / (setup.radius * setup.radius);
+        close("clamped disc", numbers(&run("disc", &setup), "omega_rad_s")[0], wanted, bound);
+    }
+    // A square with a round hole of 0.4 of its side, ν = 0.3: converged on meshes of 101 masses across.
+    for (boundary, lambda) in [(Boundary::Supported, 20.43), (Boundary::Clamped, 45.47)] {
+        for (grid, bound) in [(21, 1.0), (41, 0.25)] {
+            let setup = Setup { boundary, modes: 1, ..sheet(grid, 0.3) };
+            let wanted = lambda * speed(&setup) / (setup.length * setup.length);
+            close("hole", numbers(&run("hole", &setup), "omega_rad_s")[0], wanted, bound);
+        }
+    }
+}
+
+#[test]
+fn calibrated_lattices_bend_as_their_material() {
+    let poisson = 1.0 / 3.0;
+    let fine = sheet(41, poisson);
+    let drop = number(&run("cantilever", &fine), "drop_m");
+    let omega = numbers(&run("frequency", &Setup { modes: 1, ..fine }), "omega_rad_s")[0];
+    for structure in [StructureKind::Trimm, StructureKind::DoubleDiagonal] {
+        let setup = Setup { structure, layers: 2, modes: 1, ..sheet(21, poisson) };
+        let found = run("stiffness", &setup);
+        for bending in numbers(&found, "bending_0_45_90_135") {
+            close("homogenised bending", bending, 1.0, 0.5);
+        }
+        close("tip", number(&run("cantilever", &setup), "drop_m"), drop, 2.2);
+        close("first frequency", numbers(&run("frequency", &setup), "omega_rad_s")[0], omega, 0.5);
+    }
+}
+
+#[test]
+fn structures_that_cannot_be_isotropic_say_so() {
+    for structure in [StructureKind::Samm, StructureKind::Slamm, StructureKind::Provot2d] {
+        let layers = structure.info().layers.1.min(2);
+        let found = run("stiffness", &Setup { structure, layers, ..sheet(11, 0.35) });
+        assert!(found["notes"].as_array().is_some_and(|n| !n.is_empty()), "{found}");
+    }
+    assert!(
+        number(&run("stiffness", &Setup { structure: StructureKind::Samm, layers: 2, ..sheet(11, 0.35) }), "twist")
+            < 0.01
+    );
+}
+
+#[test]
+fn an_undamped_sheet_gains_no_energy_and_keeps_its_spin() {
+    let found = run("energy", &sheet(11, 0.35));
+    assert!(number(&found, "energy_gain") <= 1e-3, "{found}");
+    let spun = run("spin", &sheet(11, 0.35));
+    assert!(number(&spun, "angular_momentum_ratio") >= 0.99, "{spun}");
+    assert!(number(&spun, "angular_momentum_ratio") <= 1.001, "{spun}");
+}
+
+#[test]
+fn a_strip_on_its_edge_falls_where_theory_says() {
+    // Slender: 12.8538 √(2/(1+ν)) (Timoshenko and Gere). A tenth as wide as long adds a little, and so does a coarse grid.
+    let setup = Setup { length: 0.4, width: 0.02, grid: (61, 5), ..sheet(11, 0.35) };
+    let found = run("buckling", &setup);
+    close("onset", number(&found, "onset_gamma"), 12.8538 * (2.0_f64 / 1.35).sqrt(), 6.0);
+}
+
+#[test]
+fn kicked_sheets_of_any_material_stay_sound() {
+    // A sample; `sheetwork bench kicks` runs a thousand.
+    let structures = [StructureKind::Shell, StructureKind::Shell, StructureKind::Trimm, StructureKind::DoubleDiagonal];
+    for index in 0..60 {
+        let found = kick(index, &structures, 1.0).expect("a valid draw");
+        assert_eq!(found.unstable, None, "{found:?}");
+        assert!(found.energy_ratio.is_finite(), "{found:?}");
+    }
+}
+
+#[test]
+fn stiffness_thickness_and_damping_change_while_it_runs_without_a_jerk() {
+    let mut scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
+    scene.sheets = vec![SheetSpec {
+        name: "sheet".into(),
+        structure: StructureKind::Shell,
+        grid: (11, 1, 11),
+        size: (0.25, 0.25),
+        material: MaterialChoice::Named("hips".into()),
+        damping_ratio: Some(0.1),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    }];
+    let mut world = World::new(&scene).expect("valid");
+    world.set_sleep(false);
+    (0..200).for_each(|_| world.step());
+    for (path, value) in [
+        ("sheets.sheet.material.young", "4e9"),
+        ("sheets.sheet.material.thickness", "0.0004"),
+        ("sheets.sheet.damping_ratio", "1"),
+        ("sheets.sheet.material.young", "1e9"),
+    ] {
+        let gravity = scene.gravity;
+        let before = world.sheets()[0].x.clone();
+        world.set(path, value).expect("a parameter");
+        assert_eq!(world.sheets()[0].x, before, "{path} moved the sheet");
+        let changed = world.sheets()[0].energy(gravity);
+        world.step();
+        let sheet = &world.sheets()[0];
+        // What the change sets free accelerates masses by at most some g: a mass that jumps is another matter.
+        let moved = (0..sheet.masses()).map(|i| sheet.x.get(i).distance(before.get(i))).fold(0.0, f64::max);
+        assert!(moved < 0.01, "{path} = {value}: a mass jumped {moved} m in a step");
+        let scale = changed.elastic.abs() + changed.kinetic;
+        for _ in 0..60 {
+            world.step();
+            let rise = world.sheets()[0].energy(gravity).total - changed.total;
+            assert!(rise < 1e-3 * scale, "{path} = {value}: energy rose by {rise} J of {scale} J");
+        }
+    }
+}
+
+#[test]
+fn a_running_sheet_says_how_stiff_it_is() {
+    let found = run("stiffness", &sheet(21, 0.0));
+    close("bends as", number(&found, "bends_as_pa"), 3e9, 0.5);
+    // Against what its slowest vibration says: stiffness goes with the square of the frequency.
+    for grid in [11, 21] {
+        let setup = sheet(grid, 0.0);
+        let told = number(&run("stiffness", &setup), "bends_as_pa");
+        let omega = numbers(&run("frequency", &setup), "omega_rad_s")[0];
+        let exact = 1.875_104_f64.powi(2) * speed(&setup) / (setup.length * setup.length);
+        close("told", told, 3e9 * (omega / exact).powi(2), 0.4);
+    }
+    // Rest owes nothing to the step; short waves are told to be softer.
+    let mut scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
+    scene.sheets = vec![SheetSpec {
+        structure: StructureKind::Shell,
+        grid: (21, 1, 5),
+        size: (0.25, 0.1),
+        material: MaterialChoice::Inline(sheet(11, 0.0).material),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    }];
+    let mut world = World::new(&scene).expect("valid");
+    world.settle(1e-9);
+    let told = world.sheets()[0].delivered_stiffness(world.dt()).expect("a shell");
+    assert!(told.step == 1.0 && (0.95..1.0).contains(&told.grid), "{told:?}");
+}
