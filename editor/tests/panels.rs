@@ -6,7 +6,7 @@ use bevy_egui::egui::accesskit::Role;
 use bevy_egui::egui::{self, Event, Key, Modifiers, MouseWheelUnit, Pos2, TouchPhase, Ui, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use sheetwork::scene::{Scene, SheetSpec};
+use sheetwork::scene::{Air, PinSpec, Region, Scene, SheetSpec};
 use sheetwork_editor::panels::{self, EditorState};
 use sheetwork_editor::picture::Layer;
 use sheetwork_editor::session::Session;
@@ -153,13 +153,62 @@ fn the_sheet_panel_reaches_the_sheet() {
     assert!(harness.query_by_label("Bend limit").is_none(), "a trimm has no flexion");
 }
 
+/// A real sheet, clamped at one edge, in a room's air.
+fn real_sheet() -> Session {
+    let spec = SheetSpec {
+        structure: "shell".parse().expect("known"),
+        grid: (9, 1, 9),
+        size: (0.25, 0.25),
+        material: "hips".into(),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    };
+    let (engine, dt) = ("tr-bdf2".parse().expect("known"), 1.0 / 60.0);
+    let air = Air { density: 1.2, ..Air::default() };
+    Session::new(&Scene { engine, dt, air, sheets: vec![spec], ..Scene::default() }).expect("valid")
+}
+
+#[test]
+fn a_real_sheet_has_its_own_damping_and_drag() {
+    let mut harness = harness(real_sheet(), |ui, (session, state)| panels::sheet(ui, session, state));
+    for (label, text) in [("Poisson", "0.2"), ("Damping", "0.3"), ("Drag", "1"), ("… along", "0.1")] {
+        type_number(&mut harness, label, text);
+    }
+    let sheet = &harness.state().0.world().sheets()[0];
+    assert_eq!((sheet.material().poisson, sheet.damping_ratio(), sheet.drag()), (0.2, 0.3, (1.0, 0.1)));
+    assert!(harness.state().0.messages().is_empty());
+}
+
+#[test]
+fn another_material_is_chosen_from_the_list() {
+    let mut session = real_sheet();
+    session.run(0.1);
+    let mass = session.world().sheets()[0].total_mass();
+    let mut harness = harness(session, |ui, (session, state)| panels::sheet(ui, session, state));
+    harness.get_by_role_and_label(Role::ComboBox, "Material").click();
+    harness.run_steps(3);
+    harness.get_by_label("steel-foil").click();
+    harness.run_steps(3);
+    let world = harness.state().0.world();
+    assert_eq!((world.time(), world.sheets()[0].material().young), (0.0, 2.05e11));
+    assert!((world.sheets()[0].total_mass() / mass - 7850.0 * 1e-4 / (1045.0 * 5e-4)).abs() < 1e-9);
+}
+
+#[test]
+fn the_numbers_say_what_is_delivered_of_the_stiffness() {
+    let mut session = real_sheet();
+    session.run(1.0);
+    let harness = harness(session, |ui, (session, _)| panels::numbers(ui, session));
+    assert!(harness.query_by_label_contains("asked 2.00 GPa, bends as 1.9").is_some());
+}
+
 #[test]
 fn a_structure_with_flexion_has_its_bend_limited() {
     let spec = SheetSpec { structure: "provot2d".parse().expect("known"), grid: (7, 1, 7), ..SheetSpec::default() };
     let second = SheetSpec { name: "second".into(), ..spec.clone() };
     let session = Session::new(&Scene { sheets: vec![spec, second], ..Scene::default() }).expect("valid");
     let mut harness = harness(session, |ui, (session, state)| panels::sheet(ui, session, state));
-    harness.get_by_role(Role::ComboBox).click();
+    harness.get_by_role_and_label(Role::ComboBox, "of").click();
     harness.run_steps(3);
     harness.get_by_label("second").click();
     harness.run_steps(3);

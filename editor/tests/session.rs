@@ -173,6 +173,27 @@ fn the_largest_step_follows_engine_and_stiffness() {
 }
 
 #[test]
+fn an_implicit_engine_has_no_largest_step() {
+    let mut session = session();
+    assert!(session.set("engine", "tr-bdf2"));
+    assert_eq!(session.largest_step(), None);
+}
+
+#[test]
+fn choosing_a_material_forgets_what_was_changed_of_the_old_one() {
+    let mut session = session();
+    assert!(session.set("sheets.0.material.young", "500") && session.set("gravity", "(0, -2, 0)"));
+    session.run(0.1);
+    assert!(session.choose_material(0, "rubber"));
+    let world = session.world();
+    assert_eq!((world.time(), world.sheets()[0].material().young, world.gravity().y), (0.0, 3e6, -2.0));
+    assert!(!session.choose_material(0, "cheese") && session.messages()[0].text.contains("hips"));
+    assert_eq!(session.world().sheets()[0].material().young, 3e6);
+    assert!(session.reset());
+    assert_eq!(session.world().sheets()[0].material().young, 3e6, "kept");
+}
+
+#[test]
 fn an_empty_scene_plays() {
     let mut session = Session::new(&Scene::default()).expect("nothing in it to refuse");
     session.play();
