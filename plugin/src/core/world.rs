@@ -19,7 +19,8 @@ pub(super) struct Move {
 
 /// The [`sheetwork::World`] that entities with [`Sheet`](super::Sheet) and [`SheetBody`](super::SheetBody) are in.
 ///
-/// It begins with the engine `tr-bdf2`, which holds any material at the game's fixed step, gravity, and the air of a room.
+/// It begins with an explicit engine, for the thesis's soft sheets. The first [`Sheet`](super::Sheet) that follows its material
+/// changes that to `tr-bdf2`, which holds any material at the game's fixed step, unless engine or step were set before.
 ///
 /// It dereferences to that world, for reading and for setters such as `set_gravity`, `set_engine`, `set_dt` or
 /// `set("sheets.leaf.damping", "0.2")`. Sheets and bodies come and go with their entities: do not add or remove them here.
@@ -40,10 +41,10 @@ pub struct SheetWorld {
     fitted: Option<f64>,
 }
 
-/// What an empty world begins with: the engine for real materials, at Bevy's own fixed step, in a room's air.
+/// What an empty world begins with: a room's air.
 fn for_games() -> Scene {
     let air = Air { density: 1.2, ..Air::default() };
-    Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 64.0, air, ..Scene::default() }
+    Scene { air, ..Scene::default() }
 }
 
 impl SheetWorld {
@@ -60,7 +61,16 @@ impl SheetWorld {
             step_time: Duration::ZERO,
             owed: 0.0,
             shown: 0.0,
-            fitted: Some(scene.dt),
+            fitted: None,
+        }
+    }
+
+    /// Takes the engine for real materials, at Bevy's own fixed step, where engine and step are still those of an empty world.
+    pub(super) fn hold_material(&mut self) {
+        let empty = Scene::default();
+        if self.world.engine() == empty.engine && self.world.dt() == empty.dt && self.world.set_dt(1.0 / 64.0).is_ok() {
+            self.world.set_engine(EngineKind::TrBdf2);
+            self.fitted = Some(1.0 / 64.0);
         }
     }
 

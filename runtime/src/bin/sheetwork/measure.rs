@@ -128,8 +128,11 @@ impl Measure {
             None => defaults.material.clone(),
         };
         let contact = TABLE.iter().any(|c| c.name == self.case && c.contact);
+        // A shell of real stiffness is beyond explicit engines at any step worth waiting for.
+        let implicit = self.engine.is_some_and(|e| e.info().implicit);
+        let explicit = contact && self.structure != Some(StructureKind::Shell) && !implicit;
         let rig =
-            if contact { (StructureKind::Trimm, EngineKind::Verlet) } else { (defaults.structure, defaults.engine) };
+            if explicit { (StructureKind::Trimm, EngineKind::Verlet) } else { (defaults.structure, defaults.engine) };
         let structure = self.structure.unwrap_or(rig.0);
         let (fewest, most) = structure.info().layers;
         Ok(Setup {
