@@ -268,3 +268,12 @@ fn a_running_sheet_says_how_stiff_it_is() {
     let told = world.sheets()[0].delivered_stiffness(world.dt()).expect("a shell");
     assert!(told.step == 1.0 && (0.95..1.0).contains(&told.grid), "{told:?}");
 }
+
+#[test]
+fn the_first_swing_of_a_sheet_let_go_is_that_of_the_elastica_in_motion() {
+    // A chain of rigid links with bending joints, which shares nothing with the sheet, extrapolated to infinitely many:
+    // `sheetwork bench pareto` has it.
+    let found = run("release", &sheet(21, 0.0));
+    close("depth", number(&found, "first_extreme_m"), 0.13918, 1.0);
+    close("time", number(&found, "first_extreme_s"), 0.2183, 1.2);
+}
