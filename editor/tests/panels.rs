@@ -198,8 +198,12 @@ fn another_material_is_chosen_from_the_list() {
 fn the_numbers_say_what_is_delivered_of_the_stiffness() {
     let mut session = real_sheet();
     session.run(1.0);
+    let world = session.world();
+    let told = world.sheets()[0].delivered_stiffness(world.dt()).expect("a shell");
+    assert!((1.5e9..2.0e9).contains(&told.bends_as_pa), "{told:?}");
     let harness = harness(session, |ui, (session, _)| panels::numbers(ui, session));
-    assert!(harness.query_by_label_contains("asked 2.00 GPa, bends as 1.9").is_some());
+    let wanted = format!("asked 2.00 GPa, bends as {:.2} GPa", told.bends_as_pa / 1e9);
+    assert!(harness.query_by_label_contains(&wanted).is_some(), "{wanted}");
 }
 
 #[test]

@@ -9,7 +9,10 @@ use common::{app, frame, run};
 
 /// A sheet that flies along x at 1 m/s, with nothing to slow it.
 fn flying(app: &mut App) -> Entity {
-    app.world_mut().resource_mut::<SheetWorld>().set_gravity(DVec3::ZERO).expect("in range");
+    let mut world = app.world_mut().resource_mut::<SheetWorld>();
+    world.set_gravity(DVec3::ZERO).expect("in range");
+    // Air would slow it.
+    world.set("air.density", "0").expect("in range");
     let sheet = app.world_mut().spawn(Sheet::default().velocity(Vec3::X)).id();
     frame(app, 0.0);
     sheet

@@ -95,13 +95,17 @@ fn the_bits_are_those_that_were_pinned() {
     for name in ["wedge", "slide_11", "two_walls", "hemisphere"] {
         found += &format!("{name} {:016x}\n", hash_after(&shipped(name), 1, 150));
     }
-    for engine in TABLE {
+    // The linear solver of implicit engines takes the best instructions there are, and its bits are theirs.
+    let widest = sheetwork::engine::linear::Path::best() == sheetwork::engine::linear::Path::Avx512;
+    for engine in TABLE.iter().filter(|e| widest || !e.implicit) {
         found += &format!("crowd-{} {:016x}\n", engine.name, hash_after(&crowd(engine.kind), 2, 200));
     }
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/hashes.txt");
     if std::env::var_os("SHEETWORK_RENEW").is_some() {
         std::fs::write(&file, &found).unwrap_or_else(|e| panic!("{e}"));
     }
+    let implicit = |line: &str| TABLE.iter().any(|e| e.implicit && line.starts_with(&format!("crowd-{} ", e.name)));
     let pinned = std::fs::read_to_string(&file).unwrap_or_default();
+    let pinned: String = pinned.lines().filter(|l| widest || !implicit(l)).map(|l| format!("{l}\n")).collect();
     assert_eq!(found, pinned, "results changed; if that is meant, renew them as the head of this file says");
 }
