@@ -1,10 +1,10 @@
 //! Springs as implicit engines see them: [`super::spring::Springs`] with a stretch, an axial force N* of its own in the
 //! geometric stiffness, and blocks in the tangent.
 //!
-//! For a spring of length L, rest length s, stiffness k, dashpot c and unit direction n, in a stage with 1/h:
-//! N = k (L - s) + (c/h)(L - L_w); potential ½ k (L-s)² + ½ (c/h)(L-L_w)²; tangent (k + c/h) n nᵀ + (N*/L)(I - n nᵀ) on the
-//! masses' own blocks, minus that between them. A spring of no length has no direction and is left out.
+//! What each does along itself is in `axial`; the tangent's block goes to both masses, and minus it between them. A spring
+//! of no length has no direction and is left out.
 
+use super::axial::Axial;
 use super::spring::Springs;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, add_block};
 use crate::sheet::Vectors;
@@ -16,15 +16,7 @@ struct Spring {
     masses: (u32, u32),
     /// Blocks (a, a), (b, b) and (a, b).
     blocks: [u32; 3],
-    stiffness: f64,
-    rest: f64,
-    dashpot: f64,
-    /// N*, N.
-    force: f64,
-    /// L_w, m.
-    anchor: f64,
-    /// Rate of stretch at the end of the last stage, m/s.
-    rate: f64,
+    axial: Axial,
 }
 
 /// All springs of a sheet.
@@ -40,12 +32,12 @@ impl MixedSprings {
         let each = (0..springs.len()).map(|i| Spring {
             masses: (springs.a[i].max(springs.b[i]), springs.a[i].min(springs.b[i])),
             blocks: [NO_BLOCK; 3],
-            stiffness: springs.stiffness[i],
-            rest: springs.rest[i],
-            dashpot: springs.damping[i],
-            force: 0.0,
-            anchor: 0.0,
-            rate: 0.0,
+            axial: Axial {
+                stiffness: springs.stiffness[i],
+                rest: springs.rest[i],
+                dashpot: springs.damping[i],
+                ..Axial::default()
+            },
         });
         Self { springs: each.collect(), per_time: 0.0 }
     }
@@ -53,8 +45,8 @@ impl MixedSprings {
     /// Takes up stiffness and dashpots that were changed.
     pub fn follow(&mut self, springs: &Springs) {
         for (i, spring) in self.springs.iter_mut().enumerate() {
-            spring.stiffness = springs.stiffness[i];
-            spring.dashpot = springs.damping[i];
+            spring.axial.stiffness = springs.stiffness[i];
+            spring.axial.dashpot = springs.damping[i];
         }
     }
 }
@@ -65,11 +57,6 @@ impl Spring {
     fn along(&self, x: &Vectors) -> (glam::DVec3, f64) {
         let d = x.get(self.masses.0 as usize) - x.get(self.masses.1 as usize);
         (d, d.length())
-    }
-
-    #[inline(always)]
-    fn force_at(&self, length: f64, per_time: f64) -> f64 {
-        self.stiffness * (length - self.rest) + self.dashpot * per_time * (length - self.anchor)
     }
 }
 
@@ -89,11 +76,7 @@ impl Element for MixedSprings {
     fn set_law(&mut self, _law: &Law) {}
 
     fn energy(&self, x: &Vectors) -> f64 {
-        let each = self.springs.iter().map(|s| {
-            let stretch = s.along(x).1 - s.rest;
-            0.5 * s.stiffness * stretch * stretch
-        });
-        each.sum()
+        self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
@@ -102,7 +85,8 @@ impl Element for MixedSprings {
             if length > 0.0 {
                 let (a, b) = (s.masses.0 as usize, s.masses.1 as usize);
                 let n = d / length;
-                let f = n * (s.stiffness * (length - s.rest) + s.dashpot * (v.get(a) - v.get(b)).dot(n));
+                let f =
+                    n * (s.axial.stiffness * (length - s.axial.rest) + s.axial.dashpot * (v.get(a) - v.get(b)).dot(n));
                 force.set(a, force.get(a) - f);
                 force.set(b, force.get(b) + f);
             }
@@ -111,32 +95,26 @@ impl Element for MixedSprings {
 
     fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.per_time = per_time;
-        for spring in self.springs.iter_mut().filter(|s| s.dashpot > 0.0) {
-            spring.anchor = follow * spring.rate;
+        for spring in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
+            spring.axial.anchor = follow * spring.axial.rate;
             for anchor in anchors {
-                spring.anchor += anchor.weight * spring.along(anchor.x).1;
+                spring.axial.anchor += anchor.weight * spring.along(anchor.x).1;
             }
         }
     }
 
     fn finish(&mut self, x: &Vectors) {
-        let per_time = self.per_time;
-        for spring in self.springs.iter_mut().filter(|s| s.dashpot > 0.0) {
-            spring.rate = (spring.along(x).1 - spring.anchor) * per_time;
+        for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
+            s.axial.finish(s.along(x).1, self.per_time);
         }
     }
 
     fn forget(&mut self) {
-        self.springs.iter_mut().for_each(|s| s.rate = 0.0);
+        self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
-        let each = self.springs.iter().map(|s| {
-            let length = s.along(x).1;
-            let (stretch, change) = (length - s.rest, length - s.anchor);
-            0.5 * s.stiffness * stretch * stretch + 0.5 * s.dashpot * self.per_time * change * change
-        });
-        each.sum()
+        self.springs.iter().map(|s| s.axial.potential(s.along(x).1, self.per_time)).sum()
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
@@ -144,7 +122,7 @@ impl Element for MixedSprings {
             let (d, length) = s.along(x);
             if length > 0.0 {
                 let (a, b) = (s.masses.0 as usize, s.masses.1 as usize);
-                let f = d * (s.force_at(length, self.per_time) / length);
+                let f = d * (s.axial.force_at(length, self.per_time) / length);
                 gradient.set(a, gradient.get(a) + f);
                 gradient.set(b, gradient.get(b) - f);
             }
@@ -157,17 +135,7 @@ impl Element for MixedSprings {
             if length <= 0.0 {
                 continue;
             }
-            let n = (d / length).to_array();
-            let force = if geometric == Geometric::Clipped { s.force.max(0.0) } else { s.force };
-            let across = force / length;
-            let along = s.stiffness + s.dashpot * self.per_time - across;
-            let mut block = [0.0; 9];
-            for r in 0..3 {
-                for c in 0..3 {
-                    block[3 * r + c] = along * n[r] * n[c];
-                }
-                block[4 * r] += across;
-            }
+            let block = s.axial.block(d, length, geometric, self.per_time);
             add_block(values, s.blocks[0], &block);
             add_block(values, s.blocks[1], &block);
             add_block(values, s.blocks[2], &block.map(|b| -b));
@@ -182,17 +150,14 @@ impl Element for MixedSprings {
                 continue;
             }
             let change = s.along(d).0;
-            let predicted = length + along.dot(change) / length;
-            s.force = s.force_at(predicted, self.per_time);
-            let miss = (along + change).length() - predicted;
-            missed += 0.5 * (s.stiffness + s.dashpot * self.per_time) * miss * miss;
+            missed += s.axial.predict(along, length, change, self.per_time);
         }
         missed
     }
 
     fn settle(&mut self, x: &Vectors) {
         for s in &mut self.springs {
-            s.force = s.force_at(s.along(x).1, self.per_time);
+            s.axial.settle(s.along(x).1, self.per_time);
         }
     }
 }

@@ -10,6 +10,7 @@
 //! efficiency and robustness of the Newton method in geometrically non-linear structural problem discretized via
 //! displacement-based finite elements", CMAME 313, 2017).
 
+mod axial;
 pub mod bending;
 pub mod cell_membrane;
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! Springs from a mass to a fixed place: what a clamp leaves of the springs of a lattice that it cuts.
 //!
-//! As [`super::mixed_spring`], with one end that does not move.
+//! As [`super::mixed_spring`], with one end that does not move: see `axial`.
 
 use glam::DVec3;
 
+use super::axial::Axial;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, add_block};
 use crate::sheet::Vectors;
 
@@ -13,15 +14,9 @@ struct Spring {
     mass: usize,
     block: u32,
     point: DVec3,
-    rest: f64,
     /// Stiffness per unit of bending stiffness, 1/m².
     per_bending: f64,
-    stiffness: f64,
-    dashpot: f64,
-    /// N*, N.
-    force: f64,
-    anchor: f64,
-    rate: f64,
+    axial: Axial,
 }
 
 /// All springs of a sheet that end at walls.
@@ -39,13 +34,8 @@ impl WallSprings {
             mass: mass as usize,
             block: NO_BLOCK,
             point,
-            rest,
             per_bending: stiffness / bending,
-            stiffness,
-            dashpot: 0.0,
-            force: 0.0,
-            anchor: 0.0,
-            rate: 0.0,
+            axial: Axial { stiffness, rest, ..Axial::default() },
         });
         Self { springs: each.collect(), per_time: 0.0 }
     }
@@ -56,11 +46,6 @@ impl Spring {
     fn along(&self, x: &Vectors) -> (DVec3, f64) {
         let d = x.get(self.mass) - self.point;
         (d, d.length())
-    }
-
-    #[inline(always)]
-    fn force_at(&self, length: f64, per_time: f64) -> f64 {
-        self.stiffness * (length - self.rest) + self.dashpot * per_time * (length - self.anchor)
     }
 }
 
@@ -75,13 +60,13 @@ impl Element for WallSprings {
 
     fn set_law(&mut self, law: &Law) {
         for s in &mut self.springs {
-            s.stiffness = s.per_bending * law.bending[0][0];
-            s.dashpot = s.stiffness * law.retardation;
+            s.axial.stiffness = s.per_bending * law.bending[0][0];
+            s.axial.dashpot = s.axial.stiffness * law.retardation;
         }
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        self.springs.iter().map(|s| 0.5 * s.stiffness * (s.along(x).1 - s.rest).powi(2)).sum()
+        self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
@@ -89,7 +74,7 @@ impl Element for WallSprings {
             let (d, length) = s.along(x);
             if length > 0.0 {
                 let n = d / length;
-                let pull = s.stiffness * (length - s.rest) + s.dashpot * v.get(s.mass).dot(n);
+                let pull = s.axial.stiffness * (length - s.axial.rest) + s.axial.dashpot * v.get(s.mass).dot(n);
                 force.set(s.mass, force.get(s.mass) - n * pull);
             }
         }
@@ -97,36 +82,31 @@ impl Element for WallSprings {
 
     fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
         self.per_time = per_time;
-        for s in self.springs.iter_mut().filter(|s| s.dashpot > 0.0) {
-            s.anchor = follow * s.rate + anchors.iter().map(|a| a.weight * s.along(a.x).1).sum::<f64>();
+        for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
+            let sum = anchors.iter().map(|a| a.weight * s.along(a.x).1).sum::<f64>();
+            s.axial.anchor = follow * s.axial.rate + sum;
         }
     }
 
     fn finish(&mut self, x: &Vectors) {
-        let per_time = self.per_time;
-        for s in self.springs.iter_mut().filter(|s| s.dashpot > 0.0) {
-            s.rate = (s.along(x).1 - s.anchor) * per_time;
+        for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
+            s.axial.finish(s.along(x).1, self.per_time);
         }
     }
 
     fn forget(&mut self) {
-        self.springs.iter_mut().for_each(|s| s.rate = 0.0);
+        self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
-        let each = self.springs.iter().map(|s| {
-            let length = s.along(x).1;
-            let (stretch, change) = (length - s.rest, length - s.anchor);
-            0.5 * s.stiffness * stretch * stretch + 0.5 * s.dashpot * self.per_time * change * change
-        });
-        each.sum()
+        self.springs.iter().map(|s| s.axial.potential(s.along(x).1, self.per_time)).sum()
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
         for s in &self.springs {
             let (d, length) = s.along(x);
             if length > 0.0 {
-                let pull = d * (s.force_at(length, self.per_time) / length);
+                let pull = d * (s.axial.force_at(length, self.per_time) / length);
                 gradient.set(s.mass, gradient.get(s.mass) + pull);
             }
         }
@@ -138,16 +118,7 @@ impl Element for WallSprings {
             if length <= 0.0 {
                 continue;
             }
-            let n = (d / length).to_array();
-            let across = if geometric == Geometric::Clipped { s.force.max(0.0) } else { s.force } / length;
-            let along = s.stiffness + s.dashpot * self.per_time - across;
-            let mut block = [0.0; 9];
-            for r in 0..3 {
-                for c in 0..3 {
-                    block[3 * r + c] = along * n[r] * n[c];
-                }
-                block[4 * r] += across;
-            }
+            let block = s.axial.block(d, length, geometric, self.per_time);
             add_block(values, s.block, &block);
         }
     }
@@ -157,11 +128,7 @@ impl Element for WallSprings {
         for s in &mut self.springs {
             let (along, length) = s.along(x);
             if length > 0.0 {
-                let change = d.get(s.mass);
-                let predicted = length + along.dot(change) / length;
-                s.force = s.force_at(predicted, self.per_time);
-                let miss = (along + change).length() - predicted;
-                missed += 0.5 * (s.stiffness + s.dashpot * self.per_time) * miss * miss;
+                missed += s.axial.predict(along, length, d.get(s.mass), self.per_time);
             }
         }
         missed
@@ -169,7 +136,7 @@ impl Element for WallSprings {
 
     fn settle(&mut self, x: &Vectors) {
         for s in &mut self.springs {
-            s.force = s.force_at(s.along(x).1, self.per_time);
+            s.axial.settle(s.along(x).1, self.per_time);
         }
     }
 }
