@@ -11,6 +11,7 @@ mod clearance;
 pub mod detect;
 pub mod response;
 pub mod rigid;
+pub mod row;
 mod target;
 pub mod through_thickness;
 
