@@ -20,6 +20,7 @@ pub(crate) struct Unit {
     list: Vec<u32>,
     loads: Loads,
     halves: HalfSolutions,
+    touched: bool,
     /// Force of the contacts on each mass, N.
     force: Vectors,
     /// What contact does to it in this stage.
@@ -28,6 +29,7 @@ pub(crate) struct Unit {
 
 impl Unit {
     fn clear(&mut self, n: usize) {
+        self.touched = false;
         self.list.clear();
         self.halves.clear();
         for buffer in [&mut self.force, &mut self.jump.dx, &mut self.jump.dv, &mut self.jump.acceleration] {
@@ -40,7 +42,29 @@ impl Unit {
 
     /// Whether any contact is on this sheet.
     pub fn is_touched(&self) -> bool {
-        !self.list.is_empty()
+        self.touched || !self.list.is_empty()
+    }
+
+    /// Makes ready for contacts that are not in the list, on a sheet of `n` masses.
+    pub fn touch(&mut self, n: usize) {
+        self.clear(n);
+        self.force.clear();
+        self.touched = true;
+    }
+
+    /// Adds `force` (N) at `point`.
+    pub fn push(&mut self, point: &super::row::SheetPoint, force: DVec3) {
+        for (mass, weight) in point.terms() {
+            let there = self.force.get(mass as usize);
+            self.force.set(mass as usize, there + force * weight);
+        }
+    }
+
+    /// Works out the accelerations that the forces are, with the masses' `inverse` (1/kg).
+    pub fn accelerate(&mut self, inverse: &[f64]) {
+        for (i, w) in inverse.iter().enumerate() {
+            self.jump.acceleration.set(i, self.force.get(i) * *w);
+        }
     }
 }
 
@@ -60,7 +84,8 @@ impl Group<'_> {
         &self.sheets[self.members[local as usize] as usize]
     }
 
-    fn sheet_mut(&mut self, local: u32) -> &mut Sheet {
+    /// The same, to be changed.
+    pub fn sheet_mut(&mut self, local: u32) -> &mut Sheet {
         &mut self.sheets[self.members[local as usize] as usize]
     }
 
@@ -153,7 +178,8 @@ impl Delassus {
         let index = self.active.len() as u32;
         let frame = frame_of(contact.normal);
         let mut units = [NONE; 2];
-        let same = matches!((contact.a, contact.b), (Side::Sheet { sheet: a, .. }, Side::Sheet { sheet: b, .. }) if a == b);
+        let same =
+            matches!((contact.a, contact.b), (Side::Sheet { sheet: a, .. }, Side::Sheet { sheet: b, .. }) if a == b);
         for (k, side) in [contact.a, contact.b].into_iter().enumerate() {
             match side {
                 Side::Body { body, .. } => {
@@ -234,11 +260,7 @@ impl Delassus {
             let contact = &contacts[active.contact as usize];
             for (side, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
                 if let Side::Sheet { sheet, point } = side {
-                    let unit = &mut group.sheet_mut(sheet).work.unit;
-                    for (mass, weight) in point.terms() {
-                        let there = unit.force.get(mass as usize);
-                        unit.force.set(mass as usize, there + force * (sign * weight));
-                    }
+                    group.sheet_mut(sheet).work.unit.push(&point, force * sign);
                 }
             }
         }
@@ -251,9 +273,7 @@ impl Delassus {
             let mut unit = std::mem::take(&mut sheet.work.unit);
             if unit.is_touched() {
                 sheet.answer(&unit.force, &mut unit.jump.dx);
-                for (i, w) in sheet.inverse_mass.iter().enumerate() {
-                    unit.jump.acceleration.set(i, unit.force.get(i) * *w);
-                }
+                unit.accelerate(&sheet.inverse_mass);
             }
             sheet.work.unit = unit;
         });

@@ -15,6 +15,7 @@ pub(crate) struct Remembered {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Memory {
     entries: Vec<(Key, Remembered)>,
+    next: Vec<(Key, Remembered)>,
 }
 
 impl Memory {
@@ -24,20 +25,18 @@ impl Memory {
         found.ok().map(|i| self.entries[i].1)
     }
 
-    /// Replaces everything.
-    pub fn replace(&mut self, entries: impl Iterator<Item = (Key, Remembered)>) {
-        self.entries.clear();
-        self.entries.extend(entries);
-        self.entries.sort_by_key(|(key, _)| *key);
+    /// Replaces everything: contacts without a position force are forgotten.
+    pub fn replace(&mut self, mut entries: impl FnMut(&Self, &mut Vec<(Key, Remembered)>)) {
+        let mut next = std::mem::take(&mut self.next);
+        next.clear();
+        entries(self, &mut next);
+        next.retain(|(_, f)| f.position != DVec3::ZERO);
+        next.sort_by_key(|(key, _)| *key);
+        self.next = std::mem::replace(&mut self.entries, next);
     }
 
     /// Copies from `other`, keeping the memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.entries.clone_from(&other.entries);
-    }
-
-    /// Forgets everything.
-    pub fn clear(&mut self) {
-        self.entries.clear();
     }
 }

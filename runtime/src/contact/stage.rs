@@ -5,32 +5,26 @@
 //! linear solve predicted. Then a velocity solve on what is closed, with restitution as of the instant of impact.
 //! Position and velocity need a solve each: by one alone a sheet that does not bounce leaves at two thirds of its speed.
 //!
-//! With α the part of the stage that a pair was apart, friction acts against 1-α of the tangential displacement, and the speed of
-//! approach at the impact is (1-α) that at the start plus α the free one at the end. Contacts are made active a few at a
-//! time, the deepest first and far from each other: a lying sheet needs some forty of its hundreds.
+//! With α the part of the stage that a pair was apart, friction acts against 1-α of the tangential displacement, and the
+//! speed of approach at the impact is (1-α) that at the start plus α the free one at the end.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
-use super::delassus::{Delassus, Group};
+use super::coulomb::Law;
+use super::delassus::{Group, frame_of};
+use super::dual::Dual;
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
-use super::row::{Contact, Side, SheetPoint};
-use super::coulomb::Law;
+use super::primal::{Primal, Row};
+use super::row::{Contact, SheetPoint, Side};
 use crate::sheet::Field;
 
-/// Violations up to this are let pass, m.
-const DEPTH: f64 = 5e-6;
 /// A contact this near is closed, m: its velocities are solved for.
 const CLOSED: f64 = 1e-5;
-/// Accuracy of the sweeps, m, and how many there may be.
-const TOLERANCE: f64 = 1e-9;
-const SWEEPS: u32 = 200;
-/// Contacts made active at a time, at least.
-const FEW: usize = 8;
-/// Rounds of making more active.
-const PASSES: u32 = 40;
+/// Accuracy of position solves, m, and of velocity solves, m per weight of the stage.
+pub(super) const TOLERANCE: f64 = 1e-9;
 /// Rounds of a stage.
-pub(crate) const ROUNDS: u32 = 10;
+const ROUNDS: u32 = 10;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
 const BOUNCES_ABOVE: f64 = 0.2;
 
@@ -39,12 +33,18 @@ const BOUNCES_ABOVE: f64 = 0.2;
 pub struct ContactCounters {
     /// Rounds of stages that had contact.
     pub rounds: u64,
-    /// Contacts made active, over all rounds.
-    pub active: u64,
+    /// Contacts there were, over all rounds.
+    pub contacts: u64,
     /// The most at once.
     pub most: u64,
+    /// Solves that did not settle.
+    pub unsettled: u64,
     /// Sweeps over contacts.
     pub sweeps: u64,
+    /// Newton steps on contacts, and factors they took.
+    pub newton: u64,
+    /// See `newton`.
+    pub factors: u64,
     /// Steps that were halved.
     pub halved: u64,
 }
@@ -56,24 +56,57 @@ pub(crate) struct Scratch {
     pub contacts: Vec<Contact>,
     /// Contacts from this number on are glue.
     pub glue_from: usize,
-    delassus: Delassus,
     pub memory: Memory,
-    /// Gap of each contact without contact forces and with those of the last solve, m.
-    free_gap: Vec<f64>,
-    gap: Vec<f64>,
-    /// Gap at the start of the stage, along the normal of now, m.
-    start_gap: Vec<f64>,
-    is_active: Vec<bool>,
-    new: Vec<u32>,
-    b: Vec<DVec3>,
-    reach: Vec<f64>,
-    places: Vec<DVec3>,
     pub movers: Vec<Mover>,
     kept_memory: Memory,
     kept_movers: Vec<Mover>,
     pub counters: ContactCounters,
-    /// Largest change in the last sweep of the last position solve, m.
-    pub residual: f64,
+    pub(super) gaps: Gaps,
+    dual: Dual,
+    primal: Primal,
+    on_sheet: bool,
+}
+
+/// How far apart the contacts of a round are.
+#[derive(Default)]
+pub(super) struct Gaps {
+    /// After the free motion, and with the forces of the last solve, m.
+    pub free: Vec<f64>,
+    pub now: Vec<f64>,
+    /// At the start of the stage, along the normal of now, m.
+    start: Vec<f64>,
+    /// Where side a is after the free motion, m.
+    pub places: Vec<DVec3>,
+}
+
+impl Gaps {
+    fn measure(&mut self, contacts: &[Contact], group: &Group) {
+        self.free.clear();
+        self.start.clear();
+        self.places.clear();
+        for contact in contacts {
+            let (a, b) = (place(group, &contact.a, At::Free), place(group, &contact.b, At::Free));
+            self.free.push(contact.normal.dot(a - b) - contact.offset);
+            let start = place(group, &contact.a, At::Start) - place(group, &contact.b, At::Start);
+            self.start.push(contact.normal.dot(start) - contact.offset);
+            self.places.push(a);
+        }
+        self.now.clone_from(&self.free);
+    }
+
+    /// Brings `now` up to date with what contact does.
+    pub fn update(&mut self, contacts: &[Contact], group: &Group) {
+        for (i, contact) in contacts.iter().enumerate() {
+            let by = moved(group, &contact.a) - moved(group, &contact.b);
+            self.now[i] = self.free[i] + contact.normal.dot(by);
+        }
+    }
+
+    /// Part of the stage that contact `i` was apart.
+    fn airborne(&self, i: usize) -> f64 {
+        let (start, end) = (self.start[i], self.free[i]);
+        if start > 1e-7 && start > end { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
+    }
 }
 
 /// Which positions of a group a point is wanted at.
@@ -143,212 +176,214 @@ impl Scratch {
 
     /// Puts apart what would overlap after the free motion, with weight `h` (s) of the stage: leaves displacements in the
     /// units of the sheets and in the movers. False when nothing overlaps.
-    pub fn solve_positions(&mut self, group: &mut Group, h: f64) -> bool {
-        self.measure(group);
-        if !self.begin_positions(group, h) {
+    fn solve_positions(&mut self, group: &mut Group, h: f64) -> bool {
+        self.gaps.measure(&self.contacts, group);
+        if self.glue_from >= self.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
             return false;
         }
-        let mut swept = Default::default();
-        for _ in 0..PASSES {
-            swept = self.sweep_positions(group);
-            self.delassus.displace(group, &self.contacts, h);
-            self.update_gaps(group);
-            self.pick_violated();
-            if self.new.is_empty() {
-                break;
-            }
-            self.activate(group, h);
-        }
-        self.residual = swept.change;
-        let (active, count) = (&self.delassus, self.delassus.problem.len() as u64);
-        let forces = active.contacts().enumerate().map(|(i, c)| {
-            let key = self.contacts[c].key;
-            let velocity = self.memory.of(&key).unwrap_or_default().velocity;
-            (key, Remembered { position: active.frame(i) * active.problem.force[i], velocity })
-        });
-        let forces: Vec<_> = forces.filter(|(_, f)| f.position != DVec3::ZERO).collect();
-        self.memory.replace(forces.into_iter());
+        self.on_sheet = self.fits_one_sheet(group);
+        let count = if self.on_sheet { self.positions_on_sheet(group) } else { self.positions_between(group, h) };
+        self.gaps.update(&self.contacts, group);
         self.counters.rounds += 1;
-        self.counters.active += count;
-        self.counters.most = self.counters.most.max(count);
+        self.counters.contacts += count as u64;
+        self.counters.most = self.counters.most.max(count as u64);
         true
     }
 
-    /// Gaps of all contacts at the start of the stage and after the free motion.
-    fn measure(&mut self, group: &Group) {
-        self.free_gap.clear();
-        self.start_gap.clear();
-        self.places.clear();
-        for contact in &self.contacts {
-            let (a, b) = (place(group, &contact.a, At::Free), place(group, &contact.b, At::Free));
-            self.free_gap.push(contact.normal.dot(a - b) - contact.offset);
-            let start = place(group, &contact.a, At::Start) - place(group, &contact.b, At::Start);
-            self.start_gap.push(contact.normal.dot(start) - contact.offset);
-            self.places.push(a);
-        }
-        self.gap.clone_from(&self.free_gap);
-        self.is_active.clear();
-        self.is_active.resize(self.contacts.len(), false);
+    /// Whether all contacts are of one sheet with bodies that do not give way.
+    fn fits_one_sheet(&self, group: &Group) -> bool {
+        let Some(tangent) = group.sheet(0).tangent() else { return false };
+        let sheet = group.sheet(0);
+        let row = |mass: u32| sheet.free_row(mass).map(|(row, _)| row);
+        let fits = |contact: &Contact| match (contact.a, contact.b) {
+            (Side::Sheet { point, .. }, Side::Body { body, .. }) => {
+                let [a, b, c] = point.masses.map(row);
+                let joined = |a: Option<u32>, b: Option<u32>| a.zip(b).is_none_or(|(a, b)| tangent.couples(a, b));
+                !group.movers[body as usize].gives() && joined(a, b) && joined(b, c) && joined(a, c)
+            }
+            _ => false,
+        };
+        group.members.len() == 1 && self.contacts.iter().all(fits)
     }
 
-    /// Begins with what was active before and still is, and with glue; else with the deepest few.
-    fn begin_positions(&mut self, group: &mut Group, h: f64) -> bool {
-        let glued = self.glue_from < self.contacts.len();
-        if !glued && self.free_gap.iter().all(|g| *g >= 0.0) {
-            return false;
+    pub(super) fn law(&self, i: usize) -> Law {
+        if i >= self.glue_from { Law::Glue } else { Law::Coulomb(self.contacts[i].friction) }
+    }
+
+    /// u of contact `i` in `frame` after the free motion: its gap, and the displacement that friction acts against, m.
+    fn position_of(&self, group: &Group, i: usize, frame: &DMat3) -> DVec3 {
+        let contact = &self.contacts[i];
+        let end = place(group, &contact.a, At::Free) - place(group, &contact.b, At::Free);
+        if i >= self.glue_from {
+            return frame.transpose() * end;
         }
-        self.delassus.clear(group);
-        self.new.clear();
-        for (i, contact) in self.contacts.iter().enumerate() {
-            let was = self.free_gap[i] < 0.0 && self.memory.of(&contact.key).is_some();
-            if i >= self.glue_from || was {
-                self.new.push(i as u32);
+        let start = place(group, &contact.a, At::Start) - place(group, &contact.b, At::Start);
+        let along = frame.transpose() * (end - start) * (1.0 - self.gaps.airborne(i));
+        DVec3::new(self.gaps.free[i], along.y, along.z)
+    }
+
+    /// u of contact `i` in `frame` after the free motion: its velocity, with what it must bounce, m/s; `None` where it is not closed.
+    fn velocity_of(&self, group: &Group, i: usize, frame: &DMat3) -> Option<DVec3> {
+        let contact = &self.contacts[i];
+        let free = velocity(group, &contact.a, At::Free) - velocity(group, &contact.b, At::Free);
+        let mut u = frame.transpose() * free;
+        if i < self.glue_from {
+            if self.gaps.now[i] > CLOSED {
+                return None;
+            }
+            let start = velocity(group, &contact.a, At::Start) - velocity(group, &contact.b, At::Start);
+            let airborne = self.gaps.airborne(i);
+            let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * u.x;
+            if approach < -BOUNCES_ABOVE {
+                u.x += contact.restitution * approach;
             }
         }
-        if self.new.is_empty() {
-            self.pick_violated();
-            if self.new.is_empty() {
-                // Shallower than what is let pass, but a beginning: the deepest.
-                let deepest = (0..self.gap.len()).min_by(|a, b| self.gap[*a].total_cmp(&self.gap[*b]));
-                self.new.extend(deepest.map(|i| i as u32));
+        Some(u)
+    }
+
+    fn positions_between(&mut self, group: &mut Group, h: f64) -> usize {
+        let mut dual = std::mem::take(&mut self.dual);
+        dual.begin(self, group, h);
+        let settled = loop {
+            dual.b.clear();
+            for k in 0..dual.delassus.problem.len() {
+                let u = self.position_of(group, dual.delassus.contact(k), &dual.delassus.frame(k));
+                dual.b.push(u);
             }
-        }
-        self.activate(group, h);
-        true
-    }
-
-    /// Makes the contacts in `new` active.
-    fn activate(&mut self, group: &mut Group, h: f64) {
-        for number in &self.new {
-            let i = *number as usize;
-            let contact = &self.contacts[i];
-            self.is_active[i] = true;
-            let glue = i >= self.glue_from;
-            let law = if glue { Law::Glue } else { Law::Coulomb(contact.friction) };
-            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
-            self.delassus.problem.push(law, super::delassus::frame_of(contact.normal).transpose() * force);
-        }
-        let new = std::mem::take(&mut self.new);
-        self.delassus.add(group, &self.contacts, &new, h);
-        self.new = new;
-    }
-
-    /// Part of the stage that contact `i` was apart.
-    fn airborne(&self, i: usize) -> f64 {
-        let (start, end) = (self.start_gap[i], self.free_gap[i]);
-        if start > 1e-7 && start > end { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
-    }
-
-    fn sweep_positions(&mut self, group: &Group) -> super::sweeps::Swept {
-        self.b.clear();
-        for (k, i) in self.delassus.contacts().enumerate() {
-            let contact = &self.contacts[i];
-            let frame = self.delassus.frame(k);
-            let end = place(group, &contact.a, At::Free) - place(group, &contact.b, At::Free);
-            if i >= self.glue_from {
-                self.b.push(frame.transpose() * end);
-                continue;
+            let swept = dual.sweep();
+            self.counters.sweeps += u64::from(swept.sweeps);
+            dual.delassus.displace(group, &self.contacts, h);
+            self.gaps.update(&self.contacts, group);
+            if !dual.grow(self, group, h) {
+                break swept.change <= TOLERANCE;
             }
-            let start = place(group, &contact.a, At::Start) - place(group, &contact.b, At::Start);
-            let along = frame.transpose() * (end - start) * (1.0 - self.airborne(i));
-            self.b.push(DVec3::new(self.free_gap[i], along.y, along.z));
+        };
+        self.counters.unsettled += u64::from(!settled);
+        let contacts = &self.contacts;
+        self.memory.replace(|old, new| {
+            new.extend(dual.forces().map(|(c, position)| {
+                let key = contacts[c].key;
+                (key, Remembered { position, velocity: old.of(&key).unwrap_or_default().velocity })
+            }));
+        });
+        self.dual = dual;
+        self.dual.delassus.problem.len()
+    }
+
+    /// Active contacts of [`Scratch::positions_between`] as they were, solved for velocities.
+    fn velocities_between(&mut self, group: &mut Group, h: f64) {
+        let mut dual = std::mem::take(&mut self.dual);
+        dual.b.clear();
+        for k in 0..dual.delassus.problem.len() {
+            let i = dual.delassus.contact(k);
+            let frame = dual.delassus.frame(k);
+            let u = self.velocity_of(group, i, &frame);
+            let force = self.memory.of(&self.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
+            dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
+            dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
         }
-        let swept = self.delassus.problem.solve(&self.b, TOLERANCE, SWEEPS);
+        let swept = dual.sweep();
         self.counters.sweeps += u64::from(swept.sweeps);
-        swept
+        self.counters.unsettled += u64::from(swept.change > TOLERANCE);
+        dual.delassus.kick(group, &self.contacts, h);
+        let contacts = &self.contacts;
+        self.memory.replace(|old, new| {
+            new.extend(dual.forces().map(|(c, velocity)| {
+                let key = contacts[c].key;
+                (key, Remembered { position: old.of(&key).unwrap_or_default().position, velocity })
+            }));
+        });
+        self.dual = dual;
     }
 
-    fn update_gaps(&mut self, group: &Group) {
+    fn positions_on_sheet(&mut self, group: &mut Group) -> usize {
+        let mut primal = std::mem::take(&mut self.primal);
+        primal.clear();
         for (i, contact) in self.contacts.iter().enumerate() {
-            let by = moved(group, &contact.a) - moved(group, &contact.b);
-            self.gap[i] = self.free_gap[i] + contact.normal.dot(by);
-        }
-    }
-
-    /// Picks contacts that are violated and not active: the deepest, then those deep and far from the ones picked.
-    fn pick_violated(&mut self) {
-        self.new.clear();
-        self.reach.clear();
-        let violated = |i: usize, gap: &[f64], active: &[bool]| gap[i] < -DEPTH && !active[i];
-        let count = self.contacts.len();
-        let most = FEW.max(self.delassus.problem.len() / 3);
-        let mut next = (0..count)
-            .filter(|i| violated(*i, &self.gap, &self.is_active))
-            .min_by(|a, b| self.gap[*a].total_cmp(&self.gap[*b]).then(self.contacts[*a].key.cmp(&self.contacts[*b].key)));
-        if next.is_none() {
-            return;
-        }
-        self.reach.resize(count, f64::INFINITY);
-        for other in self.delassus.contacts() {
-            for i in 0..count {
-                self.reach[i] = self.reach[i].min(self.places[i].distance_squared(self.places[other]));
-            }
-        }
-        while let Some(pick) = next {
-            self.new.push(pick as u32);
-            if self.new.len() >= most {
-                break;
-            }
-            let mut best = (0.0, None);
-            for i in 0..count {
-                self.reach[i] = self.reach[i].min(self.places[i].distance_squared(self.places[pick]));
-                if violated(i, &self.gap, &self.is_active) {
-                    let score = self.reach[i] * -self.gap[i];
-                    if score > best.0 {
-                        best = (score, Some(i));
-                    }
+            let Side::Sheet { point, .. } = contact.a else { continue };
+            let frame = frame_of(contact.normal);
+            let mut row = Row::new(frame, self.law(i));
+            for k in 0..3 {
+                if let Some((block, free)) = group.sheet(0).free_row(point.masses[k]) {
+                    (row.rows[k], row.weights[k], row.free[k]) = (block, point.weights[k], free);
                 }
             }
-            next = best.1;
+            row.b = self.position_of(group, i, &frame);
+            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
+            primal.rows.push(row);
+            primal.force.push(frame.transpose() * force);
         }
-        self.new.sort_unstable();
+        if let Some(tangent) = group.sheet(0).tangent() {
+            primal.weigh(&tangent);
+        }
+        self.solve_on_sheet(&mut primal, group);
+        let sheet = group.sheet_mut(0);
+        let mut unit = std::mem::take(&mut sheet.work.unit);
+        unit.touch(sheet.masses());
+        sheet.spread_rows(primal.displacement(), &mut unit.jump.dx);
+        for (contact, (row, p)) in self.contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+            if let Side::Sheet { point, .. } = contact.a {
+                unit.push(&point, row.frame * *p);
+            }
+        }
+        unit.accelerate(&sheet.inverse_mass);
+        sheet.work.unit = unit;
+        let contacts = &self.contacts;
+        self.memory.replace(|old, new| {
+            for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+                let velocity = old.of(&contact.key).unwrap_or_default().velocity;
+                new.push((contact.key, Remembered { position: row.frame * *p, velocity }));
+            }
+        });
+        self.primal = primal;
+        self.contacts.len()
+    }
+
+    fn velocities_on_sheet(&mut self, group: &mut Group, h: f64) {
+        let mut primal = std::mem::take(&mut self.primal);
+        for (i, contact) in self.contacts.iter().enumerate() {
+            let frame = primal.rows[i].frame;
+            let u = self.velocity_of(group, i, &frame);
+            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
+            primal.force[i] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
+            primal.rows[i].b = u.map_or(DVec3::X, |u| u * h);
+        }
+        self.solve_on_sheet(&mut primal, group);
+        let sheet = group.sheet_mut(0);
+        let mut unit = std::mem::take(&mut sheet.work.unit);
+        sheet.spread_rows(primal.displacement(), &mut unit.jump.dv);
+        unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
+        sheet.work.unit = unit;
+        let contacts = &self.contacts;
+        self.memory.replace(|old, new| {
+            for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+                let position = old.of(&contact.key).unwrap_or_default().position;
+                new.push((contact.key, Remembered { position, velocity: row.frame * *p }));
+            }
+        });
+        self.primal = primal;
+    }
+
+    fn solve_on_sheet(&mut self, primal: &mut Primal, group: &mut Group) {
+        let before = (primal.steps, primal.factors);
+        let settled = primal.solve(group.sheet_mut(0), TOLERANCE);
+        self.counters.unsettled += u64::from(!settled);
+        self.counters.newton += primal.steps - before.0;
+        self.counters.factors += primal.factors - before.1;
     }
 
     /// Solves for the velocities of what is closed after the last position solve; leaves jumps in the units and movers.
     pub fn solve_velocities(&mut self, group: &mut Group, h: f64) {
-        self.b.clear();
-        for k in 0..self.delassus.problem.len() {
-            let i = self.delassus.contact(k);
-            let contact = &self.contacts[i];
-            let frame = self.delassus.frame(k);
-            let free = velocity(group, &contact.a, At::Free) - velocity(group, &contact.b, At::Free);
-            let mut b = frame.transpose() * free;
-            if i < self.glue_from {
-                let start = velocity(group, &contact.a, At::Start) - velocity(group, &contact.b, At::Start);
-                let airborne = self.airborne(i);
-                let approach = (1.0 - airborne) * start.dot(contact.normal) + airborne * b.x;
-                if approach < -BOUNCES_ABOVE {
-                    b.x += contact.restitution * approach;
-                }
-                if self.gap[i] > CLOSED {
-                    b.x = f64::INFINITY;
-                }
-            }
-            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
-            self.delassus.problem.force[k] =
-                if b.x == f64::INFINITY { DVec3::ZERO } else { frame.transpose() * force };
-            self.b.push(b * h);
+        if self.on_sheet {
+            self.velocities_on_sheet(group, h);
+        } else {
+            self.velocities_between(group, h);
         }
-        let swept = self.delassus.problem.solve(&self.b, TOLERANCE, SWEEPS);
-        self.counters.sweeps += u64::from(swept.sweeps);
-        self.delassus.kick(group, &self.contacts, h);
-        let entries: Vec<_> = self
-            .delassus
-            .contacts()
-            .enumerate()
-            .map(|(k, i)| {
-                let key = self.contacts[i].key;
-                let position = self.memory.of(&key).unwrap_or_default().position;
-                (key, Remembered { position, velocity: self.delassus.frame(k) * self.delassus.problem.force[k] })
-            })
-            .filter(|(_, f)| f.position != DVec3::ZERO)
-            .collect();
-        self.memory.replace(entries.into_iter());
     }
 
-    /// Calls `touched` for every contact that is closed: on which sheets and masses, and with which body.
+    /// Calls `touched` for every contact that is closed.
     pub fn closed(&self, mut touched: impl FnMut(&Contact)) {
-        for (contact, _) in self.contacts.iter().zip(&self.gap).filter(|(_, gap)| **gap < 2.0 * CLOSED) {
+        for (contact, _) in self.contacts.iter().zip(&self.gaps.now).filter(|(_, gap)| **gap < 2.0 * CLOSED) {
             touched(contact);
         }
     }

@@ -4,7 +4,7 @@
 //! pattern is what the elements couple. Its constant part (bending, inertia, air) is kept and copied, the rest added at every
 //! iterate. Directions in which a mass is held alone keep their row, as that of the identity.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::drag::Drag;
 use super::{Field, Sheet, Vectors};
@@ -31,6 +31,8 @@ pub(crate) struct System {
     constant: Vec<f64>,
     constant_at: Option<f64>,
     values: Vec<f64>,
+    /// The tangent with contact in it.
+    augmented: Vec<f64>,
     right: Vec<f64>,
     gradient: Vectors,
     /// Entries of `values` that belong to held directions: to be zero, and to be one.
@@ -87,6 +89,7 @@ impl System {
             constant: vec![0.0; numbers],
             constant_at: None,
             values: vec![0.0; numbers],
+            augmented: Vec::new(),
             masses,
             row,
             free,
@@ -136,6 +139,18 @@ impl System {
         self.factor.half_solve(loads, solutions);
     }
 
+    /// The tangent as it was last filled in.
+    pub fn tangent(&self) -> ContactTangent<'_> {
+        ContactTangent { pattern: &self.pattern, values: &self.values }
+    }
+
+    /// Factorises the tangent as it was last filled in with what `add` adds to it; false when that has no factor.
+    pub fn factorize_with(&mut self, add: impl FnOnce(&Pattern, &mut [f64])) -> bool {
+        self.augmented.clone_from(&self.values);
+        add(&self.pattern, &mut self.augmented);
+        self.factor.factorize(&self.augmented).is_ok()
+    }
+
     /// Solves with the last factor, in place.
     pub fn solve(&mut self, right: &mut [f64]) {
         self.factor.solve(right);
@@ -144,6 +159,42 @@ impl System {
     /// Linear solver in use, block rows and blocks of the matrix, and numbers in its factor.
     pub fn about(&self) -> (&'static str, usize, usize, usize) {
         (self.factor.name(), self.masses.len(), self.pattern.blocks(), self.factor.nonzeros())
+    }
+}
+
+/// A tangent, for those who add contact to it.
+pub(crate) struct ContactTangent<'a> {
+    pattern: &'a Pattern,
+    values: &'a [f64],
+}
+
+impl ContactTangent<'_> {
+    /// Diagonal block of `row`, N/m.
+    pub fn diagonal(&self, row: u32) -> DMat3 {
+        let at = 9 * self.pattern.starts[row as usize] as usize;
+        DMat3::from_cols_slice(&self.values[at..at + 9])
+    }
+
+    /// Whether the tangent couples two block rows.
+    pub fn couples(&self, a: u32, b: u32) -> bool {
+        self.pattern.slot(a.max(b), a.min(b)).is_some()
+    }
+
+    /// Adds H x to `y`.
+    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        let (x, y) = (x.as_chunks::<3>().0, y.as_chunks_mut::<3>().0);
+        for (slot, row, column) in self.pattern.iter() {
+            let (row, column) = (row as usize, column as usize);
+            let b = &self.values[9 * slot..9 * slot + 9];
+            for i in 0..3 {
+                y[row][i] += b[3 * i] * x[column][0] + b[3 * i + 1] * x[column][1] + b[3 * i + 2] * x[column][2];
+            }
+            if row != column {
+                for i in 0..3 {
+                    y[column][i] += b[i] * x[row][0] + b[3 + i] * x[row][1] + b[6 + i] * x[row][2];
+                }
+            }
+        }
     }
 }
 

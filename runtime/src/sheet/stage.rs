@@ -6,12 +6,12 @@
 
 use glam::DVec3;
 
-use super::implicit::{ImplicitSheet, System};
+use super::implicit::{ContactTangent, ImplicitSheet, System};
 use super::{Field, Sheet, Vectors};
 use crate::element::{Geometric, NO_BLOCK};
 use crate::engine::implicit::Implicit;
 use crate::engine::implicit::staged::{Jump, Staged};
-use crate::engine::linear::{HalfSolutions, Loads};
+use crate::engine::linear::{HalfSolutions, Loads, Pattern};
 
 /// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
 const MISSED: [f64; 2] = [1e-4, 1e-3];
@@ -196,6 +196,44 @@ impl Sheet {
             dx.set(*mass as usize, DVec3::from_slice(step));
         }
         self.work.stage.right = right;
+    }
+
+    /// Number of unknowns of its linear system.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.system.as_ref().map_or(0, |s| 3 * s.masses().len())
+    }
+
+    /// The tangent at hand; `None` before the first implicit step.
+    pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
+        self.system.as_ref().map(|s| s.tangent())
+    }
+
+    /// Factorises the tangent at hand with contact added; false when that has no factor.
+    pub(crate) fn factorize_with(&mut self, add: impl FnOnce(&Pattern, &mut [f64])) -> bool {
+        self.system.as_mut().is_some_and(|s| s.factorize_with(add))
+    }
+
+    /// Solves with the factor at hand, by block rows, in place.
+    pub(crate) fn solve_contact(&mut self, right: &mut [f64]) {
+        if let Some(system) = &mut self.system {
+            system.solve(right);
+        }
+    }
+
+    /// Adds the tangent times `x` to `y`, by block rows.
+    pub(crate) fn multiply_tangent(&self, x: &[f64], y: &mut [f64]) {
+        if let Some(system) = &self.system {
+            system.tangent().multiply(x, y);
+        }
+    }
+
+    /// Copies a vector by block rows to one by masses.
+    pub(crate) fn spread_rows(&self, by_row: &[f64], to: &mut Vectors) {
+        to.clear();
+        let Some(system) = &self.system else { return };
+        for (step, mass) in by_row.chunks_exact(3).zip(system.masses()) {
+            to.set(*mass as usize, DVec3::from_slice(step));
+        }
     }
 
     /// Block row of mass `i` and which of its directions are free (1) or held (0); none for a mass that is held in all.
