@@ -9,9 +9,13 @@
 
 mod clearance;
 pub mod detect;
+pub mod features;
+pub mod frame;
+pub mod geometry;
 pub mod response;
 pub mod rigid;
 pub mod row;
+pub mod skin;
 mod target;
 pub mod through_thickness;
 
