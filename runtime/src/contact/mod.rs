@@ -10,6 +10,7 @@
 mod clearance;
 pub mod detect;
 pub mod features;
+pub mod find;
 pub mod frame;
 pub mod geometry;
 pub mod response;

@@ -126,6 +126,11 @@ impl Skin {
         self.rectangle
     }
 
+    /// Middle of a triangle at rest, m.
+    pub(super) fn middle(&self, triangle: &SkinTriangle) -> DVec3 {
+        triangle.masses.iter().map(|i| self.rest[*i as usize]).sum::<DVec3>() / 3.0
+    }
+
     /// Distance of two masses at rest, m; 0 when there is no such mass.
     #[inline]
     pub fn rest_distance(&self, i: u32, j: u32) -> f64 {
