@@ -17,11 +17,14 @@ mod edges;
 mod faces;
 mod keys;
 mod local;
+mod surfaces;
 mod tree;
 
 use glam::DVec3;
+use rapier3d::parry::partitioning::BvhWorkspace;
 
 use self::local::{Local, Meeting};
+use self::surfaces::{Couple, Party};
 use self::tree::{Cuboid, SkinTree};
 use super::features::{Features, Solid};
 use super::frame::RigidFrame;
@@ -107,9 +110,12 @@ pub struct FindCounters {
 pub struct Finder {
     /// Sheets and bodies that may meet in this step.
     near: Vec<(u32, u32)>,
+    /// Pairs of sheets that may.
+    near_sheets: Vec<(u32, u32)>,
     /// Of each sheet of the problem.
     trees: Vec<SkinTree>,
     local: Local,
+    workspace: BvhWorkspace,
     order: Vec<(Key, u32)>,
     raw: Vec<Contact>,
     counters: FindCounters,
@@ -132,6 +138,7 @@ impl Finder {
     pub fn begin(&mut self, problem: &Problem, reach: f64) {
         let count = problem.sheets.len();
         self.near.clear();
+        self.near_sheets.clear();
         self.trees.truncate(count);
         for (i, sheet) in problem.sheets.iter().enumerate() {
             match self.trees.get_mut(i) {
@@ -153,6 +160,13 @@ impl Finder {
                     self.near.push((s as u32, b as u32));
                 }
             }
+            for (t, other) in problem.sheets.iter().enumerate().skip(s + 1).filter(|(_, o)| o.awake || sheet.awake) {
+                self.counters.boxes += 1;
+                let way = reach + other.skin.offset();
+                if around.meets(&Cuboid::of(other.start).grown(way)) {
+                    self.near_sheets.push((s as u32, t as u32));
+                }
+            }
         }
     }
 
@@ -161,6 +175,8 @@ impl Finder {
         self.raw.clear();
         self.trees.iter_mut().for_each(SkinTree::forget);
         self.against_bodies(problem);
+        self.against_sheets(problem);
+        self.against_themselves(problem);
         self.collect(out);
     }
 
@@ -201,6 +217,44 @@ impl Finder {
         }
     }
 
+    fn against_sheets(&mut self, problem: &Problem) {
+        for k in 0..self.near_sheets.len() {
+            let (s, t) = self.near_sheets[k];
+            let (Some(a), Some(b)) = (problem.sheets.get(s as usize), problem.sheets.get(t as usize)) else { continue };
+            self.counters.boxes += 1;
+            let room = a.skin.offset() + b.skin.offset() + problem.margin;
+            if !Cuboid::swept(a).grown(room).meets(&Cuboid::swept(b)) {
+                continue;
+            }
+            for (i, sheet) in [(s, a), (t, b)] {
+                if let Some(tree) = self.trees.get_mut(i as usize) {
+                    tree.refresh(sheet, problem.margin);
+                }
+            }
+            let Some(couple) = couple(problem, &self.trees, s, t) else { continue };
+            for (p, q) in couple.a.tree.pairs_with(couple.b.tree) {
+                self.counters.sheet_sheet_tests += 1;
+                couple.triangles(p, q, &mut self.raw);
+            }
+        }
+    }
+
+    fn against_themselves(&mut self, problem: &Problem) {
+        for (s, sheet) in problem.sheets.iter().enumerate().filter(|(_, sheet)| sheet.awake) {
+            if sheet.skin.is_rectangle() && tree::is_flat(sheet) {
+                continue;
+            }
+            let Some(tree) = self.trees.get_mut(s) else { continue };
+            tree.refresh(sheet, problem.margin);
+            let Some(couple) = couple(problem, &self.trees, s as u32, s as u32) else { continue };
+            let (rows, tests) = (&mut self.raw, &mut self.counters.self_tests);
+            couple.a.tree.own_pairs(&mut self.workspace, |p, q| {
+                *tests += 1;
+                couple.triangles(p, q, rows);
+            });
+        }
+    }
+
     /// Sorts the rows by their names and keeps one of each.
     fn collect(&mut self, out: &mut Vec<Contact>) {
         out.clear();
@@ -210,6 +264,19 @@ impl Finder {
         self.order.dedup_by_key(|(key, _)| *key);
         out.extend(self.order.iter().map(|(_, i)| self.raw[*i as usize]));
     }
+}
+
+/// Two sheets of a problem, or one twice.
+fn couple<'a>(problem: &Problem<'a>, trees: &'a [SkinTree], s: u32, t: u32) -> Option<Couple<'a>> {
+    let party = |index: u32| {
+        let (sheet, tree) = (problem.sheets.get(index as usize)?, trees.get(index as usize)?);
+        Some(Party { index, sheet, tree })
+    };
+    let (a, b) = (party(s)?, party(t)?);
+    let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
+    // Two sheets may lie in each other's thickness: as far as their middles do not cross they are on their own sides.
+    let limits = Limits { offset, margin: problem.margin, deep: DEEP };
+    Some(Couple { a, b, limits, coefficients: (problem.surfaces)(Pair::Sheets(s, t)) })
 }
 
 /// How close a pair of features must be, m.

@@ -5,7 +5,7 @@
 
 use glam::{DMat3, DVec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
-use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
+use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 
 use super::SheetMotion;
 use crate::contact::features::Solid;
@@ -35,6 +35,11 @@ impl From<(DVec3, DVec3)> for Cuboid {
 impl Cuboid {
     pub fn of(x: &Vectors) -> Self {
         x.bounds().map_or_else(Self::default, Self::from)
+    }
+
+    /// The box that a sheet sweeps in the stage.
+    pub fn swept(sheet: &SheetMotion) -> Self {
+        Self::of(sheet.start).joined(&Self::of(sheet.end))
     }
 
     /// The box around a solid at a place.
@@ -136,9 +141,37 @@ impl SkinTree {
         self.tree.leaves(move |node| around.intersects(&node.aabb()))
     }
 
+    /// Pairs of triangles of this sheet and another whose boxes meet.
+    pub fn pairs_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (u32, u32)> + 'a {
+        self.tree.leaf_pairs(&other.tree, |a, b| a.intersects(b))
+    }
+
+    /// Calls `visit` with pairs of triangles of this sheet whose boxes meet, each once.
+    pub fn own_pairs(&self, workspace: &mut BvhWorkspace, mut visit: impl FnMut(u32, u32)) {
+        self.tree.traverse_bvtt_single_tree::<false>(workspace, &mut visit);
+    }
+
     /// Mean normal of the triangles of an edge, world.
     pub fn edge_normal(&self, triangles: [u32; 2]) -> DVec3 {
         let sum: DVec3 = triangles.into_iter().filter(|t| *t != NONE).map(|t| self.normals[t as usize]).sum();
         sum.normalize_or_zero()
     }
+}
+
+/// Whether the normals of all triangles of a sheet lie within 45° of one direction at the start and at the end of a stage.
+/// A rectangle that does is a graph over a plane and cannot meet itself.
+pub(super) fn is_flat(sheet: &SheetMotion) -> bool {
+    [sheet.start, sheet.end].into_iter().all(|x| {
+        let areas = || {
+            sheet.skin.triangles().iter().map(|t| {
+                let [a, b, c] = t.masses.map(|m| x.get(m as usize));
+                (b - a).cross(c - a)
+            })
+        };
+        let mean = areas().sum::<DVec3>().normalize_or_zero();
+        areas().all(|n| {
+            let along = n.dot(mean);
+            along > 0.0 && along * along > 0.5 * n.length_squared()
+        })
+    })
 }

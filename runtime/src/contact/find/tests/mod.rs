@@ -1,6 +1,7 @@
 //! Cases whose contacts are known from the geometry alone.
 
 mod bodies;
+mod sheets;
 
 use glam::DVec3;
 
