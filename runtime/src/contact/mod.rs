@@ -13,6 +13,7 @@ pub mod features;
 pub mod find;
 pub mod frame;
 pub mod geometry;
+pub mod penetration;
 pub mod response;
 pub mod rigid;
 pub mod row;

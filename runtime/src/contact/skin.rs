@@ -131,6 +131,15 @@ impl Skin {
         triangle.masses.iter().map(|i| self.rest[*i as usize]).sum::<DVec3>() / 3.0
     }
 
+    /// Least height of a triangle at rest, m; infinite without triangles.
+    pub(super) fn least_height(&self) -> f64 {
+        let heights = self.triangles.iter().map(|t| {
+            let [a, b, c] = t.masses.map(|i| self.rest[i as usize]);
+            (b - a).cross(c - a).length() / t.size
+        });
+        heights.fold(f64::INFINITY, f64::min)
+    }
+
     /// Distance of two masses at rest, m; 0 when there is no such mass.
     #[inline]
     pub fn rest_distance(&self, i: u32, j: u32) -> f64 {

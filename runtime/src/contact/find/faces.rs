@@ -46,6 +46,7 @@ pub(super) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
     let (low, high) = mesh.bounds();
     let room = DVec3::splat(limits.offset + limits.margin);
     let (low, high) = (low - room, high + room);
+    let few = mesh.has_few_faces();
     let mut tests = 0;
     for i in 0..local.end.len() {
         let (a, b) = (local.start[i], local.end[i]);
@@ -53,12 +54,10 @@ pub(super) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
             continue;
         }
         tests += 1;
-        let lies = meeting.at_base(tree.mass_normals[i]);
-        let face = if mesh.has_few_faces() {
-            entered(mesh, a, b, lies, &limits)
-        } else {
-            entered_by_query(mesh, a, b, lies, &limits)
-        };
+        let a = if few { last_outside(mesh, a, local.base[i], &limits) } else { a };
+        // Asked for at rims only.
+        let lies = || meeting.at_base(tree.mass_normal(i));
+        let face = if few { entered(mesh, a, b, &lies, &limits) } else { entered_by_query(mesh, a, b, &lies, &limits) };
         let Some(index) = face else { continue };
         let face = &mesh.faces()[index as usize];
         let foot = b - face.normal * face.height(b);
@@ -68,9 +67,16 @@ pub(super) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
     tests
 }
 
+/// Where the way into a convex solid begins: at the base if that is outside, for the mass may have gone around a rim since
+/// the start; else at the start.
+fn last_outside(mesh: &Mesh, start: DVec3, base: DVec3, limits: &Limits) -> DVec3 {
+    let outside = start != base && mesh.faces().iter().any(|f| f.height(base) - limits.offset >= -limits.deep);
+    if outside { base } else { start }
+}
+
 /// The face of a convex solid that a mass going from `a` to `b` has come in through or is near; `lies` is the normal of the
 /// sheet there.
-fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: DVec3, limits: &Limits) -> Option<u32> {
+fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
     let faces = mesh.faces();
     let ends = |k: usize| (faces[k].height(a) - limits.offset, faces[k].height(b) - limits.offset);
     let (mut outmost, mut furthest) = (0, f64::NEG_INFINITY);
@@ -92,20 +98,27 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: DVec3, limits: &Limits) -> Opt
             out = (k, -d0 / (d1 - d0));
         }
     }
-    if furthest > limits.margin {
-        return last.filter(|k| passed(mesh, a, b, (*k, time), out, limits)).map(|k| k as u32);
+    if furthest > 0.0 && furthest <= limits.margin {
+        let chosen = along(mesh, outmost, lies, |k| ends(k).1 >= furthest - RIM);
+        if ends(chosen).0 >= -limits.deep {
+            return Some(chosen as u32);
+        }
     }
     if furthest > 0.0 {
-        return Some(along(mesh, outmost, lies, |k| ends(k).1 >= furthest - RIM) as u32);
+        return last.filter(|k| passed(mesh, a, b, (*k, time), out, limits)).map(|k| k as u32);
     }
     // One that was inside before is let out the shortest way.
     let Some(last) = last else { return shallowest(mesh, a).map(|k| k as u32) };
     let time = time.min(1.0);
     let chosen = along(mesh, last, lies, |k| {
         let (d0, d1) = ends(k);
-        let lain_on = d0 < FALL && faces[k].normal.dot(lies).abs() > 0.9 && faces[last].normal.dot(lies).abs() < 0.5;
-        let depth = if lain_on { FALL.min(0.4 * mesh.thinness()).max(limits.deep) } else { limits.deep };
-        d0 >= -limits.deep && d0 + (d1 - d0) * time >= -depth
+        let passing = d0 + (d1 - d0) * time;
+        if d0 < -limits.deep || passing >= -limits.deep {
+            return d0 >= -limits.deep;
+        }
+        let lies = lies();
+        let lain_on = faces[k].normal.dot(lies).abs() > 0.9 && faces[last].normal.dot(lies).abs() < 0.5;
+        d0 < FALL && lain_on && passing >= -FALL.min(0.4 * mesh.thinness())
     });
     Some(settled(mesh, chosen, b) as u32)
 }
@@ -129,12 +142,16 @@ fn passed(
 }
 
 /// Of face `first` and those at a sharp angle to it that `allowed` lets pass, the one that the sheet lies along.
-fn along(mesh: &Mesh, first: usize, lies: DVec3, allowed: impl Fn(usize) -> bool) -> usize {
+fn along(mesh: &Mesh, first: usize, lies: &dyn Fn() -> DVec3, allowed: impl Fn(usize) -> bool) -> usize {
     let faces = mesh.faces();
-    let (mut best, mut most) = (first, faces[first].normal.dot(lies).abs() + 0.1);
+    let (mut best, mut most) = (first, 0.0);
     for (k, face) in faces.iter().enumerate() {
+        if k == first || face.normal.dot(faces[first].normal) >= SMOOTH || !allowed(k) {
+            continue;
+        }
+        let lies = lies();
         let aligned = face.normal.dot(lies).abs();
-        if aligned > most && face.normal.dot(faces[first].normal) < SMOOTH && allowed(k) {
+        if aligned > faces[first].normal.dot(lies).abs() + 0.1 && aligned > most {
             (best, most) = (k, aligned);
         }
     }
@@ -159,7 +176,7 @@ fn shallowest(mesh: &Mesh, p: DVec3) -> Option<usize> {
 }
 
 /// The same for surfaces that are not convex or have many faces, by distance and ray queries.
-fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: DVec3, limits: &Limits) -> Option<u32> {
+fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
     let faces = mesh.faces();
     let travel = a.distance(b);
     let reach = limits.offset + limits.margin;
@@ -179,7 +196,7 @@ fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: DVec3, limits: &Limit
     let Some(through) = (travel > RIM).then(ray).flatten() else { return Some(near.face) };
     let other = &faces[through as usize];
     let smooth = other.normal.dot(face.normal) > SMOOTH;
-    let lies_along = face.normal.dot(lies).abs() > other.normal.dot(lies).abs() + 0.1;
-    let shallow = face.height(b) > -FALL && lies_along;
+    let lies_along = |lies: DVec3| face.normal.dot(lies).abs() > other.normal.dot(lies).abs() + 0.1;
+    let shallow = face.height(b) > -FALL && lies_along(lies());
     Some(if came_in_front && (smooth || shallow) { near.face } else { through })
 }

@@ -25,7 +25,8 @@ impl Local {
     pub fn load(&mut self, sheet: &SheetMotion, body: &BodyMotion) {
         let seen = |to: &mut Vec<DVec3>, x: &Vectors, frame: &RigidFrame| {
             to.clear();
-            to.extend(x.iter().map(|p| frame.local(p)));
+            let turn = frame.rotation.transpose();
+            to.extend(x.iter().map(|p| turn * (p - frame.origin)));
         };
         seen(&mut self.start, sheet.start, &body.start);
         seen(&mut self.base, sheet.base, &body.base);

@@ -146,6 +146,9 @@ impl Finder {
                 Some(tree) => *tree = SkinTree::new(sheet.id, sheet.skin),
                 None => self.trees.push(SkinTree::new(sheet.id, sheet.skin)),
             }
+            if let Some(tree) = self.trees.get_mut(i).filter(|_| sheet.awake) {
+                tree.look_whether_flat(sheet.skin, sheet.start);
+            }
         }
         for (s, sheet) in problem.sheets.iter().enumerate() {
             let around = Cuboid::of(sheet.start).grown(reach + sheet.skin.offset() + problem.margin);
@@ -229,6 +232,7 @@ impl Finder {
             for (i, sheet) in [(s, a), (t, b)] {
                 if let Some(tree) = self.trees.get_mut(i as usize) {
                     tree.refresh(sheet, problem.margin);
+                    tree.refresh_ridges(sheet);
                 }
             }
             let Some(couple) = couple(problem, &self.trees, s, t) else { continue };
@@ -241,11 +245,9 @@ impl Finder {
 
     fn against_themselves(&mut self, problem: &Problem) {
         for (s, sheet) in problem.sheets.iter().enumerate().filter(|(_, sheet)| sheet.awake) {
-            if sheet.skin.is_rectangle() && tree::is_flat(sheet) {
-                continue;
-            }
-            let Some(tree) = self.trees.get_mut(s) else { continue };
+            let Some(tree) = self.trees.get_mut(s).filter(|tree| !tree.stays_flat(sheet)) else { continue };
             tree.refresh(sheet, problem.margin);
+            tree.refresh_ridges(sheet);
             let Some(couple) = couple(problem, &self.trees, s as u32, s as u32) else { continue };
             let (rows, tests) = (&mut self.raw, &mut self.counters.self_tests);
             couple.a.tree.own_pairs(&mut self.workspace, |p, q| {

@@ -11,11 +11,11 @@ use glam::DVec3;
 use super::corners::{at, within};
 use super::edges::{Crossing, Facing, NEARLY_PARALLEL, PARALLEL, above, on_edge};
 use super::keys::{Kind, name};
-use super::tree::SkinTree;
+use super::tree::{SkinTree, flanks};
 use super::{Limits, SheetMotion};
 use crate::contact::geometry::{barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment};
 use crate::contact::row::{Contact, SheetPoint, Side};
-use crate::contact::skin::{NONE, SkinEdge, SkinTriangle};
+use crate::contact::skin::{SkinEdge, SkinTriangle};
 
 /// Distance of features that meet, m: rounding.
 const TOUCH: f64 = 1e-9;
@@ -48,29 +48,24 @@ impl Party<'_> {
         &self.sheet.skin.edges()[e as usize]
     }
 
-    /// Middles of the triangles at an edge, seen from a point of it, square to it, at the base, m.
-    fn flanks(&self, edge: &SkinEdge) -> impl Iterator<Item = DVec3> + '_ {
-        let [a, b] = edge.masses.map(|i| self.sheet.base.get(i as usize));
-        let along = (b - a).normalize_or(DVec3::X);
-        edge.triangles.into_iter().filter(|t| *t != NONE).map(move |t| {
-            let masses = self.triangle(t).masses;
-            let middle = masses.iter().map(|i| self.sheet.base.get(*i as usize)).sum::<DVec3>() / 3.0;
-            (middle - a).reject_from_normalized(along)
-        })
-    }
-
     fn facing(&self, edge: &SkinEdge) -> Facing {
         let out = edge.is_border().then(|| self.flanks(edge).map(|f| -f.normalize_or_zero()).sum());
         Facing { surface: self.tree.edge_normal(edge.triangles), out }
     }
 
-    /// How far an edge stands out against the direction `n`, m; infinite at the border.
-    fn stands_out(&self, edge: &SkinEdge, n: DVec3) -> f64 {
-        if edge.is_border() {
-            return f64::INFINITY;
-        }
-        // The middle of a triangle is a third of its height from the edge: 3 times that, halved twice.
-        self.flanks(edge).map(|f| 0.75 * f.dot(n)).sum()
+    /// How far edge number `e` stands out against the direction `n`, m; infinite at the border.
+    fn stands_out(&self, e: u32, n: DVec3) -> f64 {
+        if self.edge(e).is_border() { f64::INFINITY } else { self.tree.ridge(e).dot(n) }
+    }
+
+    /// Whether edge number `e` stands out by no more than `slack` (m) to either side.
+    fn is_flat(&self, e: u32, slack: f64) -> bool {
+        !self.edge(e).is_border() && self.tree.ridge(e).length_squared() < slack * slack
+    }
+
+    /// Middles of the triangles at an edge, seen from it, m.
+    fn flanks(&self, edge: &SkinEdge) -> impl Iterator<Item = DVec3> {
+        flanks(self.sheet, edge)
     }
 }
 
@@ -97,8 +92,9 @@ impl Couple<'_> {
         }
         self.points((&self.a, p), (&self.b, tb, q), rows);
         self.points((&self.b, q), (&self.a, ta, p), rows);
-        for i in (0..3).filter(|i| p.owns_edge[*i]) {
-            for j in (0..3).filter(|j| q.owns_edge[*j]) {
+        let flat = FLAT * self.limits.offset;
+        for i in (0..3).filter(|i| p.owns_edge[*i] && !self.a.is_flat(p.edges[*i], flat)) {
+            for j in (0..3).filter(|j| q.owns_edge[*j] && !self.b.is_flat(q.edges[*j], flat)) {
                 let swap = self.is_self() && p.edges[i] > q.edges[j];
                 let (e, f) = if swap { (q.edges[j], p.edges[i]) } else { (p.edges[i], q.edges[j]) };
                 self.edges(e, f, p.size.max(q.size), rows);
@@ -120,7 +116,7 @@ impl Couple<'_> {
         rows: &mut Vec<Contact>,
     ) {
         for mass in (0..3).filter(|k| p.owns_mass[*k]).map(|k| p.masses[k]) {
-            if self.neighbours(&[mass], &q.masses, q.size) {
+            if !of.tree.box_of([mass]).meets(&on.tree.box_of(q.masses)) || self.neighbours(&[mass], &q.masses, q.size) {
                 continue;
             }
             let point = of.of([mass]).map(|[x]| x);
@@ -235,17 +231,18 @@ impl Couple<'_> {
 
     fn edges(&self, number_a: u32, number_b: u32, size: f64, rows: &mut Vec<Contact>) {
         let (edge_a, edge_b) = (self.a.edge(number_a), self.b.edge(number_b));
-        if self.neighbours(&edge_a.masses, &edge_b.masses, size) {
+        let close = self.a.tree.box_of(edge_a.masses).meets(&self.b.tree.box_of(edge_b.masses));
+        if !close || self.neighbours(&edge_a.masses, &edge_b.masses, size) {
             return;
         }
-        let Some(found) = self.crossing(edge_a, edge_b) else { return };
+        let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b)) else { return };
         let (p, kind_a, index_a) = on_edge(edge_a.masses, found.s, number_a);
         let (q, kind_b, index_b) = on_edge(edge_b.masses, found.t, number_b);
         rows.push(self.row((&self.a, p, kind_a, index_a), (&self.b, q, kind_b, index_b), found.normal));
     }
 
     /// How two edges touch.
-    fn crossing(&self, edge_a: &SkinEdge, edge_b: &SkinEdge) -> Option<Crossing> {
+    fn crossing(&self, (number_a, edge_a): (u32, &SkinEdge), (number_b, edge_b): (u32, &SkinEdge)) -> Option<Crossing> {
         let ([s, b, e], [u, c, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
         let reach = self.limits.offset + self.limits.margin;
         let (k, l) = segment_segment(b, c);
@@ -265,7 +262,7 @@ impl Couple<'_> {
             self.edges_from_afar((edge_a, s, e), (edge_b, u, f))?
         };
         let facing = self.a.facing(edge_a).allows(normal) && self.b.facing(edge_b).allows(-normal);
-        let out = self.a.stands_out(edge_a, normal).min(self.b.stands_out(edge_b, -normal));
+        let out = self.a.stands_out(number_a, normal).min(self.b.stands_out(number_b, -normal));
         if !facing || out < FLAT * self.limits.offset {
             return None;
         }

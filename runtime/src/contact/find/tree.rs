@@ -10,7 +10,7 @@ use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 use super::SheetMotion;
 use crate::contact::features::Solid;
 use crate::contact::frame::RigidFrame;
-use crate::contact::skin::{NONE, Skin};
+use crate::contact::skin::{NONE, Skin, SkinEdge};
 use crate::sheet::Vectors;
 
 /// A box with sides along the axes, m; the default holds nothing.
@@ -84,15 +84,23 @@ pub(super) struct SkinTree {
     id: u32,
     tree: Bvh,
     fresh: bool,
-    /// Unit normals of the triangles, world.
-    pub normals: Vec<DVec3>,
-    /// Unit normals at the masses, world; zero where no triangle is.
-    pub mass_normals: Vec<DVec3>,
+    has_ridges: bool,
+    /// Box of each mass over the stage.
+    boxes: Vec<Cuboid>,
+    /// Area vectors of the triangles (twice the area along the normal), world, m².
+    areas: Vec<DVec3>,
+    /// Sum of the area vectors of the triangles at each mass, world, m².
+    mass_areas: Vec<DVec3>,
+    /// How far each edge stands out of the line between the middles of its triangles, world, m; none at the border.
+    ridges: Vec<DVec3>,
+    /// Where the masses were when the sheet was found flat; empty when it was not.
+    flat_at: Vec<DVec3>,
+    /// Least height of a triangle at rest, m.
+    height: f64,
 }
 
 impl SkinTree {
     pub fn new(id: u32, skin: &Skin) -> Self {
-        // The order of triangles along the sheet decides which boxes are joined: any boxes that lie alike will do.
         let boxes = skin.triangles().iter().enumerate().map(|(i, t)| {
             let place = skin.middle(t);
             (i, Aabb::new(place.as_vec3(), place.as_vec3()).loosened(t.size as f32))
@@ -101,18 +109,22 @@ impl SkinTree {
             id,
             tree: Bvh::from_iter(BvhBuildStrategy::Binned, boxes),
             fresh: false,
-            normals: vec![DVec3::ZERO; skin.triangles().len()],
-            mass_normals: vec![DVec3::ZERO; skin.masses()],
+            has_ridges: false,
+            boxes: vec![Cuboid::default(); skin.masses()],
+            areas: vec![DVec3::ZERO; skin.triangles().len()],
+            mass_areas: vec![DVec3::ZERO; skin.masses()],
+            ridges: vec![DVec3::ZERO; skin.edges().len()],
+            flat_at: Vec::with_capacity(skin.masses()),
+            height: skin.least_height(),
         }
     }
 
     pub fn is_of(&self, id: u32, skin: &Skin) -> bool {
-        let same = self.normals.len() == skin.triangles().len() && self.mass_normals.len() == skin.masses();
-        self.id == id && same
+        self.id == id && self.areas.len() == skin.triangles().len() && self.mass_areas.len() == skin.masses()
     }
 
     pub fn forget(&mut self) {
-        self.fresh = false;
+        (self.fresh, self.has_ridges) = (false, false);
     }
 
     /// Brings boxes (grown by offset and `margin`, m) and normals to where the sheet is, once a call.
@@ -120,19 +132,76 @@ impl SkinTree {
         if std::mem::replace(&mut self.fresh, true) {
             return;
         }
-        let by = sheet.skin.offset() + margin;
-        self.mass_normals.fill(DVec3::ZERO);
-        for (i, t) in sheet.skin.triangles().iter().enumerate() {
-            let at = |x: &Vectors| t.masses.map(|m| x.get(m as usize));
-            let (low, high) = super::box_of(at(sheet.start).into_iter().chain(at(sheet.end)));
-            self.tree.insert_or_update_partially(Cuboid { low, high }.grown(by).single(), i as u32, 0.0);
-            let [a, b, c] = at(sheet.base);
-            let area = (b - a).cross(c - a);
-            self.normals[i] = area.normalize_or_zero();
-            t.masses.iter().for_each(|m| self.mass_normals[*m as usize] += area);
+        let by = DVec3::splat(sheet.skin.offset() + margin);
+        for (i, around) in self.boxes.iter_mut().enumerate() {
+            let (p, q) = (sheet.start.get(i), sheet.end.get(i));
+            *around = Cuboid { low: p.min(q) - by, high: p.max(q) + by };
         }
-        self.mass_normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
+        self.mass_areas.fill(DVec3::ZERO);
+        for (i, t) in sheet.skin.triangles().iter().enumerate() {
+            let [a, b, c] = t.masses.map(|m| &self.boxes[m as usize]);
+            self.tree.insert_or_update_partially(a.joined(b).joined(c).single(), i as u32, 0.0);
+            let area = area_of(sheet.base, t.masses);
+            self.areas[i] = area;
+            t.masses.iter().for_each(|m| self.mass_areas[*m as usize] += area);
+        }
         self.tree.refit_without_opt();
+    }
+
+    /// Brings the ridges to where the sheet is, once a call.
+    pub fn refresh_ridges(&mut self, sheet: &SheetMotion) {
+        if std::mem::replace(&mut self.has_ridges, true) {
+            return;
+        }
+        for (ridge, edge) in self.ridges.iter_mut().zip(sheet.skin.edges()) {
+            // The middle of a triangle is a third of its height from the edge; over two triangles that fall away by h₁ and h₂
+            // the edge stands out by (h₁ + h₂)/4 over the line between the middles of their other sides.
+            *ridge = if edge.is_border() { DVec3::ZERO } else { 0.75 * flanks(sheet, edge).sum::<DVec3>() };
+        }
+    }
+
+    /// How far an edge inside the sheet stands out, and which way it is hollow, m.
+    pub fn ridge(&self, edge: u32) -> DVec3 {
+        self.ridges[edge as usize]
+    }
+
+    /// Unit normal of the sheet at a mass at the base, world; zero where no triangle is.
+    pub fn mass_normal(&self, i: usize) -> DVec3 {
+        self.mass_areas[i].normalize_or_zero()
+    }
+
+    /// Box of some masses over the stage, grown as the triangles' are.
+    pub fn box_of<const N: usize>(&self, masses: [u32; N]) -> Cuboid {
+        masses.iter().fold(Cuboid::default(), |sum, i| sum.joined(&self.boxes[*i as usize]))
+    }
+
+    /// Remembers whether the sheet is flat as it lies: all normals within 30° of one direction.
+    pub fn look_whether_flat(&mut self, skin: &Skin, x: &Vectors) {
+        if self.is_as_it_was_flat(x) {
+            return;
+        }
+        self.flat_at.clear();
+        if skin.is_rectangle() && is_flat(skin, x, 0.75) {
+            self.flat_at.extend(x.iter());
+        }
+    }
+
+    /// Whether no triangle turns by more than 45° from one direction in the stage. A rectangle of which that is true is a
+    /// graph over a plane and cannot meet itself.
+    pub fn stays_flat(&self, sheet: &SheetMotion) -> bool {
+        if self.flat_at.is_empty() {
+            return false;
+        }
+        [sheet.start, sheet.end].into_iter().all(|x| self.is_as_it_was_flat(x) || is_flat(sheet.skin, x, 0.5))
+    }
+
+    /// Whether it was found flat and its masses have hardly shifted against each other since: masses that shift by δ turn a
+    /// triangle of height h by 2 δ/h at most, by 11° here.
+    fn is_as_it_was_flat(&self, x: &Vectors) -> bool {
+        let Some(first) = self.flat_at.first().filter(|_| self.flat_at.len() == x.len()) else { return false };
+        let (shift, allowed) = (x.get(0) - *first, 0.05 * self.height);
+        let moved = |(i, p): (usize, &DVec3)| (x.get(i) - *p - shift).length_squared();
+        self.flat_at.iter().enumerate().all(|m| moved(m) <= allowed * allowed)
     }
 
     /// Numbers of the triangles whose boxes meet `around`.
@@ -153,25 +222,35 @@ impl SkinTree {
 
     /// Mean normal of the triangles of an edge, world.
     pub fn edge_normal(&self, triangles: [u32; 2]) -> DVec3 {
-        let sum: DVec3 = triangles.into_iter().filter(|t| *t != NONE).map(|t| self.normals[t as usize]).sum();
+        let sum: DVec3 = triangles.into_iter().filter(|t| *t != NONE).map(|t| self.areas[t as usize]).sum();
         sum.normalize_or_zero()
     }
 }
 
-/// Whether the normals of all triangles of a sheet lie within 45° of one direction at the start and at the end of a stage.
-/// A rectangle that does is a graph over a plane and cannot meet itself.
-pub(super) fn is_flat(sheet: &SheetMotion) -> bool {
-    [sheet.start, sheet.end].into_iter().all(|x| {
-        let areas = || {
-            sheet.skin.triangles().iter().map(|t| {
-                let [a, b, c] = t.masses.map(|m| x.get(m as usize));
-                (b - a).cross(c - a)
-            })
-        };
-        let mean = areas().sum::<DVec3>().normalize_or_zero();
-        areas().all(|n| {
-            let along = n.dot(mean);
-            along > 0.0 && along * along > 0.5 * n.length_squared()
-        })
+#[inline]
+fn area_of(x: &Vectors, masses: [u32; 3]) -> DVec3 {
+    let [a, b, c] = masses.map(|m| x.get(m as usize));
+    (b - a).cross(c - a)
+}
+
+/// Middles of the triangles at an edge, seen from a point of it, square to it, at the base, m.
+pub(super) fn flanks<'a>(sheet: &SheetMotion<'a>, edge: &SkinEdge) -> impl Iterator<Item = DVec3> + use<'a> {
+    let (base, skin) = (sheet.base, sheet.skin);
+    let [a, b] = edge.masses.map(|i| base.get(i as usize));
+    let along = (b - a).normalize_or(DVec3::X);
+    edge.triangles.into_iter().filter(|t| *t != NONE).map(move |t| {
+        let masses = skin.triangles()[t as usize].masses;
+        let middle = masses.iter().map(|i| base.get(*i as usize)).sum::<DVec3>() / 3.0;
+        (middle - a).reject_from_normalized(along)
+    })
+}
+
+/// Whether the normals of all triangles make an angle with their mean whose squared cosine is more than `cosine_squared`.
+fn is_flat(skin: &Skin, x: &Vectors, cosine_squared: f64) -> bool {
+    let areas = || skin.triangles().iter().map(|t| area_of(x, t.masses));
+    let mean = areas().sum::<DVec3>().normalize_or_zero();
+    areas().all(|n| {
+        let along = n.dot(mean);
+        along > 0.0 && along * along > cosine_squared * n.length_squared()
     })
 }

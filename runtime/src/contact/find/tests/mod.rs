@@ -1,12 +1,14 @@
 //! Cases whose contacts are known from the geometry alone.
 
 mod bodies;
+mod random;
 mod sheets;
 
 use glam::DVec3;
 
 use super::*;
 use crate::contact::features::Features;
+use crate::contact::row::{SheetPoint, Side};
 
 /// Half the thickness of the test sheets, m.
 pub const HALF: f64 = 2.5e-4;
@@ -93,4 +95,3 @@ pub fn carriers(row: &Contact) -> usize {
     let Side::Sheet { point, .. } = row.a else { return 0 };
     point.terms().count()
 }
-use super::super::row::Side;
