@@ -1,0 +1,83 @@
+//! Convex corners of a body on the triangles of a sheet: along the triangle's normal, as far as the body lies behind it.
+
+use glam::DVec3;
+
+use super::Limits;
+use super::keys::Kind;
+use super::local::{Local, Meeting};
+use super::tree::SkinTree;
+use crate::contact::features::{Corner, Mesh};
+use crate::contact::geometry::{barycentric_along, point_meets_triangle, point_triangle};
+use crate::contact::row::{Contact, SheetPoint};
+
+use super::edges::{BEYOND, SLACK};
+
+/// Distance of a point from a triangle it meets, m: rounding.
+const TOUCH: f64 = 1e-9;
+
+/// Rows of all convex corners of a surface; returns how many triangles were looked at.
+pub(super) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
+    let limits = meeting.limits(mesh.thinness());
+    let around = local.around.grown(limits.offset + limits.margin);
+    let mut tests = 0;
+    for (index, corner) in mesh.corners().iter().enumerate() {
+        if !(corner.place.cmpge(around.low).all() && corner.place.cmple(around.high).all()) {
+            continue;
+        }
+        for t in tree.triangles_in(&meeting.swept(corner.place, corner.place)) {
+            let masses = meeting.skin.triangles()[t as usize].masses;
+            tests += 1;
+            let Some((normal, weights)) = touch(corner, local.of(masses), &limits) else { continue };
+            let point = SheetPoint { masses, weights };
+            rows.push(meeting.row((point, Kind::Triangle, t), (corner.place, Kind::Corner, index as u32), normal));
+        }
+    }
+    tests
+}
+
+/// Normal and weights with which a moving triangle touches a corner.
+fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
+    let w = point_triangle(corner.place, base);
+    let gap = at(base, w) - corner.place;
+    let normal = if gap.length() <= limits.near() {
+        facing(corner, base).filter(|n| n.dot(gap) >= -limits.deep)?
+    } else {
+        met_on_the_way(corner, start, end, limits)?
+    };
+    let w = within(barycentric_along(corner.place, normal, end)?)?;
+    let gap = normal.dot(at(end, w) - corner.place) - limits.offset;
+    let before = normal.dot(at(start, w) - corner.place) - limits.offset;
+    (gap <= limits.margin && before >= -limits.deep).then_some((normal, w))
+}
+
+fn met_on_the_way(corner: &Corner, start: [DVec3; 3], end: [DVec3; 3], limits: &Limits) -> Option<DVec3> {
+    let four = |[a, b, c]: [DVec3; 3]| [corner.place, a, b, c];
+    if let Some(hit) = point_meets_triangle(four(start), four(end), TOUCH) {
+        return facing(corner, [0, 1, 2].map(|i: usize| start[i].lerp(end[i], hit.time)));
+    }
+    let gap = at(end, point_triangle(corner.place, end)) - corner.place;
+    if gap.length() > limits.offset + limits.margin {
+        return None;
+    }
+    facing(corner, end).filter(|n| n.dot(gap) >= 0.0)
+}
+
+/// The normal of the triangle on whose far side the body lies.
+fn facing(corner: &Corner, [a, b, c]: [DVec3; 3]) -> Option<DVec3> {
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    [normal, -normal].into_iter().find(|n| corner.faces(*n, SLACK))
+}
+
+pub(super) fn at(x: [DVec3; 3], w: [f64; 3]) -> DVec3 {
+    x[0] * w[0] + x[1] * w[1] + x[2] * w[2]
+}
+
+/// Weights of a point inside a triangle, brought inside if they are beyond by rounding; `None` further out.
+pub(super) fn within(w: [f64; 3]) -> Option<[f64; 3]> {
+    if w.iter().any(|x| x.is_nan() || *x < -BEYOND) {
+        return None;
+    }
+    let inside = w.map(|x| x.max(0.0));
+    let sum: f64 = inside.iter().sum();
+    Some(inside.map(|x| x / sum))
+}

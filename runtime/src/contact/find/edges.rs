@@ -1,0 +1,193 @@
+//! Sharp convex edges of a body on the edges of a sheet.
+//!
+//! Two lines touch along the normal of both, n = u × e / |u × e|, taken out of the body; where the sheet's edge is nearly
+//! parallel to the body's, the sheet's own normal says it better. An edge contact is one only where n lies between the normals
+//! of the two faces: beyond them it is the faces that are touched. With n given, the two points that are above each other
+//! along n follow from both edges' places at the end.
+
+use glam::DVec3;
+
+use super::keys::Kind;
+use super::local::{Local, Meeting};
+use super::tree::{Cuboid, SkinTree};
+use super::{Limits, box_of};
+use crate::contact::features::{Edge, Mesh};
+use crate::contact::geometry::{edges_meet, segment_segment};
+use crate::contact::row::{Contact, SheetPoint};
+
+/// Sine of the angle below which two edges are parallel and touch at other features.
+pub(super) const PARALLEL: f64 = 0.01;
+
+/// Sine of the angle below which the sheet's normal is taken.
+pub(super) const NEARLY_PARALLEL: f64 = 0.1;
+
+/// Sine of the angle by which the normal may lie beyond a face's.
+pub(super) const SLACK: f64 = 0.1;
+
+/// What a parameter of an edge may lie beyond its ends.
+pub(super) const BEYOND: f64 = 1e-3;
+
+/// Cosine of the angle between normal and surface beyond which an edge inside a sheet is not what is touched.
+const ALONG: f64 = 0.3;
+
+/// Sine of the angle by which the normal at a border may point out of the sheet.
+const INWARD: f64 = 0.1;
+
+/// Distance along the edges by which closest points may lie apart and still be above each other, m: rounding.
+const BESIDE: f64 = 1e-7;
+
+/// Distance of lines that meet, m: rounding.
+const TOUCH: f64 = 1e-9;
+
+/// How two edges touch: direction, and parameters on the sheet's and on the other edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Crossing {
+    pub normal: DVec3,
+    pub s: f64,
+    pub t: f64,
+}
+
+/// Rows of all sharp convex edges of a surface; returns how many pairs of edges were looked at.
+pub(super) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
+    let limits = meeting.limits(mesh.thinness());
+    let mut tests = 0;
+    let around = local.around.grown(limits.offset + limits.margin);
+    mesh.edges_in(around.low, around.high, |index| {
+        let edge = &mesh.edges()[index as usize];
+        let (low, high) = box_of(edge.ends);
+        let close = Cuboid { low, high }.grown(limits.offset + limits.margin);
+        for t in tree.triangles_in(&meeting.swept(low, high)) {
+            let triangle = &meeting.skin.triangles()[t as usize];
+            for side in (0..3).filter(|side| triangle.owns_edge[*side]) {
+                let number = triangle.edges[side];
+                let own = &meeting.skin.edges()[number as usize];
+                let places @ [start, _, end] = local.of(own.masses);
+                if !close.meets(&Cuboid::from(box_of(start.into_iter().chain(end)))) {
+                    continue;
+                }
+                tests += 1;
+                let side = meeting.side_of(own, tree, local);
+                let Some(found) = crossing(edge, places, &side, &limits) else { continue };
+                let foot = edge.ends[0].lerp(edge.ends[1], found.t);
+                let point = on_edge(own.masses, found.s, number);
+                rows.push(meeting.row(point, (foot, Kind::BodyEdge, index), found.normal));
+            }
+        }
+    });
+    tests
+}
+
+/// The point at `s` of an edge and its name: at an end it is the mass, which other edges share.
+pub(super) fn on_edge([i, j]: [u32; 2], s: f64, number: u32) -> (SheetPoint, Kind, u32) {
+    if s <= BEYOND {
+        (SheetPoint::mass(i), Kind::Mass, i)
+    } else if s >= 1.0 - BEYOND {
+        (SheetPoint::mass(j), Kind::Mass, j)
+    } else {
+        (SheetPoint { masses: [i, j, i], weights: [1.0 - s, s, 0.0] }, Kind::SheetEdge, number)
+    }
+}
+
+/// Which directions a sheet's edge can be touched from.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facing {
+    /// Mean normal of the triangles at it, unit.
+    pub surface: DVec3,
+    /// Of an edge of the border: out of the sheet, in its plane, unit.
+    pub out: Option<DVec3>,
+}
+
+impl Facing {
+    /// Whether what touches along the normal `n`, towards the edge, comes from outside: from above or below, and at the
+    /// border from its side.
+    pub fn allows(&self, n: DVec3) -> bool {
+        match self.out {
+            Some(out) => n.dot(out) < INWARD,
+            None => n.dot(self.surface).abs() > ALONG,
+        }
+    }
+}
+
+/// How a sheet's edge that moves through `start`, `base` and `end` touches an edge of a body.
+fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits: &Limits) -> Option<Crossing> {
+    let apart = |x: [DVec3; 2], s: f64, t: f64| x[0].lerp(x[1], s) - edge.ends[0].lerp(edge.ends[1], t);
+    let (s, t) = segment_segment(base, edge.ends);
+    let gap = apart(base, s, t);
+    let normal = if gap.length() <= limits.near() {
+        let normal = outward(edge, base[1] - base[0], side)?;
+        // Closest at an end of one of them: other features are what touches.
+        let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + BESIDE;
+        if normal.dot(gap) < -limits.deep || beside {
+            return None;
+        }
+        normal
+    } else {
+        met_on_the_way(edge, start, end, side, limits)?
+    };
+    let (s, t) = above(end, edge.ends, normal)?;
+    let gap = normal.dot(apart(end, s, t)) - limits.offset;
+    let before = normal.dot(apart(start, s, t)) - limits.offset;
+    (gap <= limits.margin && before >= -limits.deep).then_some(Crossing { normal, s, t })
+}
+
+/// The normal of a pair that was far: when it meets, or as it ends if it ends close.
+fn met_on_the_way(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2], side: &Facing, limits: &Limits) -> Option<DVec3> {
+    let [q, r] = edge.ends;
+    if let Some(hit) = edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH) {
+        let at = [0, 1].map(|i: usize| start[i].lerp(end[i], hit.time));
+        return outward(edge, at[1] - at[0], side);
+    }
+    let (s, t) = segment_segment(end, edge.ends);
+    let gap = end[0].lerp(end[1], s) - q.lerp(r, t);
+    if gap.length() > limits.offset + limits.margin {
+        return None;
+    }
+    outward(edge, end[1] - end[0], side).filter(|n| n.dot(gap) >= 0.0)
+}
+
+/// Normal of a body's edge and a line along `along`, between the normals of the edge's faces; `None` where it lies beyond
+/// one of them or the sheet cannot be touched from there, and for parallels.
+fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
+    let direction = (edge.ends[1] - edge.ends[0]).normalize_or_zero();
+    let across = along.normalize_or_zero().cross(direction);
+    let sine = across.length();
+    let normal = if sine >= NEARLY_PARALLEL {
+        across / sine
+    } else if sine >= PARALLEL {
+        side.surface.reject_from_normalized(direction).try_normalize()?
+    } else {
+        return None;
+    };
+    let [m, n] = edge.normals;
+    let normal = if normal.dot(m + n) < 0.0 { -normal } else { normal };
+    if !side.allows(normal) {
+        return None;
+    }
+    // normal = α m + β n, times the sine of the angle between m and n.
+    let cosine = m.dot(n);
+    let (a, b) = (normal.dot(m), normal.dot(n));
+    let sine = (1.0 - cosine * cosine).max(1e-12).sqrt();
+    let (alpha, beta) = ((a - cosine * b) / sine, (b - cosine * a) / sine);
+    if alpha < -SLACK || beta < -SLACK {
+        None
+    } else if alpha < 0.0 {
+        Some(n)
+    } else if beta < 0.0 {
+        Some(m)
+    } else {
+        Some(normal)
+    }
+}
+
+/// Parameters of the points of two edges that lie above each other along `n`, if both edges reach that far.
+pub(super) fn above(p: [DVec3; 2], q: [DVec3; 2], n: DVec3) -> Option<(f64, f64)> {
+    let (u, v, w) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
+    let (vn, un) = (v.cross(n), u.cross(n));
+    let turn = u.dot(vn);
+    if turn.is_nan() || turn.abs() <= 0.5 * PARALLEL * u.length() * v.length() {
+        return None;
+    }
+    let (s, t) = (-w.dot(vn) / turn, -w.dot(un) / turn);
+    let within = |x: f64| (-BEYOND..=1.0 + BEYOND).contains(&x);
+    (within(s) && within(t)).then(|| (s.clamp(0.0, 1.0), t.clamp(0.0, 1.0)))
+}

@@ -1,0 +1,18 @@
+//! Names of features: a kind, the sheet or body it belongs to, and its number there.
+
+/// What a feature is.
+#[derive(Clone, Copy)]
+pub(super) enum Kind {
+    Mass = 1,
+    SheetEdge,
+    Triangle,
+    Face,
+    BodyEdge,
+    Corner,
+    Ball,
+}
+
+/// The name of feature number `index` of the sheet or body `id`.
+pub(super) fn name(kind: Kind, id: u32, index: u32) -> u64 {
+    (kind as u64) << 56 | u64::from(id & 0x00ff_ffff) << 32 | u64::from(index)
+}

@@ -1,0 +1,130 @@
+//! A sheet seen from a body, and how a row against that body is written down.
+
+use glam::DVec3;
+
+use super::edges::Facing;
+use super::keys::{Kind, name};
+use super::tree::{Cuboid, SkinTree};
+use super::{BodyMotion, DEEP, Limits, Problem, SheetMotion};
+use crate::contact::frame::RigidFrame;
+use crate::contact::row::{Contact, SheetPoint, Side};
+use crate::contact::skin::{Skin, SkinEdge};
+use crate::sheet::Vectors;
+
+/// Places of the masses in the body's frame at the three times, m.
+#[derive(Default)]
+pub(super) struct Local {
+    pub start: Vec<DVec3>,
+    pub base: Vec<DVec3>,
+    pub end: Vec<DVec3>,
+    /// Box around start and end.
+    pub around: Cuboid,
+}
+
+impl Local {
+    pub fn load(&mut self, sheet: &SheetMotion, body: &BodyMotion) {
+        let seen = |to: &mut Vec<DVec3>, x: &Vectors, frame: &RigidFrame| {
+            to.clear();
+            let turn = frame.rotation.transpose();
+            to.extend(x.iter().map(|p| turn * (p - frame.origin)));
+        };
+        seen(&mut self.start, sheet.start, &body.start);
+        seen(&mut self.base, sheet.base, &body.base);
+        seen(&mut self.end, sheet.end, &body.end);
+        self.around = Cuboid::from(super::box_of(self.start.iter().chain(&self.end).copied()));
+    }
+
+    /// The places of some masses at the three times.
+    pub fn of<const N: usize>(&self, masses: [u32; N]) -> [[DVec3; N]; 3] {
+        [&self.start, &self.base, &self.end].map(|x| masses.map(|i| x[i as usize]))
+    }
+}
+
+/// A sheet and a piece of a body.
+pub(super) struct Meeting<'a> {
+    pub skin: &'a Skin,
+    pub offset: f64,
+    pub margin: f64,
+    base: RigidFrame,
+    end: RigidFrame,
+    start: RigidFrame,
+    sheet: (u32, u32),
+    body: (u32, u32),
+    first: u32,
+    friction: f64,
+    restitution: f64,
+}
+
+impl<'a> Meeting<'a> {
+    /// Sheet and body with their places in the problem, the number of the piece's first feature, and the coefficients of
+    /// friction and restitution.
+    pub fn new(
+        problem: &Problem,
+        (s, sheet): (u32, &SheetMotion<'a>),
+        (b, body): (u32, &BodyMotion),
+        first: u32,
+        (friction, restitution): (f64, f64),
+    ) -> Self {
+        Self {
+            skin: sheet.skin,
+            offset: sheet.skin.offset(),
+            margin: problem.margin,
+            start: body.start,
+            base: body.base,
+            end: body.end,
+            sheet: (s, sheet.id),
+            body: (b, body.id),
+            first,
+            friction,
+            restitution,
+        }
+    }
+
+    /// What counts as close for a solid of this least width, m.
+    pub fn limits(&self, thinness: f64) -> Limits {
+        let deep = DEEP.min(0.4 * (thinness + 2.0 * self.offset));
+        Limits { offset: self.offset, margin: self.margin, deep }
+    }
+
+    /// A direction of the world, at the base, in the body's frame.
+    pub fn at_base(&self, direction: DVec3) -> DVec3 {
+        self.base.local_direction(direction)
+    }
+
+    /// From which directions an edge of the sheet can be touched, in the body's frame.
+    pub fn side_of(&self, edge: &SkinEdge, tree: &SkinTree, local: &Local) -> Facing {
+        let surface = self.at_base(tree.edge_normal(edge.triangles));
+        let out = edge.is_border().then(|| {
+            let triangle = self.skin.triangles()[edge.triangles[0] as usize].masses;
+            let [a, b] = edge.masses.map(|i| local.base[i as usize]);
+            let middle: DVec3 = triangle.iter().map(|i| local.base[*i as usize]).sum::<DVec3>() / 3.0;
+            (a - middle).reject_from((b - a).normalize_or(DVec3::X)).normalize_or_zero()
+        });
+        Facing { surface, out }
+    }
+
+    /// Box in the world that points of the body's frame within the box from `low` to `high` sweep.
+    pub fn swept(&self, low: DVec3, high: DVec3) -> Cuboid {
+        let own = Cuboid::from((low, high));
+        own.placed(&self.start).joined(&own.placed(&self.end))
+    }
+
+    /// The row of a point of the sheet (named by kind and number) against the point `local` of the body's feature, along the
+    /// normal `normal` of the body's frame.
+    pub fn row(
+        &self,
+        (point, kind, index): (SheetPoint, Kind, u32),
+        (local, body_kind, body_index): (DVec3, Kind, u32),
+        normal: DVec3,
+    ) -> Contact {
+        Contact {
+            a: Side::Sheet { sheet: self.sheet.0, point },
+            b: Side::Body { body: self.body.0, local },
+            normal: self.end.direction(normal),
+            offset: self.offset,
+            key: [name(kind, self.sheet.1, index), name(body_kind, self.body.1, self.first + body_index)],
+            friction: self.friction,
+            restitution: self.restitution,
+        }
+    }
+}

@@ -1,0 +1,308 @@
+//! Detection: which features of sheets and bodies may touch in a stage, as rows of a contact problem.
+//!
+//! A stage takes the masses from `start`, where nothing overlaps, to `end`, where they would be now; `base` is the latest
+//! state that contact has accepted. A row is made for each pair of features that at `end` is nearer than the offset and the
+//! margin, or that has passed through on the way. Its normal is that of the closest features at `base` where the pair is
+//! close there, and else that of the pair when it meets: so the normal of a resting contact does not depend on how deep the
+//! free motion goes, nor on which way out would be shortest. Against a body everything is worked out in the body's frame, in
+//! which the body stands still and its features are constants.
+//!
+//! Pairs: masses on faces (`faces`), sheet edges on sharp convex edges (`edges`), convex corners on triangles (`corners`),
+//! triangles on balls (`ball`), and points on triangles and edges on edges of sheets (`surfaces`). Boxes of sheets and
+//! bodies, then trees of boxes of triangles, decide what is looked at.
+
+mod ball;
+mod corners;
+mod edges;
+mod faces;
+mod keys;
+mod local;
+mod surfaces;
+mod tree;
+
+use glam::DVec3;
+use rapier3d::parry::partitioning::BvhWorkspace;
+
+use self::local::{Local, Meeting};
+use self::surfaces::{Couple, Party};
+use self::tree::{Cuboid, SkinTree};
+use super::features::{Features, Solid};
+use super::frame::RigidFrame;
+use super::row::{Contact, Key};
+use super::skin::Skin;
+use crate::sheet::Vectors;
+
+/// A sheet over a stage.
+#[derive(Clone, Copy)]
+pub struct SheetMotion<'a> {
+    /// Names it from step to step; below 2²⁴.
+    pub id: u32,
+    /// Its surface.
+    pub skin: &'a Skin,
+    /// Where its masses are at the start of the stage, m.
+    pub start: &'a Vectors,
+    /// Where contact has accepted them last, m; `start` before that.
+    pub base: &'a Vectors,
+    /// Where they would be now, m.
+    pub end: &'a Vectors,
+    /// Whether it moves; sheets that sleep are met by what moves only.
+    pub awake: bool,
+}
+
+/// A body's collider over a stage.
+#[derive(Clone, Copy)]
+pub struct BodyMotion<'a> {
+    /// Names it from step to step; below 2²⁴.
+    pub id: u32,
+    /// What it is made of.
+    pub features: &'a Features,
+    /// Where it is at the start of the stage.
+    pub start: RigidFrame,
+    /// Where contact has accepted it last.
+    pub base: RigidFrame,
+    /// Where it would be now.
+    pub end: RigidFrame,
+    /// Whether it moves.
+    pub awake: bool,
+}
+
+/// Two things that may touch, by their place in the problem.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pair {
+    /// A sheet and a body.
+    SheetBody(u32, u32),
+    /// Two sheets, or a sheet and itself.
+    Sheets(u32, u32),
+}
+
+/// What detection looks at.
+#[derive(Clone, Copy)]
+pub struct Problem<'a> {
+    /// The sheets.
+    pub sheets: &'a [SheetMotion<'a>],
+    /// The bodies.
+    pub bodies: &'a [BodyMotion<'a>],
+    /// Pairs nearer than this beyond their offset get a row, m; 1e-6 to 1e-2.
+    pub margin: f64,
+    /// Friction and restitution coefficient of a pair.
+    pub surfaces: &'a dyn Fn(Pair) -> (f64, f64),
+}
+
+/// What detection has done since it was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FindCounters {
+    /// Pairs of boxes of whole sheets and bodies compared.
+    pub boxes: u64,
+    /// Masses looked at against a body.
+    pub mass_body_tests: u64,
+    /// Sheet edges looked at against a body's edge.
+    pub edge_tests: u64,
+    /// Sheet triangles looked at against a body's corner or a ball.
+    pub vertex_tests: u64,
+    /// Pairs of triangles of one sheet looked at.
+    pub self_tests: u64,
+    /// Pairs of triangles of two sheets looked at.
+    pub sheet_sheet_tests: u64,
+}
+
+/// Finds contacts; keeps what it needs so that a warm call allocates nothing.
+#[derive(Default)]
+pub struct Finder {
+    /// Sheets and bodies that may meet in this step.
+    near: Vec<(u32, u32)>,
+    /// Pairs of sheets that may.
+    near_sheets: Vec<(u32, u32)>,
+    /// Of each sheet of the problem.
+    trees: Vec<SkinTree>,
+    local: Local,
+    workspace: BvhWorkspace,
+    order: Vec<(Key, u32)>,
+    raw: Vec<Contact>,
+    counters: FindCounters,
+}
+
+/// Features further than this from each other at the base are not contacts there, m, beyond three offsets.
+const NEAR: f64 = 5e-4;
+
+/// A pair that overlaps more than this at the start of a stage, m, is none: it lies on two sides of something thin.
+const DEEP: f64 = 2e-4;
+
+impl Finder {
+    /// What has been done so far.
+    pub fn counters(&self) -> FindCounters {
+        self.counters
+    }
+
+    /// Begins a step in which nothing moves further than `reach` (m) from where it is at the start: finds which sheets and
+    /// bodies can meet at all.
+    pub fn begin(&mut self, problem: &Problem, reach: f64) {
+        let count = problem.sheets.len();
+        self.near.clear();
+        self.near_sheets.clear();
+        self.trees.truncate(count);
+        for (i, sheet) in problem.sheets.iter().enumerate() {
+            match self.trees.get_mut(i) {
+                Some(tree) if tree.is_of(sheet.id, sheet.skin) => {}
+                Some(tree) => *tree = SkinTree::new(sheet.id, sheet.skin),
+                None => self.trees.push(SkinTree::new(sheet.id, sheet.skin)),
+            }
+            if let Some(tree) = self.trees.get_mut(i).filter(|_| sheet.awake) {
+                tree.look_whether_flat(sheet.skin, sheet.start);
+            }
+        }
+        for (s, sheet) in problem.sheets.iter().enumerate() {
+            let around = Cuboid::of(sheet.start).grown(reach + sheet.skin.offset() + problem.margin);
+            for (b, body) in problem.bodies.iter().enumerate() {
+                if !sheet.awake && !body.awake {
+                    continue;
+                }
+                self.counters.boxes += 1;
+                let way = if body.awake { reach } else { 0.0 };
+                let hit = |solid: &Solid| around.meets(&Cuboid::of_solid(solid, &body.start).grown(way));
+                if body.features.solids().iter().any(|(_, solid)| hit(solid)) {
+                    self.near.push((s as u32, b as u32));
+                }
+            }
+            for (t, other) in problem.sheets.iter().enumerate().skip(s + 1).filter(|(_, o)| o.awake || sheet.awake) {
+                self.counters.boxes += 1;
+                let way = reach + other.skin.offset();
+                if around.meets(&Cuboid::of(other.start).grown(way)) {
+                    self.near_sheets.push((s as u32, t as u32));
+                }
+            }
+        }
+    }
+
+    /// Finds the contacts of a stage, in an order that depends on the problem alone, and puts them into `out`.
+    pub fn find(&mut self, problem: &Problem, out: &mut Vec<Contact>) {
+        self.raw.clear();
+        self.trees.iter_mut().for_each(SkinTree::forget);
+        self.against_bodies(problem);
+        self.against_sheets(problem);
+        self.against_themselves(problem);
+        self.collect(out);
+    }
+
+    fn against_bodies(&mut self, problem: &Problem) {
+        for k in 0..self.near.len() {
+            let (s, b) = self.near[k];
+            let (Some(sheet), Some(body)) = (problem.sheets.get(s as usize), problem.bodies.get(b as usize)) else {
+                continue;
+            };
+            let Some(tree) = self.trees.get_mut(s as usize) else { continue };
+            self.local.load(sheet, body);
+            let coefficients = (problem.surfaces)(Pair::SheetBody(s, b));
+            for (first, solid) in body.features.solids() {
+                let meeting = Meeting::new(problem, (s, sheet), (b, body), *first, coefficients);
+                self.counters.boxes += 1;
+                if !self.local.around.grown(meeting.offset + meeting.margin).meets(&Cuboid::from(solid.bounds())) {
+                    continue;
+                }
+                match solid {
+                    Solid::HalfSpace { normal } => {
+                        faces::half_space(&meeting, &self.local, *normal, &mut self.raw);
+                        self.counters.mass_body_tests += self.local.end.len() as u64;
+                    }
+                    Solid::Ball { centre, radius } => {
+                        tree.refresh(sheet, problem.margin);
+                        self.counters.vertex_tests +=
+                            ball::ball(&meeting, &self.local, tree, (*centre, *radius), &mut self.raw);
+                    }
+                    Solid::Mesh(mesh) => {
+                        tree.refresh(sheet, problem.margin);
+                        self.counters.mass_body_tests += faces::mesh(&meeting, &self.local, tree, mesh, &mut self.raw);
+                        self.counters.edge_tests += edges::edges(&meeting, &self.local, tree, mesh, &mut self.raw);
+                        self.counters.vertex_tests +=
+                            corners::corners(&meeting, &self.local, tree, mesh, &mut self.raw);
+                    }
+                }
+            }
+        }
+    }
+
+    fn against_sheets(&mut self, problem: &Problem) {
+        for k in 0..self.near_sheets.len() {
+            let (s, t) = self.near_sheets[k];
+            let (Some(a), Some(b)) = (problem.sheets.get(s as usize), problem.sheets.get(t as usize)) else { continue };
+            self.counters.boxes += 1;
+            let room = a.skin.offset() + b.skin.offset() + problem.margin;
+            if !Cuboid::swept(a).grown(room).meets(&Cuboid::swept(b)) {
+                continue;
+            }
+            for (i, sheet) in [(s, a), (t, b)] {
+                if let Some(tree) = self.trees.get_mut(i as usize) {
+                    tree.refresh(sheet, problem.margin);
+                    tree.refresh_ridges(sheet);
+                }
+            }
+            let Some(couple) = couple(problem, &self.trees, s, t) else { continue };
+            for (p, q) in couple.a.tree.pairs_with(couple.b.tree) {
+                self.counters.sheet_sheet_tests += 1;
+                couple.triangles(p, q, &mut self.raw);
+            }
+        }
+    }
+
+    fn against_themselves(&mut self, problem: &Problem) {
+        for (s, sheet) in problem.sheets.iter().enumerate().filter(|(_, sheet)| sheet.awake) {
+            let Some(tree) = self.trees.get_mut(s).filter(|tree| !tree.stays_flat(sheet)) else { continue };
+            tree.refresh(sheet, problem.margin);
+            tree.refresh_ridges(sheet);
+            let Some(couple) = couple(problem, &self.trees, s as u32, s as u32) else { continue };
+            let (rows, tests) = (&mut self.raw, &mut self.counters.self_tests);
+            couple.a.tree.own_pairs(&mut self.workspace, |p, q| {
+                *tests += 1;
+                couple.triangles(p, q, rows);
+            });
+        }
+    }
+
+    /// Sorts the rows by their names and keeps one of each.
+    fn collect(&mut self, out: &mut Vec<Contact>) {
+        out.clear();
+        self.order.clear();
+        self.order.extend(self.raw.iter().enumerate().map(|(i, c)| (c.key, i as u32)));
+        self.order.sort_unstable();
+        self.order.dedup_by_key(|(key, _)| *key);
+        out.extend(self.order.iter().map(|(_, i)| self.raw[*i as usize]));
+    }
+}
+
+/// Two sheets of a problem, or one twice.
+fn couple<'a>(problem: &Problem<'a>, trees: &'a [SkinTree], s: u32, t: u32) -> Option<Couple<'a>> {
+    let party = |index: u32| {
+        let (sheet, tree) = (problem.sheets.get(index as usize)?, trees.get(index as usize)?);
+        Some(Party { index, sheet, tree })
+    };
+    let (a, b) = (party(s)?, party(t)?);
+    let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
+    // Two sheets may lie in each other's thickness: as far as their middles do not cross they are on their own sides.
+    let limits = Limits { offset, margin: problem.margin, deep: DEEP };
+    Some(Couple { a, b, limits, coefficients: (problem.surfaces)(Pair::Sheets(s, t)) })
+}
+
+/// How close a pair of features must be, m.
+#[derive(Clone, Copy)]
+struct Limits {
+    /// Distance at which they touch.
+    offset: f64,
+    /// Beyond that, up to where they get a row.
+    margin: f64,
+    /// Overlap at the start beyond which the pair is none.
+    deep: f64,
+}
+
+impl Limits {
+    /// Distance up to which the closest features at the base decide.
+    fn near(&self) -> f64 {
+        3.0 * self.offset + NEAR
+    }
+}
+
+/// Smallest and largest of some points.
+fn box_of(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.into_iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)))
+}
+
+#[cfg(test)]
+mod tests;

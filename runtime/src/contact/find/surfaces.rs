@@ -1,0 +1,322 @@
+//! Points on triangles and edges on edges, of two sheets or of one.
+//!
+//! A point and a triangle touch along the triangle's normal, on the side on which the point is; beside the border of a
+//! sheet, or over a ridge between two triangles, along the line between the closest points. Two edges touch along the normal
+//! of both. Edges matter only where both stand out towards each other, as ridges and borders do: between surfaces that are
+//! flat there the masses say all, and two sheets that lie on each other need no row for each crossing of their lines.
+//! Neighbours within one sheet, nearer at rest than the touching distance and a triangle, are no pair.
+
+use glam::DVec3;
+
+use super::corners::{at, within};
+use super::edges::{Crossing, Facing, NEARLY_PARALLEL, PARALLEL, above, on_edge};
+use super::keys::{Kind, name};
+use super::tree::{SkinTree, flanks};
+use super::{Limits, SheetMotion};
+use crate::contact::geometry::{barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment};
+use crate::contact::row::{Contact, SheetPoint, Side};
+use crate::contact::skin::{SkinEdge, SkinTriangle};
+
+/// Distance of features that meet, m: rounding.
+const TOUCH: f64 = 1e-9;
+
+/// Height of a point over a triangle below which its side is taken from the start of the stage, m.
+const SIDE: f64 = 1e-7;
+
+/// A ridge that stands out less than this fraction of the touching distance is flat.
+const FLAT: f64 = 0.02;
+
+/// A sheet that takes part, with its place in the problem.
+#[derive(Clone, Copy)]
+pub(super) struct Party<'a> {
+    pub index: u32,
+    pub sheet: &'a SheetMotion<'a>,
+    pub tree: &'a SkinTree,
+}
+
+impl Party<'_> {
+    /// Places of some masses at start, base and end.
+    fn of<const N: usize>(&self, masses: [u32; N]) -> [[DVec3; N]; 3] {
+        [self.sheet.start, self.sheet.base, self.sheet.end].map(|x| masses.map(|i| x.get(i as usize)))
+    }
+
+    fn triangle(&self, t: u32) -> &SkinTriangle {
+        &self.sheet.skin.triangles()[t as usize]
+    }
+
+    fn edge(&self, e: u32) -> &SkinEdge {
+        &self.sheet.skin.edges()[e as usize]
+    }
+
+    fn facing(&self, edge: &SkinEdge) -> Facing {
+        let out = edge.is_border().then(|| self.flanks(edge).map(|f| -f.normalize_or_zero()).sum());
+        Facing { surface: self.tree.edge_normal(edge.triangles), out }
+    }
+
+    /// How far edge number `e` stands out against the direction `n`, m; infinite at the border.
+    fn stands_out(&self, e: u32, n: DVec3) -> f64 {
+        if self.edge(e).is_border() { f64::INFINITY } else { self.tree.ridge(e).dot(n) }
+    }
+
+    /// Whether edge number `e` stands out by no more than `slack` (m) to either side.
+    fn is_flat(&self, e: u32, slack: f64) -> bool {
+        !self.edge(e).is_border() && self.tree.ridge(e).length_squared() < slack * slack
+    }
+
+    /// Middles of the triangles at an edge, seen from it, m.
+    fn flanks(&self, edge: &SkinEdge) -> impl Iterator<Item = DVec3> {
+        flanks(self.sheet, edge)
+    }
+}
+
+/// Two sheets, or one sheet twice.
+pub(super) struct Couple<'a> {
+    pub a: Party<'a>,
+    pub b: Party<'a>,
+    pub limits: Limits,
+    /// Friction and restitution coefficient.
+    pub coefficients: (f64, f64),
+}
+
+impl Couple<'_> {
+    fn is_self(&self) -> bool {
+        self.a.index == self.b.index
+    }
+
+    /// Rows of a triangle of each: of the features that belong to them.
+    pub fn triangles(&self, ta: u32, tb: u32, rows: &mut Vec<Contact>) {
+        let (p, q) = (self.a.triangle(ta), self.b.triangle(tb));
+        let shared = if self.is_self() { p.masses.iter().filter(|i| q.masses.contains(i)).count() } else { 0 };
+        if shared >= 2 {
+            return;
+        }
+        self.points((&self.a, p), (&self.b, tb, q), rows);
+        self.points((&self.b, q), (&self.a, ta, p), rows);
+        let flat = FLAT * self.limits.offset;
+        for i in (0..3).filter(|i| p.owns_edge[*i] && !self.a.is_flat(p.edges[*i], flat)) {
+            for j in (0..3).filter(|j| q.owns_edge[*j] && !self.b.is_flat(q.edges[*j], flat)) {
+                let swap = self.is_self() && p.edges[i] > q.edges[j];
+                let (e, f) = if swap { (q.edges[j], p.edges[i]) } else { (p.edges[i], q.edges[j]) };
+                self.edges(e, f, p.size.max(q.size), rows);
+            }
+        }
+    }
+
+    /// Whether features of these masses are neighbours in one sheet whose triangles are of this size, m.
+    fn neighbours(&self, p: &[u32], q: &[u32], size: f64) -> bool {
+        let skin = self.a.sheet.skin;
+        let reach = self.limits.offset + size;
+        self.is_self() && p.iter().any(|i| q.iter().any(|j| i == j || skin.rest_distance(*i, *j) < reach))
+    }
+
+    fn points(
+        &self,
+        (of, p): (&Party, &SkinTriangle),
+        (on, t, q): (&Party, u32, &SkinTriangle),
+        rows: &mut Vec<Contact>,
+    ) {
+        for mass in (0..3).filter(|k| p.owns_mass[*k]).map(|k| p.masses[k]) {
+            if !of.tree.box_of([mass]).meets(&on.tree.box_of(q.masses)) || self.neighbours(&[mass], &q.masses, q.size) {
+                continue;
+            }
+            let point = of.of([mass]).map(|[x]| x);
+            let Some((normal, weights)) = self.point_on(point, on, q) else { continue };
+            let (kind, feature) = match weights.map(|w| w == 0.0) {
+                [true, true, _] => (Kind::Mass, q.masses[2]),
+                [true, _, true] => (Kind::Mass, q.masses[1]),
+                [_, true, true] => (Kind::Mass, q.masses[0]),
+                [true, _, _] => (Kind::SheetEdge, q.edges[1]),
+                [_, true, _] => (Kind::SheetEdge, q.edges[2]),
+                [_, _, true] => (Kind::SheetEdge, q.edges[0]),
+                _ => (Kind::Triangle, t),
+            };
+            let under = SheetPoint { masses: q.masses, weights };
+            rows.push(self.row((of, SheetPoint::mass(mass), Kind::Mass, mass), (on, under, kind, feature), normal));
+        }
+    }
+
+    fn row(
+        &self,
+        (a, p, kind_a, index_a): (&Party, SheetPoint, Kind, u32),
+        (b, q, kind_b, index_b): (&Party, SheetPoint, Kind, u32),
+        normal: DVec3,
+    ) -> Contact {
+        Contact {
+            a: Side::Sheet { sheet: a.index, point: p },
+            b: Side::Sheet { sheet: b.index, point: q },
+            normal,
+            offset: self.limits.offset,
+            key: [name(kind_a, a.sheet.id, index_a), name(kind_b, b.sheet.id, index_b)],
+            friction: self.coefficients.0,
+            restitution: self.coefficients.1,
+        }
+    }
+
+    /// Normal and weights with which a point touches a triangle.
+    fn point_on(&self, [start, base, end]: [DVec3; 3], on: &Party, q: &SkinTriangle) -> Option<(DVec3, [f64; 3])> {
+        let [s, b, e] = on.of(q.masses);
+        let reach = self.limits.offset + self.limits.margin;
+        let w = point_triangle(base, b);
+        let gap = base - at(b, w);
+        if gap.length() > self.limits.near() {
+            if gap.length() - reach > travel(&[start], &[end], &s, &e) + base.distance(start) + travel(&s, &b, &[], &[])
+            {
+                return None;
+            }
+            return self.point_from_afar((start, end), (s, e));
+        }
+        let plane = unit_normal(b)?;
+        if barycentric_along(base, plane, b).and_then(within).is_some() {
+            let height = gap.dot(plane);
+            let height = if height.abs() > SIDE { height } else { (start - s[0]).dot(unit_normal(s)?) };
+            let normal = if height >= 0.0 { plane } else { -plane };
+            let w = within(barycentric_along(end, normal, e)?)?;
+            return (normal.dot(end - at(e, w)) <= reach).then_some((normal, w));
+        }
+        // Beside the triangle: only where its sheet ends or bends away.
+        if gap.length() < 0.1 * self.limits.offset || !self.ends_here(on, q, w, gap) {
+            return None;
+        }
+        let direction = gap.normalize_or_zero();
+        let w_end = point_triangle(end, e);
+        let last = (end - at(e, w_end)).normalize_or_zero();
+        let w = if last.dot(direction) > 0.8 { w_end } else { w };
+        (direction.dot(end - at(e, w)) <= reach).then_some((direction, w))
+    }
+
+    /// Whether the sheet at the closest point of triangle `q` with weights `w` goes nowhere nearer to what lies at `gap`
+    /// from there.
+    fn ends_here(&self, on: &Party, q: &SkinTriangle, w: [f64; 3], gap: DVec3) -> bool {
+        let side = match w.map(|x| x == 0.0) {
+            [true, false, false] => 1,
+            [false, true, false] => 2,
+            [false, false, true] => 0,
+            _ => {
+                let corner = (0..3).find(|i| w[*i] != 0.0).unwrap_or(0);
+                return on.sheet.skin.on_border(q.masses[corner]) && {
+                    // The two sides at the corner must both fall away; a border beyond one of them is another triangle's.
+                    let corner_edges = [q.edges[corner], q.edges[(corner + 2) % 3]];
+                    corner_edges.iter().all(|e| {
+                        let edge = on.edge(*e);
+                        edge.is_border() || on.flanks(edge).all(|f| f.dot(gap) <= 1e-3 * f.length() * gap.length())
+                    })
+                };
+            }
+        };
+        let edge = on.edge(q.edges[side]);
+        edge.is_border() || on.flanks(edge).all(|f| f.dot(gap) <= 1e-3 * f.length() * gap.length())
+    }
+
+    fn point_from_afar(
+        &self,
+        (start, end): (DVec3, DVec3),
+        (s, e): ([DVec3; 3], [DVec3; 3]),
+    ) -> Option<(DVec3, [f64; 3])> {
+        let four = |p: DVec3, [a, b, c]: [DVec3; 3]| [p, a, b, c];
+        let reach = self.limits.offset + self.limits.margin;
+        if let Some(hit) = point_meets_triangle(four(start, s), four(end, e), TOUCH) {
+            let there = [0, 1, 2].map(|i: usize| s[i].lerp(e[i], hit.time));
+            let plane = unit_normal(there)?;
+            let approach = (end - start) - (at(e, hit.weights) - at(s, hit.weights));
+            let normal = if approach.dot(plane) <= 0.0 { plane } else { -plane };
+            let w = barycentric_along(end, normal, e).and_then(within).unwrap_or(hit.weights);
+            return (normal.dot(end - at(e, w)) <= reach).then_some((normal, w));
+        }
+        let (before, plane) = (unit_normal(s)?, unit_normal(e)?);
+        let w = within(barycentric_along(end, plane, e)?)?;
+        let (height, was) = (plane.dot(end - at(e, w)), before.dot(start - s[0]));
+        // On the other side of the plane it has come around or through a neighbour: the pair says nothing of that.
+        (height.abs() <= reach && height * was > 0.0).then(|| (if was > 0.0 { plane } else { -plane }, w))
+    }
+
+    fn edges(&self, number_a: u32, number_b: u32, size: f64, rows: &mut Vec<Contact>) {
+        let (edge_a, edge_b) = (self.a.edge(number_a), self.b.edge(number_b));
+        let close = self.a.tree.box_of(edge_a.masses).meets(&self.b.tree.box_of(edge_b.masses));
+        if !close || self.neighbours(&edge_a.masses, &edge_b.masses, size) {
+            return;
+        }
+        let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b)) else { return };
+        let (p, kind_a, index_a) = on_edge(edge_a.masses, found.s, number_a);
+        let (q, kind_b, index_b) = on_edge(edge_b.masses, found.t, number_b);
+        rows.push(self.row((&self.a, p, kind_a, index_a), (&self.b, q, kind_b, index_b), found.normal));
+    }
+
+    /// How two edges touch.
+    fn crossing(&self, (number_a, edge_a): (u32, &SkinEdge), (number_b, edge_b): (u32, &SkinEdge)) -> Option<Crossing> {
+        let ([s, b, e], [u, c, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
+        let reach = self.limits.offset + self.limits.margin;
+        let (k, l) = segment_segment(b, c);
+        let gap = b[0].lerp(b[1], k) - c[0].lerp(c[1], l);
+        let normal = if gap.length() <= self.limits.near() {
+            let normal = self.normal((edge_a, b[1] - b[0]), (edge_b, c[1] - c[0]))?;
+            if gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SIDE {
+                return None;
+            }
+            let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
+            let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
+            if side >= 0.0 { normal } else { -normal }
+        } else {
+            if gap.length() - reach > travel(&s, &e, &u, &f) + travel(&s, &b, &u, &c) {
+                return None;
+            }
+            self.edges_from_afar((edge_a, s, e), (edge_b, u, f))?
+        };
+        let facing = self.a.facing(edge_a).allows(normal) && self.b.facing(edge_b).allows(-normal);
+        let out = self.a.stands_out(number_a, normal).min(self.b.stands_out(number_b, -normal));
+        if !facing || out < FLAT * self.limits.offset {
+            return None;
+        }
+        let (k, l) = above(e, f, normal)?;
+        let gap = normal.dot(e[0].lerp(e[1], k) - f[0].lerp(f[1], l));
+        let before = normal.dot(s[0].lerp(s[1], k) - u[0].lerp(u[1], l));
+        (gap <= reach && before >= -self.limits.deep).then_some(Crossing { normal, s: k, t: l })
+    }
+
+    fn edges_from_afar(
+        &self,
+        (edge_a, s, e): (&SkinEdge, [DVec3; 2], [DVec3; 2]),
+        (edge_b, u, f): (&SkinEdge, [DVec3; 2], [DVec3; 2]),
+    ) -> Option<DVec3> {
+        if let Some(hit) = edges_meet([s[0], s[1], u[0], u[1]], [e[0], e[1], f[0], f[1]], TOUCH) {
+            let there = |x: [DVec3; 2], y: [DVec3; 2]| x[1].lerp(y[1], hit.time) - x[0].lerp(y[0], hit.time);
+            let normal = self.normal((edge_a, there(s, e)), (edge_b, there(u, f)))?;
+            let moved = |x: [DVec3; 2], y: [DVec3; 2], w: f64| y[0].lerp(y[1], w) - x[0].lerp(x[1], w);
+            let approach = moved(s, e, hit.s) - moved(u, f, hit.t);
+            return Some(if approach.dot(normal) <= 0.0 { normal } else { -normal });
+        }
+        let (k, l) = segment_segment(e, f);
+        let gap = e[0].lerp(e[1], k) - f[0].lerp(f[1], l);
+        if gap.length() > self.limits.offset + self.limits.margin {
+            return None;
+        }
+        let normal = self.normal((edge_a, e[1] - e[0]), (edge_b, f[1] - f[0]))?;
+        let side = normal.dot(gap);
+        let before = normal.dot(s[0].lerp(s[1], k) - u[0].lerp(u[1], l));
+        (side * before > 0.0).then(|| if side > 0.0 { normal } else { -normal })
+    }
+
+    /// The direction of two edges along `u` and `v`, of either sign; `None` for parallels.
+    fn normal(&self, (edge_a, u): (&SkinEdge, DVec3), (edge_b, v): (&SkinEdge, DVec3)) -> Option<DVec3> {
+        let across = u.normalize_or_zero().cross(v.normalize_or_zero());
+        let sine = across.length();
+        if sine >= NEARLY_PARALLEL {
+            return Some(across / sine);
+        }
+        if sine < PARALLEL {
+            return None;
+        }
+        let (m, n) = (self.a.tree.edge_normal(edge_a.triangles), self.b.tree.edge_normal(edge_b.triangles));
+        let mean = if m.dot(n) < 0.0 { m - n } else { m + n };
+        mean.reject_from_normalized(u.normalize_or_zero()).try_normalize()
+    }
+}
+
+fn unit_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
+    (b - a).cross(c - a).try_normalize()
+}
+
+/// How far any point of the first places can have come towards any of the second, m.
+fn travel(a: &[DVec3], b: &[DVec3], c: &[DVec3], d: &[DVec3]) -> f64 {
+    let furthest = |x: &[DVec3], y: &[DVec3]| x.iter().zip(y).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max);
+    furthest(a, b) + furthest(c, d)
+}

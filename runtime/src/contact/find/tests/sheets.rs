@@ -1,0 +1,136 @@
+//! Sheets and sheets.
+
+use glam::{DQuat, DVec3};
+
+use super::*;
+
+fn up(by: f64) -> DVec3 {
+    DVec3::Y * by
+}
+
+#[test]
+fn a_sheet_that_lies_on_another_is_met_by_the_masses_of_both() {
+    let (large, small) = (square(9, 0.2), square(5, 0.06));
+    let (under, over) = (skin(9, &large), skin(5, &small));
+    // Turned, so that no mass lies over a line of the other.
+    let turned = mapped(&small, |p| DQuat::from_rotation_y(0.4) * p + DVec3::new(0.003, 2.0 * HALF + 1e-6, 0.002));
+    let end = shifted(&turned, up(-1e-4));
+    let sheets = [moved(0, &under, &large, &large), moved(1, &over, &turned, &end)];
+    let found = rows(&sheets, &[]);
+    let of_small = found.iter().filter(|r| matches!(r.a, Side::Sheet { sheet: 1, .. })).count();
+    assert_eq!(of_small, 25);
+    for row in &found {
+        let sign = if matches!(row.a, Side::Sheet { sheet: 1, .. }) { 1.0 } else { -1.0 };
+        assert!(row.normal.distance(DVec3::Y * sign) < 1e-9);
+        assert!((gap(row, &[&large, &end], &[]) + 1e-4 - 1e-6).abs() < 1e-9);
+    }
+    // Only masses of the large one that lie below the small one, and no crossings of lines.
+    assert!(found.len() < 25 + 9 && found.len() > 25);
+}
+
+#[test]
+fn sheets_do_not_pass_each_other_at_20_m_per_s() {
+    let flat = square(5, 0.06);
+    let own = skin(5, &flat);
+    let tilted = mapped(&flat, |p| DQuat::from_rotation_z(0.5) * DQuat::from_rotation_y(0.3) * p);
+    for side in [1.0, -1.0] {
+        let start = shifted(&tilted, DVec3::new(0.004, 0.1 * side, 0.003));
+        let end = shifted(&start, up(-20.0 / 60.0 * side));
+        let sheets = [moved(0, &own, &flat, &flat), moved(1, &own, &start, &end)];
+        let found = rows(&sheets, &[]);
+        assert!(found.len() >= 25);
+        for row in &found {
+            // Every pair was apart, and is through.
+            assert!(gap(row, &[&flat, &start], &[]) > 0.0 && gap(row, &[&flat, &end], &[]) < 0.0, "{row:?}");
+        }
+        // Those masses that fall on the sheet's inside are all there.
+        let through = start.iter().filter(|p| p.x.abs() < 0.029 && p.z.abs() < 0.029).count();
+        let met = found.iter().filter(|r| matches!(r.a, Side::Sheet { sheet: 1, .. })).count();
+        assert!(met >= through && through > 15, "{met} of {through}");
+    }
+}
+
+#[test]
+fn crossed_strips_meet_at_their_borders() {
+    // Two strips of one cell cross; no mass of either lies on the other.
+    let cell = |x: f64, z: f64| {
+        let mut v = Vectors::default();
+        [(-x, -z), (x, -z), (-x, z), (x, z)].iter().for_each(|(x, z)| v.push(DVec3::new(*x, 0.0, *z)));
+        v
+    };
+    let (long, wide) = (cell(0.05, 0.004), cell(0.004, 0.05));
+    let (a, b) = (skin(2, &long), skin(2, &wide));
+    let start = shifted(&wide, up(2.0 * HALF + 1e-6));
+    let end = shifted(&start, up(-1e-3));
+    let found = rows(&[moved(0, &a, &long, &long), moved(1, &b, &start, &end)], &[]);
+    // Four crossings of borders; the diagonals are flat.
+    assert_eq!(found.len(), 4);
+    for row in &found {
+        assert!(row.normal.distance(DVec3::NEG_Y) < 1e-9);
+        assert!((gap(row, &[&long, &end], &[]) + 1e-3 - 1e-6).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn sheets_side_by_side_push_each_other_in_their_plane() {
+    let flat = square(5, 0.06);
+    let own = skin(5, &flat);
+    let start = shifted(&flat, DVec3::new(0.06 + 2.0 * HALF + 1e-5, 0.0, 0.004));
+    let end = shifted(&start, DVec3::new(-3e-4, 0.0, 0.0));
+    let found = rows(&[moved(0, &own, &flat, &flat), moved(1, &own, &start, &end)], &[]);
+    assert!(found.len() >= 4);
+    for row in &found {
+        let sign = if matches!(row.a, Side::Sheet { sheet: 1, .. }) { 1.0 } else { -1.0 };
+        assert!(row.normal.distance(DVec3::X * sign) < 1e-6, "{row:?}");
+    }
+}
+
+#[test]
+fn a_folded_sheet_meets_itself_and_a_curved_one_does_not() {
+    let flat = square(21, 0.25);
+    let own = skin(21, &flat);
+    // Rolled about an axis along z to a radius: a half turn brings the halves to a distance of 2 radii.
+    let rolled = |radius: f64, turn: f64| {
+        mapped(&flat, move |p| {
+            let angle = (p.x / radius).clamp(-0.5 * turn, 0.5 * turn);
+            let beyond = p.x - angle * radius;
+            let (sin, cos) = angle.sin_cos();
+            DVec3::new(radius * sin + beyond * cos, radius * (1.0 - cos) + beyond * sin, p.z)
+        })
+    };
+    let open = rolled(0.05, 3.0);
+    assert!(rows(&[moved(0, &own, &open, &open)], &[]).is_empty());
+    // Two flat halves, side by side, 4 times the half thickness apart, joined by a bend.
+    let start = rolled(2.0 * HALF, std::f64::consts::PI);
+    let pressed = mapped(&start, |p| DVec3::new(0.4 * p.x, p.y, p.z));
+    let found = rows(&[SheetMotion { base: &start, ..moved(0, &own, &start, &pressed) }], &[]);
+    assert!(found.len() > 150, "{}", found.len());
+    for row in &found {
+        assert!(row.normal.x.abs() > 0.9, "{row:?}");
+        let before = gap(row, &[&start], &[]);
+        assert!(before > -1e-5, "{before} {row:?}");
+    }
+}
+
+#[test]
+fn flat_and_sleeping_sheets_look_at_no_triangles() {
+    let flat = square(11, 0.1);
+    let own = skin(11, &flat);
+    let bent = mapped(&flat, |p| DVec3::new(p.x, 4.0 * p.x * p.x, p.z));
+    let far = shifted(&flat, up(1.0));
+    let touching = shifted(&flat, up(2.0 * HALF));
+    let count = |sheets: &[SheetMotion]| {
+        let problem = Problem { sheets, bodies: &[], margin: MARGIN, surfaces: &|_| (0.0, 0.0) };
+        let mut finder = Finder::default();
+        finder.begin(&problem, 0.1);
+        finder.find(&problem, &mut Vec::new());
+        let counters = finder.counters();
+        counters.self_tests + counters.sheet_sheet_tests
+    };
+    let awake = |x| moved(0, &own, x, x);
+    let asleep = |x| SheetMotion { awake: false, ..moved(1, &own, x, x) };
+    assert_eq!(count(&[awake(&flat), awake(&far)]), 0);
+    assert_eq!(count(&[awake(&bent)]), 0);
+    assert_eq!(count(&[asleep(&flat), asleep(&touching)]), 0);
+    assert!(count(&[awake(&flat), asleep(&touching)]) > 0);
+}

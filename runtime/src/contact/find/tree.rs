@@ -1,0 +1,256 @@
+//! Boxes in the world and Parry's tree of boxes over the triangles of a sheet.
+//!
+//! A triangle's box holds it at the start and at the end of the stage, and with it all of the way between, since its masses
+//! move along straight lines. Parry's boxes are in single precision; they are widened by what that loses.
+
+use glam::{DMat3, DVec3};
+use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
+use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
+
+use super::SheetMotion;
+use crate::contact::features::Solid;
+use crate::contact::frame::RigidFrame;
+use crate::contact::skin::{NONE, Skin, SkinEdge};
+use crate::sheet::Vectors;
+
+/// A box with sides along the axes, m; the default holds nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Cuboid {
+    pub low: DVec3,
+    pub high: DVec3,
+}
+
+impl Default for Cuboid {
+    fn default() -> Self {
+        Self { low: DVec3::INFINITY, high: DVec3::NEG_INFINITY }
+    }
+}
+
+impl From<(DVec3, DVec3)> for Cuboid {
+    fn from((low, high): (DVec3, DVec3)) -> Self {
+        Self { low, high }
+    }
+}
+
+impl Cuboid {
+    pub fn of(x: &Vectors) -> Self {
+        x.bounds().map_or_else(Self::default, Self::from)
+    }
+
+    /// The box that a sheet sweeps in the stage.
+    pub fn swept(sheet: &SheetMotion) -> Self {
+        Self::of(sheet.start).joined(&Self::of(sheet.end))
+    }
+
+    /// The box around a solid at a place.
+    pub fn of_solid(solid: &Solid, frame: &RigidFrame) -> Self {
+        Self::from(solid.bounds()).placed(frame)
+    }
+
+    /// The box in the world around a box of a frame.
+    pub fn placed(&self, frame: &RigidFrame) -> Self {
+        if !(self.low.is_finite() && self.high.is_finite()) {
+            return *self;
+        }
+        let (centre, half) = (0.5 * (self.low + self.high), 0.5 * (self.high - self.low));
+        let r = frame.rotation;
+        let reach = DMat3::from_cols(r.x_axis.abs(), r.y_axis.abs(), r.z_axis.abs()) * half;
+        let centre = frame.world(centre);
+        Self { low: centre - reach, high: centre + reach }
+    }
+
+    pub fn grown(&self, by: f64) -> Self {
+        Self { low: self.low - DVec3::splat(by), high: self.high + DVec3::splat(by) }
+    }
+
+    pub fn joined(&self, other: &Self) -> Self {
+        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
+    }
+
+    #[inline]
+    pub fn meets(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+
+    fn single(&self) -> Aabb {
+        let room = 2e-7 * (self.low.abs().max(self.high.abs())).max_element();
+        let room = DVec3::splat(room);
+        Aabb::new((self.low - room).as_vec3(), (self.high + room).as_vec3())
+    }
+}
+
+/// The triangles of a sheet by where they are in a stage, and the normals they have at its base.
+pub(super) struct SkinTree {
+    id: u32,
+    tree: Bvh,
+    fresh: bool,
+    has_ridges: bool,
+    /// Box of each mass over the stage.
+    boxes: Vec<Cuboid>,
+    /// Area vectors of the triangles (twice the area along the normal), world, m².
+    areas: Vec<DVec3>,
+    /// Sum of the area vectors of the triangles at each mass, world, m².
+    mass_areas: Vec<DVec3>,
+    /// How far each edge stands out of the line between the middles of its triangles, world, m; none at the border.
+    ridges: Vec<DVec3>,
+    /// Where the masses were when the sheet was found flat; empty when it was not.
+    flat_at: Vec<DVec3>,
+    /// Least height of a triangle at rest, m.
+    height: f64,
+}
+
+impl SkinTree {
+    pub fn new(id: u32, skin: &Skin) -> Self {
+        let boxes = skin.triangles().iter().enumerate().map(|(i, t)| {
+            let place = skin.middle(t);
+            (i, Aabb::new(place.as_vec3(), place.as_vec3()).loosened(t.size as f32))
+        });
+        Self {
+            id,
+            tree: Bvh::from_iter(BvhBuildStrategy::Binned, boxes),
+            fresh: false,
+            has_ridges: false,
+            boxes: vec![Cuboid::default(); skin.masses()],
+            areas: vec![DVec3::ZERO; skin.triangles().len()],
+            mass_areas: vec![DVec3::ZERO; skin.masses()],
+            ridges: vec![DVec3::ZERO; skin.edges().len()],
+            flat_at: Vec::with_capacity(skin.masses()),
+            height: skin.least_height(),
+        }
+    }
+
+    pub fn is_of(&self, id: u32, skin: &Skin) -> bool {
+        self.id == id && self.areas.len() == skin.triangles().len() && self.mass_areas.len() == skin.masses()
+    }
+
+    pub fn forget(&mut self) {
+        (self.fresh, self.has_ridges) = (false, false);
+    }
+
+    /// Brings boxes (grown by offset and `margin`, m) and normals to where the sheet is, once a call.
+    pub fn refresh(&mut self, sheet: &SheetMotion, margin: f64) {
+        if std::mem::replace(&mut self.fresh, true) {
+            return;
+        }
+        let by = DVec3::splat(sheet.skin.offset() + margin);
+        for (i, around) in self.boxes.iter_mut().enumerate() {
+            let (p, q) = (sheet.start.get(i), sheet.end.get(i));
+            *around = Cuboid { low: p.min(q) - by, high: p.max(q) + by };
+        }
+        self.mass_areas.fill(DVec3::ZERO);
+        for (i, t) in sheet.skin.triangles().iter().enumerate() {
+            let [a, b, c] = t.masses.map(|m| &self.boxes[m as usize]);
+            self.tree.insert_or_update_partially(a.joined(b).joined(c).single(), i as u32, 0.0);
+            let area = area_of(sheet.base, t.masses);
+            self.areas[i] = area;
+            t.masses.iter().for_each(|m| self.mass_areas[*m as usize] += area);
+        }
+        self.tree.refit_without_opt();
+    }
+
+    /// Brings the ridges to where the sheet is, once a call.
+    pub fn refresh_ridges(&mut self, sheet: &SheetMotion) {
+        if std::mem::replace(&mut self.has_ridges, true) {
+            return;
+        }
+        for (ridge, edge) in self.ridges.iter_mut().zip(sheet.skin.edges()) {
+            // The middle of a triangle is a third of its height from the edge; over two triangles that fall away by h₁ and h₂
+            // the edge stands out by (h₁ + h₂)/4 over the line between the middles of their other sides.
+            *ridge = if edge.is_border() { DVec3::ZERO } else { 0.75 * flanks(sheet, edge).sum::<DVec3>() };
+        }
+    }
+
+    /// How far an edge inside the sheet stands out, and which way it is hollow, m.
+    pub fn ridge(&self, edge: u32) -> DVec3 {
+        self.ridges[edge as usize]
+    }
+
+    /// Unit normal of the sheet at a mass at the base, world; zero where no triangle is.
+    pub fn mass_normal(&self, i: usize) -> DVec3 {
+        self.mass_areas[i].normalize_or_zero()
+    }
+
+    /// Box of some masses over the stage, grown as the triangles' are.
+    pub fn box_of<const N: usize>(&self, masses: [u32; N]) -> Cuboid {
+        masses.iter().fold(Cuboid::default(), |sum, i| sum.joined(&self.boxes[*i as usize]))
+    }
+
+    /// Remembers whether the sheet is flat as it lies: all normals within 30° of one direction.
+    pub fn look_whether_flat(&mut self, skin: &Skin, x: &Vectors) {
+        if self.is_as_it_was_flat(x) {
+            return;
+        }
+        self.flat_at.clear();
+        if skin.is_rectangle() && is_flat(skin, x, 0.75) {
+            self.flat_at.extend(x.iter());
+        }
+    }
+
+    /// Whether no triangle turns by more than 45° from one direction in the stage. A rectangle of which that is true is a
+    /// graph over a plane and cannot meet itself.
+    pub fn stays_flat(&self, sheet: &SheetMotion) -> bool {
+        if self.flat_at.is_empty() {
+            return false;
+        }
+        [sheet.start, sheet.end].into_iter().all(|x| self.is_as_it_was_flat(x) || is_flat(sheet.skin, x, 0.5))
+    }
+
+    /// Whether it was found flat and its masses have hardly shifted against each other since: masses that shift by δ turn a
+    /// triangle of height h by 2 δ/h at most, by 11° here.
+    fn is_as_it_was_flat(&self, x: &Vectors) -> bool {
+        let Some(first) = self.flat_at.first().filter(|_| self.flat_at.len() == x.len()) else { return false };
+        let (shift, allowed) = (x.get(0) - *first, 0.05 * self.height);
+        let moved = |(i, p): (usize, &DVec3)| (x.get(i) - *p - shift).length_squared();
+        self.flat_at.iter().enumerate().all(|m| moved(m) <= allowed * allowed)
+    }
+
+    /// Numbers of the triangles whose boxes meet `around`.
+    pub fn triangles_in(&self, around: &Cuboid) -> impl Iterator<Item = u32> + '_ {
+        let around = around.single();
+        self.tree.leaves(move |node| around.intersects(&node.aabb()))
+    }
+
+    /// Pairs of triangles of this sheet and another whose boxes meet.
+    pub fn pairs_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (u32, u32)> + 'a {
+        self.tree.leaf_pairs(&other.tree, |a, b| a.intersects(b))
+    }
+
+    /// Calls `visit` with pairs of triangles of this sheet whose boxes meet, each once.
+    pub fn own_pairs(&self, workspace: &mut BvhWorkspace, mut visit: impl FnMut(u32, u32)) {
+        self.tree.traverse_bvtt_single_tree::<false>(workspace, &mut visit);
+    }
+
+    /// Mean normal of the triangles of an edge, world.
+    pub fn edge_normal(&self, triangles: [u32; 2]) -> DVec3 {
+        let sum: DVec3 = triangles.into_iter().filter(|t| *t != NONE).map(|t| self.areas[t as usize]).sum();
+        sum.normalize_or_zero()
+    }
+}
+
+#[inline]
+fn area_of(x: &Vectors, masses: [u32; 3]) -> DVec3 {
+    let [a, b, c] = masses.map(|m| x.get(m as usize));
+    (b - a).cross(c - a)
+}
+
+/// Middles of the triangles at an edge, seen from a point of it, square to it, at the base, m.
+pub(super) fn flanks<'a>(sheet: &SheetMotion<'a>, edge: &SkinEdge) -> impl Iterator<Item = DVec3> + use<'a> {
+    let (base, skin) = (sheet.base, sheet.skin);
+    let [a, b] = edge.masses.map(|i| base.get(i as usize));
+    let along = (b - a).normalize_or(DVec3::X);
+    edge.triangles.into_iter().filter(|t| *t != NONE).map(move |t| {
+        let masses = skin.triangles()[t as usize].masses;
+        let middle = masses.iter().map(|i| base.get(*i as usize)).sum::<DVec3>() / 3.0;
+        (middle - a).reject_from_normalized(along)
+    })
+}
+
+/// Whether the normals of all triangles make an angle with their mean whose squared cosine is more than `cosine_squared`.
+fn is_flat(skin: &Skin, x: &Vectors, cosine_squared: f64) -> bool {
+    let areas = || skin.triangles().iter().map(|t| area_of(x, t.masses));
+    let mean = areas().sum::<DVec3>().normalize_or_zero();
+    areas().all(|n| {
+        let along = n.dot(mean);
+        along > 0.0 && along * along > cosine_squared * n.length_squared()
+    })
+}
