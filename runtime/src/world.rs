@@ -21,6 +21,7 @@ use crate::error::{InputError, check_range};
 use crate::event::{Event, Touches};
 use crate::scene::{Air, BodySpec, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
+use crate::step::groups::Groups;
 use crate::step::{Field, Stage, step_sheet};
 
 /// Sheets and bodies in time.
@@ -39,6 +40,7 @@ pub struct World {
     events: Vec<Event>,
     sleep: bool,
     pool: Option<Arc<rayon::ThreadPool>>,
+    groups: Groups,
 }
 
 impl World {
@@ -95,6 +97,7 @@ impl World {
             events: Vec::new(),
             sleep: true,
             pool: None,
+            groups: Groups::default(),
             scene: named(scene),
         })
     }
@@ -178,7 +181,15 @@ impl World {
             self.sheets.iter_mut().for_each(|s| s.follow(self.time, dt, states));
         }
         let view = rigid.as_ref().map(RigidWorld::view);
-        self.step_sheets(view.as_ref(), dt);
+        self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
+        if let Some(rigid) = &mut rigid {
+            for claim in &self.groups.claims {
+                rigid.claim(claim.body, claim.end);
+                if claim.sleeps {
+                    rigid.freeze(claim.body);
+                }
+            }
+        }
         self.rigid = rigid;
         self.collect_events(|world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
     }
@@ -189,26 +200,35 @@ impl World {
         let steps = steps_in(duration, self.dt);
         let dt = duration / steps as f64;
         for _ in 0..steps {
-            self.step_sheets(Some(view), dt);
+            self.step_sheets(Some(view), None, dt);
             self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
         }
         steps
     }
 
-    fn step_sheets(&mut self, view: Option<&RigidView>, dt: f64) {
-        let field =
-            Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind };
-        let stage = Stage { field, time: self.time, dt, view, sleep: self.sleep };
-        match &self.pool {
-            Some(pool) if self.sheets.len() > 1 => pool.install(|| {
-                let pairs = self.sheets.par_iter_mut().zip(self.touches.par_iter_mut());
-                pairs.for_each(|(sheet, touches)| step_sheet(sheet, touches, &stage));
-            }),
-            _ => {
-                for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
+    fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        let stage = Stage { field: self.field(), time: self.time, dt, view, sleep: self.sleep };
+        let many = self.sheets.len() > 1;
+        let Self { sheets, touches, groups, pool, .. } = self;
+        let mut work = |parallel: bool| {
+            let explicit = |sheet: &mut Sheet| sheet.stages() == 0;
+            let one = |(sheet, touches): (&mut Sheet, &mut Touches)| {
+                if explicit(sheet) {
                     step_sheet(sheet, touches, &stage);
                 }
+            };
+            if parallel {
+                sheets.par_iter_mut().zip(touches.par_iter_mut()).for_each(one);
+            } else {
+                sheets.iter_mut().zip(touches.iter_mut()).for_each(one);
             }
+            if !sheets.iter_mut().all(explicit) {
+                groups.step(sheets, touches, &stage, rigid, parallel);
+            }
+        };
+        match pool {
+            Some(pool) if many => pool.install(|| work(true)),
+            _ => work(false),
         }
         self.steps += 1;
         self.time += dt;

@@ -73,7 +73,7 @@ pub(crate) struct Group<'a> {
     pub sheets: &'a mut [Sheet],
     /// Which of them belong to it, ascending; a contact's `sheet` is a number in this list.
     pub members: &'a [u32],
-    pub movers: &'a mut Vec<Mover>,
+    pub movers: Vec<Mover>,
     /// Whether to work on several sheets at once.
     pub parallel: bool,
 }
@@ -216,7 +216,7 @@ impl Delassus {
             }
         }
         let contact = &contacts[active.contact as usize];
-        for (body, arm, sign) in arms(contact, group.movers).into_iter().flatten() {
+        for (body, arm, sign) in arms(contact, &group.movers).into_iter().flatten() {
             let mover = &group.movers[body as usize];
             for k in 0..self.on_body[body as usize].len() {
                 let j = self.on_body[body as usize][k];
@@ -224,7 +224,7 @@ impl Delassus {
                     break;
                 }
                 let other = self.active[j as usize];
-                let others = arms(&contacts[other.contact as usize], group.movers);
+                let others = arms(&contacts[other.contact as usize], &group.movers);
                 for (_, at, its) in others.into_iter().flatten().filter(|a| a.0 == body) {
                     let compliance = mover.compliance(arm, at) * (h * h * sign * its);
                     self.gather(j, active.frame.transpose() * compliance * other.frame);
@@ -279,8 +279,7 @@ impl Delassus {
         });
         group.movers.iter_mut().for_each(Mover::release);
         self.push_bodies(group, contacts, |mover, force, moment| {
-            mover.shift += force * (h * h * mover.inverse_mass);
-            mover.turn += mover.inverse_inertia * moment * (h * h);
+            mover.displace(force, moment, h);
         });
     }
 
@@ -297,8 +296,7 @@ impl Delassus {
         });
         group.movers.iter_mut().for_each(|m| (m.kick, m.twist) = (DVec3::ZERO, DVec3::ZERO));
         self.push_bodies(group, contacts, |mover, force, moment| {
-            mover.kick += force * (h * mover.inverse_mass);
-            mover.twist += mover.inverse_inertia * moment * h;
+            mover.strike(force, moment, h);
         });
     }
 
@@ -309,7 +307,7 @@ impl Delassus {
             if *p == DVec3::ZERO {
                 continue;
             }
-            for (body, arm, sign) in arms(&contacts[active.contact as usize], group.movers).into_iter().flatten() {
+            for (body, arm, sign) in arms(&contacts[active.contact as usize], &group.movers).into_iter().flatten() {
                 let force = active.frame * *p * sign;
                 let mover = &mut group.movers[body as usize];
                 if mover.gives() {
@@ -325,7 +323,7 @@ fn arms(contact: &Contact, movers: &[Mover]) -> [Option<(u32, DVec3, f64)>; 2] {
     [(contact.a, 1.0), (contact.b, -1.0)].map(|(side, sign)| match side {
         Side::Body { body, local } => {
             let mover = &movers[body as usize];
-            Some((body, mover.free.place(local) - mover.centre[1], sign))
+            Some((body, mover.free.place(local) - mover.free.centre(), sign))
         }
         Side::Sheet { .. } => None,
     })

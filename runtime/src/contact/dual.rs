@@ -35,11 +35,11 @@ impl Dual {
         self.passes = 0;
         self.delassus.clear(group);
         self.is_active.clear();
-        self.is_active.resize(scratch.contacts.len(), false);
+        self.is_active.resize(scratch.found.contacts.len(), false);
         self.new.clear();
-        for (i, contact) in scratch.contacts.iter().enumerate() {
+        for (i, contact) in scratch.found.contacts.iter().enumerate() {
             let was = scratch.gaps.free[i] < 0.0 && scratch.memory.of(&contact.key).is_some();
-            if i >= scratch.glue_from || was {
+            if i >= scratch.found.glue_from || was {
                 self.new.push(i as u32);
             }
         }
@@ -81,17 +81,17 @@ impl Dual {
     fn activate(&mut self, scratch: &Scratch, group: &mut Group, h: f64) {
         for number in &self.new {
             let i = *number as usize;
-            let contact = &scratch.contacts[i];
+            let contact = &scratch.found.contacts[i];
             self.is_active[i] = true;
             let force = scratch.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
             self.delassus.problem.push(scratch.law(i), frame_of(contact.normal).transpose() * force);
         }
-        self.delassus.add(group, &scratch.contacts, &self.new, h);
+        self.delassus.add(group, &scratch.found.contacts, &self.new, h);
     }
 
     /// Picks contacts that are violated and not active: the deepest, then those deep and far from the ones picked.
     fn pick_violated(&mut self, scratch: &Scratch) {
-        let (gap, places, contacts) = (&scratch.gaps.now, &scratch.gaps.places, &scratch.contacts);
+        let (gap, places, contacts) = (&scratch.gaps.now, &scratch.gaps.places, &scratch.found.contacts);
         self.new.clear();
         let count = contacts.len();
         let most = FEW.max(self.delassus.problem.len() / 3);

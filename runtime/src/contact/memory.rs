@@ -39,4 +39,9 @@ impl Memory {
     pub fn copy_from(&mut self, other: &Self) {
         self.entries.clone_from(&other.entries);
     }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+    }
 }

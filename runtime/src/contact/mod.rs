@@ -25,6 +25,7 @@ pub mod rigid;
 pub mod row;
 pub mod skin;
 pub(crate) mod stage;
+pub(crate) mod surroundings;
 pub mod sweeps;
 pub(crate) mod target;
 pub mod through_thickness;

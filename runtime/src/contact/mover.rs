@@ -6,25 +6,17 @@
 
 use glam::{DMat3, DVec3};
 
-use super::target::Frame;
+use super::frame::RigidFrame;
+use super::rigid::BodyState;
 
 /// A body over a stage.
 #[derive(Clone, Copy)]
 pub(crate) struct Mover {
-    /// Its frame at the start of the stage.
-    pub start: Frame,
-    /// Its frame at the end, were there no sheets.
-    pub free: Frame,
-    /// Centre of mass at the start and, without sheets, at the end, m.
-    pub centre: [DVec3; 2],
-    /// Velocity of the centre at the start and, without sheets, at the end, m/s.
-    pub linear: [DVec3; 2],
-    /// Angular velocity likewise, rad/s.
-    pub angular: [DVec3; 2],
-    /// 1/m, 1/kg; 0 for a body that does not give way.
-    pub inverse_mass: f64,
-    /// I⁻¹ in the world, 1/(kg m²).
-    pub inverse_inertia: DMat3,
+    /// At the start of the stage, and at its end, were there no sheets.
+    pub start: BodyState,
+    pub free: BodyState,
+    /// I⁻¹ in the world at the end, 1/(kg m²).
+    inverse_inertia: DMat3,
     /// What contact did to it: displacement of the centre (m), turn (rad), jumps of velocity (m/s) and angular velocity (rad/s).
     pub shift: DVec3,
     pub turn: DVec3,
@@ -33,19 +25,37 @@ pub(crate) struct Mover {
 }
 
 impl Mover {
-    /// Forgets what contact did.
-    pub fn release(&mut self) {
-        self.shift = DVec3::ZERO;
-        self.turn = DVec3::ZERO;
+    /// A body that is at `start`.
+    pub fn new(start: BodyState) -> Self {
+        let none = DVec3::ZERO;
+        Self { start, free: start, inverse_inertia: DMat3::ZERO, shift: none, turn: none, kick: none, twist: none }
     }
 
-    /// Its frame at the end of the stage, contact included.
-    pub fn end(&self) -> Frame {
-        if self.shift == DVec3::ZERO && self.turn == DVec3::ZERO {
-            self.free
-        } else {
-            self.free.moved(self.centre[1], self.shift, self.turn)
+    /// Begins a stage at whose end it would be at `free`.
+    pub fn begin(&mut self, free: BodyState) {
+        self.free = free;
+        self.inverse_inertia = free.inverse_inertia();
+        self.release();
+        (self.kick, self.twist) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
+    /// Forgets what contact did to its place.
+    pub fn release(&mut self) {
+        (self.shift, self.turn) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
+    /// Where the stage leaves it, contact included.
+    pub fn end(&self) -> BodyState {
+        if !self.gives() {
+            return self.free;
         }
+        let placed = self.free.displaced(self.shift, self.turn);
+        placed.with_velocity(self.free.velocity() + self.kick, self.free.spin() + self.twist)
+    }
+
+    /// Its frame at the end of the stage, as far as contact has been solved for.
+    pub fn end_frame(&self) -> RigidFrame {
+        frame(&self.free.displaced(self.shift, self.turn))
     }
 
     /// Displacement by contact of what is at arm `r`, m.
@@ -53,14 +63,33 @@ impl Mover {
         self.shift + self.turn.cross(r)
     }
 
+    /// Adds what `force` (N) with `moment` about the centre (N m) does to its place in a stage of weight `h`.
+    pub fn displace(&mut self, force: DVec3, moment: DVec3, h: f64) {
+        self.shift += force * (h * h * self.free.inverse_mass());
+        self.turn += self.inverse_inertia * moment * (h * h);
+    }
+
+    /// Adds what they do to its velocities.
+    pub fn strike(&mut self, force: DVec3, moment: DVec3, h: f64) {
+        self.kick += force * (h * self.free.inverse_mass());
+        self.twist += self.inverse_inertia * moment * h;
+    }
+
     /// What forces of 1 N at arm `at` do at arm `r`, in units of h²: a 3x3 matrix, 1/kg.
     pub fn compliance(&self, r: DVec3, at: DVec3) -> DMat3 {
-        let column = |e: DVec3| e * self.inverse_mass + (self.inverse_inertia * at.cross(e)).cross(r);
+        let inverse_mass = self.free.inverse_mass();
+        let column = |e: DVec3| e * inverse_mass + (self.inverse_inertia * at.cross(e)).cross(r);
         DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
     }
 
     /// Whether it gives way.
     pub fn gives(&self) -> bool {
-        self.inverse_mass > 0.0
+        self.free.gives()
     }
+}
+
+/// Frame of a body.
+pub(crate) fn frame(state: &BodyState) -> RigidFrame {
+    let (origin, rotation) = state.frame();
+    RigidFrame { origin, rotation }
 }

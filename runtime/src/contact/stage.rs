@@ -49,13 +49,21 @@ pub struct ContactCounters {
     pub halved: u64,
 }
 
+/// What detection found.
+#[derive(Default)]
+pub(crate) struct Found {
+    pub contacts: Vec<Contact>,
+    /// Of the contacts with bodies, the part of the group they are with; for as many as there are.
+    pub parts: Vec<u32>,
+    /// Contacts from this number on are glue.
+    pub glue_from: usize,
+}
+
 /// Arrays of a contact problem, kept from step to step.
 #[derive(Default)]
 pub(crate) struct Scratch {
     /// What may touch in this round.
-    pub contacts: Vec<Contact>,
-    /// Contacts from this number on are glue.
-    pub glue_from: usize,
+    pub found: Found,
     pub memory: Memory,
     pub movers: Vec<Mover>,
     kept_memory: Memory,
@@ -138,7 +146,7 @@ fn moved(group: &Group, side: &Side) -> DVec3 {
         }
         Side::Body { body, local } => {
             let mover = &group.movers[*body as usize];
-            mover.moved(mover.free.place(*local) - mover.centre[1])
+            mover.moved(mover.free.place(*local) - mover.free.centre())
         }
     }
 }
@@ -152,9 +160,8 @@ fn velocity(group: &Group, side: &Side, at: At) -> DVec3 {
         }
         Side::Body { body, local } => {
             let mover = &group.movers[*body as usize];
-            let i = usize::from(matches!(at, At::Free));
-            let frame = if i == 0 { &mover.start } else { &mover.free };
-            mover.linear[i] + mover.angular[i].cross(frame.place(*local) - mover.centre[i])
+            let state = if matches!(at, At::Start) { &mover.start } else { &mover.free };
+            state.velocity_at(state.place(*local))
         }
     }
 }
@@ -167,6 +174,13 @@ impl Scratch {
         self.kept_movers.extend_from_slice(movers);
     }
 
+    /// After a step in which nothing could touch.
+    pub fn rest(&mut self) {
+        self.found.contacts.clear();
+        self.found.parts.clear();
+        self.memory.clear();
+    }
+
     /// Comes back to what was kept.
     pub fn put_back(&mut self, movers: &mut Vec<Mover>) {
         self.memory.copy_from(&self.kept_memory);
@@ -177,13 +191,13 @@ impl Scratch {
     /// Puts apart what would overlap after the free motion, with weight `h` (s) of the stage: leaves displacements in the
     /// units of the sheets and in the movers. False when nothing overlaps.
     fn solve_positions(&mut self, group: &mut Group, h: f64) -> bool {
-        self.gaps.measure(&self.contacts, group);
-        if self.glue_from >= self.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
+        self.gaps.measure(&self.found.contacts, group);
+        if self.found.glue_from >= self.found.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
             return false;
         }
         self.on_sheet = self.fits_one_sheet(group);
         let count = if self.on_sheet { self.positions_on_sheet(group) } else { self.positions_between(group, h) };
-        self.gaps.update(&self.contacts, group);
+        self.gaps.update(&self.found.contacts, group);
         self.counters.rounds += 1;
         self.counters.contacts += count as u64;
         self.counters.most = self.counters.most.max(count as u64);
@@ -203,18 +217,18 @@ impl Scratch {
             }
             _ => false,
         };
-        group.members.len() == 1 && self.contacts.iter().all(fits)
+        group.members.len() == 1 && self.found.contacts.iter().all(fits)
     }
 
     pub(super) fn law(&self, i: usize) -> Law {
-        if i >= self.glue_from { Law::Glue } else { Law::Coulomb(self.contacts[i].friction) }
+        if i >= self.found.glue_from { Law::Glue } else { Law::Coulomb(self.found.contacts[i].friction) }
     }
 
     /// u of contact `i` in `frame` after the free motion: its gap, and the displacement that friction acts against, m.
     fn position_of(&self, group: &Group, i: usize, frame: &DMat3) -> DVec3 {
-        let contact = &self.contacts[i];
+        let contact = &self.found.contacts[i];
         let end = place(group, &contact.a, At::Free) - place(group, &contact.b, At::Free);
-        if i >= self.glue_from {
+        if i >= self.found.glue_from {
             return frame.transpose() * end;
         }
         let start = place(group, &contact.a, At::Start) - place(group, &contact.b, At::Start);
@@ -224,10 +238,10 @@ impl Scratch {
 
     /// u of contact `i` in `frame` after the free motion: its velocity, with what it must bounce, m/s; `None` where it is not closed.
     fn velocity_of(&self, group: &Group, i: usize, frame: &DMat3) -> Option<DVec3> {
-        let contact = &self.contacts[i];
+        let contact = &self.found.contacts[i];
         let free = velocity(group, &contact.a, At::Free) - velocity(group, &contact.b, At::Free);
         let mut u = frame.transpose() * free;
-        if i < self.glue_from {
+        if i < self.found.glue_from {
             if self.gaps.now[i] > CLOSED {
                 return None;
             }
@@ -252,14 +266,14 @@ impl Scratch {
             }
             let swept = dual.sweep();
             self.counters.sweeps += u64::from(swept.sweeps);
-            dual.delassus.displace(group, &self.contacts, h);
-            self.gaps.update(&self.contacts, group);
+            dual.delassus.displace(group, &self.found.contacts, h);
+            self.gaps.update(&self.found.contacts, group);
             if !dual.grow(self, group, h) {
                 break swept.change <= TOLERANCE;
             }
         };
         self.counters.unsettled += u64::from(!settled);
-        let contacts = &self.contacts;
+        let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {
             new.extend(dual.forces().map(|(c, position)| {
                 let key = contacts[c].key;
@@ -278,15 +292,15 @@ impl Scratch {
             let i = dual.delassus.contact(k);
             let frame = dual.delassus.frame(k);
             let u = self.velocity_of(group, i, &frame);
-            let force = self.memory.of(&self.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
+            let force = self.memory.of(&self.found.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
             dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
         }
         let swept = dual.sweep();
         self.counters.sweeps += u64::from(swept.sweeps);
         self.counters.unsettled += u64::from(swept.change > TOLERANCE);
-        dual.delassus.kick(group, &self.contacts, h);
-        let contacts = &self.contacts;
+        dual.delassus.kick(group, &self.found.contacts, h);
+        let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {
             new.extend(dual.forces().map(|(c, velocity)| {
                 let key = contacts[c].key;
@@ -299,7 +313,7 @@ impl Scratch {
     fn positions_on_sheet(&mut self, group: &mut Group) -> usize {
         let mut primal = std::mem::take(&mut self.primal);
         primal.clear();
-        for (i, contact) in self.contacts.iter().enumerate() {
+        for (i, contact) in self.found.contacts.iter().enumerate() {
             let Side::Sheet { point, .. } = contact.a else { continue };
             let frame = frame_of(contact.normal);
             let mut row = Row::new(frame, self.law(i));
@@ -321,14 +335,14 @@ impl Scratch {
         let mut unit = std::mem::take(&mut sheet.work.unit);
         unit.touch(sheet.masses());
         sheet.spread_rows(primal.displacement(), &mut unit.jump.dx);
-        for (contact, (row, p)) in self.contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+        for (contact, (row, p)) in self.found.contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
             if let Side::Sheet { point, .. } = contact.a {
                 unit.push(&point, row.frame * *p);
             }
         }
         unit.accelerate(&sheet.inverse_mass);
         sheet.work.unit = unit;
-        let contacts = &self.contacts;
+        let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {
             for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
                 let velocity = old.of(&contact.key).unwrap_or_default().velocity;
@@ -336,12 +350,12 @@ impl Scratch {
             }
         });
         self.primal = primal;
-        self.contacts.len()
+        self.found.contacts.len()
     }
 
     fn velocities_on_sheet(&mut self, group: &mut Group, h: f64) {
         let mut primal = std::mem::take(&mut self.primal);
-        for (i, contact) in self.contacts.iter().enumerate() {
+        for (i, contact) in self.found.contacts.iter().enumerate() {
             let frame = primal.rows[i].frame;
             let u = self.velocity_of(group, i, &frame);
             let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
@@ -354,7 +368,7 @@ impl Scratch {
         sheet.spread_rows(primal.displacement(), &mut unit.jump.dv);
         unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
         sheet.work.unit = unit;
-        let contacts = &self.contacts;
+        let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {
             for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
                 let position = old.of(&contact.key).unwrap_or_default().position;
@@ -381,10 +395,11 @@ impl Scratch {
         }
     }
 
-    /// Calls `touched` for every contact that is closed.
-    pub fn closed(&self, mut touched: impl FnMut(&Contact)) {
-        for (contact, _) in self.contacts.iter().zip(&self.gaps.now).filter(|(_, gap)| **gap < 2.0 * CLOSED) {
-            touched(contact);
+    /// Calls `touched` for every contact that is closed, with the part of the group it is with.
+    pub fn closed(&self, mut touched: impl FnMut(&Contact, u32)) {
+        let all = self.found.contacts.iter().zip(&self.gaps.now).zip(&self.found.parts);
+        for ((contact, _), part) in all.filter(|((_, gap), _)| **gap < 2.0 * CLOSED) {
+            touched(contact, *part);
         }
     }
 }
@@ -396,7 +411,7 @@ pub(crate) fn solve_rounds(
     scratch: &mut Scratch,
     field: Field,
     h: f64,
-    mut find: impl FnMut(&Group, u32, &mut Vec<Contact>),
+    mut find: impl FnMut(&Group, u32, &mut Found),
 ) -> Rounds {
     let mut touched = false;
     for round in 0..ROUNDS {
@@ -408,8 +423,7 @@ pub(crate) fn solve_rounds(
         if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed) {
             return Rounds::Failed;
         }
-        find(group, round, &mut scratch.contacts);
-        scratch.glue_from = scratch.contacts.len();
+        find(group, round, &mut scratch.found);
         touched = scratch.solve_positions(group, h);
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);

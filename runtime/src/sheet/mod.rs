@@ -171,6 +171,11 @@ pub(crate) struct Work {
     pub stage: stage::StageWork,
     pub unit: crate::contact::Unit,
     pub contact: Option<Box<crate::contact::stage::Scratch>>,
+    pub near: Option<Box<crate::step::NearWork>>,
+    /// Its contact surface, made when it is first near something.
+    pub skin: Option<Box<crate::contact::skin::Skin>>,
+    /// Colliders that masses touched in this step.
+    pub met: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
 }
 
 impl Sheet {

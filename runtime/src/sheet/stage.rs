@@ -79,6 +79,11 @@ impl Sheet {
         self.counters.accepted += 1;
     }
 
+    /// Lets its engine begin anew: what it carries from step to step is of a motion that has ended.
+    pub(crate) fn restart_engine(&mut self) {
+        self.engine.restart();
+    }
+
     /// Stages of a step of its engine; 0 for an explicit one.
     pub(crate) fn stages(&mut self) -> usize {
         self.engine.staged().map_or(0, |s| s.stages())

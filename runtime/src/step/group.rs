@@ -5,8 +5,7 @@
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
 use crate::contact::Group;
-use crate::contact::row::Contact;
-use crate::contact::stage::{Rounds, Scratch, solve_rounds};
+use crate::contact::stage::{Found, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
 
 /// How often a step may be halved.
@@ -33,7 +32,7 @@ pub(crate) trait Find {
     fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64);
 
     /// Writes what may touch in round number `round`, from the free motions in the sheets of `group`.
-    fn find(&mut self, group: &Group, round: u32, contacts: &mut Vec<Contact>);
+    fn find(&mut self, group: &Group, round: u32, found: &mut Found);
 
     /// Takes up where the stage has left the bodies.
     fn end_stage(&mut self, group: &mut Group);
@@ -49,13 +48,13 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         sheet.begin_step(part.field, part.dt);
         sheet.keep();
     });
-    scratch.keep(group.movers);
+    scratch.keep(&group.movers);
     if attempt(group, scratch, finder, &part) || part.halvings >= HALVINGS {
         return;
     }
     scratch.counters.halved += 1;
     group.each(|sheet| sheet.put_back());
-    scratch.put_back(group.movers);
+    scratch.put_back(&mut group.movers);
     let half = Part { dt: 0.5 * part.dt, halvings: part.halvings + 1, ..part };
     advance(group, scratch, finder, half);
     advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
@@ -71,8 +70,8 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         let lead = &group.sheet(0).work.stage;
         let (length, h) = (lead.length, lead.h);
         finder.begin_stage(group, at, at + length);
-        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, contacts| {
-            finder.find(group, round, contacts);
+        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, found| {
+            finder.find(group, round, found);
         });
         match rounds {
             Rounds::Failed if part.halvings < HALVINGS => return false,

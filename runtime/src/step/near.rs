@@ -1,73 +1,253 @@
-//! What a group of sheets may touch (for the time being: masses against half spaces that stand still).
+//! What a group of sheets may touch, stage by stage: bodies are put where they are, detection is asked, and its rows are
+//! brought from colliders to bodies. Glue and contacts of bodies with each other join them.
 
-use glam::{DMat3, DVec3};
-use rapier3d::parry::shape::TypedShape;
+use glam::DVec3;
 
 use super::group::Find;
 use crate::contact::Group;
-use crate::contact::mover::Mover;
-use crate::contact::rigid::RigidView;
+use crate::contact::find::{BodyMotion, FindCounters, Finder, Pair, Problem, SheetMotion};
+use crate::contact::frame::RigidFrame;
+use crate::contact::mover::{Mover, frame};
+use crate::contact::rigid::{BodyContact, RigidView};
 use crate::contact::row::{Contact, Side};
-use crate::contact::stage::mass_point;
-use crate::contact::target::Frame;
+use crate::contact::skin::Skin;
+use crate::contact::stage::{Found, mass_point};
+use crate::contact::surroundings::Surroundings;
+use crate::sheet::Sheet;
 
-pub(crate) struct Near<'a> {
-    pub view: &'a RigidView<'a>,
-    pub normals: Vec<(DVec3, f64, f64)>,
+/// Pairs nearer than this get a row, m: what contact may push together within a stage.
+const MARGIN: f64 = 5e-4;
+/// Key of glue, and of contacts between bodies: detection's are below.
+const GLUE: u64 = u64::MAX;
+const BODIES: u64 = u64::MAX - 1;
+
+/// Detection's memory from step to step.
+#[derive(Default)]
+pub(crate) struct NearWork {
+    finder: Finder,
+    /// Parts and bodies of the surroundings that are near, ascending, and the group's body of each part.
+    parts: Vec<u32>,
+    bodies: Vec<u32>,
+    of_part: Vec<u32>,
+    sheet_motions: Vec<SheetMotion<'static>>,
+    body_motions: Vec<BodyMotion<'static>>,
 }
 
-impl Find for Near<'_> {
-    fn begin_stage(&mut self, group: &mut Group, _from: f64, _to: f64) {
+impl NearWork {
+    /// What detection has done.
+    pub fn counters(&self) -> FindCounters {
+        self.finder.counters()
+    }
+
+    /// Bodies of the group, by number in the surroundings.
+    pub fn bodies(&self) -> &[u32] {
+        &self.bodies
+    }
+
+    /// Of a contact's `part`, the number in the surroundings.
+    pub fn part(&self, part: u32) -> Option<u32> {
+        self.parts.get(part as usize).copied()
+    }
+}
+
+/// Detection for one group over one step.
+pub(crate) struct Near<'a> {
+    pub view: Option<&'a RigidView<'a>>,
+    pub surroundings: &'a Surroundings,
+    pub body_contacts: &'a [BodyContact],
+    pub gravity: DVec3,
+    /// Number of the first sheet among the world's, for a group that is given alone.
+    pub first: u32,
+    pub work: &'a mut NearWork,
+}
+
+impl Near<'_> {
+    /// Finds which parts are near the box (m) of the group, which nothing in it leaves by more than `reach`; makes the movers.
+    pub fn begin(&mut self, group: &mut Group, (low, high): (DVec3, DVec3), reach: f64) {
+        let NearWork { parts, bodies, of_part, .. } = &mut *self.work;
+        parts.clear();
+        bodies.clear();
+        of_part.clear();
         group.movers.clear();
-        self.normals.clear();
-        for (_, collider) in self.view.colliders.iter() {
-            if let TypedShape::HalfSpace(plane) = collider.shape().as_typed_shape() {
-                let frame = Frame::of(collider.position());
-                self.normals.push((
-                    frame.rotation * plane.normal.as_dvec3(),
-                    f64::from(collider.friction()),
-                    f64::from(collider.restitution()),
-                ));
-                group.movers.push(Mover {
-                    start: frame,
-                    free: frame,
-                    centre: [frame.origin; 2],
-                    linear: [DVec3::ZERO; 2],
-                    angular: [DVec3::ZERO; 2],
-                    inverse_mass: 0.0,
-                    inverse_inertia: DMat3::ZERO,
-                    shift: DVec3::ZERO,
-                    turn: DVec3::ZERO,
-                    kick: DVec3::ZERO,
-                    twist: DVec3::ZERO,
+        let (low, high) = (low - reach, high + reach);
+        for (i, part) in self.surroundings.parts.iter().enumerate() {
+            if part.low.cmple(high).all() && part.high.cmpge(low).all() {
+                parts.push(i as u32);
+                bodies.push(part.body);
+            }
+        }
+        for member in group.members {
+            for (_, index, _) in group.sheets[*member as usize].pins.glued() {
+                bodies.push(index as u32);
+            }
+        }
+        let near = bodies.len();
+        for c in self.body_contacts {
+            if bodies[..near].contains(&(c.a as u32)) || bodies[..near].contains(&(c.b as u32)) {
+                bodies.extend([c.a as u32, c.b as u32]);
+            }
+        }
+        bodies.sort_unstable();
+        bodies.dedup();
+        for index in bodies.iter() {
+            group.movers.push(Mover::new(self.surroundings.bodies[*index as usize].start));
+        }
+        for part in parts.iter() {
+            let body = self.surroundings.parts[*part as usize].body;
+            of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
+        }
+        self.ask(group, 0, |finder, problem| finder.begin(problem, reach));
+    }
+
+    /// Whether nothing can touch in this step.
+    pub fn is_idle(&self, group: &Group) -> bool {
+        let glued = |member: &u32| group.sheets[*member as usize].pins.glued().next().is_some();
+        self.work.finder.is_idle() && !group.members.iter().any(glued)
+    }
+
+    /// Calls `ask` with detection and its problem in round `round`.
+    fn ask(&mut self, group: &Group, round: u32, ask: impl FnOnce(&mut Finder, &Problem)) {
+        let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
+        let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
+        let mut finder = std::mem::take(&mut self.work.finder);
+        for member in group.members {
+            let sheet = &group.sheets[*member as usize];
+            let Some(skin) = &sheet.work.skin else { continue };
+            let stage = &sheet.work.stage;
+            let begun = stage.free.len() == sheet.masses();
+            let base = if round == 0 || !begun { &sheet.x } else { &stage.iterate };
+            let end = if begun { &stage.free } else { &sheet.x };
+            sheets.push(SheetMotion { id: self.first + member, skin, start: &sheet.x, base, end, awake: true });
+        }
+        for (part, body) in self.work.parts.iter().zip(&self.work.of_part) {
+            let of = &self.surroundings.parts[*part as usize];
+            let mover = &group.movers[*body as usize];
+            let base = if round == 0 { frame(&mover.start) } else { mover.end_frame() };
+            bodies.push(BodyMotion {
+                id: *part,
+                features: &of.features,
+                start: in_world(&frame(&mover.start), &of.frame),
+                base: in_world(&base, &of.frame),
+                end: in_world(&frame(&mover.free), &of.frame),
+                awake: true,
+            });
+        }
+        let coefficients = |pair| self.coefficients(group, pair);
+        let problem = Problem { sheets: &sheets, bodies: &bodies, margin: MARGIN, surfaces: &coefficients };
+        ask(&mut finder, &problem);
+        self.work.finder = finder;
+        self.work.sheet_motions = reused(sheets);
+        self.work.body_motions = reused(bodies);
+    }
+
+    fn coefficients(&self, group: &Group, pair: Pair) -> (f64, f64) {
+        match pair {
+            Pair::SheetBody(sheet, part) => {
+                let sheet = group.sheet(sheet);
+                let part = self.work.parts.get(part as usize).and_then(|p| self.surroundings.parts.get(*p as usize));
+                let known = self.view.zip(part).and_then(|(view, part)| {
+                    Some(view.coefficients(sheet, part.handle, view.colliders.get(part.handle)?))
+                });
+                known.unwrap_or((sheet.friction, sheet.restitution))
+            }
+            Pair::Sheets(a, b) => {
+                let (a, b) = (group.sheet(a), group.sheet(b));
+                let mean = (0.5 * (a.friction + b.friction), 0.5 * (a.restitution + b.restitution));
+                self.view.map_or(mean, |v| v.between(&a.material().name, &b.material().name, mean))
+            }
+        }
+    }
+
+    /// Adds contacts of bodies with each other, and glue.
+    fn join(&self, group: &Group, found: &mut Found) {
+        let mover = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
+        for c in self.body_contacts {
+            let (Some(a), Some(b)) = (mover(c.a), mover(c.b)) else { continue };
+            found.contacts.push(Contact {
+                a: Side::Body { body: a, local: c.on_a },
+                b: Side::Body { body: b, local: c.on_b },
+                normal: c.normal,
+                // What Rapier lets overlap is let be.
+                offset: c.distance.min(0.0),
+                key: [BODIES - (c.key[0] & 0xffff_ffff), c.key[1] ^ c.key[0].rotate_left(17)],
+                friction: c.friction,
+                restitution: c.restitution,
+            });
+        }
+        found.glue_from = found.contacts.len();
+        for (local, member) in group.members.iter().enumerate() {
+            for (mass, index, place) in group.sheets[*member as usize].pins.glued() {
+                let Some(body) = mover(index) else { continue };
+                found.contacts.push(Contact {
+                    a: mass_point(local as u32, mass),
+                    b: Side::Body { body, local: place },
+                    normal: DVec3::Y,
+                    offset: 0.0,
+                    key: [GLUE, u64::from(self.first + member) << 32 | u64::from(mass)],
+                    friction: 0.0,
+                    restitution: 0.0,
                 });
             }
         }
     }
+}
 
-    fn find(&mut self, group: &Group, _round: u32, contacts: &mut Vec<Contact>) {
-        contacts.clear();
-        for (b, (normal, friction, restitution)) in self.normals.iter().enumerate() {
-            for (s, _) in group.members.iter().enumerate() {
-                let sheet = group.sheet(s as u32);
-                for (i, x) in sheet.work.stage.free.iter().enumerate() {
-                    let frame = &group.movers[b].free;
-                    let height = (x - frame.origin).dot(*normal);
-                    if height < 0.01 {
-                        contacts.push(Contact {
-                            a: mass_point(s as u32, i as u32),
-                            b: Side::Body { body: b as u32, local: frame.into_local(x - *normal * height) },
-                            normal: *normal,
-                            offset: crate::contact::SKIN,
-                            key: [b as u64, i as u64],
-                            friction: 0.5 * (sheet.friction + friction),
-                            restitution: 0.5 * (sheet.restitution + restitution),
-                        });
-                    }
-                }
+impl Find for Near<'_> {
+    fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64) {
+        for (mover, index) in group.movers.iter_mut().zip(&self.work.bodies) {
+            let over = &self.surroundings.bodies[*index as usize];
+            if mover.start.gives() {
+                let free = mover.start.fly(to - from, self.gravity);
+                mover.begin(free);
+            } else {
+                mover.start = over.start.fly(from, DVec3::ZERO);
+                mover.begin(over.start.fly(to, DVec3::ZERO));
             }
         }
     }
 
-    fn end_stage(&mut self, _group: &mut Group) {}
+    fn find(&mut self, group: &Group, round: u32, found: &mut Found) {
+        let mut contacts = std::mem::take(&mut found.contacts);
+        self.ask(group, round, |finder, problem| finder.find(problem, &mut contacts));
+        found.contacts = contacts;
+        found.parts.clear();
+        for contact in &mut found.contacts {
+            let mut part_of = u32::MAX;
+            for side in [&mut contact.a, &mut contact.b] {
+                if let Side::Body { body, local } = side {
+                    part_of = *body;
+                    let part =
+                        self.work.parts.get(*body as usize).and_then(|p| self.surroundings.parts.get(*p as usize));
+                    if let Some(part) = part {
+                        *local = part.frame.world(*local);
+                    }
+                    *body = self.work.of_part.get(*body as usize).copied().unwrap_or(0);
+                }
+            }
+            found.parts.push(part_of);
+        }
+        self.join(group, found);
+    }
+
+    fn end_stage(&mut self, group: &mut Group) {
+        group.movers.iter_mut().for_each(|mover| mover.start = mover.end());
+    }
+}
+
+/// The frame `inner` of the axes of `outer`, in the world.
+fn in_world(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
+    RigidFrame { origin: outer.world(inner.origin), rotation: outer.rotation * inner.rotation }
+}
+
+/// An empty list in the memory of another whose elements had another lifetime.
+fn reused<A, B>(mut list: Vec<A>) -> Vec<B> {
+    list.clear();
+    list.into_iter().filter_map(|_| None).collect()
+}
+
+/// Makes sure the sheet has its contact surface.
+pub(crate) fn skin(sheet: &mut Sheet) {
+    if sheet.work.skin.is_none() {
+        sheet.work.skin = Some(Box::new(Skin::of(sheet)));
+    }
 }

@@ -173,6 +173,11 @@ impl Finder {
         }
     }
 
+    /// Whether nothing can meet in this step: no pair is near, and no sheet is folded enough to meet itself.
+    pub fn is_idle(&self) -> bool {
+        self.near.is_empty() && self.near_sheets.is_empty() && self.trees.iter().all(SkinTree::looks_flat)
+    }
+
     /// Finds the contacts of a stage, in an order that depends on the problem alone, and puts them into `out`.
     pub fn find(&mut self, problem: &Problem, out: &mut Vec<Contact>) {
         self.raw.clear();

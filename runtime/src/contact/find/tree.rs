@@ -186,6 +186,11 @@ impl SkinTree {
         }
     }
 
+    /// Whether it was found flat at the start of the step.
+    pub fn looks_flat(&self) -> bool {
+        !self.flat_at.is_empty()
+    }
+
     /// Whether no triangle turns by more than 45° from one direction in the stage. A rectangle of which that is true is a
     /// graph over a plane and cannot meet itself.
     pub fn stays_flat(&self, sheet: &SheetMotion) -> bool {

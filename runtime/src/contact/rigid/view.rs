@@ -124,6 +124,11 @@ impl<'a> RigidView<'a> {
             _ => (friction, restitution),
         }
     }
+
+    /// Coefficients of friction and restitution of two materials, by name; `combined` where the scene says nothing of them.
+    pub(crate) fn between(&self, a: &str, b: &str, combined: (f64, f64)) -> (f64, f64) {
+        self.owners.map_or(combined, |o| o.contact.between((a, b), combined))
+    }
 }
 
 /// Rapier's rules for a pair's coefficient, with the sheet's own rule taken to be the average.

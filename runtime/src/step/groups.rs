@@ -1,0 +1,358 @@
+//! Which sheets and bodies may touch in a step, and the step of each such group.
+//!
+//! Two are of one group when the boxes that they may sweep meet, or when bodies that move freely touch one another. The
+//! speed with which a thing may move is the largest of its group, since one may hit the other. Groups of one sheet with
+//! nothing that gives way are stepped side by side, the others one after the other.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::group::{Part, advance};
+use super::near::{Near, skin};
+use super::{SLEEP_SPEED, SLEEP_TIME, Stage, give_up, is_still, is_unstable, size_work};
+use crate::contact::Group;
+use crate::contact::rigid::{BodyContact, BodyState, RigidWorld};
+use crate::contact::row::Side;
+use crate::contact::surroundings::Surroundings;
+use crate::event::{EventKind, Recorder, Touches};
+use crate::sheet::{Sheet, Status};
+
+/// Room beyond what speeds say, m.
+const ROOM: f64 = 1e-3;
+/// Rounds of letting groups grow by their largest speed.
+const GROWING: u32 = 4;
+
+/// What a step did to a body of the world's own that moves freely.
+pub(crate) struct Claim {
+    pub body: usize,
+    pub end: BodyState,
+    /// Whether it came to rest with its group.
+    pub sleeps: bool,
+}
+
+/// Finds groups and steps them.
+#[derive(Default)]
+pub(crate) struct Groups {
+    surroundings: Surroundings,
+    /// Of every sheet and then of every body, another of its group; the first of a group itself.
+    root: Vec<u32>,
+    low: Vec<DVec3>,
+    high: Vec<DVec3>,
+    /// How far each may move in the step, m.
+    reach: Vec<f64>,
+    /// Whether each takes part: awake sheets, bodies that move freely.
+    takes_part: Vec<bool>,
+    members: Vec<u32>,
+    pub claims: Vec<Claim>,
+}
+
+/// What all groups share in a step.
+struct Shared<'a> {
+    stage: &'a Stage<'a>,
+    surroundings: &'a Surroundings,
+    body_contacts: &'a [BodyContact],
+}
+
+impl Groups {
+    /// Steps all sheets of implicit engines.
+    pub fn step(
+        &mut self,
+        sheets: &mut [Sheet],
+        touches: &mut [Touches],
+        stage: &Stage,
+        rigid: Option<&RigidWorld>,
+        parallel: bool,
+    ) {
+        self.claims.clear();
+        match stage.view {
+            Some(view) => self.surroundings.update(view, rigid, stage.dt),
+            None => {
+                self.surroundings.parts.clear();
+                self.surroundings.bodies.clear();
+            }
+        }
+        let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
+        self.find(sheets, touches, stage, body_contacts);
+        let shared = Shared { stage, surroundings: &self.surroundings, body_contacts };
+        let (root, takes_part) = (&self.root, &self.takes_part);
+        let count = sheets.len();
+        let alone = |i: usize| takes_part[i] && root[i] == i as u32 && !root[i + 1..].contains(&(i as u32));
+        let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
+            if alone(i) {
+                let sheets = std::slice::from_mut(sheet);
+                shared.step(sheets, std::slice::from_mut(touches), &[0], i as u32, false, &mut Vec::new());
+            }
+        };
+        if parallel && count > 1 {
+            sheets.par_iter_mut().zip(touches.par_iter_mut()).enumerate().for_each(one);
+        } else {
+            sheets.iter_mut().zip(touches.iter_mut()).enumerate().for_each(one);
+        }
+        let mut members = std::mem::take(&mut self.members);
+        for first in 0..count {
+            if !takes_part[first] || alone(first) {
+                continue;
+            }
+            if (0..first).any(|i| takes_part[i] && root[i] == root[first]) {
+                continue;
+            }
+            members.clear();
+            members.extend((first..count).filter(|i| takes_part[*i] && root[*i] == root[first]).map(|i| i as u32));
+            shared.step(sheets, touches, &members, 0, parallel, &mut self.claims);
+        }
+        self.members = members;
+    }
+
+    /// Finds groups, and wakes the sheets that something comes near.
+    fn find(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage, body_contacts: &[BodyContact]) {
+        let fall = stage.field.gravity.length() * stage.dt * stage.dt;
+        self.low.clear();
+        self.high.clear();
+        self.reach.clear();
+        self.takes_part.clear();
+        for sheet in sheets.iter_mut() {
+            let (low, high) = sheet.x.bounds().unwrap_or_default();
+            let offset = if sheet.follows_material() { 0.5 * sheet.material().thickness } else { 0.0 };
+            self.low.push(low - offset);
+            self.high.push(high + offset);
+            let moves = sheet.stages() > 0 && sheet.status == Status::Awake;
+            self.takes_part.push(moves);
+            self.reach.push(if moves { sheet.max_speed() * stage.dt + fall + ROOM } else { 0.0 });
+        }
+        for (index, over) in self.surroundings.bodies.iter().enumerate() {
+            let parts = self.surroundings.parts.iter().filter(|p| p.body == index as u32);
+            let (low, high) =
+                parts.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p.low), high.max(p.high)));
+            self.low.push(low);
+            self.high.push(high);
+            let speed = over.start.velocity().length().max(over.end.velocity().length());
+            self.takes_part.push(over.start.gives());
+            self.reach.push(if over.asleep { 0.0 } else { speed * stage.dt + fall });
+        }
+        self.wake(sheets, touches, stage);
+        self.join(sheets.len(), body_contacts);
+    }
+
+    fn meet(&self, a: usize, b: usize) -> bool {
+        let room = self.reach[a] + self.reach[b];
+        (self.low[a] - room).cmple(self.high[b]).all() && (self.low[b] - room).cmple(self.high[a]).all()
+    }
+
+    /// Wakes sleeping sheets that a led pin moves, or near which something moves.
+    fn wake(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
+        let count = sheets.len();
+        let mut woken = true;
+        while woken {
+            woken = false;
+            for i in 0..count {
+                if sheets[i].status != Status::Asleep || sheets[i].stages() == 0 {
+                    continue;
+                }
+                let led = sheets[i].pins.moving(stage.time, stage.time + stage.dt);
+                let by_sheet = || (0..count).any(|j| self.takes_part[j] && self.meet(i, j));
+                let body = |b: usize| self.surroundings.bodies[b].moves() && self.meet(i, count + b);
+                if led || by_sheet() || (0..self.surroundings.bodies.len()).any(body) {
+                    sheets[i].wake();
+                    touches[i].events.push((stage.time, EventKind::Woke, None));
+                    self.takes_part[i] = true;
+                    self.reach[i] = stage.field.gravity.length() * stage.dt * stage.dt + ROOM;
+                    woken = true;
+                }
+            }
+        }
+    }
+
+    /// Joins what may touch.
+    fn join(&mut self, sheets: usize, body_contacts: &[BodyContact]) {
+        let count = self.low.len();
+        self.root.clear();
+        self.root.extend(0..count as u32);
+        if self.takes_part.iter().filter(|t| **t).count() < 2 {
+            return;
+        }
+        for c in body_contacts {
+            if self.takes_part[sheets + c.a] && self.takes_part[sheets + c.b] {
+                unite(&mut self.root, sheets + c.a, sheets + c.b);
+            }
+        }
+        for _ in 0..GROWING {
+            let mut grown = false;
+            for a in 0..count {
+                for b in (a + 1).max(if a < sheets { 0 } else { count })..count {
+                    let new = self.takes_part[a] && self.takes_part[b] && self.root[a] != self.root[b];
+                    if new && self.meet(a, b) {
+                        grown |= unite(&mut self.root, a, b);
+                    }
+                }
+            }
+            if !grown {
+                break;
+            }
+            for i in 0..count {
+                let root = self.root[i] as usize;
+                self.reach[root] = self.reach[root].max(self.reach[i]);
+            }
+            for i in 0..count {
+                self.reach[i] = self.reach[self.root[i] as usize];
+            }
+        }
+    }
+}
+
+/// Joins the groups of `a` and `b`; false when they are one.
+fn unite(root: &mut [u32], a: usize, b: usize) -> bool {
+    let (a, b) = (root[a].min(root[b]), root[a].max(root[b]));
+    root.iter_mut().filter(|r| **r == b).for_each(|r| *r = a);
+    a != b
+}
+
+impl Shared<'_> {
+    /// Steps the group of `members` of `sheets`; the first of `sheets` is number `first` of the world's.
+    fn step(
+        &self,
+        sheets: &mut [Sheet],
+        touches: &mut [Touches],
+        members: &[u32],
+        first: u32,
+        parallel: bool,
+        claims: &mut Vec<Claim>,
+    ) {
+        let stage = self.stage;
+        for i in members.iter().map(|i| *i as usize) {
+            let sheet = &mut sheets[i];
+            size_work(sheet);
+            skin(sheet);
+            touches[i].begin();
+            sheet.work.touching.fill(false);
+            sheet.work.met.clear();
+            sheet.work.x_before.copy_from(&sheet.x);
+        }
+        let Some(lead) = members.first().map(|i| *i as usize) else { return };
+        let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
+        let mut work = sheets[lead].work.near.take().unwrap_or_default();
+        let movers = std::mem::take(&mut scratch.movers);
+        let (around, reach) = self.extent(sheets, members);
+        let mut group = Group { sheets, members, movers, parallel };
+        let mut near = Near {
+            view: stage.view,
+            surroundings: self.surroundings,
+            body_contacts: self.body_contacts,
+            gravity: stage.field.gravity,
+            first,
+            work: &mut work,
+        };
+        near.begin(&mut group, around, reach);
+        let part = Part { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, halvings: 0 };
+        if near.is_idle(&group) {
+            group.each(|sheet| {
+                if !sheet.pins.is_empty() {
+                    sheet.pins.lead(stage.time, stage.dt, &sheet.x, &mut sheet.v);
+                }
+                sheet.advance(stage.field, stage.time, stage.dt);
+            });
+            scratch.rest();
+        } else {
+            advance(&mut group, &mut scratch, &mut near, part);
+        }
+        let Group { sheets, movers, .. } = group;
+        scratch.closed(|contact, part| {
+            let handle = work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
+            for side in [contact.a, contact.b] {
+                if let Side::Sheet { sheet, point } = side {
+                    let sheet = &mut sheets[members[sheet as usize] as usize];
+                    for (mass, _) in point.terms() {
+                        sheet.work.touching[mass as usize] = true;
+                        if let Some(handle) = handle {
+                            sheet.work.met.push((handle, mass));
+                        }
+                    }
+                }
+            }
+        });
+        self.finish(sheets, touches, members);
+        let first_claim = claims.len();
+        for (mover, index) in movers.iter().zip(work.bodies()) {
+            let over = &self.surroundings.bodies[*index as usize];
+            if let Some(own) = over.own.filter(|_| mover.gives()) {
+                claims.push(Claim { body: own as usize, end: mover.start, sleeps: false });
+            }
+        }
+        if stage.sleep {
+            self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
+        }
+        scratch.movers = movers;
+        sheets[lead].work.contact = Some(scratch);
+        sheets[lead].work.near = Some(work);
+    }
+
+    /// Box around the group, and how far anything in it may go.
+    fn extent(&self, sheets: &[Sheet], members: &[u32]) -> ((DVec3, DVec3), f64) {
+        let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut speed = 0.0_f64;
+        for sheet in members.iter().map(|i| &sheets[*i as usize]) {
+            if let Some((low, high)) = sheet.x.bounds() {
+                around = (around.0.min(low), around.1.max(high));
+            }
+            speed = speed.max(sheet.max_speed());
+        }
+        // A body in reach may hit the sheets and so set their speed.
+        for over in self.surroundings.bodies.iter().filter(|b| b.moves()) {
+            speed = speed.max(over.start.velocity().length()).max(over.end.velocity().length());
+        }
+        let (dt, gravity) = (self.stage.dt, self.stage.field.gravity.length());
+        (around, speed * dt + gravity * dt * dt + ROOM)
+    }
+
+    /// Looks for sheets that went unstable, puts pins where they belong, and notes what was touched.
+    fn finish(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32]) {
+        let stage = self.stage;
+        for i in members.iter().map(|i| *i as usize) {
+            let sheet = &mut sheets[i];
+            if is_unstable(sheet) {
+                give_up(sheet, &mut touches[i], stage);
+                continue;
+            }
+            if !sheet.pins.is_empty() {
+                sheet.pins.place(stage.time + stage.dt, &mut sheet.x);
+            }
+            sheet.counters.contacts += sheet.work.met.len() as u64;
+            if let Some(view) = stage.view {
+                let mut recorder = Recorder { touches: &mut touches[i], view };
+                for (handle, mass) in &sheet.work.met {
+                    crate::contact::detect::Touch::touched(&mut recorder, *handle, *mass as usize);
+                }
+            }
+            touches[i].end(stage.time + stage.dt, sheet);
+        }
+    }
+
+    /// Puts the group to sleep when all of it has been still for a while.
+    fn fall_asleep(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], claims: &mut [Claim]) {
+        let dt = self.stage.dt;
+        let mut all = true;
+        for i in members.iter().map(|i| *i as usize) {
+            let sheet = &mut sheets[i];
+            if sheet.status != Status::Awake {
+                continue;
+            }
+            // A sheet adrift is not at rest, however slow: something must hold it.
+            let held = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
+            sheet.quiet = if held && is_still(sheet, dt) { sheet.quiet + dt } else { 0.0 };
+            all &= sheet.quiet >= SLEEP_TIME;
+        }
+        let slow = |c: &Claim| c.end.velocity().length() < SLEEP_SPEED && c.end.spin().length() < 10.0 * SLEEP_SPEED;
+        if !all || !claims.iter().all(slow) {
+            return;
+        }
+        for i in members.iter().map(|i| *i as usize) {
+            if sheets[i].status != Status::Awake {
+                continue;
+            }
+            sheets[i].status = Status::Asleep;
+            sheets[i].v.clear();
+            sheets[i].restart_engine();
+            touches[i].events.push((self.stage.time + dt, EventKind::AtRest, None));
+        }
+        claims.iter_mut().for_each(|c| c.sleeps = true);
+    }
+}
