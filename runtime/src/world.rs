@@ -47,7 +47,8 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn new(scene: &Scene) -> Result<Self, InputError> {
-        let built = RigidWorld::build(scene).and_then(|rigid| Self::build(scene, Some(rigid)));
+        let checked = validate::scene(scene);
+        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
         built.map_err(|e| scene.located(e))
     }
 
@@ -57,11 +58,11 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
-        Self::build(scene, None).map_err(|e| scene.located(e))
+        validate::scene(scene).and_then(|()| Self::build(scene, None)).map_err(|e| scene.located(e))
     }
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
-        validate::scene(scene)?;
+        validate::values(scene)?;
         let mut sheets = Vec::with_capacity(scene.sheets.len());
         for index in 0..scene.sheets.len() {
             sheets.push(Sheet::build(scene, index).map_err(|mut e| {
@@ -256,7 +257,7 @@ impl World {
         scene.engine = self.engine;
         scene.tolerance = self.tolerance;
         scene.sheets.push(SheetSpec { name: name.clone(), ..spec.clone() });
-        validate::scene(&scene)?;
+        validate::values(&scene)?;
         let sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
         self.scene.sheets = scene.sheets;
         self.sheets.push(sheet);

@@ -105,7 +105,7 @@ fn spawn(
     scene: &Scene,
     children: &mut Vec<Entity>,
 ) -> Result<(), InputError> {
-    let defaults = scene.contact;
+    let defaults = &scene.contact;
     if let Some(room) = &scene.room {
         children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
     }
@@ -181,11 +181,8 @@ fn body_component(scene: &Scene, spec: &BodySpec) -> Result<SheetBody, InputErro
 fn room_bodies(room: &Room) -> Vec<BodySpec> {
     let plane = |name: &str, position: [f64; 3], turn: f64| BodySpec {
         name: name.to_owned(),
-        shape: Shape::HalfSpace,
         placement: Placement { position: position.into(), rotation: [turn, 0.0, 0.0].into() },
-        path: Vec::new(),
-        friction: None,
-        restitution: None,
+        ..BodySpec::new(Shape::HalfSpace)
     };
     let mut planes = vec![plane("floor", [0.0, room.y.0, 0.0], 0.0)];
     if room.back_wall {

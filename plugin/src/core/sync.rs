@@ -126,7 +126,7 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     if alike != *old {
         return false;
     }
-    let defaults = world.scene().contact;
+    let defaults = world.scene().contact.clone();
     let material = new.material.resolve(&world.scene().base);
     let Some(running) = world.sheet_mut(motion.name()) else { return false };
     let changed = material.and_then(|material| {
@@ -214,8 +214,14 @@ fn add_body(
     let placement = placement::placement_of(placement::pose_of(&there));
     let mut names = Vec::new();
     for shape in shapes {
-        let (friction, restitution) = (body.friction, body.restitution);
-        let spec = BodySpec { name: name.clone(), shape, placement, path: path.clone(), friction, restitution };
+        let spec = BodySpec {
+            name: name.clone(),
+            placement,
+            path: path.clone(),
+            friction: body.friction,
+            restitution: body.restitution,
+            ..BodySpec::new(shape)
+        };
         match world.add_body(&spec) {
             Ok(name) => names.push(name),
             Err(problem) => {

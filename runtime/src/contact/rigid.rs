@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
 use crate::error::InputError;
-use crate::scene::{BodySpec, PathKey, Placement, Polyhedron, Room, Scene, Shape, path_at, pol};
+use crate::scene::{BodySpec, PathKey, Placement, Polyhedron, Room, Scene, Shape, body_name, path_at, pol};
 
 /// Rapier's sets, as a step looks at them.
 #[derive(Clone, Copy)]
@@ -96,11 +96,8 @@ impl RigidWorld {
     fn add_room(&mut self, scene: &Scene, room: &Room) -> Result<(), InputError> {
         let plane = |name: &str, position: DVec3, rotation: DVec3| BodySpec {
             name: name.to_owned(),
-            shape: Shape::HalfSpace,
             placement: Placement { position, rotation },
-            path: Vec::new(),
-            friction: None,
-            restitution: None,
+            ..BodySpec::new(Shape::HalfSpace)
         };
         self.add(scene, &plane("floor", DVec3::new(0.0, room.y.0, 0.0), DVec3::ZERO), 0)?;
         if room.back_wall {
@@ -129,7 +126,7 @@ impl RigidWorld {
             colliders.push(self.inner.insert_collider(collider, Some(handle)));
         }
         self.moving |= !spec.path.is_empty();
-        let name = if spec.name.is_empty() { format!("body {index}") } else { spec.name.clone() };
+        let name = body_name(&spec.name, index);
         self.bodies.push(Body {
             name,
             shape: spec.shape.clone(),
