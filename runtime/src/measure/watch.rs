@@ -11,6 +11,9 @@ use crate::World;
 use crate::sheet::{Status, Vectors};
 use crate::step::SLEEP_SPEED;
 
+/// Shortest time between two looks, s: explicit engines take thousands of steps in what the eye would see as one.
+const LOOK: f64 = 1e-3;
+
 /// What has been seen since it was made.
 pub(crate) struct Watch {
     /// Bodies of the world by number, those whose shape is known here.
@@ -18,6 +21,8 @@ pub(crate) struct Watch {
     /// Triangles of each sheet.
     faces: Vec<Vec<[u32; 3]>>,
     places: Vec<Vectors>,
+    /// When it last looked, s.
+    looked: f64,
     start: f64,
     /// Largest energy seen over that at the start, J.
     rise: f64,
@@ -43,6 +48,7 @@ impl Watch {
             solids,
             faces: world.sheets().iter().map(overlap::faces).collect(),
             places: world.sheets().iter().map(|s| s.x.clone()).collect(),
+            looked: world.time(),
             start: energy(world),
             rise: 0.0,
             masses: 0.0,
@@ -56,8 +62,13 @@ impl Watch {
         }
     }
 
-    /// Looks at the world after a step.
+    /// Looks at the world after a step; of steps shorter than [`LOOK`] not after each.
     pub fn see(&mut self, world: &World) {
+        let since = world.time() - self.looked;
+        if since < LOOK {
+            return;
+        }
+        self.looked = world.time();
         self.steps += 1;
         self.rise = self.rise.max(energy(world) - self.start);
         for (sheet, faces) in world.sheets().iter().zip(&self.faces) {
@@ -73,15 +84,16 @@ impl Watch {
         }
         let touching = world.sheets().iter().map(|s| s.touching().iter().filter(|t| **t).count()).sum();
         self.touching = self.touching.max(touching);
-        self.see_rest(world);
+        self.see_rest(world, since);
     }
 
-    fn see_rest(&mut self, world: &World) {
-        let furthest = SLEEP_SPEED * world.dt();
-        let still = world.sheets().iter().zip(&self.places).all(|(s, before)| {
-            s.x.iter().zip(before.iter()).all(|(a, b)| a.distance_squared(b) < furthest * furthest)
-        });
-        self.still_since = if still { self.still_since.or(Some(world.time() - world.dt())) } else { None };
+    fn see_rest(&mut self, world: &World, since: f64) {
+        let furthest = SLEEP_SPEED * since;
+        let still =
+            world.sheets().iter().zip(&self.places).all(|(s, before)| {
+                s.x.iter().zip(before.iter()).all(|(a, b)| a.distance_squared(b) < furthest * furthest)
+            });
+        self.still_since = if still { self.still_since.or(Some(world.time() - since)) } else { None };
         let asleep = world.sheets().iter().all(|s| s.status == Status::Asleep);
         self.asleep_at = if asleep { self.asleep_at.or(Some(world.time())) } else { None };
         for (place, sheet) in self.places.iter_mut().zip(world.sheets()) {
@@ -134,6 +146,16 @@ pub(crate) fn frame(world: &World, index: usize) -> Option<Frame> {
 /// Energy, J, that a fall of all sheets by `height` (m) brings.
 pub(crate) fn fall(world: &World, height: f64) -> f64 {
     world.sheets().iter().map(|s| s.total_mass()).sum::<f64>() * world.gravity().length() * height
+}
+
+/// Energy, J, of all sheets at this speed (m/s).
+pub(crate) fn energy_of_speed(world: &World, speed: f64) -> f64 {
+    0.5 * world.sheets().iter().map(|s| s.total_mass()).sum::<f64>() * speed * speed
+}
+
+/// Whether a sheet has touched anything by now.
+pub(crate) fn touched(world: &World) -> bool {
+    world.sheets().iter().any(|s| s.counters.contacts > 0 || s.touching().contains(&true))
 }
 
 /// Lowest mass of the first sheet above the plane through `on` with this normal, m.
