@@ -8,14 +8,21 @@
 //! origin costs no accuracy. Masses are kept [`SKIN`] outside a surface, above what `f32` resolves.
 
 mod clearance;
+mod delassus;
+mod memory;
+pub(crate) mod mover;
+pub(crate) mod stage;
+pub mod coulomb;
 pub mod detect;
 pub mod response;
 pub mod rigid;
 pub mod row;
-mod target;
+pub mod sweeps;
+pub(crate) mod target;
 pub mod through_thickness;
 
 pub(crate) use clearance::Clearance;
+pub(crate) use delassus::{Group, Unit};
 
 /// Distance at which a mass lies on a surface, m.
 pub const SKIN: f64 = 1e-5;

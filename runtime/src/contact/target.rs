@@ -19,10 +19,12 @@ use super::rigid::{CONVEX, RigidView};
 use crate::sheet::Sheet;
 
 /// A rigid frame in f64.
-#[derive(Clone, Copy)]
-pub(super) struct Frame {
-    origin: DVec3,
-    rotation: DMat3,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// Where its origin is, m.
+    pub origin: DVec3,
+    /// From its axes to the world's.
+    pub rotation: DMat3,
 }
 
 impl Frame {
@@ -37,6 +39,22 @@ impl Frame {
 
     pub fn world(&self, p: Vector) -> DVec3 {
         self.rotation * p.as_dvec3() + self.origin
+    }
+
+    /// Turned by `turn` (rad, about an axis through `centre`) and then moved by `shift`, m.
+    pub fn moved(&self, centre: DVec3, shift: DVec3, turn: DVec3) -> Self {
+        let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn));
+        Self { origin: centre + rotation * (self.origin - centre) + shift, rotation: rotation * self.rotation }
+    }
+
+    /// The world's place of `p` in this frame, both in f64.
+    pub fn place(&self, p: DVec3) -> DVec3 {
+        self.rotation * p + self.origin
+    }
+
+    /// The place in this frame of `p` in the world, both in f64.
+    pub fn into_local(&self, p: DVec3) -> DVec3 {
+        self.rotation.transpose() * (p - self.origin)
     }
 
     /// The frame a time `dt` earlier, for a body moving with `linear` and `angular` about `centre`.

@@ -12,13 +12,16 @@ use crate::element::mixed_spring::MixedSprings;
 use crate::element::spring::{SpringScratch, Springs};
 use crate::element::{Anchor, Element, Geometric, NO_BLOCK};
 use crate::engine::implicit::{Implicit, Stage};
-use crate::engine::linear::{Backend, Factor, NotPositive, Pattern, analyse};
+use crate::engine::linear::{Backend, Factor, HalfSolutions, Loads, NotPositive, Pattern, analyse};
 use crate::engine::{Advance, Forces};
 
 /// The linear system of a sheet, with the memory to work in.
 pub(crate) struct System {
-    /// Mass of each block row.
+    /// Mass of each block row, and block row of each mass.
     masses: Vec<u32>,
+    row: Vec<u32>,
+    /// Of each block row, 1 for directions that are free and 0 for those a pin holds.
+    free: Vec<DVec3>,
     pattern: Pattern,
     factor: Box<dyn Factor>,
     places: Vec<[f64; 2]>,
@@ -72,6 +75,11 @@ impl System {
         let places: Vec<[f64; 2]> = masses.iter().map(place).collect();
         let factor = analyse(&pattern, &places, Backend::default());
         let (zeros, ones) = held_entries(sheet, &pattern, &row);
+        let mut free = vec![DVec3::ONE; masses.len()];
+        for entry in &ones {
+            let block = pattern.starts.partition_point(|s| *s <= entry / 9) - 1;
+            free[block][(entry % 9) as usize / 4] = 0.0;
+        }
         let numbers = 9 * pattern.blocks();
         Self {
             right: vec![0.0; 3 * masses.len()],
@@ -80,6 +88,8 @@ impl System {
             constant_at: None,
             values: vec![0.0; numbers],
             masses,
+            row,
+            free,
             pattern,
             factor,
             places,
@@ -107,14 +117,23 @@ impl System {
     }
 
     /// Of each unknown, 1 where it is free and 0 where a pin holds that direction.
-    pub fn free(&self) -> Vec<f64> {
-        let mut free = vec![1.0; 3 * self.masses.len()];
-        for entry in &self.ones {
-            let slot = entry / 9;
-            let row = self.pattern.starts.partition_point(|s| *s <= slot) - 1;
-            free[3 * row + (entry % 9) as usize / 4] = 0.0;
-        }
-        free
+    pub fn free_entries(&self) -> impl Iterator<Item = f64> + '_ {
+        self.free.iter().flat_map(|f| f.to_array())
+    }
+
+    /// Block row of mass `i`; [`NO_BLOCK`] if it is held.
+    pub fn row_of(&self, i: u32) -> u32 {
+        self.row[i as usize]
+    }
+
+    /// Of block row `row`, 1 for directions that are free and 0 for those a pin holds.
+    pub fn free_axes(&self, row: u32) -> DVec3 {
+        self.free[row as usize]
+    }
+
+    /// Adds the half solutions of `loads` with the last factor.
+    pub fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        self.factor.half_solve(loads, solutions);
     }
 
     /// Solves with the last factor, in place.
@@ -404,6 +423,18 @@ impl Sheet {
 
     /// Advances by an implicit engine; see [`Sheet::advance`].
     pub(super) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+        self.ready_implicit(field);
+        let Some(mut system) = self.system.take() else { return Advance::default() };
+        // Taken out for the step: they are borrowed apart from the rest of the sheet.
+        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::engine::Resting));
+        let done = self.with_problem(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
+        (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
+        done
+    }
+
+    /// Makes the linear system if there is none, and begins anew what an explicit engine, or another field, has made old.
+    pub(super) fn ready_implicit(&mut self, field: Field) {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         if self.field_before.is_none() {
             let (x, v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
@@ -417,11 +448,6 @@ impl Sheet {
             system.forget_constant();
             self.field_before = Some(field);
         }
-        // Taken out for the step: they are borrowed apart from the rest of the sheet.
-        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
-        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::engine::Resting));
-        let done = self.with_problem(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
-        (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
-        done
+        self.system = Some(system);
     }
 }

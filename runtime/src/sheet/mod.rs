@@ -16,6 +16,7 @@ mod modes;
 mod pins;
 mod probe;
 mod region;
+mod stage;
 pub mod surface;
 mod tuning;
 mod vectors;
@@ -165,6 +166,9 @@ pub(crate) struct Work {
     pub struck: Vec<Strike>,
     pub touching: Vec<bool>,
     pub clearance: crate::contact::Clearance,
+    pub stage: stage::StageWork,
+    pub unit: crate::contact::Unit,
+    pub contact: Option<Box<crate::contact::stage::Scratch>>,
 }
 
 impl Sheet {
