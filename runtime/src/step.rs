@@ -111,7 +111,15 @@ fn step_alone(sheet: &mut Sheet, view: &RigidView, touches: &mut Touches, stage:
     });
     if std::env::var_os("TRACE").is_some() {
         let e = sheet.energy(stage.field.gravity);
-        eprintln!("{:.4} E {:.9} K {:.3e} el {:.3e} res {:.1e} {:?}", stage.time + stage.dt, e.total, e.kinetic, e.elastic, scratch.residual, scratch.counters);
+        eprintln!(
+            "{:.4} E {:.9} K {:.3e} el {:.3e} res {:.1e} {:?}",
+            stage.time + stage.dt,
+            e.total,
+            e.kinetic,
+            e.elastic,
+            scratch.residual,
+            scratch.counters
+        );
     }
     sheet.work.contact = Some(scratch);
 }

@@ -153,7 +153,8 @@ impl Delassus {
         let index = self.active.len() as u32;
         let frame = frame_of(contact.normal);
         let mut units = [NONE; 2];
-        let same = matches!((contact.a, contact.b), (Side::Sheet { sheet: a, .. }, Side::Sheet { sheet: b, .. }) if a == b);
+        let same =
+            matches!((contact.a, contact.b), (Side::Sheet { sheet: a, .. }, Side::Sheet { sheet: b, .. }) if a == b);
         for (k, side) in [contact.a, contact.b].into_iter().enumerate() {
             match side {
                 Side::Body { body, .. } => {

@@ -8,15 +8,15 @@
 //! origin costs no accuracy. Masses are kept [`SKIN`] outside a surface, above what `f32` resolves.
 
 mod clearance;
+pub mod coulomb;
 mod delassus;
+pub mod detect;
 mod memory;
 pub(crate) mod mover;
-pub(crate) mod stage;
-pub mod coulomb;
-pub mod detect;
 pub mod response;
 pub mod rigid;
 pub mod row;
+pub(crate) mod stage;
 pub mod sweeps;
 pub(crate) mod target;
 pub mod through_thickness;

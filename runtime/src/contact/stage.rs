@@ -11,11 +11,11 @@
 
 use glam::DVec3;
 
+use super::coulomb::Law;
 use super::delassus::{Delassus, Group};
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
-use super::row::{Contact, Side, SheetPoint};
-use super::coulomb::Law;
+use super::row::{Contact, SheetPoint, Side};
 use crate::sheet::Field;
 
 /// Violations up to this are let pass, m.
@@ -272,9 +272,9 @@ impl Scratch {
         let violated = |i: usize, gap: &[f64], active: &[bool]| gap[i] < -DEPTH && !active[i];
         let count = self.contacts.len();
         let most = FEW.max(self.delassus.problem.len() / 3);
-        let mut next = (0..count)
-            .filter(|i| violated(*i, &self.gap, &self.is_active))
-            .min_by(|a, b| self.gap[*a].total_cmp(&self.gap[*b]).then(self.contacts[*a].key.cmp(&self.contacts[*b].key)));
+        let mut next = (0..count).filter(|i| violated(*i, &self.gap, &self.is_active)).min_by(|a, b| {
+            self.gap[*a].total_cmp(&self.gap[*b]).then(self.contacts[*a].key.cmp(&self.contacts[*b].key))
+        });
         if next.is_none() {
             return;
         }
@@ -325,8 +325,7 @@ impl Scratch {
                 }
             }
             let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
-            self.delassus.problem.force[k] =
-                if b.x == f64::INFINITY { DVec3::ZERO } else { frame.transpose() * force };
+            self.delassus.problem.force[k] = if b.x == f64::INFINITY { DVec3::ZERO } else { frame.transpose() * force };
             self.b.push(b * h);
         }
         let swept = self.delassus.problem.solve(&self.b, TOLERANCE, SWEEPS);

@@ -121,7 +121,14 @@ impl Staged for TrBdf2 {
         solved.solves
     }
 
-    fn prepare(&mut self, problem: &mut dyn Implicit, k: usize, dt: f64, at: (&Vectors, &Vectors), guess: &mut Vectors) {
+    fn prepare(
+        &mut self,
+        problem: &mut dyn Implicit,
+        k: usize,
+        dt: f64,
+        at: (&Vectors, &Vectors),
+        guess: &mut Vectors,
+    ) {
         let h = 0.5 * GAMMA * dt;
         self.per_time = 1.0 / h;
         if k > 0 {

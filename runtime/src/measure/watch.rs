@@ -70,6 +70,12 @@ impl Watch {
         }
         self.looked = world.time();
         self.steps += 1;
+        self.look(world);
+        self.see_rest(world, since);
+    }
+
+    /// Takes up how things are now.
+    pub fn look(&mut self, world: &World) {
         self.rise = self.rise.max(energy(world) - self.start);
         for (sheet, faces) in world.sheets().iter().zip(&self.faces) {
             for (body, solid) in &self.solids {
@@ -84,7 +90,6 @@ impl Watch {
         }
         let touching = world.sheets().iter().map(|s| s.touching().iter().filter(|t| **t).count()).sum();
         self.touching = self.touching.max(touching);
-        self.see_rest(world, since);
     }
 
     fn see_rest(&mut self, world: &World, since: f64) {

@@ -9,7 +9,7 @@ mod solid;
 
 use glam::{DQuat, DVec3};
 
-pub use self::sheets::between;
+pub use self::sheets::{between, pairs};
 pub use self::solid::Solid;
 use crate::contact::SKIN;
 use crate::sheet::{Sheet, Vectors};

@@ -23,21 +23,28 @@ fn boxed(sheet: &Sheet) -> Vec<Boxed> {
 
 /// Overlap of every two sheets, the largest, m; 0 where none touch. Surfaces that cross overlap by the sum of their half thicknesses.
 pub fn between(sheets: &[Sheet]) -> f64 {
+    pairs(sheets, 0.0).into_iter().map(|(_, _, overlap)| overlap).fold(0.0, f64::max)
+}
+
+/// Numbers and overlap (m) of every two sheets that are closer than `slack` (m) to touching.
+pub fn pairs(sheets: &[Sheet], slack: f64) -> Vec<(usize, usize, f64)> {
     let surfaces: Vec<Vec<Boxed>> = sheets.iter().map(boxed).collect();
-    let mut largest = 0.0_f64;
+    let mut found = Vec::new();
     for (i, a) in sheets.iter().enumerate() {
         for (j, b) in sheets.iter().enumerate().skip(i + 1) {
             let touching = half_thickness(a) + half_thickness(b);
-            let far = match (a.x.bounds(), b.x.bounds()) {
-                (Some(a), Some(b)) => apart(a, b, touching),
-                _ => true,
-            };
-            if !far {
-                largest = largest.max(touching - closest(&surfaces[i], &surfaces[j], touching));
+            let reach = touching + slack;
+            let (Some(around), Some(other)) = (a.x.bounds(), b.x.bounds()) else { continue };
+            if apart(around, other, reach) {
+                continue;
+            }
+            let distance = closest(&surfaces[i], &surfaces[j], reach);
+            if distance < reach {
+                found.push((i, j, touching - distance));
             }
         }
     }
-    largest
+    found
 }
 
 fn apart(a: (DVec3, DVec3), b: (DVec3, DVec3), by: f64) -> bool {

@@ -50,6 +50,16 @@ impl Solid {
         }
     }
 
+    /// Whether the way from `a` to `b` leads through its core: a polyhedron whose faces are moved in by a quarter of its least
+    /// width, a ball of half the radius, a half space a centimetre down.
+    pub fn crossed(&self, a: DVec3, b: DVec3) -> bool {
+        match self {
+            Self::HalfSpace => b.y < -0.01,
+            Self::Ball(radius) => segments([a, b], [DVec3::ZERO; 2]) < 0.5 * radius,
+            Self::Convex(convex) => convex.crossed(a, b),
+        }
+    }
+
     /// Overlap with a triangle, m; negative where they are apart, exact down to -`reach` and some value below it beyond.
     pub fn overlap(&self, triangle: &[DVec3; 3], reach: f64) -> f64 {
         match self {
@@ -93,6 +103,27 @@ impl Convex {
             return -height;
         }
         -self.triangles.iter().map(|t| point_triangle(p, *t)).fold(f64::INFINITY, f64::min)
+    }
+
+    fn crossed(&self, a: DVec3, b: DVec3) -> bool {
+        let width = |(n, _): &(DVec3, f64)| {
+            let (low, high) = span(&self.corners, *n);
+            high - low
+        };
+        let inset = 0.25 * self.planes.iter().map(width).fold(f64::INFINITY, f64::min);
+        let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
+        for (n, d) in &self.planes {
+            let (from, to) = (n.dot(a) - d + inset, n.dot(b) - d + inset);
+            if from > 0.0 && to > 0.0 {
+                return false;
+            }
+            if from > 0.0 {
+                enter = enter.max(from / (from - to));
+            } else if to > 0.0 {
+                leave = leave.min(from / (from - to));
+            }
+        }
+        enter <= leave
     }
 
     fn overlap(&self, triangle: &[DVec3; 3], reach: f64) -> f64 {
@@ -163,6 +194,16 @@ mod tests {
         let centre = DVec3::ONE - diagonal * 0.02;
         let wide = [centre + u * 3.0, centre - u * 2.0 + v * 3.0, centre - u * 2.0 - v * 3.0];
         check(wide, 0.02);
+    }
+
+    #[test]
+    fn a_way_through_a_plate_is_seen() {
+        let plate = Solid::Convex(Convex::new(&Polyhedron::cuboid(DVec3::new(1.0, 0.002, 1.0))));
+        assert!(plate.crossed(DVec3::new(0.0, 0.2, 0.0), DVec3::new(0.3, -0.2, 0.1)));
+        assert!(!plate.crossed(DVec3::new(0.0, 0.2, 0.0), DVec3::new(0.3, 0.001, 0.1)));
+        assert!(!plate.crossed(DVec3::new(0.9, 0.2, 0.0), DVec3::new(0.6, -0.2, 0.0)));
+        assert!(Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.02, 0.0)));
+        assert!(!Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.17, 0.0)));
     }
 
     #[test]
