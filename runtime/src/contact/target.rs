@@ -11,7 +11,7 @@ use rapier3d::math::{Pose, Real, Vector};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
 use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
-use rapier3d::prelude::{CoefficientCombineRule, Collider, ColliderHandle, FeatureId};
+use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 
 use super::SKIN;
 use super::response::Surface;
@@ -137,7 +137,7 @@ impl<'a> Target<'a> {
             TypedShape::HalfSpace(plane) => Kind::Plane(plane.normal),
             _ => Kind::Other,
         };
-        let combine = |ours: f64, theirs: Real, rule| combined(ours, f64::from(theirs), rule);
+        let (friction, restitution) = view.coefficients(sheet, handle, collider);
         Self {
             handle,
             shape,
@@ -150,8 +150,8 @@ impl<'a> Target<'a> {
             linear,
             angular,
             centre: centre - linear * remaining,
-            friction: combine(sheet.friction, collider.friction(), collider.friction_combine_rule()),
-            restitution: combine(sheet.restitution, collider.restitution(), collider.restitution_combine_rule()),
+            friction,
+            restitution,
         }
     }
 
@@ -289,16 +289,6 @@ fn is_convex(shape: &dyn Shape) -> bool {
             | TypedShape::Cone(_)
             | TypedShape::ConvexPolyhedron(_)
     )
-}
-
-/// Rapier's rules for a pair's coefficient, with the sheet's own rule taken to be the average.
-fn combined(ours: f64, theirs: f64, rule: CoefficientCombineRule) -> f64 {
-    match rule {
-        CoefficientCombineRule::Min => ours.min(theirs),
-        CoefficientCombineRule::Multiply => ours * theirs,
-        CoefficientCombineRule::Max => ours.max(theirs),
-        _ => 0.5 * (ours + theirs),
-    }
 }
 
 /// The exact normal of the face a feature names. Directions to nearby points lose all accuracy at a distance of a skin.

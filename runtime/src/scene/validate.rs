@@ -51,7 +51,9 @@ pub(crate) fn values(scene: &Scene) -> Check {
         placement(&heater.placement).map_err(|e| within(&format!("heaters.{i}"), e))?;
     }
     names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
-    names("bodies", scene.bodies.iter().map(|b| b.name.as_str()))
+    // One without a name must not meet its number's.
+    let bodies = scene.body_names();
+    names("bodies", bodies.iter().take(scene.bodies.len()).map(String::as_str))
 }
 
 /// Whether what the scene's pairs of materials name is there.

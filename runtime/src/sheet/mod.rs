@@ -11,6 +11,7 @@ mod equilibrium;
 mod estimate;
 mod forces;
 mod generated;
+mod glue;
 mod implicit;
 mod modes;
 mod pins;
