@@ -18,6 +18,7 @@ mod free_fall;
 mod frequency;
 mod harmonic;
 mod hole;
+mod impact;
 mod incline;
 pub mod kicks;
 pub mod oscillator;
@@ -33,6 +34,7 @@ mod stack;
 mod stiffness;
 mod supports;
 mod watch;
+mod weight;
 
 use cpu_time::ProcessTime;
 use glam::DVec3;
@@ -67,6 +69,7 @@ pub const TABLE: &[Case] = &[
     free_fall::CASE,
     frequency::CASE,
     hole::CASE,
+    impact::CASE,
     incline::CASE,
     oscillator::CASE,
     pedestal::CASE,
@@ -76,6 +79,7 @@ pub const TABLE: &[Case] = &[
     stack::CASE,
     stiffness::CASE,
     supports::CASE,
+    weight::CASE,
 ];
 
 /// A body with nothing of its own but its place: everything below its plane, with the scene's contact coefficients.

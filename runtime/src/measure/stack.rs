@@ -3,6 +3,7 @@
 use glam::DVec3;
 use serde_json::{Value, json};
 
+use super::overlap::pairs;
 use super::watch::{self, Watch};
 use super::{Case, Outcome, Runner, Setup, plane};
 use crate::World;
@@ -44,6 +45,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     });
     let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
     let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
+    let overlaps = pairs(runner.world.sheets(), 0.0);
     let mut keys = watch.keys(&runner.world, scale);
     if let Value::Object(own) = json!({
         "sheets": setup.sheets,
@@ -51,7 +53,8 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         "drift_m": drift,
         "max_sheet_overlap_m": watch.sheets,
         "max_floor_penetration_m": watch.masses,
-        "overlap_at_rest_m": super::overlap::between(runner.world.sheets()),
+        "overlap_at_rest_m": overlaps.iter().map(|(_, _, overlap)| *overlap).fold(0.0, f64::max),
+        "overlapping_pairs_at_rest": overlaps.len(),
         "height_m": centres(&runner.world).last().map(|c| c.y),
         "height_without_overlap_m": half + f64::from(setup.sheets - 1) * (pitch - APART),
     }) {

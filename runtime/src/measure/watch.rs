@@ -139,13 +139,13 @@ impl Watch {
 
 /// Energy of everything that moves, J.
 pub(crate) fn energy(world: &World) -> f64 {
-    world.sheets().iter().map(|s| s.energy(world.gravity()).total).sum()
+    world.energy().total
 }
 
 /// Where body number `index` is.
 pub(crate) fn frame(world: &World, index: usize) -> Option<Frame> {
-    let (position, rotation) = world.rigid()?.pose(index)?;
-    Some(Frame { position, rotation: rotation.normalize() })
+    let state = world.rigid()?.state(index)?;
+    Some(Frame { position: state.origin(), rotation: state.rotation() })
 }
 
 /// Energy, J, that a fall of all sheets by `height` (m) brings.

@@ -157,7 +157,11 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
         row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(2.0e7), None),
     ),
     ("card", "card, 300 g/m²", row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(1.5e7), None)),
-    ("playing-card", "playing card, 0.3 mm", row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(2.0e7), None)),
+    (
+        "playing-card",
+        "playing card, 0.3 mm",
+        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(2.0e7), None),
+    ),
     (
         "steel-foil",
         "steel foil, 0.1 mm",
