@@ -7,6 +7,7 @@ pub(crate) mod bodies;
 mod bounce;
 mod buckling;
 mod cantilever;
+mod cards;
 mod disc;
 mod draw;
 mod drop_box;
@@ -22,7 +23,7 @@ mod impact;
 mod incline;
 pub mod kicks;
 pub mod oscillator;
-pub(crate) mod overlap;
+pub mod overlap;
 mod pedestal;
 pub mod reference;
 mod release;
@@ -62,6 +63,8 @@ pub const TABLE: &[Case] = &[
     bounce::CASE,
     buckling::CASE,
     cantilever::CASE,
+    cards::HOUSE,
+    cards::PACK,
     disc::CASE,
     drop_box::CASE,
     edge_landing::CASE,

@@ -74,6 +74,8 @@ pub struct Setup {
     pub edge_of_body: bool,
     /// How often to halve the step and measure again, 0 to 6.
     pub refine: u32,
+    /// Threads that step several sheets, 1 to 256.
+    pub threads: u32,
 }
 
 /// How the edges of a sheet are held.
@@ -148,6 +150,7 @@ impl Default for Setup {
             corner: false,
             edge_of_body: false,
             refine: 0,
+            threads: 1,
         }
     }
 }
@@ -182,6 +185,7 @@ impl Setup {
         check_range("hole", self.hole, 1e-5, 100.0, "m")?;
         check_range("box", self.box_side, 1e-3, 100.0, "m")?;
         check_range("sheets", self.sheets.into(), 1.0, 100.0, "sheets")?;
+        check_range("threads", self.threads.into(), 1.0, 256.0, "threads")?;
         check_range("refine", self.refine.into(), 0.0, 6.0, "halvings")?;
         self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))
     }

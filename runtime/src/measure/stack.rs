@@ -35,6 +35,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         .collect();
     scene.bodies.push(plane("floor", Placement::default()));
     let mut runner = Runner::new(setup.sleepy_world(&scene)?);
+    runner.world.set_threads(setup.threads as usize)?;
     let mut watch = Watch::new(&runner.world);
     let start = centres(&runner.world);
     let scale: f64 =

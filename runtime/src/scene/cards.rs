@@ -31,9 +31,10 @@ const AIR: f64 = 1e-6;
 const TOUCH: f64 = THICKNESS + AIR;
 /// Distance on the ground between the feet of neighbours.
 const BETWEEN_FEET: f64 = 4e-3;
-/// Distance between the cards of a pack, and of the pack from the floor.
+/// Distance between the cards of a pack.
 const LOOSE: f64 = 5e-5;
-const DROP: f64 = 0.03;
+/// Height that a pack falls from.
+pub const DROP: f64 = 0.03;
 /// How far single cards of a pack are turned (degrees) and shifted at most.
 const TURN: f64 = 2.0;
 const SHIFT: f64 = 5e-4;

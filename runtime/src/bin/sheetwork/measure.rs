@@ -110,6 +110,9 @@ pub struct Measure {
     /// Halve the step so often and measure the rebound again (edge-landing).
     #[arg(long, default_value = "0")]
     refine: u32,
+    /// Threads that step several sheets (stack, card-pack, card-house).
+    #[arg(long, default_value = "1")]
+    threads: u32,
     /// Step from flat to rest instead of solving for equilibrium (cantilever and other cases of equilibrium).
     #[arg(long)]
     dynamic: bool,
@@ -189,6 +192,7 @@ impl Measure {
             corner: self.corner,
             edge_of_body: self.edge_of_body,
             refine: self.refine,
+            threads: self.threads,
         })
     }
 }
