@@ -19,7 +19,7 @@ use crate::contact::rigid::{BodyState, RigidView, RigidWorld};
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::event::{Event, Touches};
-use crate::scene::{Air, BodySpec, Scene, SheetSpec, body_name, validate};
+use crate::scene::{Air, BodySpec, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::step::{Field, Stage, step_sheet};
 
@@ -47,7 +47,7 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn new(scene: &Scene) -> Result<Self, InputError> {
-        let checked = validate::scene(scene);
+        let checked = validate::built(scene);
         let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
         built.map_err(|e| scene.located(e))
     }
@@ -58,7 +58,7 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
-        validate::scene(scene).and_then(|()| Self::build(scene, None)).map_err(|e| scene.located(e))
+        validate::built(scene).and_then(|()| Self::build(scene, None)).map_err(|e| scene.located(e))
     }
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
@@ -422,6 +422,26 @@ impl World {
         if let Some(rigid) = &mut self.rigid {
             rigid.wake_all();
         }
+        Ok(())
+    }
+
+    /// Adds pairs of materials, each in place of one of the same two materials; they hold from the next step on, for what is in
+    /// the world and for what comes.
+    ///
+    /// # Errors
+    /// When a coefficient is out of range; nothing is changed then.
+    pub fn add_pairs(&mut self, pairs: &[PairSpec]) -> Result<(), InputError> {
+        let mut contact = self.scene.contact.clone();
+        for pair in pairs {
+            contact.pairs.retain(|p| !p.joins(&pair.between.0, &pair.between.1));
+            contact.pairs.push(pair.clone());
+        }
+        validate::contact(&contact)?;
+        if let Some(rigid) = &mut self.rigid {
+            rigid.set_contact(&contact);
+        }
+        self.scene.contact = contact;
+        self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(())
     }
 

@@ -21,12 +21,17 @@ type Check = Result<(), InputError>;
 /// # Errors
 /// The first value that is not finite or out of range, or name of something that is not there.
 pub fn scene(scene: &Scene) -> Check {
+    built(scene)?;
+    pair_names(scene)
+}
+
+/// Checks a scene that a world is built of: to one, sheets and bodies of the materials that its pairs name may be added later.
+pub(crate) fn built(scene: &Scene) -> Check {
     values(scene)?;
-    pair_names(scene)?;
     glue(scene)
 }
 
-/// Checks every value of a scene, but not whether what its pairs and pins name is there: sheets and bodies come and go.
+/// Checks every value of a scene, but not whether what its pairs and pins name is there.
 pub(crate) fn values(scene: &Scene) -> Check {
     vector("gravity", scene.gravity, 1e3, "m/s²")?;
     check_range("dt", scene.dt, 1e-7, 1.0, "s")?;

@@ -29,6 +29,11 @@ impl Sheet {
         Ok(())
     }
 
+    /// Masses that are glued to bodies that move freely: mass, index of the body, place in the body's frame (m).
+    pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
+        self.pins.glued()
+    }
+
     /// Tells of the bodies' step from `time` on, `dt` long (s); `find` gives the states of a body at its start and end.
     pub(crate) fn follow(&mut self, time: f64, dt: f64, find: impl Fn(usize) -> Option<(BodyState, BodyState)>) {
         self.pins.follow(time, dt, find);

@@ -25,7 +25,7 @@ use self::shape::{is_convex, polyhedra_of, shapes_of};
 use self::step::Motion;
 use self::view::Owners;
 use crate::error::{InputError, check_range};
-use crate::scene::{BodySpec, PathKey, Placement, Polyhedron, Room, Scene, Shape, body_name, path_at};
+use crate::scene::{BodySpec, ContactDefaults, PathKey, Placement, Polyhedron, Room, Scene, Shape, body_name, path_at};
 
 pub(super) use view::CONVEX;
 
@@ -133,11 +133,11 @@ impl RigidWorld {
         let handle = self.inner.insert_body(builder(&motion));
         let friction = spec.friction.unwrap_or(scene.contact.friction) as f32;
         let restitution = spec.restitution.unwrap_or(scene.contact.restitution) as f32;
-        let paired = spec.material.is_some() && !scene.contact.pairs.is_empty();
         let mut colliders = Vec::new();
         for (index, shape) in shapes.into_iter().enumerate() {
             let mark = if polyhedra.get(index).is_some_and(is_convex) { CONVEX } else { 0 };
-            let hooks = if paired { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
+            let hooks =
+                if spec.material.is_some() { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
             let collider = ColliderBuilder::new(shape).friction(friction).restitution(restitution).user_data(mark);
             // Its mass is the body's, in f64, and not of its own.
             colliders.push(self.inner.insert_collider(collider.density(0.0).active_hooks(hooks), Some(handle)));
@@ -173,6 +173,12 @@ impl RigidWorld {
         // Contacts that are looked at anew in every step, and friction at each of their points.
         p.contact_recycling = false;
         p.friction_model = FrictionModel::Coulomb;
+    }
+
+    /// Takes these pairs of materials from the next step on, and wakes all bodies.
+    pub(crate) fn set_contact(&mut self, contact: &ContactDefaults) {
+        self.owners.contact = contact.clone();
+        self.wake_all();
     }
 
     /// The bodies, scene order, then floor and back wall.

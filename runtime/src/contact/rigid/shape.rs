@@ -50,10 +50,9 @@ fn cuboid(size: DVec3) -> SharedShape {
 fn solid_of(polyhedron: &Polyhedron, free: bool) -> Result<SharedShape, InputError> {
     let vertices: Vec<Vector> = polyhedron.vertices.iter().map(|p| p.as_vec3()).collect();
     let triangles = polyhedron.triangulate();
-    if free && is_convex(polyhedron) {
-        if let Some(convex) = SharedShape::convex_mesh(vertices.clone(), &triangles) {
-            return Ok(convex);
-        }
+    let convex = (free && is_convex(polyhedron)).then(|| SharedShape::convex_mesh(vertices.clone(), &triangles));
+    if let Some(convex) = convex.flatten() {
+        return Ok(convex);
     }
     SharedShape::trimesh_with_flags(vertices, triangles, TriMeshFlags::ORIENTED)
         .map_err(|e| InputError::new("shape", format!("cannot be made into a surface: {e}")))
