@@ -1,5 +1,5 @@
 //! Playing cards: a pack that is dropped and must come to rest without overlap, and a house that must stand until a ball hits it.
-//! The scenes are those of `scene::cards`; of the rig's sheet only engine, step and friction are taken.
+//! The scenes are those of `scene::cards`; of the set-up only the engine, the step and the threads are taken.
 
 use std::time::Instant;
 
@@ -89,6 +89,7 @@ fn pack(setup: &Setup) -> Result<Outcome, InputError> {
         "overlap_at_rest_m": overlap,
         "overlap_ratio": overlap / THICKNESS,
         "drift_m": drift,
+        "in_order": watch::in_order(&runner.world),
     }) {
         keys.extend(own);
     }

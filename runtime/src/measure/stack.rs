@@ -52,6 +52,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         "sheets": setup.sheets,
         "friction": setup.friction,
         "drift_m": drift,
+        "in_order": watch::in_order(&runner.world),
         "max_sheet_overlap_m": watch.sheets,
         "max_floor_penetration_m": watch.masses,
         "overlap_at_rest_m": overlaps.iter().map(|(_, _, overlap)| *overlap).fold(0.0, f64::max),

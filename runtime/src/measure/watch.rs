@@ -153,6 +153,12 @@ pub(crate) fn fall(world: &World, height: f64) -> f64 {
     world.sheets().iter().map(|s| s.total_mass()).sum::<f64>() * world.gravity().length() * height
 }
 
+/// Whether every sheet's centre of mass is above that of the one before it: what has passed through another between two looks at
+/// overlaps shows here.
+pub(crate) fn in_order(world: &World) -> bool {
+    world.sheets().windows(2).all(|pair| pair[0].centre_of_mass().y < pair[1].centre_of_mass().y)
+}
+
 /// Energy, J, of all sheets at this speed (m/s).
 pub(crate) fn energy_of_speed(world: &World, speed: f64) -> f64 {
     0.5 * world.sheets().iter().map(|s| s.total_mass()).sum::<f64>() * speed * speed

@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 use super::watch::Watch;
 use super::{Case, Outcome, Runner, Setup, body, plane};
 use crate::World;
-use crate::element::Element;
 use crate::element::spring::SpringScratch;
 use crate::error::InputError;
 use crate::scene::{BodySpec, PinSpec, Placement, Region, Shape};
@@ -111,6 +110,6 @@ fn heights(world: &World) -> f64 {
 fn held_force(sheet: &Sheet, gravity: f64) -> f64 {
     let mut force = Vectors::zeros(sheet.masses());
     sheet.springs.add_forces(&sheet.x, &sheet.v, true, &mut SpringScratch::default(), &mut force);
-    sheet.elements.iter().for_each(|e: &Box<dyn Element>| e.add_forces(&sheet.x, &sheet.v, &mut force));
+    sheet.elements.iter().for_each(|e| e.add_forces(&sheet.x, &sheet.v, &mut force));
     (0..sheet.masses()).filter(|i| sheet.is_held(*i)).map(|i| sheet.mass(i) * gravity - force.y[i]).sum()
 }
