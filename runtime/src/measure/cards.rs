@@ -121,17 +121,17 @@ fn house(setup: &Setup) -> Result<Outcome, InputError> {
     while runner.world.time() < STANDING + FALLING && runner.world.unstable().is_none() {
         falling.step(&mut runner);
     }
-    let left = top(&runner.world);
+    let (stands, left) = (stood > 0.98 * start, top(&runner.world));
     if let Value::Object(own) = json!({
         "cards": runner.world.sheets().len(),
         "threads": setup.threads,
         "top_m": start,
         "top_after_10_s_m": stood,
-        "stands": stood > 0.98 * start,
+        "stands": stands,
         "asleep_after_10_s": asleep,
         "overlap_after_10_s_m": overlap,
         "top_after_ball_m": left,
-        "falls_to_the_ball": left < 0.7 * start,
+        "falls_to_the_ball": stands.then_some(left < 0.7 * start),
         "wall_ms_per_step_falling": falling.keys()["wall_ms_per_step"],
         "worst_wall_step_falling_ms": falling.keys()["worst_wall_step_ms"],
     }) {
