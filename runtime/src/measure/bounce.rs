@@ -1,11 +1,11 @@
-//! A sheet dropped flat from a height on a floor with restitution e: it rebounds to h e², h e⁴ and so on.
+//! A sheet dropped flat from a height on a floor with restitution e: it rebounds to h e², h e⁴ and so on, and keeps e² of its energy.
 
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::watch::{self, Watch};
 use super::{Case, Outcome, Runner, Setup, plane};
 use crate::World;
-use crate::contact::SKIN;
 use crate::error::InputError;
 use crate::scene::Placement;
 
@@ -15,35 +15,70 @@ pub(super) const CASE: Case =
 /// Rebounds that are waited for.
 const REBOUNDS: usize = 3;
 
+/// Heights of the centre over where it lies on the floor, m.
+struct Flight {
+    last_height: f64,
+    last_rise: f64,
+    heights: Vec<f64>,
+    /// Energy at the top of the first rebound, or at the end if there is none, J.
+    kept: Option<f64>,
+    /// Highest after the first touch.
+    highest: f64,
+    met: bool,
+}
+
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
     scene.bodies.push(plane("floor", Placement::default()));
-    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + SKIN, 0.0);
+    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.half_thickness()?, 0.0);
     let mut runner = Runner::new(setup.world(&scene)?);
-    let centre = runner.world.sheets()[0].centre_of_mass().y - setup.height;
-    let height = |world: &World| world.sheets()[0].centre_of_mass().y - centre;
-    let rise = |world: &World| world.sheets()[0].momentum().y / world.sheets()[0].total_mass();
-    let mut heights = Vec::new();
-    let (mut last_height, mut last_rise) = (setup.height, 0.0);
+    let mut watch = Watch::new(&runner.world);
+    let centre = |world: &World| world.sheets()[0].centre_of_mass().y;
+    let lying = centre(&runner.world) - setup.height;
+    let scale = watch::fall(&runner.world, setup.height);
+    let level = watch::energy(&runner.world) - scale;
+    let mut flight =
+        Flight { last_height: setup.height, last_rise: 0.0, heights: Vec::new(), kept: None, highest: 0.0, met: false };
     // Fall, and twice the rise of each rebound.
     let e = setup.restitution;
     let fall = (2.0 * setup.height / setup.gravity.max(1e-9)).sqrt();
-    let duration = fall * (1.05 + 2.0 * (e + e * e + e * e * e)) + 0.02;
+    let duration = fall * (1.05 + 2.0 * (e + e * e + e * e * e)) + 0.3 * fall + 0.05;
     runner.run(duration.min(1e3), |world| {
-        let now = rise(world);
-        if last_rise > 0.0 && now <= 0.0 {
-            // Between two steps the flight is a parabola: it tops out v²/2g above the last rising point.
-            heights.push(last_height + last_rise * last_rise / (2.0 * setup.gravity));
-        }
-        (last_height, last_rise) = (height(world), now);
-        heights.len() < REBOUNDS
+        watch.see(world);
+        flight.see(world, centre(world) - lying, setup.gravity);
+        flight.heights.len() < REBOUNDS
     });
+    let kept = flight.kept.unwrap_or_else(|| watch::energy(&runner.world)) - level;
     let expected: Vec<f64> = (1..=REBOUNDS as i32).map(|n| setup.height * e.powi(2 * n)).collect();
-    let keys = json!({
+    let mut keys = watch.keys(&runner.world, scale);
+    if let Value::Object(own) = json!({
         "height_m": setup.height,
         "restitution": e,
-        "heights_m": heights,
+        "friction": setup.friction,
+        "heights_m": flight.heights,
         "expected_heights_m": expected,
-    });
-    Ok(runner.outcome(keys))
+        "energy_ratio": kept / scale.max(f64::MIN_POSITIVE),
+        "rebound_ratio": flight.met.then_some(flight.highest / setup.height),
+    }) {
+        keys.extend(own);
+    }
+    Ok(runner.outcome(Value::Object(keys)))
+}
+
+impl Flight {
+    fn see(&mut self, world: &World, height: f64, gravity: f64) {
+        let rise = world.sheets().first().map_or(0.0, |s| s.momentum().y / s.total_mass());
+        if self.last_rise > 0.0 && rise <= 0.0 {
+            // Between two steps the flight is a parabola: it tops out v²/2g above the last rising point.
+            let top = self.last_height + self.last_rise * self.last_rise / (2.0 * gravity);
+            self.heights.push(top);
+            self.highest = self.highest.max(top);
+            self.kept.get_or_insert(watch::energy(world));
+        }
+        if self.met {
+            self.highest = self.highest.max(height);
+        }
+        self.met |= watch::touched(world);
+        (self.last_height, self.last_rise) = (height, rise);
+    }
 }

@@ -1,31 +1,52 @@
 //! A sheet laid on an incline of angle φ with friction μ: it stays while tan φ <= μ, else a = g (sin φ - μ cos φ).
+//!
+//! It is laid at the distance at which it touches, at rest. The acceleration is the slope of a least-squares line through the
+//! velocity of the centre of mass, itself taken from where the centre went; creep is the speed of the bottom layer over the last half
+//! of the time, and again once it sleeps.
 
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value, json};
 
+use super::watch::{self, Watch};
 use super::{Case, Outcome, Runner, Setup, plane};
 use crate::World;
-use crate::contact::SKIN;
 use crate::error::InputError;
 use crate::lattice::Layer;
 use crate::scene::Placement;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, Status};
 
 pub(super) const CASE: Case =
     Case { name: "incline", about: "stick or slide on an incline: --angle DEG --friction MU", contact: true, run };
 
 /// A layer that moved further than this has slid, m.
 const MOVED: f64 = 2e-5;
-/// Long enough to tell a slow slide from none: this long, s, and this many steps. In the first half single masses may still
-/// slip until all carry their share; the second half tells.
-const DURATION: f64 = 0.12;
-const STEPS: f64 = 1000.0;
-/// Before that the sheet is held by friction while its layers take up their weight: this long, s, and this many steps,
-/// which is what a soft sheet needs.
-const SETTLING: f64 = 0.08;
-const SETTLING_STEPS: f64 = 3000.0;
 /// Friction that holds on any incline: the pair's is the mean of this and the incline's.
 const HOLDING: f64 = 200.0;
+/// Time given to a sheet to fall asleep in, and watched when it does, s.
+const DOZING: f64 = 2.0;
+const DREAMING: f64 = 0.5;
+
+/// How long each part takes, s.
+struct Times {
+    /// Held by [`HOLDING`] while layers take up their weight.
+    settling: f64,
+    /// Let go but not measured: single masses may still slip until all carry their share.
+    before: f64,
+    /// Measured.
+    measured: f64,
+}
+
+impl Times {
+    /// A shell lies at rest from the start, and implicit engines take few steps: they are given a second. Layers must first carry one
+    /// another, in 3000 explicit steps at least, and a slow slide is told from none in 500.
+    fn of(setup: &Setup, dt: f64) -> Self {
+        let implicit = setup.engine.info().implicit;
+        let half = if implicit { 0.5 } else { 0.5 * 0.12_f64.max(1000.0 * dt).min(10.0) };
+        let explicit = if implicit { 0.3 } else { 0.08_f64.max(3000.0 * dt).min(10.0) };
+        let layered = setup.structure.info().layers.1 > 1 || !implicit;
+        Self { settling: if layered { explicit } else { 0.0 }, before: half, measured: half }
+    }
+}
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
@@ -33,34 +54,60 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let normal = tilt.quaternion() * DVec3::Y;
     let down = tilt.quaternion() * DVec3::X;
     scene.bodies.push(plane("incline", tilt));
-    scene.sheets[0].placement = Placement { position: normal * SKIN, ..tilt };
+    scene.sheets[0].placement = Placement { position: normal * setup.half_thickness()?, ..tilt };
     let mut runner = Runner::new(setup.world(&scene)?);
-    let settling = SETTLING.max(SETTLING_STEPS * runner.world.dt()).min(10.0);
+    let mut watch = Watch::new(&runner.world);
+    let times = Times::of(setup, runner.world.dt());
+    let mut see = |world: &World| {
+        watch.see(world);
+        true
+    };
     runner.world.sheets_mut()[0].friction = HOLDING;
-    runner.run(settling, |_| true);
+    runner.run(times.settling, &mut see);
     runner.world.sheets_mut()[0].friction = setup.friction;
     let place = |world: &World| lower_place(&world.sheets()[0], down);
-    let half = 0.5 * DURATION.max(STEPS * runner.world.dt()).min(10.0);
-    runner.run(half, |_| true);
+    let along = |world: &World| world.sheets()[0].centre_of_mass().dot(down);
+    runner.run(times.before, &mut see);
     let (t0, x0) = (runner.world.time(), place(&runner.world));
     let mut line = Line::default();
-    runner.run(half, |world| {
-        let sheet = &world.sheets()[0];
-        line.add(world.time() - t0, sheet.momentum().dot(down) / sheet.total_mass());
-        true
+    let mut before = along(&runner.world);
+    runner.run(times.measured, |world| {
+        let now = along(world);
+        line.add(world.time() - t0, (now - before) / world.dt());
+        before = now;
+        see(world)
     });
     let (time, moved) = (runner.world.time() - t0, place(&runner.world) - x0);
     // By the layer that lies on the incline: the one above may still sway.
     let slid = moved.abs() > MOVED;
-    let keys = json!({
+    let asleep = if slid { None } else { creep_asleep(&mut runner, &place) };
+    let scale = watch::fall(&runner.world, setup.length);
+    let mut keys = watch.keys(&runner.world, scale);
+    if let Value::Object(own) = json!({
         "angle_deg": setup.angle,
         "friction": setup.friction,
         "slid": slid,
         "acceleration_m_s2": if slid { line.slope() } else { 0.0 },
-        "creep_m_s": if slid { None } else { Some(moved / time) },
+        "creep_m_s": if slid { None } else { Some(moved.abs() / time) },
+        "creep_asleep_m_s": asleep,
         "expected_acceleration_m_s2": expected(setup),
-    });
-    Ok(runner.outcome(keys))
+    }) {
+        keys.extend(own);
+    }
+    Ok(runner.outcome(Value::Object(keys)))
+}
+
+/// Speed of a sheet that was let fall asleep, m/s; `None` if it did not.
+fn creep_asleep(runner: &mut Runner, place: &dyn Fn(&World) -> f64) -> Option<f64> {
+    let asleep = |world: &World| world.sheets().iter().all(|s| s.status == Status::Asleep);
+    runner.world.set_sleep(true);
+    runner.run(DOZING, |world| !asleep(world));
+    if !asleep(&runner.world) {
+        return None;
+    }
+    let x = place(&runner.world);
+    runner.run(DREAMING, |_| true);
+    Some((place(&runner.world) - x).abs() / DREAMING)
 }
 
 /// Mean place of the bottom layer along `down`, m.

@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 
+use super::draw::Draw;
 use crate::World;
 use crate::engine::EngineKind;
 use crate::error::InputError;
@@ -31,38 +32,12 @@ pub struct Kick {
     pub unstable: Option<String>,
 }
 
-/// Numbers from a seed, the same on every machine (xorshift64*).
-struct Draw(u64);
-
-impl Draw {
-    fn unit(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    /// Evenly spread over magnitudes.
-    fn scale(&mut self, low: f64, high: f64) -> f64 {
-        low * (high / low).powf(self.unit())
-    }
-
-    fn pick<T: Copy>(&mut self, from: &[T]) -> T {
-        from[(self.unit() * from.len() as f64) as usize % from.len()]
-    }
-}
-
 /// Draws sheet number `index`, kicks it and steps it for `seconds` of simulated time at 60 Hz.
 ///
 /// # Errors
 /// When the scene is refused, which would be a fault of the draw.
 pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Kick, InputError> {
-    let mut draw = Draw(0x9e37_79b9_7f4a_7c15 ^ (index + 1).wrapping_mul(0xd134_2543_de82_ef95));
-    (0..8).for_each(|_| _ = draw.unit());
+    let mut draw = Draw::new(0, index);
     let (name, _, material) = &LIBRARY[1 + (draw.unit() * (LIBRARY.len() - 1) as f64) as usize % (LIBRARY.len() - 1)];
     let mut material = material.clone();
     material.thickness *= draw.scale(0.5, 2.0);
@@ -87,10 +62,7 @@ pub fn kick(index: u64, structures: &[StructureKind], seconds: f64) -> Result<Ki
         gap: 0.25 * length / f64::from(nx - 1),
         material: MaterialChoice::Inline(material.clone()),
         damping_ratio: Some(damping),
-        placement: Placement {
-            rotation: DVec3::new(draw.between(0.0, 360.0), draw.between(0.0, 360.0), draw.between(0.0, 360.0)),
-            ..Placement::default()
-        },
+        placement: Placement { rotation: draw.turns(), ..Placement::default() },
         pins,
         ..SheetSpec::default()
     };

@@ -3,19 +3,27 @@
 //! Each case is one file with one row in [`TABLE`]. `sheetwork measure CASE` runs them; tests hold their numbers. CPU time is
 //! that of the stepping alone, set-up apart.
 
+pub(crate) mod bodies;
 mod bounce;
 mod buckling;
 mod cantilever;
+mod cards;
 mod disc;
+mod draw;
+mod drop_box;
+pub mod drops;
 mod edge;
+mod edge_landing;
 mod energy;
 mod free_fall;
 mod frequency;
 mod harmonic;
 mod hole;
+mod impact;
 mod incline;
 pub mod kicks;
 pub mod oscillator;
+pub mod overlap;
 mod pedestal;
 pub mod reference;
 mod release;
@@ -23,10 +31,14 @@ mod runner;
 mod setup;
 mod slide;
 mod spin;
+mod stack;
 mod stiffness;
 mod supports;
+mod watch;
+mod weight;
 
 use cpu_time::ProcessTime;
+use glam::DVec3;
 use serde_json::{Map, Value, json};
 
 pub(crate) use self::edge::Edge;
@@ -41,7 +53,7 @@ pub struct Case {
     pub name: &'static str,
     /// One line on what it does.
     pub about: &'static str,
-    /// Whether the sheet meets bodies in it: `sheetwork measure` then takes a lattice and an explicit engine unless told otherwise.
+    /// Whether the sheet meets bodies in it: lattices with explicit engines then have springs by their lengths.
     pub contact: bool,
     pub(crate) run: fn(&Setup) -> Result<Outcome, InputError>,
 }
@@ -51,24 +63,37 @@ pub const TABLE: &[Case] = &[
     bounce::CASE,
     buckling::CASE,
     cantilever::CASE,
+    cards::HOUSE,
+    cards::PACK,
     disc::CASE,
+    drop_box::CASE,
+    edge_landing::CASE,
     energy::CASE,
     free_fall::CASE,
     frequency::CASE,
     hole::CASE,
+    impact::CASE,
     incline::CASE,
     oscillator::CASE,
     pedestal::CASE,
     release::CASE,
     slide::CASE,
     spin::CASE,
+    stack::CASE,
     stiffness::CASE,
     supports::CASE,
+    weight::CASE,
 ];
 
 /// A body with nothing of its own but its place: everything below its plane, with the scene's contact coefficients.
 pub(crate) fn plane(name: &str, placement: Placement) -> BodySpec {
     BodySpec { name: name.into(), placement, ..BodySpec::new(Shape::HalfSpace) }
+}
+
+/// A body of this shape at `position` (m), with the scene's contact coefficients.
+pub(crate) fn body(name: &str, shape: Shape, position: DVec3) -> BodySpec {
+    let placement = Placement { position, ..Placement::default() };
+    BodySpec { name: name.into(), placement, ..BodySpec::new(shape) }
 }
 
 /// What a case found.
@@ -83,6 +108,8 @@ pub struct Outcome {
     pub(crate) simulated: f64,
     /// CPU time of the stepping, s.
     pub(crate) cpu: f64,
+    /// CPU time of the step that took longest, s.
+    pub(crate) worst: f64,
     /// Whether the sheet was at rest at the end; `None` where the case does not wait for it.
     pub(crate) settled: Option<bool>,
     /// Whether the equilibrium found is one the sheet stays in by itself; `None` where none was looked for.
@@ -119,6 +146,8 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         "simulated_s": found.simulated,
         "cpu_s": found.cpu,
         "cpu_ms_per_simulated_s": per_second,
+        "cpu_ms_per_step": 1e3 * found.cpu / found.steps.max(1) as f64,
+        "worst_step_ms": 1e3 * found.worst,
         "setup_cpu_s": set_up,
         "settled": found.settled,
         "stable": found.stable,

@@ -124,6 +124,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         steps: 0,
         simulated: 0.0,
         cpu: 0.0,
+        worst: 0.0,
         settled: None,
         stable: None,
         status: "ok".into(),

@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
+use super::overlap::half_thickness;
 use crate::World;
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::lattice::StructureKind;
 use crate::lattice::outline::OutlineSpec;
 use crate::scene::{Air, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
+use crate::sheet::Sheet;
 
 /// The sheet and the situation; every case takes what it needs of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,6 +64,18 @@ pub struct Setup {
     pub radius: f64,
     /// Diameter of a hole, m, 1e-5 to 100.
     pub hole: f64,
+    /// Side of a box that the sheet falls on, or that lies on it, m, 1e-3 to 100.
+    pub box_side: f64,
+    /// Sheets in a pile, 1 to 100.
+    pub sheets: u32,
+    /// Land on a corner and not on an edge.
+    pub corner: bool,
+    /// Land with the surface on the ridge of a wedge and not with an edge on the floor.
+    pub edge_of_body: bool,
+    /// How often to halve the step and measure again, 0 to 6.
+    pub refine: u32,
+    /// Threads that step several sheets, 1 to 256.
+    pub threads: u32,
 }
 
 /// How the edges of a sheet are held.
@@ -131,6 +145,12 @@ impl Default for Setup {
             patch: 0.05,
             radius: 0.125,
             hole: 0.1,
+            box_side: 0.1,
+            sheets: 5,
+            corner: false,
+            edge_of_body: false,
+            refine: 0,
+            threads: 1,
         }
     }
 }
@@ -163,6 +183,10 @@ impl Setup {
         check_range("patch", self.patch, 1e-5, 100.0, "m")?;
         check_range("radius", self.radius, 1e-4, 100.0, "m")?;
         check_range("hole", self.hole, 1e-5, 100.0, "m")?;
+        check_range("box", self.box_side, 1e-3, 100.0, "m")?;
+        check_range("sheets", self.sheets.into(), 1.0, 100.0, "sheets")?;
+        check_range("threads", self.threads.into(), 1.0, 256.0, "threads")?;
+        check_range("refine", self.refine.into(), 0.0, 6.0, "halvings")?;
         self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))
     }
 
@@ -216,6 +240,18 @@ impl Setup {
             sheets: vec![sheet],
             ..Scene::default()
         }
+    }
+
+    /// Distance from the masses of the sheet at which it touches, m.
+    pub(crate) fn half_thickness(&self) -> Result<f64, InputError> {
+        Ok(half_thickness(&Sheet::build(&self.scene(), 0)?))
+    }
+
+    /// A world of `scene` as [`Setup::world`] makes it, in which sheets that come to rest sleep.
+    pub(crate) fn sleepy_world(&self, scene: &Scene) -> Result<World, InputError> {
+        let mut world = self.world(scene)?;
+        world.set_sleep(true);
+        Ok(world)
     }
 
     /// Period of the slowest bending vibration of a strip clamped at one end, s.

@@ -158,6 +158,11 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
     ),
     ("card", "card, 300 g/m²", row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(1.5e7), None)),
     (
+        "playing-card",
+        "playing card, 0.3 mm",
+        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(2.0e7), None),
+    ),
+    (
         "steel-foil",
         "steel foil, 0.1 mm",
         row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15], 0.001, Some(5.0e8), None),
@@ -293,6 +298,7 @@ mod tests {
             ("pet", 0.068),
             ("paper", 0.070),
             ("card", 0.171),
+            ("playing-card", 0.144),
             ("steel-foil", 0.134),
             ("aluminium-foil", 0.040),
             ("rubber", 0.031),

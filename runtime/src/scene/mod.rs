@@ -6,6 +6,7 @@
 //! programs meet the same checks.
 
 mod body;
+pub mod cards;
 mod contact;
 pub mod heater;
 mod literal;

@@ -33,9 +33,24 @@ fn number(found: &Value, key: &str) -> f64 {
 #[test]
 fn every_case_has_the_keys_of_the_contract() {
     let place = Place::new("measure-keys");
-    let own: [(&str, &[&str]); 6] = [
-        ("incline", &["slid", "acceleration_m_s2"]),
-        ("bounce", &["heights_m"]),
+    let own: [(&str, &[&str]); 11] = [
+        ("incline", &["slid", "acceleration_m_s2", "creep_m_s", "creep_asleep_m_s"]),
+        ("bounce", &["heights_m", "energy_ratio"]),
+        (
+            "drop-box",
+            &[
+                "max_penetration_m",
+                "corner_below_centre_m",
+                "at_rest_s",
+                "energy_gain",
+                "cpu_ms_per_step",
+                "worst_step_ms",
+            ],
+        ),
+        ("edge-landing", &["max_penetration_m", "energy_gain", "rebound_m", "rebound_speed_m_s"]),
+        ("stack", &["max_penetration_m", "drift_m", "at_rest_s"]),
+        ("weight", &["support_force_ratio"]),
+        ("impact", &["momentum_error", "angular_momentum_error"]),
         ("free-fall", &["drop_error_m"]),
         ("oscillator", &["order", "stability_limit"]),
         ("slide", &["distance_m"]),
@@ -107,7 +122,8 @@ fn flags_choose_the_sheet() {
 #[test]
 fn an_unstable_measurement_has_status_1() {
     let place = Place::new("measure-unstable");
-    let flags = ["measure", "bounce", "--grid", "5x5", "--dt", "0.01", "--json"];
+    let flags = "measure bounce --structure trimm --engine verlet --grid 5x5 --dt 0.01 --json";
+    let flags: Vec<&str> = flags.split(' ').collect();
     let ran = place.run(&flags);
     assert_eq!(ran.status, Some(1), "{}", ran.out);
     assert!(ran.json()["status"].as_str().is_some_and(|s| s.starts_with("unstable")));

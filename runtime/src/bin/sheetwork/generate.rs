@@ -1,11 +1,12 @@
-//! `sheetwork generate`: a sheet from its structure and size.
+//! `sheetwork generate`: a sheet from its structure and size, or a scene of playing cards.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::json;
 use sheetwork::lattice::StructureKind;
+use sheetwork::scene::cards::Cards;
 use sheetwork::scene::{MaterialChoice, Scene, SheetSpec, sht};
 use sheetwork::sheet::{Sheet, to_file};
 use sheetwork::{InputError, check_range};
@@ -16,11 +17,14 @@ use crate::{counts, number, print_json, print_line};
 #[command(allow_negative_numbers = true)]
 pub struct Generate {
     /// Structure, by name (see `sheetwork list structures`).
-    #[arg(long)]
-    structure: StructureKind,
+    #[arg(long, required_unless_present = "cards")]
+    structure: Option<StructureKind>,
     /// Masses along the length, layers, masses along the width: 11x2x11.
-    #[arg(long, value_parser = counts::<3>)]
-    grid: [u32; 3],
+    #[arg(long, value_parser = counts::<3>, required_unless_present = "cards")]
+    grid: Option<[u32; 3]>,
+    /// Write a scene of playing cards instead: a pack that is dropped, a house, or a house and a ball thrown at it.
+    #[arg(long, conflicts_with_all = ["structure", "grid"])]
+    cards: Option<Deck>,
     /// Extent along x, m.
     #[arg(long, default_value = "0.025", value_parser = number)]
     width: f64,
@@ -39,7 +43,7 @@ pub struct Generate {
     /// Mass of each node, kg, in place of the material's density.
     #[arg(long, value_parser = number)]
     node_mass: Option<f64>,
-    /// Write the sheet to a .SHT file.
+    /// Write the sheet to a .SHT file, or the scene to a .ron file; a scene goes to standard output otherwise.
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Print the counts as JSON and nothing else.
@@ -47,14 +51,49 @@ pub struct Generate {
     json: bool,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum Deck {
+    Pack,
+    House,
+    HouseBall,
+}
+
 impl Generate {
     pub fn execute(self) -> Result<ExitCode, InputError> {
-        let [nx, layers, nz] = self.grid;
+        match (self.structure, self.grid, self.cards) {
+            (Some(structure), Some(grid), _) => self.sheet(structure, grid),
+            (_, _, Some(deck)) => self.deal(deck),
+            _ => Err(InputError::new("structure", "a sheet needs its structure and its grid")),
+        }
+    }
+
+    fn deal(&self, deck: Deck) -> Result<ExitCode, InputError> {
+        let cards = match deck {
+            Deck::Pack => Cards::Pack,
+            Deck::House => Cards::House,
+            Deck::HouseBall => Cards::HouseAndBall,
+        };
+        let text = cards.text();
+        let count = Scene::parse(&text)?.sheets.len();
+        match &self.output {
+            Some(file) => std::fs::write(file, &text).map_err(|e| InputError::io(file, &e))?,
+            None if !self.json => print_line(text.trim_end())?,
+            None => {}
+        }
+        if self.json {
+            print_json(&json!({ "cards": count }))?;
+        } else if self.output.is_some() {
+            print_line(&format!("{count} cards"))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn sheet(&self, structure: StructureKind, [nx, layers, nz]: [u32; 3]) -> Result<ExitCode, InputError> {
         check_range("width", self.width, 1e-6, 1e3, "m")?;
         check_range("depth", self.depth, 1e-6, 1e3, "m")?;
         let spec = SheetSpec {
             name: "sheet".into(),
-            structure: self.structure,
+            structure,
             grid: (nx, layers, nz),
             size: (self.width, self.depth),
             gap: self.gap,
@@ -72,14 +111,14 @@ impl Generate {
         }
         if self.json {
             print_json(&json!({
-                "structure": self.structure.name(),
+                "structure": structure.name(),
                 "grid": format!("{nx}x{layers}x{nz}"),
                 "masses": masses,
                 "springs": springs,
                 "mass_kg": sheet.total_mass(),
             }))?;
         } else {
-            print_line(&format!("{} {nx}x{layers}x{nz}: {masses} masses, {springs} springs", self.structure))?;
+            print_line(&format!("{} {nx}x{layers}x{nz}: {masses} masses, {springs} springs", structure))?;
         }
         Ok(ExitCode::SUCCESS)
     }

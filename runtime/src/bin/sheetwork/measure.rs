@@ -17,18 +17,18 @@ use crate::{counts, number, print_json, print_line};
 pub struct Measure {
     /// Case, by name (see `sheetwork list cases`).
     case: String,
-    /// Structure (default shell; trimm where the sheet meets bodies).
-    #[arg(long)]
-    structure: Option<StructureKind>,
+    /// Structure.
+    #[arg(long, default_value = "shell")]
+    structure: StructureKind,
     /// Masses along length and width of the bottom layer.
     #[arg(long, default_value = "21x21", value_parser = counts::<2>)]
     grid: [u32; 2],
     /// Layers; the structure's fewest or most where it cannot have 2.
     #[arg(long)]
     layers: Option<u32>,
-    /// Engine (default tr-bdf2; verlet where the sheet meets bodies).
-    #[arg(long)]
-    engine: Option<EngineKind>,
+    /// Engine.
+    #[arg(long, default_value = "tr-bdf2")]
+    engine: EngineKind,
     /// Step, s, or a fraction such as 1/60, which is the default of implicit engines; for explicit ones a stable step is chosen.
     #[arg(long, value_parser = number)]
     dt: Option<f64>,
@@ -59,19 +59,19 @@ pub struct Measure {
     /// Damping ratio of the slowest bending motion; for the springs of cases with bodies a fraction of their critical.
     #[arg(long, default_value = "0.05", value_parser = number)]
     damping_ratio: f64,
-    /// Angle of the incline, degrees (incline).
-    #[arg(long, default_value = "20", value_parser = number)]
-    angle: f64,
-    /// Coefficient of friction (incline, slide).
+    /// Angle of the incline, or of the sheet that lands, degrees (default 20 for incline, 30 for edge-landing).
+    #[arg(long, value_parser = number)]
+    angle: Option<f64>,
+    /// Coefficient of friction (cases with bodies).
     #[arg(long, default_value = "0.3", value_parser = number)]
     friction: f64,
-    /// Coefficient of restitution (bounce; elsewhere 0 unless given).
+    /// Coefficient of restitution (cases with bodies; default 0.5 for bounce, else 0).
     #[arg(long, value_parser = number)]
     restitution: Option<f64>,
-    /// Height of the drop, m (bounce).
-    #[arg(long, default_value = "0.2", value_parser = number)]
-    height: f64,
-    /// Speed at the start, m/s (slide).
+    /// Height of the drop, m (default 0.2 for bounce, 0.05 for drop-box, 1 for edge-landing).
+    #[arg(long, value_parser = number)]
+    height: Option<f64>,
+    /// Speed at the start, m/s (slide, impact).
     #[arg(long, default_value = "1", value_parser = number)]
     speed: f64,
     /// Rate of spin, rad/s (spin).
@@ -95,6 +95,24 @@ pub struct Measure {
     /// Diameter of the hole, m (hole).
     #[arg(long, default_value = "0.1", value_parser = number)]
     hole: f64,
+    /// Side of the box, m (drop-box, weight).
+    #[arg(long = "box", default_value = "0.1", value_parser = number)]
+    box_side: f64,
+    /// Sheets in the pile (stack).
+    #[arg(long, default_value = "5")]
+    sheets: u32,
+    /// Land on a corner and not on an edge (edge-landing).
+    #[arg(long)]
+    corner: bool,
+    /// Land with the surface on a wedge's ridge, with --corner on a needle's tip (edge-landing).
+    #[arg(long)]
+    edge_of_body: bool,
+    /// Halve the step so often and measure the rebound again (edge-landing).
+    #[arg(long, default_value = "0")]
+    refine: u32,
+    /// Threads that step several sheets (stack, card-pack, card-house).
+    #[arg(long, default_value = "1")]
+    threads: u32,
     /// Step from flat to rest instead of solving for equilibrium (cantilever and other cases of equilibrium).
     #[arg(long)]
     dynamic: bool,
@@ -128,19 +146,21 @@ impl Measure {
             None => defaults.material.clone(),
         };
         let contact = TABLE.iter().any(|c| c.name == self.case && c.contact);
-        // A shell of real stiffness is beyond explicit engines at any step worth waiting for.
-        let implicit = self.engine.is_some_and(|e| e.info().implicit);
-        let explicit = contact && self.structure != Some(StructureKind::Shell) && !implicit;
-        let rig =
-            if explicit { (StructureKind::Trimm, EngineKind::Verlet) } else { (defaults.structure, defaults.engine) };
-        let structure = self.structure.unwrap_or(rig.0);
+        let explicit = !self.engine.info().implicit;
+        let landing = self.case == "edge-landing";
+        let height = match self.case.as_str() {
+            "drop-box" => 0.05,
+            "edge-landing" => 1.0,
+            _ => 0.2,
+        };
+        let structure = self.structure;
         let (fewest, most) = structure.info().layers;
         Ok(Setup {
             structure,
             grid: (self.grid[0], self.grid[1]),
             layers: self.layers.unwrap_or_else(|| 2.clamp(fewest, most)),
-            engine: self.engine.unwrap_or(rig.1),
-            springs: if contact { SpringLaw::Length } else { SpringLaw::Calibrated },
+            engine: self.engine,
+            springs: if contact && explicit { SpringLaw::Length } else { SpringLaw::Calibrated },
             dt: self.dt,
             material: Material {
                 young: self.young.unwrap_or(base.young),
@@ -153,10 +173,10 @@ impl Measure {
             width: self.width,
             gravity: self.gravity,
             damping_ratio: self.damping_ratio,
-            angle: self.angle,
+            angle: self.angle.unwrap_or(if landing { 30.0 } else { 20.0 }),
             friction: self.friction,
             restitution: self.restitution.unwrap_or(if self.case == "bounce" { 0.5 } else { 0.0 }),
-            height: self.height,
+            height: self.height.unwrap_or(height),
             speed: self.speed,
             rate: self.rate,
             dynamic: self.dynamic,
@@ -167,6 +187,12 @@ impl Measure {
             patch: self.patch,
             radius: self.radius,
             hole: self.hole,
+            box_side: self.box_side,
+            sheets: self.sheets,
+            corner: self.corner,
+            edge_of_body: self.edge_of_body,
+            refine: self.refine,
+            threads: self.threads,
         })
     }
 }

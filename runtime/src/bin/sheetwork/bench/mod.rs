@@ -1,6 +1,7 @@
 //! `sheetwork bench`: long campaigns that end in tables, files and plots.
 
 mod canvas;
+mod drops;
 mod front;
 mod judge;
 mod kicks;
@@ -29,6 +30,8 @@ enum Campaign {
     Pareto(pareto::Pareto),
     /// Robustness: sheets of random material, size and pose, every mass kicked its own way.
     Kicks(kicks::Kicks),
+    /// Robustness of contact: sheets of random material, size and pose thrown at random bodies.
+    Drops(drops::Drops),
 }
 
 impl Bench {
@@ -36,6 +39,13 @@ impl Bench {
         match self.campaign {
             Campaign::Pareto(pareto) => pareto.execute(),
             Campaign::Kicks(kicks) => kicks.execute(),
+            Campaign::Drops(drops) => drops.execute(),
         }
     }
+}
+
+/// `I/N`, counted from 1.
+fn shard(text: &str) -> Result<(usize, usize), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    parts.filter(|&(i, n)| 1 <= i && i <= n).ok_or_else(|| format!("\"{text}\" is not I/N with 1 <= I <= N"))
 }

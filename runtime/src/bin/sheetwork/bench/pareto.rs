@@ -10,7 +10,7 @@ use sheetwork::InputError;
 use super::point::{Point, read_csv, read_peers, write_csv};
 use super::reference::References;
 use super::sweep::plan;
-use super::{plot, table};
+use super::{plot, shard, table};
 use crate::print_line;
 
 #[derive(Args)]
@@ -30,12 +30,6 @@ pub struct Pareto {
     /// A few configurations of each kind, to see that it works.
     #[arg(long)]
     quick: bool,
-}
-
-/// `I/N`, counted from 1.
-fn shard(text: &str) -> Result<(usize, usize), String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    parts.filter(|&(i, n)| 1 <= i && i <= n).ok_or_else(|| format!("\"{text}\" is not I/N with 1 <= I <= N"))
 }
 
 impl Pareto {

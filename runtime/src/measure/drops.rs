@@ -1,0 +1,264 @@
+//! Sheets of random material, size and pose thrown at random bodies: does any go unstable, or through?
+//!
+//! A sheet has gone through when its solid overlaps a body by more than a millimetre after any step, or a mass, or the middle of a
+//! triangle between masses, has passed through the core of a body within a step. Energy is held against what the throw brings:
+//! the kinetic energy and the fall to the floor.
+
+use glam::DVec3;
+
+use super::bodies::pyramid;
+use super::draw::Draw;
+use super::overlap::{Solid, faces};
+use super::watch::{self, Watch};
+use super::{Runner, body, plane};
+use crate::World;
+use crate::engine::EngineKind;
+use crate::error::InputError;
+use crate::lattice::StructureKind;
+use crate::scene::material::LIBRARY;
+use crate::scene::{
+    BodySpec, ContactDefaults, Material, MaterialChoice, Placement, Polyhedron, Scene, Shape, SheetSpec,
+};
+use crate::sheet::Sheet;
+
+/// One throw, and what became of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drop {
+    /// Number of the draw it was made from.
+    pub index: u64,
+    /// What was drawn, in words.
+    pub what: String,
+    /// Simulated time, s.
+    pub simulated: f64,
+    /// Deepest overlap of the sheet with a body, thickness included, m.
+    pub penetration: f64,
+    /// Largest energy after the start over that at the start, both counted from the floor.
+    pub energy_ratio: f64,
+    /// Mean CPU time of a step, ms.
+    pub step_ms: f64,
+    /// CPU time of the step that took longest, ms.
+    pub worst_step_ms: f64,
+    /// Whether the sheet sleeps at the end.
+    pub asleep: bool,
+    /// Why it was stopped; `None` where it was not.
+    pub unstable: Option<String>,
+    /// Where it went through a body; `None` where it did not.
+    pub through: Option<String>,
+}
+
+/// Overlap beyond which a sheet counts as through, m.
+const THROUGH: f64 = 1e-3;
+/// Simulated time of each, s.
+const DURATION: f64 = 1.5;
+
+/// Throws sheet number `index` of a seed and steps it for 1.5 s at 60 Hz.
+///
+/// # Errors
+/// When the scene is refused, which would be a fault of the draw.
+pub fn throw(seed: u64, index: u64) -> Result<Drop, InputError> {
+    let (scene, what) = drawn(&mut Draw::new(seed ^ 0x6472_6f70, index))?;
+    let mut runner = Runner::new(World::new(&scene)?);
+    let mut watch = Watch::new(&runner.world);
+    let start = runner.world.sheets().first().map_or(0.0, |s| s.energy(DVec3::ZERO).kinetic);
+    let height = runner.world.sheets().first().map_or(0.0, |s| s.centre_of_mass().y);
+    let scale = start + watch::fall(&runner.world, height);
+    let mut paths = Paths::new(&runner.world);
+    let mut through = None;
+    runner.run(DURATION, |world| {
+        watch.see(world);
+        let crossing = paths.crossing(world);
+        if through.is_none() {
+            let deepest = watch.masses.max(watch.surface);
+            through = crossing.or_else(|| (deepest > THROUGH).then(|| format!("{:.2} mm deep", 1e3 * deepest)));
+            through = through.take().map(|how| format!("{how} at {:.3} s", world.time()));
+        }
+        true
+    });
+    let energy_ratio = 1.0 + watch.energy_gain(scale);
+    let (penetration, asleep) = (watch.masses.max(watch.surface), watch.asleep());
+    let outcome = runner.outcome(serde_json::Value::Null);
+    Ok(Drop {
+        index,
+        what,
+        simulated: outcome.simulated,
+        penetration,
+        energy_ratio,
+        step_ms: 1e3 * outcome.cpu / outcome.steps.max(1) as f64,
+        worst_step_ms: 1e3 * outcome.worst,
+        asleep,
+        unstable: (outcome.status != "ok").then_some(outcome.status),
+        through,
+    })
+}
+
+/// Material, sheet, body and throw.
+fn drawn(draw: &mut Draw) -> Result<(Scene, String), InputError> {
+    let (material, material_name) = material(draw);
+    let (nx, length) = (draw.between(7.0, 16.0) as u32, draw.scale(0.08, 0.4));
+    let width = length * draw.between(0.5, 1.0);
+    let nz = ((f64::from(nx - 1) * width / length).round() as u32 + 1).max(5);
+    let (obstacle, target, radius, body_name) = obstacle(draw);
+    let speed = draw.unit().powi(2) * 20.0;
+    let (friction, restitution) = (draw.unit(), draw.between(0.0, 0.8));
+    // Downwards by 30° at least, from where nothing touches yet.
+    let (azimuth, down) = (draw.between(0.0, std::f64::consts::TAU), draw.between(0.5, 1.0));
+    let flat = (1.0 - down * down).sqrt();
+    let reach = 0.5 * length.hypot(width);
+    let back = DVec3::new(flat * azimuth.cos(), down, flat * azimuth.sin());
+    let mut from = target + back * (radius + reach + 0.01);
+    from.y = from.y.max(reach + 0.01);
+    let sheet = SheetSpec {
+        name: "sheet".into(),
+        structure: StructureKind::Shell,
+        grid: (nx, 1, nz),
+        size: (length, width),
+        material: MaterialChoice::Inline(material.clone()),
+        placement: Placement { position: from, rotation: draw.turns() },
+        velocity: (target - from).normalize_or_zero() * speed,
+        ..SheetSpec::default()
+    };
+    let what = format!(
+        "{material_name} E {:.2e} Pa t {:.2e} m, {nx}x{nz} {length:.3}x{width:.3} m, {speed:.2} m/s, friction {friction:.2}, \
+         restitution {restitution:.2}, {body_name}",
+        material.young, material.thickness
+    );
+    let scene = Scene {
+        engine: EngineKind::TrBdf2,
+        dt: 1.0 / 60.0,
+        contact: ContactDefaults { friction, restitution, ..ContactDefaults::default() },
+        sheets: vec![sheet],
+        bodies: vec![plane("floor", Placement::default()), obstacle],
+        ..Scene::default()
+    };
+    Ok((scene, what))
+}
+
+/// One of the library at 0.5 to 2 times its thickness, or anything from 30 MPa to 200 GPa.
+fn material(draw: &mut Draw) -> (Material, &'static str) {
+    let (name, mut material) = if draw.unit() < 0.5 {
+        // Without the first, which is the thesis's, of 185 Pa.
+        let (name, _, material) =
+            &LIBRARY[1 + (draw.unit() * (LIBRARY.len() - 1) as f64) as usize % (LIBRARY.len() - 1)];
+        (*name, material.clone())
+    } else {
+        let young = draw.scale(3e7, 2e11);
+        (
+            "drawn",
+            Material {
+                young,
+                poisson: 0.3,
+                density: draw.scale(800.0, 8000.0),
+                thickness: 4e-4,
+                ..Material::default()
+            },
+        )
+    };
+    material.thickness *= draw.scale(0.5, 2.0);
+    (material, name)
+}
+
+/// A body on the floor, where to aim, how far it reaches from there, and its name.
+fn obstacle(draw: &mut Draw) -> (BodySpec, DVec3, f64, &'static str) {
+    let turned =
+        |spec: BodySpec, rotation: DVec3| BodySpec { placement: Placement { rotation, ..spec.placement }, ..spec };
+    let spin = DVec3::new(0.0, draw.between(0.0, 360.0), 0.0);
+    match (draw.unit() * 6.0) as u32 {
+        0 => {
+            let side = draw.between(0.05, 0.15);
+            let place = DVec3::Y * 0.5 * side;
+            (turned(body("box", Shape::Box(DVec3::splat(side)), place), draw.turns()), place, 0.87 * side, "box")
+        }
+        1 => {
+            let radius = draw.between(0.03, 0.1);
+            (body("ball", Shape::Ball(radius), DVec3::Y * radius), DVec3::Y * radius, radius, "ball")
+        }
+        2 => {
+            let size = draw.between(0.05, 0.15);
+            let wedge = Polyhedron::wedge(size, size, 3.0 * size);
+            (
+                turned(body("wedge", Shape::Polyhedron(wedge), DVec3::ZERO), spin),
+                DVec3::Y * 0.5 * size,
+                1.7 * size,
+                "wedge",
+            )
+        }
+        3 => {
+            let height = draw.between(0.05, 0.12);
+            let needle = pyramid(draw.between(0.06, 0.2) * height, height);
+            let place = DVec3::Y * 0.9 * height;
+            (turned(body("needle", Shape::Polyhedron(needle), DVec3::ZERO), spin), place, 0.92 * height, "needle")
+        }
+        4 => {
+            let (side, thick) = (draw.between(0.3, 0.5), draw.between(1e-3, 3e-3));
+            let place = DVec3::Y * 0.2;
+            let tilt = DVec3::new(draw.between(-30.0, 30.0), draw.between(0.0, 360.0), draw.between(-30.0, 30.0));
+            (turned(body("plate", Shape::Box(DVec3::new(side, thick, side)), place), tilt), place, 0.71 * side, "plate")
+        }
+        _ => {
+            let side = draw.between(0.03, 0.08);
+            let place = DVec3::Y * 0.5 * side;
+            let free = turned(body("free box", Shape::Box(DVec3::splat(side)), place), spin);
+            (BodySpec { density: Some(draw.scale(200.0, 3000.0)), ..free }, place, 0.87 * side, "free box")
+        }
+    }
+}
+
+/// Where masses and middles of triangles were in the frame of each body after the last look.
+struct Paths {
+    solids: Vec<(usize, Solid)>,
+    faces: Vec<[u32; 3]>,
+    before: Vec<Vec<DVec3>>,
+}
+
+impl Paths {
+    fn new(world: &World) -> Self {
+        let bodies = world.rigid().map_or(&[][..], |r| r.bodies());
+        let solids: Vec<_> = bodies.iter().enumerate().filter_map(|(i, b)| Some((i, Solid::of(&b.shape)?))).collect();
+        let mut paths =
+            Self { solids, faces: world.sheets().first().map(faces).unwrap_or_default(), before: Vec::new() };
+        paths.before = (0..paths.solids.len()).map(|k| paths.places(world, k)).collect();
+        paths
+    }
+
+    /// Places in the frame of solid `k`.
+    fn places(&self, world: &World, k: usize) -> Vec<DVec3> {
+        let (Some(sheet), Some(frame)) = (world.sheets().first(), watch::frame(world, self.solids[k].0)) else {
+            return Vec::new();
+        };
+        let middle = |sheet: &Sheet, t: &[u32; 3]| t.iter().map(|i| sheet.x.get(*i as usize)).sum::<DVec3>() / 3.0;
+        let middles = self.faces.iter().map(|t| middle(sheet, t));
+        sheet.x.iter().chain(middles).map(|p| frame.local(p)).collect()
+    }
+
+    /// The first place that has gone through a body since the last look.
+    fn crossing(&mut self, world: &World) -> Option<String> {
+        let mut found = None;
+        for k in 0..self.solids.len() {
+            let now = self.places(world, k);
+            let solid = &self.solids[k].1;
+            let gone = self.before[k].iter().zip(&now).position(|(a, b)| solid.crossed(*a, *b));
+            if let Some(place) = gone.filter(|_| found.is_none()) {
+                found = Some(format!("place {place} through body {}", self.solids[k].0));
+            }
+            self.before[k] = now;
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn throws_start_clear_of_everything_and_are_the_same_again() {
+        for index in 0..60 {
+            let (scene, what) = drawn(&mut Draw::new(5, index)).expect("valid");
+            let world = World::new(&scene).unwrap_or_else(|e| panic!("{what}: {e}"));
+            let mut watch = Watch::new(&world);
+            watch.look(&world);
+            assert_eq!((watch.masses, watch.surface), (0.0, 0.0), "{what}");
+            assert_eq!(drawn(&mut Draw::new(5, index)).expect("valid").1, what);
+        }
+    }
+}

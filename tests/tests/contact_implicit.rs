@@ -1,0 +1,267 @@
+//! Contact of stiff sheets with implicit engines at 60 Hz: the virtual rigs against closed forms, and against the bounds that the
+//! documentation states for penetration, energy and rest. The sheet is 0.25 m square, 0.5 mm thick, 3 GPa, 1050 kg/m³, unless said.
+
+use glam::DVec3;
+use serde_json::Value;
+use sheetwork::World;
+use sheetwork::measure::drops::throw;
+use sheetwork::measure::{Setup, measure};
+use sheetwork::scene::Material;
+use sheetwork_tests::shipped;
+
+/// Energy may rise by this over its start, relative to what the situation brings: rounding.
+const ENERGY: f64 = 1e-9;
+
+fn measured(case: &str, setup: &Setup) -> Value {
+    let found = measure(case, setup).expect("a valid set-up");
+    assert_eq!(found["status"], "ok", "{case}: {found}");
+    found
+}
+
+fn number(found: &Value, key: &str) -> f64 {
+    found[key].as_f64().unwrap_or_else(|| panic!("{key} is {} in {found}", found[key]))
+}
+
+/// A sheet of the defaults that does not bounce.
+fn limp_landing() -> Setup {
+    Setup { restitution: 0.0, ..Setup::default() }
+}
+
+fn drops_on_a_box(grid: u32, young: f64) -> Value {
+    let base = limp_landing();
+    let setup = Setup {
+        grid: (grid, grid),
+        material: Material { young, ..base.material.clone() },
+        height: 0.05,
+        box_side: 0.1,
+        friction: 0.3,
+        ..base
+    };
+    let found = measured("drop-box", &setup);
+    println!(
+        "{grid}x{grid}, {young:.0e} Pa: {:.1e} m deep, at rest {}, gain {:.1e}, corner {:.5} m below",
+        number(&found, "max_penetration_m"),
+        found["at_rest_s"],
+        number(&found, "energy_gain"),
+        number(&found, "corner_below_centre_m")
+    );
+    assert!(number(&found, "max_penetration_m") < 1e-4, "{grid}, {young}: {found}");
+    assert!(number(&found, "at_rest_s") < 2.0, "{grid}, {young}: {found}");
+    assert!(number(&found, "energy_gain") <= ENERGY, "{grid}, {young}: {found}");
+    found
+}
+
+#[test]
+fn a_stiff_sheet_comes_to_rest_on_a_box_bent_by_what_overhangs() {
+    for grid in [11, 21, 41] {
+        let below = number(&drops_on_a_box(grid, 3e9), "corner_below_centre_m");
+        assert!((1e-3..2e-3).contains(&below), "{grid}: {below}");
+    }
+}
+
+#[test]
+fn sheets_of_any_stiffness_come_to_rest_on_a_box() {
+    for grid in [11, 21, 41] {
+        for young in [3e7, 3e8, 3e10, 2e11] {
+            drops_on_a_box(grid, young);
+        }
+    }
+}
+
+/// Restitution and friction of landings.
+const COEFFICIENTS: [(f64, f64); 5] = [(0.0, 0.1), (0.0, 1.0), (0.4, 0.5), (0.8, 0.1), (0.8, 1.0)];
+
+fn lands(corner: bool, edge_of_body: bool) {
+    for angle in [17.0, 30.0, 45.0] {
+        for (restitution, friction) in COEFFICIENTS {
+            let setup = Setup { angle, height: 1.0, restitution, friction, corner, edge_of_body, ..Setup::default() };
+            let found = measured("edge-landing", &setup);
+            let (masses, surface) = (number(&found, "max_mass_penetration_m"), number(&found, "max_penetration_m"));
+            let gain = number(&found, "energy_gain");
+            println!("{angle}°, e {restitution}, μ {friction}: {masses:.1e} and {surface:.1e} m deep, gain {gain:.1e}");
+            assert!(masses < 5e-5 && surface < 1e-4, "{angle}°, e {restitution}, μ {friction}: {found}");
+            assert!(gain <= ENERGY, "{angle}°, e {restitution}, μ {friction}: {found}");
+            assert!(found["rebound_speed_m_s"].is_f64(), "{found}");
+        }
+    }
+}
+
+#[test]
+fn a_landing_on_an_edge_neither_sinks_in_nor_gains_energy() {
+    lands(false, false);
+}
+
+#[test]
+fn a_landing_on_a_corner_neither_sinks_in_nor_gains_energy() {
+    lands(true, false);
+}
+
+#[test]
+fn a_landing_on_a_ridge_lets_nothing_through() {
+    lands(false, true);
+}
+
+#[test]
+fn a_landing_on_a_needle_lets_nothing_through() {
+    lands(true, true);
+}
+
+#[test]
+fn a_flat_drop_keeps_e_squared_of_its_energy() {
+    for (height, restitution) in [(0.2, 0.5), (0.5, 0.8), (0.1, 0.3)] {
+        let setup = Setup { height, restitution, ..Setup::default() };
+        let ratio = number(&measured("bounce", &setup), "energy_ratio");
+        let wanted = restitution * restitution;
+        println!("from {height} m with {restitution}: {ratio:.5} against {wanted:.5}");
+        assert!((ratio / wanted - 1.0).abs() < 0.01, "{height}, {restitution}: {ratio}");
+    }
+    for height in [0.05, 0.5] {
+        let found = measured("bounce", &Setup { height, ..limp_landing() });
+        assert!(number(&found, "rebound_ratio") < 0.01, "{height}: {found}");
+    }
+}
+
+#[test]
+fn a_stuck_sheet_does_not_creep_and_a_sliding_one_has_g_sin_minus_mu_cos() {
+    for angle in [10.0_f64, 20.0, 35.0] {
+        let limit = angle.to_radians().tan();
+        for (factor, slides) in [(2.0, false), (1.005, false), (0.995, true), (0.5, true), (0.0, true)] {
+            let friction = factor * limit;
+            let found = measured("incline", &Setup { angle, friction, ..limp_landing() });
+            assert_eq!(found["slid"], slides, "{angle}°, {factor} of the limit: {found}");
+            if slides {
+                let (got, wanted) = (number(&found, "acceleration_m_s2"), number(&found, "expected_acceleration_m_s2"));
+                println!("{angle}°, {factor} of the limit: {got:.6} against {wanted:.6} m/s²");
+                assert!((got / wanted - 1.0).abs() < 0.005, "{angle}°, {factor}: {found}");
+            } else {
+                assert!(number(&found, "creep_m_s") < 1e-5, "{angle}°, {factor}: {found}");
+                assert_eq!(number(&found, "creep_asleep_m_s"), 0.0, "{angle}°, {factor}: {found}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sliding_sheet_stops_after_v_squared_over_two_mu_g() {
+    for (speed, friction) in [(1.0, 0.3), (2.0, 0.8), (0.5, 0.1)] {
+        let found = measured("slide", &Setup { speed, friction, ..limp_landing() });
+        let (got, wanted) = (number(&found, "distance_m"), speed * speed / (2.0 * friction * 9.81));
+        println!("{speed} m/s, μ {friction}: {got:.6} against {wanted:.6} m");
+        assert!((got / wanted - 1.0).abs() < 0.005, "{speed}, {friction}: {found}");
+    }
+}
+
+#[test]
+fn supports_carry_the_weight() {
+    let found = measured("weight", &limp_landing());
+    for key in ["floor_force_ratio", "box_force_ratio", "held_edges_force_ratio", "support_force_ratio"] {
+        assert!((number(&found, key) - 1.0).abs() < 1e-3, "{key}: {found}");
+    }
+}
+
+#[test]
+fn a_ball_and_a_sheet_exchange_momentum_and_lose_none() {
+    for (restitution, friction) in [(0.0, 0.0), (0.5, 0.3), (0.8, 1.0)] {
+        let found = measured("impact", &Setup { restitution, friction, ..Setup::default() });
+        assert_eq!(found["met"], true, "{found}");
+        assert!(number(&found, "momentum_error") < 1e-9, "{restitution}, {friction}: {found}");
+        assert!(number(&found, "energy_gain") <= ENERGY, "{restitution}, {friction}: {found}");
+    }
+}
+
+#[test]
+fn a_pile_of_sheets_comes_to_rest_without_overlap_or_drift() {
+    let found = measured("stack", &Setup { sheets: 5, friction: 0.3, ..limp_landing() });
+    assert!(found["at_rest_s"].is_f64() && found["in_order"] == true, "{found}");
+    assert!(number(&found, "max_penetration_m") < 5e-5 && number(&found, "drift_m") < 1e-3, "{found}");
+}
+
+#[test]
+fn a_dropped_pack_of_cards_comes_to_rest_without_overlap() {
+    let found = measured("card-pack", &Setup { threads: 2, ..Setup::default() });
+    assert!(found["at_rest_s"].is_f64() && number(&found, "overlap_ratio") < 0.1, "{found}");
+}
+
+#[test]
+fn a_house_of_cards_stands_until_a_ball_hits_it() {
+    let found = measured("card-house", &Setup { threads: 2, ..Setup::default() });
+    assert_eq!((&found["stands"], &found["falls_to_the_ball"]), (&Value::Bool(true), &Value::Bool(true)), "{found}");
+    assert!(number(&found, "overlap_after_10_s_m") < 3e-5, "{found}");
+}
+
+#[test]
+fn no_random_drop_goes_unstable_or_through() {
+    for index in 0..100 {
+        let drop = throw(0, index).expect("a valid draw");
+        assert!(drop.unstable.is_none() && drop.through.is_none(), "{drop:?}");
+    }
+}
+
+fn played(name: &str) -> World {
+    let scene = shipped(name);
+    let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
+    while world.time() < scene.duration {
+        world.step();
+    }
+    assert!(world.unstable().is_none(), "{name}");
+    world
+}
+
+fn place(world: &World, body: &str) -> DVec3 {
+    world.body_state(body).unwrap_or_else(|| panic!("no {body}")).centre()
+}
+
+#[test]
+fn a_ball_rolls_down_a_bent_sheet() {
+    let world = played("ball_on_sheet");
+    let ball = place(&world, "ball");
+    // Off the tip, on the floor at y = -0.25.
+    assert!(ball.x > 0.1 && (ball.y + 0.25 - 0.012).abs() < 1e-3, "{ball}");
+}
+
+#[test]
+fn a_box_bends_the_sheet_it_rests_on_as_a_beam_bends() {
+    // Twice as thick as in the scene, so that the sag is small against the span.
+    let thickness = 1e-3;
+    let scene = shipped("box_on_sheet").with_override("sheets.sheet.material.thickness", "1e-3").expect("a thickness");
+    let scene = scene.with_override("bodies.box.placement.position.1", "0.01555").expect("a height");
+    let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
+    while world.time() < scene.duration {
+        world.step();
+    }
+    let sheet = &world.sheets()[0];
+    let (length, width, box_side, gravity) = (0.25_f64, 0.15, 0.05, 9.81);
+    // The sheet curves away under the box, which stands on two of its edges: four-point bending (Gere and Timoshenko), and 5 q L⁴/384 EI.
+    let load = 0.02 * gravity;
+    let line = sheet.material().density * thickness * width * gravity;
+    let reach = 0.5 * (length - box_side);
+    let sag = |stiffness: f64| {
+        load * reach * (3.0 * length * length - 4.0 * reach * reach) / (48.0 * stiffness)
+            + 5.0 * line * length.powi(4) / (384.0 * stiffness)
+    };
+    let (beam, plate) =
+        (sheet.material().young * thickness.powi(3) / 12.0 * width, sheet.material().plate_stiffness() * width);
+    let middle = sheet.probes.iter().find(|p| p.name == "middle").expect("a probe").of(&sheet.x).y;
+    println!("sag {} m, a beam's {} and a plate's {}", -middle, sag(beam), sag(plate));
+    // Between a narrow beam and one kept from curving across, and a few percent for the rise of the ends.
+    assert!(-middle > 0.97 * sag(plate) && -middle < 1.03 * sag(beam), "{middle}");
+    let rest = place(&world, "box");
+    assert!(rest.with_y(0.0).length() < 1e-3, "{rest}");
+}
+
+#[test]
+fn a_falling_sheet_tips_a_row_of_dominoes() {
+    let world = played("domino");
+    for n in 1..=8 {
+        let state = world.body_state(&format!("domino {n}")).unwrap_or_else(|| panic!("no domino {n}"));
+        let up = state.rotation() * DVec3::Y;
+        assert!(up.y < 0.8, "domino {n} stands: {up}");
+    }
+}
+
+#[test]
+fn a_needle_never_shows_through() {
+    let world = played("needle");
+    let sheet = &world.sheets()[0];
+    assert!(sheet.centre_of_mass().y < 0.09, "{}", sheet.centre_of_mass());
+}
