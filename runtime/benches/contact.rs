@@ -11,7 +11,7 @@ use sheetwork::contact::find::{BodyMotion, Finder, Problem, SheetMotion};
 use sheetwork::contact::frame::RigidFrame;
 use sheetwork::contact::skin::Skin;
 use sheetwork::lattice::StructureKind;
-use sheetwork::scene::{Material, Scene, SheetSpec};
+use sheetwork::scene::{Material, MaterialChoice, Scene, SheetSpec};
 use sheetwork::sheet::{Sheet, Vectors};
 
 const THICKNESS: f64 = 5e-4;
@@ -26,7 +26,7 @@ fn sheet() -> (Skin, Vectors) {
         structure: StructureKind::Shell,
         grid: (21, 1, 21),
         size: (0.25, 0.25),
-        material,
+        material: MaterialChoice::Inline(material),
         ..SheetSpec::default()
     };
     let scene = Scene { sheets: vec![spec], ..Scene::default() };
