@@ -7,6 +7,10 @@
 //! sized the working arrays. Sheets do not see one another, so they can be stepped on any number of threads with the same
 //! result.
 
+pub(crate) mod group;
+mod near;
+
+use crate::contact::Group;
 use crate::contact::detect::contact;
 use crate::contact::rigid::RigidView;
 use crate::event::{EventKind, Recorder, Touches};
@@ -54,6 +58,15 @@ pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage
     let mut done = 0.0;
     let mut substeps = 0;
     let mut last = stage.dt;
+    if let Some(view) = stage.view.filter(|_| sheet.stages() > 0) {
+        sheet.work.x_before.copy_from(&sheet.x);
+        step_alone(sheet, view, touches, stage);
+        done = stage.dt;
+        if is_unstable(sheet) {
+            give_up(sheet, touches, stage);
+            return;
+        }
+    }
     // The last part of a step may be a rounding error long; it is then the step's.
     while stage.dt - done > stage.dt * 1e-12 {
         let part = stage.dt - done;
@@ -75,6 +88,39 @@ pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage
     if stage.sleep {
         fall_asleep(sheet, touches, stage, last);
     }
+}
+
+/// Steps a sheet of an implicit engine against bodies that do not give way.
+fn step_alone(sheet: &mut Sheet, view: &RigidView, touches: &mut Touches, stage: &Stage) {
+    let mut scratch = sheet.work.contact.take().unwrap_or_default();
+    let mut movers = std::mem::take(&mut scratch.movers);
+    let mut group = Group { sheets: std::slice::from_mut(sheet), members: &[0], movers: &mut movers, parallel: false };
+    let mut near = near::Near { view, normals: Vec::new() };
+    let part = group::Part { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, halvings: 0 };
+    group::advance(&mut group, &mut scratch, &mut near, part);
+    scratch.movers = movers;
+    let mut recorder = Recorder { touches, view };
+    scratch.closed(|contact| {
+        if let crate::contact::row::Side::Sheet { point, .. } = contact.a {
+            let mass = point.masses[0] as usize;
+            sheet.work.touching[mass] = true;
+            if let Some((handle, _)) = view.colliders.iter().next() {
+                crate::contact::detect::Touch::touched(&mut recorder, handle, mass);
+            }
+        }
+    });
+    if std::env::var_os("TRACE").is_some() {
+        let e = sheet.energy(stage.field.gravity);
+        eprintln!(
+            "{:.4} E {:.9} K {:.3e} el {:.3e} {:?}",
+            stage.time + stage.dt,
+            e.total,
+            e.kinetic,
+            e.elastic,
+            scratch.counters
+        );
+    }
+    sheet.work.contact = Some(scratch);
 }
 
 fn size_work(sheet: &mut Sheet) {

@@ -15,12 +15,12 @@ pub use parameters::Parameter;
 pub use report::{BodyReport, Report, SheetReport, TemperatureReport};
 
 use crate::contact::detect::deepest;
-use crate::contact::rigid::{RigidView, RigidWorld};
+use crate::contact::rigid::{BodyState, RigidView, RigidWorld};
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::event::{Event, Touches};
-use crate::scene::{Air, BodySpec, Scene, SheetSpec, validate};
-use crate::sheet::{Equilibrium, Sheet, Status};
+use crate::scene::{Air, BodySpec, PairSpec, Scene, SheetSpec, body_name, validate};
+use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::step::{Field, Stage, step_sheet};
 
 /// Sheets and bodies in time.
@@ -47,7 +47,8 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn new(scene: &Scene) -> Result<Self, InputError> {
-        let built = RigidWorld::build(scene).and_then(|rigid| Self::build(scene, Some(rigid)));
+        let checked = validate::built(scene);
+        let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
         built.map_err(|e| scene.located(e))
     }
 
@@ -57,11 +58,11 @@ impl World {
     /// # Errors
     /// When the scene, or a file it names, is not valid.
     pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
-        Self::build(scene, None).map_err(|e| scene.located(e))
+        validate::built(scene).and_then(|()| Self::build(scene, None)).map_err(|e| scene.located(e))
     }
 
     fn build(scene: &Scene, rigid: Option<RigidWorld>) -> Result<Self, InputError> {
-        validate::scene(scene)?;
+        validate::values(scene)?;
         let mut sheets = Vec::with_capacity(scene.sheets.len());
         for index in 0..scene.sheets.len() {
             sheets.push(Sheet::build(scene, index).map_err(|mut e| {
@@ -73,6 +74,10 @@ impl World {
                 }
                 e
             })?);
+        }
+        for (index, sheet) in sheets.iter_mut().enumerate() {
+            glue(sheet, rigid.as_ref())
+                .map_err(|e| InputError::new(format!("sheets.{index}.{}", e.field), e.problem))?;
         }
         check_heaters(scene)?;
         let touches = sheets.iter().map(|_| Touches::default()).collect();
@@ -90,7 +95,7 @@ impl World {
             events: Vec::new(),
             sleep: true,
             pool: None,
-            scene: scene.clone(),
+            scene: named(scene),
         })
     }
 
@@ -103,6 +108,9 @@ impl World {
         let fresh = Self::build(&self.scene, rigid)?;
         let (sleep, pool) = (self.sleep, self.pool.take());
         *self = Self { sleep, pool, ..fresh };
+        if let Some(rigid) = &mut self.rigid {
+            rigid.set_sleep(sleep);
+        }
         Ok(())
     }
 
@@ -120,9 +128,12 @@ impl World {
         Ok(())
     }
 
-    /// Whether sheets that come to rest are put to sleep (they are, unless told otherwise).
+    /// Whether sheets and bodies that come to rest are put to sleep (they are, unless told otherwise).
     pub fn set_sleep(&mut self, sleep: bool) {
         self.sleep = sleep;
+        if let Some(rigid) = &mut self.rigid {
+            rigid.set_sleep(sleep);
+        }
         if !sleep {
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
@@ -162,7 +173,9 @@ impl World {
         // Taken out for the step: the view borrows it while the sheets are changed.
         let mut rigid = self.rigid.take();
         if let Some(rigid) = &mut rigid {
-            rigid.step(self.time, dt);
+            rigid.step(self.time, dt, self.gravity);
+            let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
+            self.sheets.iter_mut().for_each(|s| s.follow(self.time, dt, states));
         }
         let view = rigid.as_ref().map(RigidWorld::view);
         self.step_sheets(view.as_ref(), dt);
@@ -256,8 +269,9 @@ impl World {
         scene.engine = self.engine;
         scene.tolerance = self.tolerance;
         scene.sheets.push(SheetSpec { name: name.clone(), ..spec.clone() });
-        validate::scene(&scene)?;
-        let sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
+        validate::values(&scene)?;
+        let mut sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
+        glue(&mut sheet, self.rigid.as_ref())?;
         self.scene.sheets = scene.sheets;
         self.sheets.push(sheet);
         self.touches.push(Touches::default());
@@ -295,17 +309,25 @@ impl World {
         Ok(name)
     }
 
-    /// Removes the rigid body of that name and wakes the sheets; false when there is none.
+    /// Removes the rigid body of that name, lets go of what is glued to it and wakes the sheets; false when there is none.
     pub fn remove_body(&mut self, name: &str) -> bool {
+        let index = self.rigid.as_ref().and_then(|r| r.index_of(name));
         let removed = self.rigid.as_mut().is_some_and(|r| r.remove(name));
         if removed {
             self.scene.bodies.retain(|b| b.name != name);
-            self.sheets.iter_mut().for_each(Sheet::wake);
+            for sheet in &mut self.scene.sheets {
+                sheet.pins.retain(|p| p.body.as_deref() != Some(name));
+            }
+            for sheet in &mut self.sheets {
+                index.into_iter().for_each(|i| sheet.unglue(i));
+                sheet.wake();
+            }
         }
         removed
     }
 
-    /// Sends a rigid body to where it shall be at the end of the next step (m); false when there is none of that name.
+    /// Sends a rigid body to where it shall be at the end of the next step (m); false when there is none of that name. One that
+    /// moved freely no longer does.
     pub fn move_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
         self.rigid.as_mut().is_some_and(|r| r.send(name, position, rotation))
     }
@@ -345,9 +367,24 @@ impl World {
         self.air
     }
 
-    /// Whether no sheet is moving: all asleep or stopped.
+    /// State of the rigid body of that name: where it is and how it moves.
+    pub fn body_state(&self, name: &str) -> Option<&BodyState> {
+        let rigid = self.rigid.as_ref()?;
+        rigid.state(rigid.index_of(name)?)
+    }
+
+    /// Energies of all sheets, and of all bodies that move freely, J; gravity's is zero at the origin.
+    pub fn energy(&self) -> Energy {
+        let sheets = self.sheets.iter().map(|s| s.energy(self.gravity));
+        let all = sheets.fold(Energy::default(), |sum, e| sum.plus(e.kinetic, e.elastic, e.gravity));
+        let bodies = self.rigid.iter().flat_map(|r| (0..r.bodies().len()).filter_map(|i| r.state(i)));
+        bodies.fold(all, |sum, b| sum.plus(b.kinetic_energy(), 0.0, b.gravity_energy(self.gravity)))
+    }
+
+    /// Whether nothing moves by itself: all sheets asleep or stopped, and all bodies that move freely asleep.
     pub fn is_quiet(&self) -> bool {
-        self.sheets.iter().all(|s| s.status != Status::Awake)
+        let rests = self.sheets.iter().all(|s| s.status != Status::Awake);
+        rests && self.rigid.as_ref().is_none_or(RigidWorld::is_quiet)
     }
 
     /// The first sheet that went unstable, if one did.
@@ -381,6 +418,29 @@ impl World {
             check_range(&format!("gravity.{axis}"), value, -1e3, 1e3, "m/s²")?;
         }
         self.gravity = gravity;
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        if let Some(rigid) = &mut self.rigid {
+            rigid.wake_all();
+        }
+        Ok(())
+    }
+
+    /// Adds pairs of materials, each in place of one of the same two materials; they hold from the next step on, for what is in
+    /// the world and for what comes.
+    ///
+    /// # Errors
+    /// When a coefficient is out of range; nothing is changed then.
+    pub fn add_pairs(&mut self, pairs: &[PairSpec]) -> Result<(), InputError> {
+        let mut contact = self.scene.contact.clone();
+        for pair in pairs {
+            contact.pairs.retain(|p| !p.joins(&pair.between.0, &pair.between.1));
+            contact.pairs.push(pair.clone());
+        }
+        validate::contact(&contact)?;
+        if let Some(rigid) = &mut self.rigid {
+            rigid.set_contact(&contact);
+        }
+        self.scene.contact = contact;
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(())
     }
@@ -425,6 +485,24 @@ fn free_name(base: &str, taken: impl Fn(&str) -> bool) -> String {
 fn steps_in(duration: f64, dt: f64) -> u64 {
     // The slack keeps a duration that is a whole number of steps, but for rounding, at that number.
     ((duration / dt) - 1e-9).ceil().max(1.0) as u64
+}
+
+/// The scene with the names of its bodies filled in, so that one can be found in it when it is removed.
+fn named(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    for (index, body) in scene.bodies.iter_mut().enumerate() {
+        body.name = body_name(&body.name, index);
+    }
+    scene
+}
+
+/// Glues a sheet to the bodies that its pins name.
+fn glue(sheet: &mut Sheet, rigid: Option<&RigidWorld>) -> Result<(), InputError> {
+    sheet.glue_to(|name| {
+        let rigid = rigid?;
+        let index = rigid.index_of(name)?;
+        Some((index, *rigid.state(index)?))
+    })
 }
 
 /// Heaters are read and checked now, so that a bad file is refused when the scene is opened.

@@ -92,7 +92,7 @@ pub fn world(scene: &Scene) -> World {
 
 /// A body with the scene's own friction and restitution.
 pub fn body(name: &str, shape: Shape, placement: Placement, path: Vec<PathKey>) -> BodySpec {
-    BodySpec { name: name.into(), shape, placement, path, friction: None, restitution: None }
+    BodySpec { name: name.into(), placement, path, ..BodySpec::new(shape) }
 }
 
 /// Takes `steps` steps of `dt` s.

@@ -117,7 +117,7 @@ fn a_sliding_sheet_stops_after_v_squared_over_two_mu_g() {
 fn laid(structure: StructureKind, friction: f64) -> Scene {
     let mut scene = adrift(small_sheet(structure, 0.3), EngineKind::Verlet);
     scene.gravity = DVec3::new(0.0, -9.81, 0.0);
-    scene.contact = ContactDefaults { friction, restitution: 0.0 };
+    scene.contact = ContactDefaults { friction, restitution: 0.0, ..ContactDefaults::default() };
     scene.dt = 2e-3;
     scene
 }

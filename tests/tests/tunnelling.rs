@@ -33,7 +33,7 @@ fn projectile(index: usize, position: DVec3, velocity: DVec3) -> SheetSpec {
 
 /// Many projectiles at once (sheets do not see one another) against `bodies`.
 fn shots(bodies: Vec<BodySpec>, restitution: f64, sheets: Vec<SheetSpec>) -> World {
-    let contact = ContactDefaults { friction: 0.2, restitution };
+    let contact = ContactDefaults { friction: 0.2, restitution, ..ContactDefaults::default() };
     let engine = EngineKind::EulerCromer;
     world(&Scene { gravity: DVec3::ZERO, engine, dt: DT, contact, bodies, sheets, ..Scene::default() })
 }

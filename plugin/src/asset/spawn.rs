@@ -93,7 +93,7 @@ fn apply_settings(sheets: &mut SheetWorld, scene: &Scene) -> Result<(), InputErr
     sheets.set_dt(scene.dt)?;
     sheets.set_tolerance(scene.tolerance)?;
     sheets.set_engine(scene.engine);
-    Ok(())
+    sheets.add_pairs(&scene.contact.pairs)
 }
 
 /// Puts sheets and bodies straight into the world, from the description itself: an entity's transform has single precision.
@@ -105,16 +105,18 @@ fn spawn(
     scene: &Scene,
     children: &mut Vec<Entity>,
 ) -> Result<(), InputError> {
-    let defaults = scene.contact;
+    let defaults = &scene.contact;
     if let Some(room) = &scene.room {
         children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
     }
     let room = scene.room.iter().flat_map(room_bodies);
-    for spec in scene.bodies.iter().cloned().chain(room) {
+    // Names in the scene, and what they have become in a world where they may have been taken.
+    let mut names: Vec<(String, String)> = Vec::new();
+    for (spec, scene_name) in scene.bodies.iter().cloned().chain(room).zip(scene.body_names()) {
         if sheets.borrows_bodies() {
             break;
         }
-        let mut spec = spec;
+        let mut spec = BodySpec { name: scene_name.clone(), ..spec };
         let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
         match &mut spec.shape {
             Shape::File(file) | Shape::Part(file, _) => *file = absolute(scene, file)?,
@@ -126,6 +128,7 @@ fn spawn(
         let component = body_component(scene, &spec)?;
         let there = GlobalTransform::from(placement::transform_of(placement::pose_of_placement(&spec.placement)));
         let motion = sync::insert_body(sheets, &spec, &component, there)?;
+        names.push((scene_name, motion.name().to_owned()));
         let name = Name::new(motion.name().to_owned());
         children.push(world.spawn((component, motion, local, name, ChildOf(root))).id());
     }
@@ -138,6 +141,11 @@ fn spawn(
         spec.file = spec.file.map(|file| absolute(scene, &file)).transpose()?;
         spec.friction = spec.friction.or(Some(defaults.friction));
         spec.restitution = spec.restitution.or(Some(defaults.restitution));
+        for body in spec.pins.iter_mut().filter_map(|pin| pin.body.as_mut()) {
+            if let Some((_, now)) = names.iter().find(|(name, _)| name == body) {
+                body.clone_from(now);
+            }
+        }
         place_sheet(&mut spec, outer);
         // Its placement is in the entity's transform from now on.
         let component = Sheet::from(SheetSpec { placement: Placement::default(), ..spec.clone() });
@@ -174,6 +182,11 @@ fn body_component(scene: &Scene, spec: &BodySpec) -> Result<SheetBody, InputErro
         friction: spec.friction,
         restitution: spec.restitution,
         path: spec.path.clone(),
+        mass: spec.mass,
+        density: spec.density,
+        velocity: spec.velocity,
+        spin: spec.spin,
+        material: spec.material.clone(),
     })
 }
 
@@ -181,11 +194,8 @@ fn body_component(scene: &Scene, spec: &BodySpec) -> Result<SheetBody, InputErro
 fn room_bodies(room: &Room) -> Vec<BodySpec> {
     let plane = |name: &str, position: [f64; 3], turn: f64| BodySpec {
         name: name.to_owned(),
-        shape: Shape::HalfSpace,
         placement: Placement { position: position.into(), rotation: [turn, 0.0, 0.0].into() },
-        path: Vec::new(),
-        friction: None,
-        restitution: None,
+        ..BodySpec::new(Shape::HalfSpace)
     };
     let mut planes = vec![plane("floor", [0.0, room.y.0, 0.0], 0.0)];
     if room.back_wall {
@@ -199,6 +209,8 @@ fn place_body(spec: &mut BodySpec, outer: Pose) {
     if !placement::is_identity(outer) {
         spec.placement = placed(&spec.placement, outer);
         turn_path(&mut spec.path, outer);
+        spec.velocity = outer.1 * spec.velocity;
+        spec.spin = outer.1 * spec.spin;
     }
 }
 

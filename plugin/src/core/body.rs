@@ -6,7 +6,7 @@ use sheetwork::scene::{PathKey, Polyhedron};
 
 use crate::asset::SheetPolyhedra;
 
-/// A rigid body that sheets meet: it stands still, or goes where its entity's `Transform` is moved.
+/// A rigid body that sheets meet: it stands still, goes where its entity's `Transform` is moved, or moves freely.
 ///
 /// ```
 /// # use bevy::prelude::*;
@@ -14,12 +14,14 @@ use crate::asset::SheetPolyhedra;
 /// # fn setup(mut commands: Commands, server: Res<AssetServer>) {
 /// commands.spawn(SheetBody::floor());
 /// commands.spawn((SheetBody::ball(0.1), Transform::from_xyz(0.0, 0.3, 0.0)));
+/// commands.spawn((SheetBody::ball(0.1).mass(0.2), Transform::from_xyz(0.0, 1.0, 0.0)));
 /// commands.spawn(SheetBody::from_asset(server.load("polyhedra/wedge.pol")));
 /// # }
 /// ```
 ///
 /// Scale the entity to scale the body (a ball by its x alone). Moving the `Transform`, or an ancestor's, carries sheets along:
-/// the body gets there evenly during the next tick. Sheets do not push bodies.
+/// the body gets there evenly during the next tick. A body with a mass or a density falls, is pushed and pushes; its
+/// `Transform` is where it starts, and is then written, not read.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 #[require(Transform, Visibility)]
@@ -35,6 +37,16 @@ pub struct SheetBody {
     /// A path it follows from where it is spawned, times in s since then. Its `Transform` is then written, not read.
     #[reflect(ignore)]
     pub path: Vec<PathKey>,
+    /// Mass, kg, 1e-9 to 1e9, of a body that moves freely. Neither with `density` nor with a path.
+    pub mass: Option<f64>,
+    /// Density, kg/m³, 1e-3 to 1e6, of a body that moves freely, in place of its mass.
+    pub density: Option<f64>,
+    /// Velocity at the start, m/s, of a body that moves freely; each component within ±1e3.
+    pub velocity: DVec3,
+    /// Angular velocity at the start, rad/s, of a body that moves freely; each component within ±1e4.
+    pub spin: DVec3,
+    /// What it is made of, as the world's pairs of materials name it.
+    pub material: Option<String>,
 }
 
 /// The shape of a [`SheetBody`].
@@ -110,6 +122,41 @@ impl SheetBody {
     pub fn restitution(mut self, restitution: impl Into<f64>) -> Self {
         self.restitution = Some(restitution.into());
         self
+    }
+
+    /// Lets it move freely with this mass, kg.
+    pub fn mass(mut self, mass: impl Into<f64>) -> Self {
+        self.mass = Some(mass.into());
+        self
+    }
+
+    /// Lets it move freely with the mass that this density gives it, kg/m³.
+    pub fn density(mut self, density: impl Into<f64>) -> Self {
+        self.density = Some(density.into());
+        self
+    }
+
+    /// Velocity at the start, m/s, of a body that moves freely.
+    pub fn velocity(mut self, velocity: impl Into<DVec3>) -> Self {
+        self.velocity = velocity.into();
+        self
+    }
+
+    /// Angular velocity at the start, rad/s, of a body that moves freely.
+    pub fn spin(mut self, spin: impl Into<DVec3>) -> Self {
+        self.spin = spin.into();
+        self
+    }
+
+    /// What it is made of, as the world's pairs of materials name it.
+    pub fn made_of(mut self, material: impl Into<String>) -> Self {
+        self.material = Some(material.into());
+        self
+    }
+
+    /// Whether it moves freely.
+    pub fn is_free(&self) -> bool {
+        self.mass.is_some() || self.density.is_some()
     }
 
     /// Leads it along a path of displacements from where it is spawned; times are s since then.

@@ -61,17 +61,18 @@ impl Plugin for SheetworkCorePlugin {
         app.add_systems(
             FixedUpdate,
             (
-                (clock::begin_tick, sync::sync_sheets, sync::sync_bodies, sync::move_bodies)
+                // Bodies first: sheets may be glued to them.
+                (clock::begin_tick, sync::sync_bodies, sync::sync_sheets, sync::move_bodies)
                     .chain()
                     .in_set(SheetworkSet::Sync),
                 step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step),
-                (step::write_sheets, event::send).chain().in_set(SheetworkSet::Writeback),
+                (step::write_sheets, step::write_bodies, event::send).chain().in_set(SheetworkSet::Writeback),
             ),
         );
         // Once a frame too, so that what was spawned in this frame is seen in it.
         app.add_systems(
             PostUpdate,
-            (sync::sync_sheets, sync::sync_bodies)
+            (sync::sync_bodies, sync::sync_sheets)
                 .chain()
                 .in_set(SheetworkSynced)
                 .before(SheetworkDisplay)
@@ -79,7 +80,7 @@ impl Plugin for SheetworkCorePlugin {
         );
         app.add_systems(
             PostUpdate,
-            (step::show, step::show_led_bodies).chain().in_set(SheetworkDisplay).before(TransformSystems::Propagate),
+            (step::show, step::show_bodies).chain().in_set(SheetworkDisplay).before(TransformSystems::Propagate),
         );
         app.register_type::<Sheet>()
             .register_type::<SheetBody>()

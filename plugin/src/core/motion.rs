@@ -153,6 +153,41 @@ pub struct BodyMotion {
     pub(super) given: GlobalTransform,
     /// The path it follows from there, in the world's time; empty for one that is moved by its transform.
     pub(super) path: Vec<PathKey>,
+    /// Where a body that moves freely was after the last three ticks.
+    pub(super) flight: Option<Flight>,
+}
+
+/// The last three places of a body that moves freely, oldest first, and their simulated times, s.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Flight {
+    times: [f64; 3],
+    poses: [Pose; 3],
+}
+
+impl Flight {
+    /// One that is at `pose` at `time`, s.
+    pub fn at(time: f64, pose: Pose) -> Self {
+        Self { times: [time; 3], poses: [pose; 3] }
+    }
+
+    /// Takes in where the body is at `time`, s.
+    pub fn record(&mut self, time: f64, pose: Pose) {
+        if time > self.times[2] {
+            self.times = [self.times[1], self.times[2], time];
+            self.poses = [self.poses[1], self.poses[2], pose];
+        } else {
+            self.poses[2] = pose;
+        }
+    }
+
+    /// Where it is at `time` (s), between the places on both sides of it.
+    pub fn shown(&self, time: f64) -> Pose {
+        let first = if time < self.times[1] { 0 } else { 1 };
+        let (from, to) = (self.times[first], self.times[first + 1]);
+        let s = if to > from { ((time - from) / (to - from)).clamp(0.0, 1.0) } else { 1.0 };
+        let ((a, p), (b, q)) = (self.poses[first], self.poses[first + 1]);
+        (a.lerp(b, s), p.slerp(q, s))
+    }
 }
 
 impl BodyMotion {
@@ -171,8 +206,18 @@ impl BodyMotion {
         !self.path.is_empty()
     }
 
+    /// Whether its entity's transform is written by the world, and not read.
+    pub fn is_shown(&self) -> bool {
+        self.is_led() || self.flight.is_some()
+    }
+
+    /// Where it is to be shown at the simulated time `time`, s.
+    pub(super) fn at(&self, time: f64) -> Pose {
+        self.flight.map_or_else(|| self.led_to(time), |flight| flight.shown(time))
+    }
+
     /// Where its path has it at the simulated time `time`, s.
-    pub(super) fn led_to(&self, time: f64) -> Pose {
+    fn led_to(&self, time: f64) -> Pose {
         let (offset, rotation) = path_at(&self.path, time);
         let turn = Placement { rotation, ..Placement::default() }.quaternion();
         let (position, start) = super::placement::pose_of(&self.given);
@@ -202,6 +247,20 @@ mod tests {
         assert_eq!(x(&motion, 0.5), Some(0.5));
         assert_eq!((x(&motion, -1.0), x(&motion, 9.0)), (Some(0.0), Some(3.0)), "held at the ends");
         assert_eq!(motion.at(1, 1.5), None);
+    }
+
+    #[test]
+    fn a_flight_is_shown_between_its_places() {
+        let at = |x: f64| (DVec3::X * x, DQuat::from_rotation_y(x));
+        let mut flight = Flight::at(0.0, at(0.0));
+        assert_eq!(flight.shown(0.5), at(0.0));
+        flight.record(1.0, at(1.0));
+        flight.record(2.0, at(2.0));
+        let (place, turn) = flight.shown(1.5);
+        assert!(place.distance(DVec3::X * 1.5) < 1e-12 && turn.angle_between(DQuat::from_rotation_y(1.5)) < 1e-6);
+        assert_eq!(flight.shown(9.0), at(2.0));
+        flight.record(2.0, at(5.0));
+        assert_eq!(flight.shown(2.0), at(5.0));
     }
 
     #[test]

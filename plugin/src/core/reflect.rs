@@ -93,6 +93,7 @@ pub(super) enum MaterialChoiceReflect {
 #[derive(Clone, Debug, Default)]
 #[reflect(Default)]
 pub(super) struct MaterialReflect {
+    name: String,
     young: f64,
     poisson: f64,
     density: f64,

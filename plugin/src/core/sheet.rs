@@ -180,6 +180,13 @@ impl Sheet {
         self
     }
 
+    /// Glues the masses of `region` to the body of that name, where they are when the sheet is built; the body is there before
+    /// the sheet.
+    pub fn glue(mut self, region: Region, body: impl Into<String>) -> Self {
+        self.spec.pins.push(PinSpec::glued(region, body));
+        self
+    }
+
     /// Holds the masses of a region where they start; a shell can turn about them, as on a hinge.
     pub fn pin(self, region: Region) -> Self {
         self.pin_along(region, [])

@@ -27,6 +27,22 @@ pub(super) fn write_sheets(world: Res<SheetWorld>, mut sheets: Query<(&mut Sheet
     }
 }
 
+/// Brings the places of the bodies that move freely to their entities.
+pub(super) fn write_bodies(world: Res<SheetWorld>, mut bodies: Query<&mut BodyMotion>) {
+    let Some(rigid) = world.rigid() else { return };
+    for mut motion in &mut bodies {
+        // Where a body is in a tick is no change of what it is.
+        let motion = motion.bypass_change_detection();
+        if motion.flight.is_none() || motion.generation != world.generation() {
+            continue;
+        }
+        let pose = rigid.index_of(motion.name()).and_then(|index| rigid.pose(index));
+        if let (Some(pose), Some(flight)) = (pose, &mut motion.flight) {
+            flight.record(world.time(), pose);
+        }
+    }
+}
+
 /// Moves the display on to where it is in this frame.
 pub(super) fn show(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>, fixed: Res<Time<Fixed>>) {
     let tick = fixed.timestep().as_secs_f64() * clock.rate();
@@ -35,14 +51,14 @@ pub(super) fn show(mut world: ResMut<SheetWorld>, clock: Res<SheetClock>, fixed:
     world.bypass_change_detection().show(tick, fraction);
 }
 
-/// Shows the bodies that follow a path where they are at the time that is shown.
-pub(super) fn show_led_bodies(
+/// Shows the bodies that follow a path or move freely where they are at the time that is shown.
+pub(super) fn show_bodies(
     world: Res<SheetWorld>,
     bodies: Query<(Entity, &BodyMotion, Option<&ChildOf>)>,
     mut transforms: ParamSet<(TransformHelper, Query<&mut Transform>)>,
 ) {
-    for (entity, motion, parent) in bodies.iter().filter(|(_, m, _)| m.is_led()) {
-        let shown = GlobalTransform::from(placement::transform_of(motion.led_to(world.shown_time())));
+    for (entity, motion, parent) in bodies.iter().filter(|(_, m, _)| m.is_shown()) {
+        let shown = GlobalTransform::from(placement::transform_of(motion.at(world.shown_time())));
         let parent = parent.and_then(|p| transforms.p0().compute_global_transform(p.parent()).ok());
         let local = parent.map_or_else(|| shown.compute_transform(), |p| shown.reparented_to(&p));
         if let Ok(mut transform) = transforms.p1().get_mut(entity) {

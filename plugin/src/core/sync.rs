@@ -6,6 +6,7 @@ use bevy::transform::helper::TransformHelper;
 use sheetwork::InputError;
 use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
 
+use super::motion::Flight;
 use super::world::Move;
 use super::{BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetState, SheetWorld, placement};
 use crate::asset::SheetPolyhedra;
@@ -126,7 +127,7 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
     if alike != *old {
         return false;
     }
-    let defaults = world.scene().contact;
+    let defaults = world.scene().contact.clone();
     let material = new.material.resolve(&world.scene().base);
     let Some(running) = world.sheet_mut(motion.name()) else { return false };
     let changed = material.and_then(|material| {
@@ -163,8 +164,11 @@ pub(super) fn sync_bodies(
         };
         let ready = polyhedra_of(&body.shape, assets.as_deref());
         let (true, Some(polyhedra)) = (stale, ready) else { continue };
-        let start = motion.filter(|m| m.is_led() && m.built_from.path == body.path).map(|m| m.given);
-        // A body that is led starts its path again where it first started it: its transform shows where it is now.
+        // A body that is led starts its path again where it first started it: its transform shows where it is now. One that
+        // moves freely goes on from where it is shown, but in a world that starts anew it starts anew too.
+        let led = |m: &BodyMotion| m.is_led() && m.built_from.path == body.path;
+        let anew = |m: &BodyMotion| m.flight.is_some() && m.generation != world.generation();
+        let start = motion.filter(|m| led(m) || anew(m)).map(|m| m.given);
         let Some(there) = start.or_else(|| transforms.compute_global_transform(entity).ok()) else { continue };
         remove_body(&mut world, motion);
         match add_body(&mut world, &body, polyhedra, name, there) {
@@ -207,6 +211,9 @@ fn add_body(
     if shapes.is_empty() {
         return Err(InputError::new("shape", "no polyhedra: a body has at least 1"));
     }
+    if shapes.len() > 1 && body.is_free() {
+        return Err(InputError::new("shape", format!("{} polyhedra: a body that moves freely is one", shapes.len())));
+    }
     let mut path = body.path.clone();
     delay(&mut path, world.time());
     let entity_name = name.map(|n| n.as_str().to_owned()).unwrap_or_default();
@@ -214,8 +221,19 @@ fn add_body(
     let placement = placement::placement_of(placement::pose_of(&there));
     let mut names = Vec::new();
     for shape in shapes {
-        let (friction, restitution) = (body.friction, body.restitution);
-        let spec = BodySpec { name: name.clone(), shape, placement, path: path.clone(), friction, restitution };
+        let spec = BodySpec {
+            name: name.clone(),
+            placement,
+            path: path.clone(),
+            mass: body.mass,
+            density: body.density,
+            velocity: body.velocity,
+            spin: body.spin,
+            material: body.material.clone(),
+            friction: body.friction,
+            restitution: body.restitution,
+            ..BodySpec::new(shape)
+        };
         match world.add_body(&spec) {
             Ok(name) => names.push(name),
             Err(problem) => {
@@ -226,7 +244,15 @@ fn add_body(
             }
         }
     }
-    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path })
+    let flight = flight_of(world, body, names.first());
+    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path, flight })
+}
+
+/// Where a body of that name that moves freely is now; none for other bodies.
+fn flight_of(world: &SheetWorld, body: &SheetBody, name: Option<&String>) -> Option<Flight> {
+    let rigid = world.rigid().filter(|_| body.is_free())?;
+    let pose = rigid.pose(rigid.index_of(name?)?)?;
+    Some(Flight::at(world.time(), pose))
 }
 
 /// Puts a body into the world as its description says, its path starting now.
@@ -240,7 +266,8 @@ pub(crate) fn insert_body(
     delay(&mut spec.path, world.time());
     let name = world.add_body(&spec)?;
     let (generation, built_from) = (world.generation(), built_from.clone());
-    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path })
+    let flight = flight_of(world, &built_from, Some(&name));
+    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path, flight })
 }
 
 fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
@@ -258,7 +285,7 @@ pub(super) fn move_bodies(
     mut bodies: Query<(Entity, &mut BodyMotion)>,
     transforms: TransformHelper,
 ) {
-    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.is_led()) {
+    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.is_shown()) {
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         if there == motion.given || motion.generation != world.generation() {
             continue;

@@ -8,20 +8,29 @@
 //! origin costs no accuracy. Masses are kept [`SKIN`] outside a surface, above what `f32` resolves.
 
 mod clearance;
+pub mod coulomb;
+mod delassus;
 pub mod detect;
+mod dual;
 pub mod features;
 pub mod find;
 pub mod frame;
 pub mod geometry;
+mod memory;
+pub(crate) mod mover;
 pub mod penetration;
+mod primal;
 pub mod response;
 pub mod rigid;
 pub mod row;
 pub mod skin;
-mod target;
+pub(crate) mod stage;
+pub mod sweeps;
+pub(crate) mod target;
 pub mod through_thickness;
 
 pub(crate) use clearance::Clearance;
+pub(crate) use delassus::{Group, Unit};
 
 /// Distance at which a mass lies on a surface, m.
 pub const SKIN: f64 = 1e-5;

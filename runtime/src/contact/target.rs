@@ -11,7 +11,7 @@ use rapier3d::math::{Pose, Real, Vector};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
 use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
-use rapier3d::prelude::{CoefficientCombineRule, Collider, ColliderHandle, FeatureId};
+use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 
 use super::SKIN;
 use super::response::Surface;
@@ -19,10 +19,12 @@ use super::rigid::{CONVEX, RigidView};
 use crate::sheet::Sheet;
 
 /// A rigid frame in f64.
-#[derive(Clone, Copy)]
-pub(super) struct Frame {
-    origin: DVec3,
-    rotation: DMat3,
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// Where its origin is, m.
+    pub origin: DVec3,
+    /// From its axes to the world's.
+    pub rotation: DMat3,
 }
 
 impl Frame {
@@ -37,6 +39,22 @@ impl Frame {
 
     pub fn world(&self, p: Vector) -> DVec3 {
         self.rotation * p.as_dvec3() + self.origin
+    }
+
+    /// Turned by `turn` (rad, about an axis through `centre`) and then moved by `shift`, m.
+    pub fn moved(&self, centre: DVec3, shift: DVec3, turn: DVec3) -> Self {
+        let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn));
+        Self { origin: centre + rotation * (self.origin - centre) + shift, rotation: rotation * self.rotation }
+    }
+
+    /// The world's place of `p` in this frame, both in f64.
+    pub fn place(&self, p: DVec3) -> DVec3 {
+        self.rotation * p + self.origin
+    }
+
+    /// The place in this frame of `p` in the world, both in f64.
+    pub fn into_local(&self, p: DVec3) -> DVec3 {
+        self.rotation.transpose() * (p - self.origin)
     }
 
     /// The frame a time `dt` earlier, for a body moving with `linear` and `angular` about `centre`.
@@ -119,7 +137,7 @@ impl<'a> Target<'a> {
             TypedShape::HalfSpace(plane) => Kind::Plane(plane.normal),
             _ => Kind::Other,
         };
-        let combine = |ours: f64, theirs: Real, rule| combined(ours, f64::from(theirs), rule);
+        let (friction, restitution) = view.coefficients(sheet, handle, collider);
         Self {
             handle,
             shape,
@@ -132,8 +150,8 @@ impl<'a> Target<'a> {
             linear,
             angular,
             centre: centre - linear * remaining,
-            friction: combine(sheet.friction, collider.friction(), collider.friction_combine_rule()),
-            restitution: combine(sheet.restitution, collider.restitution(), collider.restitution_combine_rule()),
+            friction,
+            restitution,
         }
     }
 
@@ -271,16 +289,6 @@ fn is_convex(shape: &dyn Shape) -> bool {
             | TypedShape::Cone(_)
             | TypedShape::ConvexPolyhedron(_)
     )
-}
-
-/// Rapier's rules for a pair's coefficient, with the sheet's own rule taken to be the average.
-fn combined(ours: f64, theirs: f64, rule: CoefficientCombineRule) -> f64 {
-    match rule {
-        CoefficientCombineRule::Min => ours.min(theirs),
-        CoefficientCombineRule::Multiply => ours * theirs,
-        CoefficientCombineRule::Max => ours.max(theirs),
-        _ => 0.5 * (ours + theirs),
-    }
 }
 
 /// The exact normal of the face a feature names. Directions to nearby points lose all accuracy at a distance of a skin.

@@ -26,6 +26,12 @@ pub(super) struct Axial {
 }
 
 impl Axial {
+    /// See [`super::Element::history`].
+    pub fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        visit(std::slice::from_mut(&mut self.force));
+        visit(std::slice::from_mut(&mut self.rate));
+    }
+
     /// N at `length`.
     #[inline(always)]
     pub fn force_at(&self, length: f64, per_time: f64) -> f64 {

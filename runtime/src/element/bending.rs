@@ -309,6 +309,10 @@ impl Element for Bending {
         self.groups.iter_mut().for_each(|g| g.rate = [0.0; 3]);
     }
 
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        self.groups.iter_mut().for_each(|g| visit(&mut g.rate));
+    }
+
     fn potential(&self, x: &Vectors) -> f64 {
         let mut sum = 0.0;
         for g in &self.groups {

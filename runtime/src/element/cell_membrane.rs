@@ -295,6 +295,12 @@ impl Element for CellMembrane {
         self.packets.iter_mut().for_each(|p| p.rate = [Pack::default(); 5]);
     }
 
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        for packet in &mut self.packets {
+            packet.rate.iter_mut().chain(&mut packet.stress).for_each(|pack| visit(&mut pack.0));
+        }
+    }
+
     fn potential(&self, x: &Vectors) -> f64 {
         potential(&self.cell, &self.packets, x)
     }

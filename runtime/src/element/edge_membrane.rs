@@ -375,6 +375,11 @@ impl Element for EdgeMembrane {
         self.rate.fill(0.0);
     }
 
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        visit(&mut self.rate);
+        visit(&mut self.stress);
+    }
+
     fn potential(&self, x: &Vectors) -> f64 {
         let viscous = if self.viscous > 0.0 {
             self.viscous * self.stored(|e| self.strains[e].at(x) - self.anchor[e])

@@ -88,6 +88,10 @@ pub trait Element: Send + Sync {
     /// Forgets the rate of strain: there is none.
     fn forget(&mut self);
 
+    /// Visits what is carried from stage to stage (rates of strain, the stress σ*), always the same numbers in the same order:
+    /// to be kept, and to be put back.
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64]));
+
     /// Stored energy and viscous potential of the stage at `x`, J.
     fn potential(&self, x: &Vectors) -> f64;
 

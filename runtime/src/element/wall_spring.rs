@@ -98,6 +98,10 @@ impl Element for WallSprings {
         self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
     }
 
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        self.springs.iter_mut().for_each(|s| s.axial.history(visit));
+    }
+
     fn potential(&self, x: &Vectors) -> f64 {
         self.springs.iter().map(|s| s.axial.potential(s.along(x).1, self.per_time)).sum()
     }

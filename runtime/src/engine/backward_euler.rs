@@ -1,8 +1,9 @@
 //! Backward Euler: one stage over dt, x₁ = x₀ + dt v₁, v₁ = v₀ + dt a₁. Order 1, L-stable, and strongly damped: kept for
 //! comparison, because it is what most real-time solvers use.
 
-use super::implicit::newton::{Work, solve};
-use super::implicit::{Complex, Stage};
+use super::implicit::newton::Work;
+use super::implicit::staged::{self, Jump, Staged};
+use super::implicit::{Complex, Implicit, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
 use crate::sheet::Vectors;
@@ -29,28 +30,69 @@ fn amplification(angle: f64) -> (f64, f64) {
 #[derive(Default)]
 struct BackwardEuler {
     y: Vectors,
-    before: Vectors,
+    w: Vectors,
+    per_time: f64,
     work: Work,
+}
+
+impl Staged for BackwardEuler {
+    fn stages(&self) -> usize {
+        1
+    }
+
+    fn prepare(
+        &mut self,
+        problem: &mut dyn Implicit,
+        _k: usize,
+        dt: f64,
+        (x, v): (&Vectors, &Vectors),
+        guess: &mut Vectors,
+    ) {
+        fit(&mut self.y, x);
+        fit(&mut self.w, x);
+        self.per_time = 1.0 / dt;
+        self.w.copy_from(x);
+        self.y.set_sum(x, dt, v);
+        guess.copy_from(&self.y);
+        problem.begin(self.per_time, &[Anchor { weight: 1.0, x }], 0.0, x, v);
+    }
+
+    fn stage(&self) -> Stage<'_> {
+        Stage { per_time: self.per_time, y: &self.y, w: &self.w }
+    }
+
+    fn length(&self, _k: usize, dt: f64) -> f64 {
+        dt
+    }
+
+    fn finish(
+        &mut self,
+        _problem: &mut dyn Implicit,
+        _k: usize,
+        dt: f64,
+        solution: &Vectors,
+        jump: Option<&Jump>,
+        (x, v): (&mut Vectors, &mut Vectors),
+    ) {
+        super::tr_bdf2::velocity(solution, &self.w, dt, v);
+        x.copy_from(solution);
+        if let Some(jump) = jump {
+            v.add_scaled(-1.0 / dt, &jump.dx);
+            v.add_scaled(1.0, &jump.dv);
+        }
+    }
+
+    fn work(&mut self) -> &mut Work {
+        &mut self.work
+    }
 }
 
 impl Engine for BackwardEuler {
     fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        let Some(problem) = forces.implicit() else { return Advance::default() };
-        fit(&mut self.y, x);
-        fit(&mut self.before, x);
-        self.before.copy_from(x);
-        self.y.set_sum(&self.before, dt, v);
-        x.copy_from(&self.y);
-        problem.begin(1.0 / dt, &[Anchor { weight: 1.0, x: &self.before }], 0.0, &self.before, v);
-        let stage = Stage { per_time: 1.0 / dt, y: &self.y, w: &self.before };
-        let solved = solve(problem, &stage, &self.before, x, &mut self.work);
-        super::tr_bdf2::velocity(x, &self.before, dt, v);
-        Advance {
-            taken: dt,
-            accepted: 1,
-            evaluations: u64::from(solved.solves),
-            guarded: u64::from(solved.guarded),
-            ..Advance::default()
-        }
+        staged::advance(self, forces, dt, x, v)
+    }
+
+    fn staged(&mut self) -> Option<&mut dyn Staged> {
+        Some(self)
     }
 }

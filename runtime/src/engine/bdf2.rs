@@ -1,8 +1,9 @@
 //! BDF2: x₁ = (4 x₀ - x₋₁)/3 + ⅔ dt v₁, and so for velocities; the first step, and any step of another length, by backward
 //! Euler. Order 2, L-stable, more damped than TR-BDF2 at the same step but one stage: kept for comparison.
 
-use super::implicit::newton::{Work, solve};
-use super::implicit::{Complex, Stage};
+use super::implicit::newton::Work;
+use super::implicit::staged::{self, Jump, Staged};
+use super::implicit::{Complex, Implicit, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
 use crate::sheet::Vectors;
@@ -35,41 +36,89 @@ struct Bdf2 {
     x_old: Vectors,
     v_old: Vectors,
     step: f64,
+    /// Weight h of the new acceleration, s.
+    h: f64,
     y: Vectors,
     w: Vectors,
-    before: Vectors,
     work: Work,
 }
 
-impl Engine for Bdf2 {
-    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        let Some(problem) = forces.implicit() else { return Advance::default() };
-        for buffer in [&mut self.x_old, &mut self.v_old, &mut self.y, &mut self.w, &mut self.before] {
+impl Staged for Bdf2 {
+    fn stages(&self) -> usize {
+        1
+    }
+
+    fn prepare(
+        &mut self,
+        problem: &mut dyn Implicit,
+        _k: usize,
+        dt: f64,
+        (x, v): (&Vectors, &Vectors),
+        guess: &mut Vectors,
+    ) {
+        for buffer in [&mut self.x_old, &mut self.v_old, &mut self.y, &mut self.w] {
             fit(buffer, x);
         }
         let follows = (self.step - dt).abs() <= 1e-9 * dt;
         let (p, q, h) = if follows { (4.0 / 3.0, -1.0 / 3.0, dt * 2.0 / 3.0) } else { (1.0, 0.0, dt) };
-        self.before.copy_from(x);
+        self.h = h;
         self.w.blend(p, x, q, &self.x_old);
         // y = w + h (p v + q v_old).
         self.y.set_sum(&self.w, h * p, v);
         self.y.add_scaled(h * q, &self.v_old);
-        x.add_scaled(dt, v);
-        let anchors = [Anchor { weight: p, x: &self.before }, Anchor { weight: q, x: &self.x_old }];
-        problem.begin(1.0 / h, &anchors, 0.0, &self.before, v);
-        let stage = Stage { per_time: 1.0 / h, y: &self.y, w: &self.w };
-        let solved = solve(problem, &stage, &self.before, x, &mut self.work);
-        self.x_old.copy_from(&self.before);
+        guess.set_sum(x, dt, v);
+        let anchors = [Anchor { weight: p, x }, Anchor { weight: q, x: &self.x_old }];
+        problem.begin(1.0 / h, &anchors, 0.0, x, v);
+    }
+
+    fn stage(&self) -> Stage<'_> {
+        Stage { per_time: 1.0 / self.h, y: &self.y, w: &self.w }
+    }
+
+    fn length(&self, _k: usize, dt: f64) -> f64 {
+        dt
+    }
+
+    fn finish(
+        &mut self,
+        _problem: &mut dyn Implicit,
+        _k: usize,
+        dt: f64,
+        solution: &Vectors,
+        jump: Option<&Jump>,
+        (x, v): (&mut Vectors, &mut Vectors),
+    ) {
+        self.x_old.copy_from(x);
         self.v_old.copy_from(v);
         self.step = dt;
-        super::tr_bdf2::velocity(x, &self.w, h, v);
-        Advance {
-            taken: dt,
-            accepted: 1,
-            evaluations: u64::from(solved.solves),
-            guarded: u64::from(solved.guarded),
-            ..Advance::default()
+        super::tr_bdf2::velocity(solution, &self.w, self.h, v);
+        x.copy_from(solution);
+        if let Some(jump) = jump {
+            v.add_scaled(-1.0 / self.h, &jump.dx);
+            v.add_scaled(1.0, &jump.dv);
+            self.x_old.add_scaled(1.0, &jump.dx);
+            self.x_old.add_scaled(-dt, &jump.dv);
+            self.v_old.add_scaled(1.0, &jump.dv);
         }
+    }
+
+    fn work(&mut self) -> &mut Work {
+        &mut self.work
+    }
+}
+
+impl Engine for Bdf2 {
+    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+        staged::advance(self, forces, dt, x, v)
+    }
+
+    fn staged(&mut self) -> Option<&mut dyn Staged> {
+        Some(self)
+    }
+
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        visit(std::slice::from_mut(&mut self.step));
+        self.x_old.axes_mut().into_iter().chain(self.v_old.axes_mut()).for_each(visit);
     }
 
     fn restart(&mut self) {

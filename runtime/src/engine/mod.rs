@@ -56,8 +56,16 @@ pub trait Engine: Send + Sync {
     /// Advances `x` (m) and `v` (m/s) from time `t` (s) by `dt` (s), or by less where the scheme chooses its own steps.
     fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance;
 
+    /// The scheme stage by stage, where it is implicit.
+    fn staged(&mut self) -> Option<&mut dyn implicit::staged::Staged> {
+        None
+    }
+
     /// Sets the position error (m) an adaptive scheme may make in a step; others ignore it.
     fn set_tolerance(&mut self, _tolerance: f64) {}
+
+    /// Visits what is carried from step to step, always the same numbers in the same order once a step was taken.
+    fn history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
 
     /// Forgets what was learnt from earlier steps: called after anything but the engine has moved the sheet far.
     fn restart(&mut self) {}

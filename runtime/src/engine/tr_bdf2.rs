@@ -10,6 +10,7 @@
 //! It carries accelerations and rates of strain from step to step: those of the scheme, not ones computed afresh.
 
 use super::implicit::newton::{Work, solve};
+use super::implicit::staged::{self, Jump, Staged};
 use super::implicit::{Complex, Implicit, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
@@ -43,37 +44,28 @@ fn amplification(angle: f64) -> (f64, f64) {
 struct TrBdf2 {
     /// Acceleration at the end of the last step, m/s²; empty before the first.
     a: Vectors,
-    x_mid: Vectors,
-    v_mid: Vectors,
     a_mid: Vectors,
     y: Vectors,
     w: Vectors,
-    before: Vectors,
+    per_time: f64,
+    /// Where the step began, m, and how fast, m/s; moved by what contact did in the first stage.
+    x_start: Vectors,
+    v_start: Vectors,
     work: Work,
 }
 
 impl TrBdf2 {
-    /// The acceleration the first step begins with: that of the forces where the sheet carries no stress to speak of;
-    /// otherwise that of an implicit step, which leaves out what the scheme could not follow.
-    fn begin(&mut self, problem: &mut dyn Implicit, dt: f64, x: &Vectors, v: &Vectors) -> u32 {
-        self.a = Vectors::zeros(x.len());
-        problem.forget();
-        let own = problem.accelerations(x, v, &mut self.a);
-        problem.hold(&mut self.a);
-        if own <= 1e-6 * self.a.max_squared().sqrt() {
-            return 0;
-        }
+    fn second(&mut self, problem: &mut dyn Implicit, dt: f64, (x, v): (&Vectors, &Vectors), guess: &mut Vectors) {
         let h = 0.5 * GAMMA * dt;
-        self.y.set_sum(x, h, v);
-        self.before.copy_from(x);
-        self.x_mid.copy_from(&self.y);
-        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x }], 0.0, x, v);
-        let stage = Stage { per_time: 1.0 / h, y: &self.y, w: x };
-        let solved = solve(problem, &stage, &self.before, &mut self.x_mid, &mut self.work);
-        problem.finish(&self.x_mid);
-        acceleration(&self.x_mid, &self.y, h, &mut self.a);
-        problem.hold(&mut self.a);
-        solved.solves
+        let p = 1.0 / (GAMMA * (2.0 - GAMMA));
+        let q = 1.0 - p;
+        guess.set_sum(x, (1.0 - GAMMA) * dt, v);
+        guess.add_scaled(0.5 * ((1.0 - GAMMA) * dt).powi(2), &self.a_mid);
+        self.w.blend(p, x, q, &self.x_start);
+        self.v_start.scale_and_add(q, p, v);
+        self.y.set_sum(&self.w, h, &self.v_start);
+        let anchors = [Anchor { weight: p, x }, Anchor { weight: q, x: &self.x_start }];
+        problem.begin(1.0 / h, &anchors, 0.0, x, v);
     }
 }
 
@@ -95,55 +87,124 @@ pub(super) fn velocity(x: &Vectors, w: &Vectors, h: f64, v: &mut Vectors) {
     }
 }
 
-impl Engine for TrBdf2 {
-    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
-        let Some(problem) = forces.implicit() else { return Advance::default() };
-        for buffer in [&mut self.x_mid, &mut self.v_mid, &mut self.a_mid, &mut self.y, &mut self.w, &mut self.before] {
+impl Staged for TrBdf2 {
+    fn stages(&self) -> usize {
+        2
+    }
+
+    /// The acceleration the first step begins with: that of the forces where the sheet carries no stress to speak of;
+    /// otherwise that of an implicit step, which leaves out what the scheme could not follow.
+    fn begin(&mut self, problem: &mut dyn Implicit, dt: f64, x: &Vectors, v: &Vectors) -> u32 {
+        for buffer in [&mut self.a_mid, &mut self.y, &mut self.w, &mut self.x_start, &mut self.v_start] {
             fit(buffer, x);
         }
-        let mut done = Advance { taken: dt, accepted: 1, ..Advance::default() };
-        if self.a.len() != x.len() {
-            done.evaluations += u64::from(self.begin(problem, dt, x, v));
+        if self.a.len() == x.len() {
+            return 0;
+        }
+        self.a = Vectors::zeros(x.len());
+        problem.forget();
+        let own = problem.accelerations(x, v, &mut self.a);
+        problem.hold(&mut self.a);
+        if own <= 1e-6 * self.a.max_squared().sqrt() {
+            return 0;
         }
         let h = 0.5 * GAMMA * dt;
+        self.y.set_sum(x, h, v);
+        self.x_start.copy_from(x);
+        let mut end = self.y.clone();
+        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x }], 0.0, x, v);
+        let stage = Stage { per_time: 1.0 / h, y: &self.y, w: x };
+        let solved = solve(problem, &stage, &self.x_start, &mut end, &mut self.work);
+        problem.finish(&end);
+        acceleration(&end, &self.y, h, &mut self.a);
+        problem.hold(&mut self.a);
+        solved.solves
+    }
 
-        // Trapezoidal stage.
+    fn prepare(
+        &mut self,
+        problem: &mut dyn Implicit,
+        k: usize,
+        dt: f64,
+        at: (&Vectors, &Vectors),
+        guess: &mut Vectors,
+    ) {
+        let h = 0.5 * GAMMA * dt;
+        self.per_time = 1.0 / h;
+        if k > 0 {
+            return self.second(problem, dt, at, guess);
+        }
+        let (x, v) = at;
+        self.x_start.copy_from(x);
+        self.v_start.copy_from(v);
         self.w.set_sum(x, h, v);
         self.y.set_sum(x, 2.0 * h, v);
-        self.x_mid.copy_from(&self.y);
+        guess.copy_from(&self.y);
         self.y.add_scaled(h * h, &self.a);
         // Guessed with the acceleration there was: a guess without it costs half a solve more a stage.
-        self.x_mid.add_scaled(2.0 * h * h, &self.a);
-        problem.begin(1.0 / h, &[Anchor { weight: 1.0, x }], h, x, v);
-        let stage = Stage { per_time: 1.0 / h, y: &self.y, w: &self.w };
-        let first = solve(problem, &stage, x, &mut self.x_mid, &mut self.work);
-        problem.finish(&self.x_mid);
-        acceleration(&self.x_mid, &self.y, h, &mut self.a_mid);
-        problem.hold(&mut self.a_mid);
-        self.v_mid.set_sum(v, h, &self.a);
-        self.v_mid.add_scaled(h, &self.a_mid);
+        guess.add_scaled(2.0 * h * h, &self.a);
+        problem.begin(self.per_time, &[Anchor { weight: 1.0, x }], h, x, v);
+    }
 
-        // BDF2 stage.
-        let p = 1.0 / (GAMMA * (2.0 - GAMMA));
-        let q = 1.0 - p;
-        self.before.copy_from(x);
-        x.set_sum(&self.x_mid, (1.0 - GAMMA) * dt, &self.v_mid);
-        x.add_scaled(0.5 * ((1.0 - GAMMA) * dt).powi(2), &self.a_mid);
-        self.w.blend(p, &self.x_mid, q, &self.before);
-        v.scale_and_add(q, p, &self.v_mid);
-        self.y.set_sum(&self.w, h, v);
-        let anchors = [Anchor { weight: p, x: &self.x_mid }, Anchor { weight: q, x: &self.before }];
-        problem.begin(1.0 / h, &anchors, 0.0, &self.x_mid, &self.v_mid);
-        let stage = Stage { per_time: 1.0 / h, y: &self.y, w: &self.w };
-        let second = solve(problem, &stage, &self.x_mid, x, &mut self.work);
-        problem.finish(x);
-        acceleration(x, &self.y, h, &mut self.a);
-        problem.hold(&mut self.a);
-        v.add_scaled(h, &self.a);
+    fn stage(&self) -> Stage<'_> {
+        Stage { per_time: self.per_time, y: &self.y, w: &self.w }
+    }
 
-        done.evaluations += u64::from(first.solves + second.solves);
-        done.guarded = u64::from(first.guarded) + u64::from(second.guarded);
-        done
+    fn length(&self, k: usize, dt: f64) -> f64 {
+        if k == 0 { GAMMA * dt } else { (1.0 - GAMMA) * dt }
+    }
+
+    fn finish(
+        &mut self,
+        problem: &mut dyn Implicit,
+        k: usize,
+        dt: f64,
+        solution: &Vectors,
+        jump: Option<&Jump>,
+        (x, v): (&mut Vectors, &mut Vectors),
+    ) {
+        let h = 0.5 * GAMMA * dt;
+        problem.finish(solution);
+        let a = if k == 0 { &mut self.a_mid } else { &mut self.a };
+        acceleration(solution, &self.y, h, a);
+        problem.hold(a);
+        if k == 0 {
+            // v + h a + h a_mid.
+            v.add_scaled(h, &self.a);
+            v.add_scaled(h, &self.a_mid);
+        } else {
+            v.set_sum(&self.v_start, h, &self.a);
+        }
+        x.copy_from(solution);
+        let Some(jump) = jump else { return };
+        // What stands in the accelerations now is the force of contact too.
+        v.add_scaled(-1.0 / h, &jump.dx);
+        v.add_scaled(1.0, &jump.dv);
+        let a = if k == 0 { &mut self.a_mid } else { &mut self.a };
+        a.add_scaled(-1.0, &jump.acceleration);
+        if k == 0 {
+            self.x_start.add_scaled(1.0, &jump.dx);
+            self.x_start.add_scaled(-GAMMA * dt, &jump.dv);
+            self.v_start.add_scaled(1.0, &jump.dv);
+        }
+    }
+
+    fn work(&mut self) -> &mut Work {
+        &mut self.work
+    }
+}
+
+impl Engine for TrBdf2 {
+    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+        staged::advance(self, forces, dt, x, v)
+    }
+
+    fn staged(&mut self) -> Option<&mut dyn Staged> {
+        Some(self)
+    }
+
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        self.a.axes_mut().into_iter().for_each(visit);
     }
 
     fn restart(&mut self) {

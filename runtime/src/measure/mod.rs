@@ -68,14 +68,7 @@ pub const TABLE: &[Case] = &[
 
 /// A body with nothing of its own but its place: everything below its plane, with the scene's contact coefficients.
 pub(crate) fn plane(name: &str, placement: Placement) -> BodySpec {
-    BodySpec {
-        name: name.into(),
-        shape: Shape::HalfSpace,
-        placement,
-        path: Vec::new(),
-        friction: None,
-        restitution: None,
-    }
+    BodySpec { name: name.into(), placement, ..BodySpec::new(Shape::HalfSpace) }
 }
 
 /// What a case found.

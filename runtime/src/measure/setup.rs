@@ -207,7 +207,11 @@ impl Setup {
             gravity: DVec3::new(0.0, -self.gravity, 0.0),
             engine: self.engine,
             dt: self.dt.unwrap_or(1.0 / 60.0),
-            contact: ContactDefaults { friction: self.friction, restitution: self.restitution },
+            contact: ContactDefaults {
+                friction: self.friction,
+                restitution: self.restitution,
+                ..ContactDefaults::default()
+            },
             air: Air::default(),
             sheets: vec![sheet],
             ..Scene::default()

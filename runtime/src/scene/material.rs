@@ -22,6 +22,10 @@ use crate::lattice::calibrate::{Orthotropic, Target};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
+    /// What it is called in pairs of materials; the library's and a file's have the name they go by, and one given in line
+    /// may have none.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub name: String,
     /// Young's modulus E, Pa; 1e-3 to 2e12.
     pub young: f64,
     /// Poisson's ratio ν; -0.99 to 0.499.
@@ -70,6 +74,7 @@ const fn row(
     glass_transition: Option<f64>,
 ) -> Material {
     Material {
+        name: String::new(),
         young,
         poisson,
         density,
@@ -170,7 +175,8 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
 /// # Errors
 /// When there is none; the message lists the names.
 pub fn by_name(name: &str) -> Result<Material, InputError> {
-    LIBRARY.iter().find(|(n, _, _)| *n == name).map(|(_, _, m)| m.clone()).ok_or_else(|| {
+    let found = LIBRARY.iter().find(|(n, _, _)| *n == name);
+    found.map(|(_, _, m)| Material { name: name.to_owned(), ..m.clone() }).ok_or_else(|| {
         let names: Vec<&str> = LIBRARY.iter().map(|(n, _, _)| *n).collect();
         InputError::new("material", format!("no material is named \"{name}\"; there are {}", names.join(", ")))
     })
@@ -182,7 +188,13 @@ pub fn by_name(name: &str) -> Result<Material, InputError> {
 /// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of range: with file, line, field.
 pub fn read_material_file(file: &Path) -> Result<Material, InputError> {
     let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
-    read_ron(&text, |m| validate::material("", m)).map_err(|e| e.in_file(file))
+    let material = read_ron(&text, |m| validate::material("", m)).map_err(|e| e.in_file(file))?;
+    Ok(Material { name: stem(file), ..material })
+}
+
+/// What a material of this file is called.
+fn stem(file: &Path) -> String {
+    file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
 /// A material in a scene: `"hips"`, `"materials/cloth.ron"` or `(young: 2e9, thickness: 0.0005, ...)`.
@@ -213,6 +225,15 @@ impl MaterialChoice {
             Self::Named(name) => by_name(name),
             Self::File(file) => read_material_file(&base.join(file)),
             Self::Inline(material) => Ok(material.clone()),
+        }
+    }
+
+    /// What the material is called in pairs of materials, empty for one in line without a name: known without reading a file.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Named(name) => name.clone(),
+            Self::File(file) => stem(file),
+            Self::Inline(material) => material.name.clone(),
         }
     }
 }

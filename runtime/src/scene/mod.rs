@@ -5,6 +5,8 @@
 //! because people type them). Reading is in `load`, range checks in `validate`, so that files, command-line overrides and
 //! programs meet the same checks.
 
+mod body;
+mod contact;
 pub mod heater;
 mod literal;
 pub mod load;
@@ -22,6 +24,8 @@ use std::path::PathBuf;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+pub use body::{BodySpec, Shape};
+pub use contact::{ContactDefaults, PairSpec};
 pub use material::{Material, MaterialChoice};
 pub use polyhedron::Polyhedron;
 
@@ -95,6 +99,20 @@ impl Default for Scene {
     }
 }
 
+impl Scene {
+    /// Names of the bodies as they are built, in order: "body N" for those without one, then the room's.
+    pub fn body_names(&self) -> Vec<String> {
+        let own = self.bodies.iter().enumerate().map(|(i, b)| body_name(&b.name, i));
+        let room = self.room.iter().flat_map(|r| [Some("floor"), r.back_wall.then_some("back wall")]);
+        own.chain(room.flatten().map(str::to_owned)).collect()
+    }
+}
+
+/// The name of body number `index` of a scene.
+pub(crate) fn body_name(name: &str, index: usize) -> String {
+    if name.is_empty() { format!("body {index}") } else { name.to_owned() }
+}
+
 /// The thesis's room: a floor below and a wall behind, each a plane with a square grid drawn on it.
 ///
 /// The other two numbers of `x`, `y`, `z` only bound what is drawn.
@@ -123,22 +141,6 @@ impl Room {
 
 fn yes() -> bool {
     true
-}
-
-/// Contact coefficients that bodies and sheets have unless they say otherwise.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct ContactDefaults {
-    /// Coulomb friction coefficient, 0 to 10.
-    pub friction: f64,
-    /// Coefficient of restitution, 0 to 1.
-    pub restitution: f64,
-}
-
-impl Default for ContactDefaults {
-    fn default() -> Self {
-        Self { friction: 0.3, restitution: 0.1 }
-    }
 }
 
 /// Air, in two ways. As the thesis has it, in every `per` seconds a mass keeps `factor` of its velocity (thesis table 4.3),
@@ -363,12 +365,21 @@ pub struct PinSpec {
     /// World axes (x, y, z) along which the masses are held; those that are not let them slide.
     #[serde(default = "PinSpec::all_axes")]
     pub axes: (bool, bool, bool),
+    /// Name of a body that the masses are glued to where they are at the start; none for masses held in the world. Goes
+    /// with neither `path` nor `clamp` nor `axes`: two rows of masses on the body hold the sheet's slope.
+    #[serde(default)]
+    pub body: Option<String>,
 }
 
 impl PinSpec {
     /// A pin that holds `region` where it is.
     pub fn held(region: Region) -> Self {
-        Self { region, path: Vec::new(), clamp: false, axes: Self::all_axes() }
+        Self { region, path: Vec::new(), clamp: false, axes: Self::all_axes(), body: None }
+    }
+
+    /// A pin that glues `region` to the body of that name.
+    pub fn glued(region: Region, body: impl Into<String>) -> Self {
+        Self { body: Some(body.into()), ..Self::held(region) }
     }
 
     /// A pin that holds `region` and the slope of the sheet there.
@@ -409,46 +420,6 @@ pub fn path_at(path: &[PathKey], time: f64) -> (DVec3, DVec3) {
         }
     }
     path.last().map_or((DVec3::ZERO, DVec3::ZERO), |last| (last.offset, last.rotation))
-}
-
-/// A rigid body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct BodySpec {
-    /// Name in reports; empty for "body N".
-    #[serde(default)]
-    pub name: String,
-    /// What it is.
-    pub shape: Shape,
-    /// Where it is put.
-    #[serde(default)]
-    pub placement: Placement,
-    /// How it moves; empty for a body that stands still.
-    #[serde(default)]
-    pub path: Vec<PathKey>,
-    /// Friction coefficient; the scene's default if none.
-    #[serde(default)]
-    pub friction: Option<f64>,
-    /// Restitution coefficient; the scene's default if none.
-    #[serde(default)]
-    pub restitution: Option<f64>,
-}
-
-/// The shape of a body.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Shape {
-    /// A .POL file; all its polyhedra together are one body.
-    File(PathBuf),
-    /// One polyhedron of a .POL file, by number from 0.
-    Part(PathBuf, usize),
-    /// A polyhedron given in place.
-    Polyhedron(Polyhedron),
-    /// A box of this size (x, y, z), m, about its centre.
-    Box(DVec3),
-    /// A ball of this radius, m, about its centre.
-    Ball(f64),
-    /// Everything below the local plane y = 0.
-    HalfSpace,
 }
 
 /// A hot polyhedron.

@@ -6,8 +6,8 @@
 use glam::DVec3;
 
 use super::{
-    Air, BodySpec, CameraSpec, ContactDefaults, Material, MaterialChoice, PathKey, Placement, Region, RegionVector,
-    Room, Scene, Shape, SheetSpec,
+    Air, BodySpec, CameraSpec, ContactDefaults, Material, MaterialChoice, PathKey, PinSpec, Placement, Region,
+    RegionVector, Room, Scene, Shape, SheetSpec, material,
 };
 use crate::error::{InputError, check_range};
 use crate::lattice::StructureKind;
@@ -19,8 +19,20 @@ type Check = Result<(), InputError>;
 /// Checks a whole scene.
 ///
 /// # Errors
-/// The first value that is not finite or out of range.
+/// The first value that is not finite or out of range, or name of something that is not there.
 pub fn scene(scene: &Scene) -> Check {
+    built(scene)?;
+    pair_names(scene)
+}
+
+/// Checks a scene that a world is built of: to one, sheets and bodies of the materials that its pairs name may be added later.
+pub(crate) fn built(scene: &Scene) -> Check {
+    values(scene)?;
+    glue(scene)
+}
+
+/// Checks every value of a scene, but not whether what its pairs and pins name is there.
+pub(crate) fn values(scene: &Scene) -> Check {
     vector("gravity", scene.gravity, 1e3, "m/s²")?;
     check_range("dt", scene.dt, 1e-7, 1.0, "s")?;
     check_range("tolerance", scene.tolerance, 1e-15, 1.0, "m")?;
@@ -44,7 +56,53 @@ pub fn scene(scene: &Scene) -> Check {
         placement(&heater.placement).map_err(|e| within(&format!("heaters.{i}"), e))?;
     }
     names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
-    names("bodies", scene.bodies.iter().map(|b| b.name.as_str()))
+    // One without a name must not meet its number's.
+    let bodies = scene.body_names();
+    names("bodies", bodies.iter().take(scene.bodies.len()).map(String::as_str))
+}
+
+/// Whether what the scene's pairs of materials name is there.
+fn pair_names(scene: &Scene) -> Check {
+    let library = material::LIBRARY.iter().map(|(name, _, _)| (*name).to_owned());
+    let sheets = scene.sheets.iter().map(|s| s.material.name()).filter(|name| !name.is_empty());
+    let bodies = scene.bodies.iter().filter_map(|b| b.material.clone());
+    let mut known: Vec<String> = Vec::new();
+    for name in sheets.chain(bodies).chain(library) {
+        if !known.contains(&name) {
+            known.push(name);
+        }
+    }
+    for (i, pair) in scene.contact.pairs.iter().enumerate() {
+        for (side, name) in [&pair.between.0, &pair.between.1].into_iter().enumerate() {
+            if !known.contains(name) {
+                let problem = format!("no material is named \"{name}\"; there are {}", known.join(", "));
+                return Err(InputError::new(format!("contact.pairs.{i}.between.{side}"), problem));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether the bodies that masses are glued to are there.
+fn glue(scene: &Scene) -> Check {
+    for (i, sheet) in scene.sheets.iter().enumerate() {
+        for (k, pin) in sheet.pins.iter().enumerate() {
+            let Some(name) = &pin.body else { continue };
+            let there = scene.body_names();
+            if !there.contains(name) {
+                let all = if there.is_empty() {
+                    "there is none".to_owned()
+                } else {
+                    format!("there are {}", there.join(", "))
+                };
+                return Err(InputError::new(
+                    format!("sheets.{i}.pins.{k}.body"),
+                    format!("no body is named \"{name}\"; {all}"),
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 fn within(outer: &str, mut error: InputError) -> InputError {
@@ -79,7 +137,20 @@ fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> Check {
 /// When one is out of range.
 pub fn contact(contact: &ContactDefaults) -> Check {
     check_range("contact.friction", contact.friction, 0.0, 10.0, "")?;
-    check_range("contact.restitution", contact.restitution, 0.0, 1.0, "")
+    check_range("contact.restitution", contact.restitution, 0.0, 1.0, "")?;
+    for (i, pair) in contact.pairs.iter().enumerate() {
+        let at = |name: &str| format!("contact.pairs.{i}.{name}");
+        option(&at("friction"), pair.friction, (0.0, 10.0), "")?;
+        option(&at("restitution"), pair.restitution, (0.0, 1.0), "")?;
+        if pair.friction.is_none() && pair.restitution.is_none() {
+            return Err(InputError::new(at("friction"), "says nothing: a pair has a friction, a restitution or both"));
+        }
+        let (a, b) = (&pair.between.0, &pair.between.1);
+        if contact.pairs[..i].iter().any(|before| before.joins(a, b)) {
+            return Err(InputError::new(at("between"), format!("\"{a}\" and \"{b}\" are a pair already")));
+        }
+    }
+    Ok(())
 }
 
 /// The air of a scene.
@@ -142,7 +213,7 @@ fn placement(p: &Placement) -> Check {
 
 fn sheet(s: &SheetSpec) -> Check {
     match &s.material {
-        MaterialChoice::Named(name) => super::material::by_name(name).map(drop)?,
+        MaterialChoice::Named(name) => material::by_name(name).map(drop)?,
         MaterialChoice::Inline(constants) => material("material", constants)?,
         MaterialChoice::File(_) => {}
     }
@@ -172,21 +243,38 @@ fn sheet(s: &SheetSpec) -> Check {
     vector("spin", s.spin, 1e4, "rad/s")?;
     region_vectors("velocities", &s.velocities, "m/s")?;
     region_vectors("forces", &s.forces, "N")?;
-    for (i, pin) in s.pins.iter().enumerate() {
-        region(&pin.region).map_err(|e| within(&format!("pins.{i}.region"), e))?;
-        path(&pin.path).map_err(|e| within(&format!("pins.{i}"), e))?;
-        let all = pin.axes == (true, true, true);
-        if !all && (!pin.path.is_empty() || pin.clamp) {
-            let problem = "masses held along some axes only can be neither led nor clamped";
-            return Err(InputError::new(format!("pins.{i}.axes"), problem));
-        }
-        if pin.axes == (false, false, false) {
-            return Err(InputError::new(format!("pins.{i}.axes"), "holds nothing"));
-        }
+    for (i, p) in s.pins.iter().enumerate() {
+        pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
     }
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
+    }
+    Ok(())
+}
+
+fn pin(pin: &PinSpec) -> Check {
+    region(&pin.region).map_err(|e| within("region", e))?;
+    path(&pin.path)?;
+    let all = pin.axes == (true, true, true);
+    if pin.body.is_some() {
+        if !pin.path.is_empty() {
+            return Err(InputError::new("path", "does not go with a body: glued masses go where it goes"));
+        }
+        if pin.clamp {
+            let problem = "does not go with a body: two rows of masses glued to it hold the sheet's slope";
+            return Err(InputError::new("clamp", problem));
+        }
+        if !all {
+            return Err(InputError::new("axes", "does not go with a body: masses are glued to it in every direction"));
+        }
+    }
+    if !all && (!pin.path.is_empty() || pin.clamp) {
+        let problem = "masses held along some axes only can be neither led nor clamped";
+        return Err(InputError::new("axes", problem));
+    }
+    if pin.axes == (false, false, false) {
+        return Err(InputError::new("axes", "holds nothing"));
     }
     Ok(())
 }
@@ -253,6 +341,113 @@ fn body(b: &BodySpec) -> Check {
     }
     placement(&b.placement)?;
     path(&b.path)?;
+    motion(b)?;
+    if b.material.as_ref().is_some_and(String::is_empty) {
+        return Err(InputError::new("material", "has no name"));
+    }
     option("friction", b.friction, (0.0, 10.0), "")?;
     option("restitution", b.restitution, (0.0, 1.0), "")
+}
+
+/// Mass, density, velocity and spin: what a body has that moves freely.
+fn motion(b: &BodySpec) -> Check {
+    option("mass", b.mass, (1e-9, 1e9), "kg")?;
+    option("density", b.density, (1e-3, 1e6), "kg/m³")?;
+    vector("velocity", b.velocity, 1e3, "m/s")?;
+    vector("spin", b.spin, 1e4, "rad/s")?;
+    if b.mass.is_some() && b.density.is_some() {
+        return Err(InputError::new("density", "does not go with a mass: give one of the two"));
+    }
+    if b.is_dynamic() {
+        let field = if b.mass.is_some() { "mass" } else { "density" };
+        if !b.path.is_empty() {
+            return Err(InputError::new(field, "does not go with a path: a body is led or moves freely"));
+        }
+        if b.shape == Shape::HalfSpace {
+            return Err(InputError::new(field, "does not go with a half space, which has no end"));
+        }
+        return Ok(());
+    }
+    for (field, value) in [("velocity", b.velocity), ("spin", b.spin)] {
+        if value != DVec3::ZERO {
+            return Err(InputError::new(field, "is for a body that moves freely: give it a mass or a density"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Field and problem of the first error in `text`.
+    fn refused(text: &str) -> (String, String) {
+        let error = Scene::parse(text).expect_err("bad");
+        (error.field, error.problem)
+    }
+
+    fn refused_body(fields: &str) -> (String, String) {
+        refused(&format!("(bodies: [(shape: Ball(0.1), {fields})])"))
+    }
+
+    #[test]
+    fn a_body_moves_freely_stands_or_is_led_and_nothing_else() {
+        let good = "(bodies: [(shape: Ball(0.1), mass: 0.2, velocity: (1, 0, 0), spin: (0, 3, 0), material: \"steel\"),
+            (shape: Box((1, 1, 1)), density: 900)])";
+        let scene = Scene::parse(good).expect("valid");
+        assert!(scene.bodies.iter().all(BodySpec::is_dynamic));
+        assert_eq!(Scene::parse(&scene.to_text().expect("text")).expect("valid"), scene);
+        assert_eq!(refused_body("mass: 0").0, "bodies.0.mass");
+        assert!(refused_body("mass: 2e9").1.contains("2e9 kg is outside 1e-9 to 1e9 kg"));
+        assert!(refused_body("density: NaN").1.contains("kg/m³"));
+        assert_eq!(refused_body("mass: 1, velocity: (0, 2000, 0)").0, "bodies.0.velocity.1");
+        assert!(refused_body("mass: 1, spin: (0, 2e4, 0)").1.contains("rad/s"));
+        assert!(refused_body("mass: 1, density: 1").1.contains("one of the two"));
+        assert!(refused_body("density: 1, path: [(time: 0)]").1.contains("path"));
+        assert!(refused("(bodies: [(shape: HalfSpace, mass: 1)])").1.contains("half space"));
+        assert_eq!(refused_body("spin: (1, 0, 0)").0, "bodies.0.spin");
+        assert_eq!(refused_body("material: \"\"").0, "bodies.0.material");
+    }
+
+    #[test]
+    fn pairs_are_of_materials_that_are_there() {
+        let scene = |pairs: &str| {
+            format!(
+                "(contact: (pairs: [{pairs}]), sheets: [(material: (name: \"felt\"))],
+                  bodies: [(shape: Ball(0.1), material: \"steel\")])"
+            )
+        };
+        let one = |pair: &str| refused(&scene(pair));
+        Scene::parse(&scene(
+            "(between: (\"felt\", \"steel\"), friction: 0.4), (between: (\"hips\", \"hips\"), restitution: 0)",
+        ))
+        .expect("valid");
+        let (field, problem) = one("(between: (\"felt\", \"wood\"), friction: 0.4)");
+        assert_eq!(field, "contact.pairs.0.between.1");
+        assert!(problem.contains("\"wood\"") && problem.contains("felt, steel, thesis, hips"), "{problem}");
+        assert!(one("(between: (\"felt\", \"steel\"))").1.contains("says nothing"));
+        assert_eq!(one("(between: (\"felt\", \"steel\"), friction: 11)").0, "contact.pairs.0.friction");
+        let twice = "(between: (\"felt\", \"steel\"), friction: 1), (between: (\"steel\", \"felt\"), friction: 1)";
+        assert_eq!(one(twice).0, "contact.pairs.1.between");
+    }
+
+    #[test]
+    fn masses_are_glued_to_bodies_that_are_there() {
+        let scene = |pin: &str| {
+            format!(
+                "(room: (x: (0, 1), y: (0, 1), z: (0, 1)), sheets: [(pins: [(region: Left, {pin})])],
+                  bodies: [(shape: Ball(0.1)), (name: \"arm\", shape: Ball(0.1))])"
+            )
+        };
+        for name in ["body 0", "arm", "floor", "back wall"] {
+            Scene::parse(&scene(&format!("body: \"{name}\""))).expect("valid");
+        }
+        let (field, problem) = refused(&scene("body: \"leg\""));
+        assert_eq!(field, "sheets.0.pins.0.body");
+        assert!(problem.contains("there are body 0, arm, floor, back wall"), "{problem}");
+        assert!(refused("(sheets: [(pins: [(region: Left, body: \"leg\")])])").1.contains("there is none"));
+        assert_eq!(refused(&scene("body: \"arm\", path: [(time: 0)]")).0, "sheets.0.pins.0.path");
+        assert_eq!(refused(&scene("body: \"arm\", clamp: true")).0, "sheets.0.pins.0.clamp");
+        assert_eq!(refused(&scene("body: \"arm\", axes: (true, false, true)")).0, "sheets.0.pins.0.axes");
+    }
 }

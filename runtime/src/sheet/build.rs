@@ -296,6 +296,11 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibr
             sheet.pins.hold_rails(&mut sheet.v);
             continue;
         }
+        if let Some(body) = &pin.body {
+            let places: Vec<(u32, DVec3)> = masses.iter().map(|i| (*i, sheet.x.get(*i as usize))).collect();
+            sheet.pins.add_glue(places.into_iter(), body);
+            continue;
+        }
         let start = masses.iter().map(|i| sheet.x.get(*i as usize)).collect();
         for i in &masses {
             sheet.inverse_mass[*i as usize] = 0.0;

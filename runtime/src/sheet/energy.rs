@@ -19,6 +19,16 @@ pub struct Energy {
 }
 
 impl Energy {
+    /// With these energies (J) of something else added.
+    pub(crate) fn plus(self, kinetic: f64, elastic: f64, gravity: f64) -> Self {
+        Self {
+            kinetic: self.kinetic + kinetic,
+            elastic: self.elastic + elastic,
+            gravity: self.gravity + gravity,
+            total: self.total + kinetic + elastic + gravity,
+        }
+    }
+
     pub(super) fn of(sheet: &Sheet, g: DVec3) -> Self {
         let kinetic = sheet.v.iter().zip(&sheet.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum();
         let gravity = sheet.x.iter().zip(&sheet.mass).map(|(x, m)| -m * g.dot(x)).sum();

@@ -4,7 +4,7 @@
 //! pattern is what the elements couple. Its constant part (bending, inertia, air) is kept and copied, the rest added at every
 //! iterate. Directions in which a mass is held alone keep their row, as that of the identity.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::drag::Drag;
 use super::{Field, Sheet, Vectors};
@@ -12,13 +12,16 @@ use crate::element::mixed_spring::MixedSprings;
 use crate::element::spring::{SpringScratch, Springs};
 use crate::element::{Anchor, Element, Geometric, NO_BLOCK};
 use crate::engine::implicit::{Implicit, Stage};
-use crate::engine::linear::{Backend, Factor, NotPositive, Pattern, analyse};
+use crate::engine::linear::{Backend, Factor, HalfSolutions, Loads, NotPositive, Pattern, analyse};
 use crate::engine::{Advance, Forces};
 
 /// The linear system of a sheet, with the memory to work in.
 pub(crate) struct System {
-    /// Mass of each block row.
+    /// Mass of each block row, and block row of each mass.
     masses: Vec<u32>,
+    row: Vec<u32>,
+    /// Of each block row, 1 for directions that are free and 0 for those a pin holds.
+    free: Vec<DVec3>,
     pattern: Pattern,
     factor: Box<dyn Factor>,
     places: Vec<[f64; 2]>,
@@ -28,6 +31,8 @@ pub(crate) struct System {
     constant: Vec<f64>,
     constant_at: Option<f64>,
     values: Vec<f64>,
+    /// The tangent with contact in it.
+    augmented: Vec<f64>,
     right: Vec<f64>,
     gradient: Vectors,
     /// Entries of `values` that belong to held directions: to be zero, and to be one.
@@ -72,6 +77,11 @@ impl System {
         let places: Vec<[f64; 2]> = masses.iter().map(place).collect();
         let factor = analyse(&pattern, &places, Backend::default());
         let (zeros, ones) = held_entries(sheet, &pattern, &row);
+        let mut free = vec![DVec3::ONE; masses.len()];
+        for entry in &ones {
+            let block = pattern.starts.partition_point(|s| *s <= entry / 9) - 1;
+            free[block][(entry % 9) as usize / 4] = 0.0;
+        }
         let numbers = 9 * pattern.blocks();
         Self {
             right: vec![0.0; 3 * masses.len()],
@@ -79,7 +89,10 @@ impl System {
             constant: vec![0.0; numbers],
             constant_at: None,
             values: vec![0.0; numbers],
+            augmented: Vec::new(),
             masses,
+            row,
+            free,
             pattern,
             factor,
             places,
@@ -107,14 +120,35 @@ impl System {
     }
 
     /// Of each unknown, 1 where it is free and 0 where a pin holds that direction.
-    pub fn free(&self) -> Vec<f64> {
-        let mut free = vec![1.0; 3 * self.masses.len()];
-        for entry in &self.ones {
-            let slot = entry / 9;
-            let row = self.pattern.starts.partition_point(|s| *s <= slot) - 1;
-            free[3 * row + (entry % 9) as usize / 4] = 0.0;
-        }
-        free
+    pub fn free_entries(&self) -> impl Iterator<Item = f64> + '_ {
+        self.free.iter().flat_map(|f| f.to_array())
+    }
+
+    /// Block row of mass `i`; [`NO_BLOCK`] if it is held.
+    pub fn row_of(&self, i: u32) -> u32 {
+        self.row[i as usize]
+    }
+
+    /// Of block row `row`, 1 for directions that are free and 0 for those a pin holds.
+    pub fn free_axes(&self, row: u32) -> DVec3 {
+        self.free[row as usize]
+    }
+
+    /// Adds the half solutions of `loads` with the last factor.
+    pub fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        self.factor.half_solve(loads, solutions);
+    }
+
+    /// The tangent as it was last filled in.
+    pub fn tangent(&self) -> ContactTangent<'_> {
+        ContactTangent { pattern: &self.pattern, values: &self.values }
+    }
+
+    /// Factorises the tangent as it was last filled in with what `add` adds to it; false when that has no factor.
+    pub fn factorize_with(&mut self, add: impl FnOnce(&Pattern, &mut [f64])) -> bool {
+        self.augmented.clone_from(&self.values);
+        add(&self.pattern, &mut self.augmented);
+        self.factor.factorize(&self.augmented).is_ok()
     }
 
     /// Solves with the last factor, in place.
@@ -125,6 +159,42 @@ impl System {
     /// Linear solver in use, block rows and blocks of the matrix, and numbers in its factor.
     pub fn about(&self) -> (&'static str, usize, usize, usize) {
         (self.factor.name(), self.masses.len(), self.pattern.blocks(), self.factor.nonzeros())
+    }
+}
+
+/// A tangent, for those who add contact to it.
+pub(crate) struct ContactTangent<'a> {
+    pattern: &'a Pattern,
+    values: &'a [f64],
+}
+
+impl ContactTangent<'_> {
+    /// Diagonal block of `row`, N/m.
+    pub fn diagonal(&self, row: u32) -> DMat3 {
+        let at = 9 * self.pattern.starts[row as usize] as usize;
+        DMat3::from_cols_slice(&self.values[at..at + 9])
+    }
+
+    /// Whether the tangent couples two block rows.
+    pub fn couples(&self, a: u32, b: u32) -> bool {
+        self.pattern.slot(a.max(b), a.min(b)).is_some()
+    }
+
+    /// Adds H x to `y`.
+    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        let (x, y) = (x.as_chunks::<3>().0, y.as_chunks_mut::<3>().0);
+        for (slot, row, column) in self.pattern.iter() {
+            let (row, column) = (row as usize, column as usize);
+            let b = &self.values[9 * slot..9 * slot + 9];
+            for i in 0..3 {
+                y[row][i] += b[3 * i] * x[column][0] + b[3 * i + 1] * x[column][1] + b[3 * i + 2] * x[column][2];
+            }
+            if row != column {
+                for i in 0..3 {
+                    y[column][i] += b[i] * x[row][0] + b[3 + i] * x[row][1] + b[6 + i] * x[row][2];
+                }
+            }
+        }
     }
 }
 
@@ -404,6 +474,18 @@ impl Sheet {
 
     /// Advances by an implicit engine; see [`Sheet::advance`].
     pub(super) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+        self.ready_implicit(field);
+        let Some(mut system) = self.system.take() else { return Advance::default() };
+        // Taken out for the step: they are borrowed apart from the rest of the sheet.
+        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::engine::Resting));
+        let done = self.with_problem(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
+        (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
+        done
+    }
+
+    /// Makes the linear system if there is none, and begins anew what an explicit engine, or another field, has made old.
+    pub(super) fn ready_implicit(&mut self, field: Field) {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         if self.field_before.is_none() {
             let (x, v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
@@ -417,11 +499,6 @@ impl Sheet {
             system.forget_constant();
             self.field_before = Some(field);
         }
-        // Taken out for the step: they are borrowed apart from the rest of the sheet.
-        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
-        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::engine::Resting));
-        let done = self.with_problem(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
-        (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
-        done
+        self.system = Some(system);
     }
 }

@@ -11,11 +11,13 @@ mod equilibrium;
 mod estimate;
 mod forces;
 mod generated;
+mod glue;
 mod implicit;
 mod modes;
 mod pins;
 mod probe;
 mod region;
+mod stage;
 pub mod surface;
 mod tuning;
 mod vectors;
@@ -35,6 +37,7 @@ use surface::Surface;
 pub use vectors::Vectors;
 
 use self::drag::Drag;
+pub(crate) use self::implicit::ContactTangent;
 use self::implicit::System;
 use crate::contact::through_thickness::{Stack, Strike};
 use crate::element::flexion_limit::FlexionLimit;
@@ -165,6 +168,9 @@ pub(crate) struct Work {
     pub struck: Vec<Strike>,
     pub touching: Vec<bool>,
     pub clearance: crate::contact::Clearance,
+    pub stage: stage::StageWork,
+    pub unit: crate::contact::Unit,
+    pub contact: Option<Box<crate::contact::stage::Scratch>>,
 }
 
 impl Sheet {

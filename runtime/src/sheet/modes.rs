@@ -85,7 +85,7 @@ fn iterate(sheet: &Sheet, system: &mut System, count: usize, shift: f64) -> Vec<
         .masses()
         .iter()
         .flat_map(|m| [sheet.mass[*m as usize]; 3])
-        .zip(system.free())
+        .zip(system.free_entries())
         .map(|(m, f)| m * f)
         .collect();
     let mut seed = 0x9e37_79b9_u32;

@@ -1,14 +1,20 @@
-//! Masses that do not move freely: held where they are, led along a path, or held in some directions only.
+//! Masses that do not move freely: held where they are, led along a path or by a body, or held in some directions only.
+//!
+//! Masses glued to a body that stands or is led go where it takes them: to x + q l at the end of a step, with the body's place
+//! x and rotation q then and their place l in its frame. Those glued to one that moves freely stay free themselves: body and
+//! sheet pull at one another there, which is for the solver of contact to work out.
 
 use glam::DVec3;
 
 use super::Vectors;
+use crate::contact::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
 
 /// The pins of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pins {
     groups: Vec<Group>,
+    glue: Vec<Glue>,
     rails: Vec<Rail>,
 }
 
@@ -17,6 +23,36 @@ struct Group {
     masses: Vec<u32>,
     start: Vec<DVec3>,
     path: Vec<PathKey>,
+}
+
+/// Masses glued to a body.
+#[derive(Clone, Debug, PartialEq)]
+struct Glue {
+    name: String,
+    /// Each mass, where it was at the start (m), and where it is in the body's frame (m) once that is known.
+    masses: Vec<(u32, DVec3, DVec3)>,
+    body: Option<Hold>,
+}
+
+/// The body that holds glued masses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Hold {
+    index: usize,
+    /// Whether the masses are led by it; otherwise they are free, and it is for a solver to hold them.
+    leads: bool,
+    /// At the start and at the end of the world's step, and when that starts and how long it is, s.
+    from: BodyState,
+    to: BodyState,
+    time: f64,
+    dt: f64,
+}
+
+impl Hold {
+    /// The body at time `t`, s: at the end of the step exactly where it is then.
+    fn at(&self, t: f64) -> BodyState {
+        let done = t - self.time;
+        if done >= self.dt * (1.0 - 1e-12) { self.to } else { self.from.fly(done, DVec3::ZERO) }
+    }
 }
 
 /// A mass held along some of the world's axes.
@@ -38,14 +74,76 @@ impl Pins {
         self.rails.push(Rail { mass, held, start });
     }
 
-    /// Whether nothing is pinned.
-    pub fn is_empty(&self) -> bool {
-        self.groups.is_empty() && self.rails.is_empty()
+    /// Glues `masses`, each now at a place (m), to the body called `name`.
+    pub fn add_glue(&mut self, masses: impl Iterator<Item = (u32, DVec3)>, name: &str) {
+        let masses = masses.map(|(mass, place)| (mass, place, DVec3::ZERO)).collect();
+        self.glue.push(Glue { name: name.to_owned(), masses, body: None });
     }
 
-    /// All masses that are pinned in every direction.
+    /// Finds the bodies that masses are glued to, by name: index and state. Masses glued to one that moves freely stay free;
+    /// the others are given back, to be held. The name of the first body that is not there is the error.
+    pub(crate) fn bind(&mut self, find: impl Fn(&str) -> Option<(usize, BodyState)>) -> Result<Vec<u32>, String> {
+        let mut led = Vec::new();
+        for glue in self.glue.iter_mut().filter(|g| g.body.is_none()) {
+            let Some((index, state)) = find(&glue.name) else { return Err(glue.name.clone()) };
+            glue.masses.iter_mut().for_each(|(_, place, local)| *local = state.local(*place));
+            let leads = !state.gives();
+            if leads {
+                led.extend(glue.masses.iter().map(|m| m.0));
+            }
+            glue.body = Some(Hold { index, leads, from: state, to: state, time: 0.0, dt: 0.0 });
+        }
+        Ok(led)
+    }
+
+    /// Tells of the bodies' step from `time` on, `dt` long (s): `find` gives the states of a body at its start and end.
+    pub(crate) fn follow(&mut self, time: f64, dt: f64, find: impl Fn(usize) -> Option<(BodyState, BodyState)>) {
+        for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()) {
+            if let Some((from, to)) = find(hold.index) {
+                *hold = Hold { from, to, time, dt, ..*hold };
+            }
+        }
+    }
+
+    /// Lets go of what is glued to body `index`, which is no more, and counts the bodies after it anew; the masses that it led.
+    pub(crate) fn unglue(&mut self, index: usize) -> Vec<u32> {
+        let on_it = |g: &Glue| g.body.is_some_and(|h| h.index == index);
+        let led = |g: &&Glue| on_it(g) && g.body.is_some_and(|h| h.leads);
+        let freed = self.glue.iter().filter(led).flat_map(|g| g.masses.iter().map(|m| m.0)).collect();
+        self.glue.retain(|g| !on_it(g));
+        for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()).filter(|h| h.index > index) {
+            hold.index -= 1;
+        }
+        freed
+    }
+
+    /// Masses that are glued to bodies and yet free, for a solver to hold there: mass, index of the body, place in its frame
+    /// (m).
+    pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
+        let free = self.glue.iter().filter_map(|g| g.body.filter(|h| !h.leads).map(|h| (g, h.index)));
+        free.flat_map(|(g, index)| g.masses.iter().map(move |(mass, _, local)| (*mass, index, *local)))
+    }
+
+    /// Free glued masses, each with the state of its body at the end of the step.
+    pub(crate) fn glued_states(&self) -> impl Iterator<Item = (u32, &BodyState)> + '_ {
+        let free = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| !h.leads).map(|h| (g, &h.to)));
+        free.flat_map(|(g, state)| g.masses.iter().map(move |m| (m.0, state)))
+    }
+
+    /// Glued masses that their bodies lead: the body's motion, the mass, and its place in the body's frame (m).
+    fn led(&self) -> impl Iterator<Item = (&Hold, u32, DVec3)> + '_ {
+        let led = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| h.leads).map(|h| (g, h)));
+        led.flat_map(|(g, h)| g.masses.iter().map(move |(mass, _, local)| (h, *mass, *local)))
+    }
+
+    /// Whether nothing is pinned.
+    pub fn is_empty(&self) -> bool {
+        self.groups.is_empty() && self.rails.is_empty() && self.glue.is_empty()
+    }
+
+    /// All masses that are pinned in every direction, those led by bodies included.
     pub fn masses(&self) -> impl Iterator<Item = u32> + '_ {
-        self.groups.iter().flat_map(|g| g.masses.iter().copied())
+        self.groups.iter().flat_map(|g| g.masses.iter().copied()).chain(self.led().map(|(_, mass, _)| mass))
     }
 
     /// Masses held along some axes only, and along which.
@@ -55,7 +153,11 @@ impl Pins {
 
     /// Whether any pin moves between the times `from` and `to`, s.
     pub fn moving(&self, from: f64, to: f64) -> bool {
+        let led = self.glue.iter().filter_map(|g| g.body);
         self.groups.iter().any(|g| path_at(&g.path, from).0 != path_at(&g.path, to).0)
+            || led
+                .into_iter()
+                .any(|h| h.from.moves() || (h.from.origin(), h.from.rotation()) != (h.to.origin(), h.to.rotation()))
     }
 
     /// Gives every pinned mass the constant velocity that takes it to its place at `t + dt`.
@@ -65,6 +167,14 @@ impl Pins {
             for (i, start) in group.masses.iter().zip(&group.start) {
                 let i = *i as usize;
                 v.set(i, (*start + offset - x.get(i)) / dt);
+            }
+        }
+        for glue in &self.glue {
+            let Some(hold) = glue.body.filter(|h| h.leads) else { continue };
+            let there = hold.at(t + dt);
+            for (mass, _, local) in &glue.masses {
+                let i = *mass as usize;
+                v.set(i, (there.place(*local) - x.get(i)) / dt);
             }
         }
         self.hold_rails(v);
@@ -77,6 +187,9 @@ impl Pins {
             for (i, start) in group.masses.iter().zip(&group.start) {
                 x.set(*i as usize, *start + offset);
             }
+        }
+        for (hold, mass, local) in self.led() {
+            x.set(mass as usize, hold.at(t).place(local));
         }
         for rail in &self.rails {
             let i = rail.mass as usize;

@@ -92,6 +92,14 @@ pub struct BodyReport {
     pub position_m: [f64; 3],
     /// Rotation, quaternion (x, y, z, w).
     pub rotation: [f64; 4],
+    /// Velocity of the centre of mass, m/s; of the origin of a body that does not move freely.
+    pub velocity_m_s: [f64; 3],
+    /// Angular velocity, rad/s.
+    pub spin_rad_s: [f64; 3],
+    /// Mass, kg, of a body that moves freely.
+    pub mass_kg: Option<f64>,
+    /// Whether it moves freely, came to rest and sleeps.
+    pub asleep: bool,
 }
 
 impl World {
@@ -120,11 +128,15 @@ impl World {
         });
         let bodies = self.rigid.iter().flat_map(|rigid| {
             rigid.bodies().iter().enumerate().filter_map(|(index, body)| {
-                let (position, rotation) = rigid.pose(index)?;
+                let state = rigid.state(index)?;
                 Some(BodyReport {
                     name: body.name.clone(),
-                    position_m: position.to_array(),
-                    rotation: rotation.to_array(),
+                    position_m: state.origin().to_array(),
+                    rotation: state.rotation().to_array(),
+                    velocity_m_s: state.velocity().to_array(),
+                    spin_rad_s: state.spin().to_array(),
+                    mass_kg: state.gives().then(|| state.mass()),
+                    asleep: rigid.is_asleep(index),
                 })
             })
         });

@@ -26,7 +26,10 @@ fn the_report_has_the_keys_of_the_contract() {
     assert_eq!(keys(&report["events"][0]), ["time_s", "kind", "sheet", "body"]);
     assert_eq!(report["events"][0]["kind"], "first_contact");
     assert_eq!(report["events"][0]["body"], "wedge");
-    assert_eq!(keys(&report["bodies"][0]), ["name", "position_m", "rotation"]);
+    assert_eq!(
+        keys(&report["bodies"][0]),
+        ["name", "position_m", "rotation", "velocity_m_s", "spin_rad_s", "mass_kg", "asleep"]
+    );
     assert_eq!((report["scene"].as_str(), report["status"].as_str()), (Some("wedge"), Some("ok")));
     assert!(sheet["asleep"].is_boolean());
     let simulated = report["simulated_s"].as_f64().expect("a number");

@@ -12,6 +12,7 @@
 //! Accelerations are the scheme's own, (x - y)/h²: recomputing them from forces would bring back what the stage filtered.
 
 pub mod newton;
+pub mod staged;
 
 use super::linear::NotPositive;
 use crate::element::{Anchor, Geometric};

@@ -33,6 +33,8 @@ pub struct Solved {
 /// Arrays kept between stages.
 #[derive(Default)]
 pub struct Work {
+    /// For whoever drives a scheme: where the solution is looked for, m.
+    pub(super) guess: Vectors,
     d: Vectors,
     start: Vectors,
     trial: Vectors,
@@ -43,7 +45,7 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
     for buffer in [&mut work.d, &mut work.start, &mut work.trial] {
         crate::engine::fit(buffer, x);
     }
-    let Work { d, start, trial } = work;
+    let Work { d, start, trial, .. } = work;
     // The better start: the guess, or where the sheet is (with held masses where they are led).
     start.copy_from(before);
     problem.led(x, start);

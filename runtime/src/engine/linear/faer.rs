@@ -182,7 +182,6 @@ impl Factor for FaerFactor {
     }
 
     fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
-        solutions.clear();
         let n = self.solution.len();
         for load in loads.iter() {
             self.solution.fill(if self.factorised { 0.0 } else { f64::NAN });

@@ -8,6 +8,8 @@
 //! what two solutions have in common is the part of the tree above both. (J. R. Gilbert and T. Peierls, *Sparse partial
 //! pivoting in time proportional to arithmetic operations*, SIAM J. Sci. Stat. Comput. 9 (1988) 862, on which entries.)
 
+use multiversion::multiversion;
+
 /// Right-hand sides with few entries.
 #[derive(Clone, Debug, Default)]
 pub struct Loads {
@@ -93,6 +95,27 @@ impl HalfSolutions {
         sum
     }
 
+    /// The nine products of solutions 3b, 3b+1, 3b+2 with 3c, 3c+1, 3c+2. The three of each must have loads at the same
+    /// block rows.
+    pub fn block(&self, b: usize, c: usize) -> [[f64; 3]; 3] {
+        let [left, right] = [b, c].map(|i| [0, 1, 2].map(|k| self.segments_of(3 * i + k)));
+        let mut sums = [[0.0; 3]; 3];
+        let (mut l, mut r) = (0, 0);
+        while let (Some(here), Some(there)) = (left[0].get(l), right[0].get(r)) {
+            if here.first < there.first {
+                l += 1;
+            } else if there.first < here.first {
+                r += 1;
+            } else {
+                let values = |side: [&[Segment]; 3], at: usize| side.map(|s| &self.values[s[at].start..s[at].end]);
+                add_products(values(left, l), values(right, r), &mut sums);
+                l += 1;
+                r += 1;
+            }
+        }
+        sums
+    }
+
     /// How many numbers the solutions have.
     pub fn numbers(&self) -> usize {
         self.values.len()
@@ -103,22 +126,46 @@ impl HalfSolutions {
         &self.segments[start..self.ends[i]]
     }
 
-    pub(super) fn clear(&mut self) {
+    /// Forgets all, keeps the memory.
+    pub fn clear(&mut self) {
         self.ends.clear();
         self.segments.clear();
         self.values.clear();
     }
 
     /// Adds a segment to the solution that is being made; segments ascend.
-    pub(super) fn add_segment(&mut self, first: usize, values: &[f64]) {
+    pub(crate) fn add_segment(&mut self, first: usize, values: &[f64]) {
         let start = self.values.len();
         self.values.extend_from_slice(values);
         self.segments.push(Segment { first, start, end: self.values.len() });
     }
 
     /// Closes the solution that is being made.
-    pub(super) fn close(&mut self) {
+    pub(crate) fn close(&mut self) {
         self.ends.push(self.segments.len());
+    }
+}
+
+/// Adds a_i·b_j, by eight running sums each.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn add_products(a: [&[f64]; 3], b: [&[f64]; 3], to: &mut [[f64; 3]; 3]) {
+    let length = a[0].len();
+    let [a, b] = [a, b].map(|side| side.map(|s| s[..length].as_chunks::<8>()));
+    let mut sums = [[[0.0; 8]; 3]; 3];
+    for k in 0..a[0].0.len() {
+        for i in 0..3 {
+            for j in 0..3 {
+                for lane in 0..8 {
+                    sums[i][j][lane] += a[i].0[k][lane] * b[j].0[k][lane];
+                }
+            }
+        }
+    }
+    for i in 0..3 {
+        for j in 0..3 {
+            let rest: f64 = a[i].1.iter().zip(b[j].1).map(|(a, b)| a * b).sum();
+            to[i][j] += sums[i][j].iter().sum::<f64>() + rest;
+        }
     }
 }
 

@@ -66,8 +66,8 @@ pub trait Factor: Send + Sync {
         Ok(())
     }
 
-    /// Half solutions of `loads` with the last factor, in the place of those in `solutions`; nothing is allocated once
-    /// `solutions` has held as much. Without a factor they are NaN.
+    /// Adds the half solutions of `loads` with the last factor to `solutions`; nothing is allocated once `solutions` has held
+    /// as much. Without a factor they are NaN.
     ///
     /// # Panics
     /// When a load names a block row there is not.

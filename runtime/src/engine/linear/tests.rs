@@ -134,9 +134,11 @@ fn half_solutions_give_products_of_the_inverse() {
         for mut factor in factors(&case) {
             let who = format!("{} on {}", factor.name(), case.name);
             let mut halves = HalfSolutions::default();
+            halves.clear();
             factor.half_solve(&loads, &mut halves);
             assert!(halves.product(0, 0).is_nan(), "{who}: without a factor");
             assert_eq!(factor.factorize(&case.values(1, 1.0)), Ok(()));
+            halves.clear();
             factor.half_solve(&loads, &mut halves);
             assert_eq!(halves.len(), loads.len());
             for (i, load) in loads.iter().enumerate() {

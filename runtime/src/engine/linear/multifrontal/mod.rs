@@ -245,7 +245,6 @@ impl Factor for MultifrontalFactor {
     }
 
     fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
-        solutions.clear();
         for load in loads.iter() {
             self.find_path(load);
             // A front on the path changes nothing but pivots of fronts on the path.

@@ -1,0 +1,42 @@
+//! Forces of contacts from one solve to the next, by the names of the contacts: where a solver begins.
+
+use glam::DVec3;
+
+use super::row::Key;
+
+/// Forces of one contact in the world, N: that of the position solve and that of the velocity solve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Remembered {
+    pub position: DVec3,
+    pub velocity: DVec3,
+}
+
+/// What is remembered.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Memory {
+    entries: Vec<(Key, Remembered)>,
+    next: Vec<(Key, Remembered)>,
+}
+
+impl Memory {
+    /// What is remembered of `key`.
+    pub fn of(&self, key: &Key) -> Option<Remembered> {
+        let found = self.entries.binary_search_by(|(k, _)| k.cmp(key));
+        found.ok().map(|i| self.entries[i].1)
+    }
+
+    /// Replaces everything: contacts without a position force are forgotten.
+    pub fn replace(&mut self, mut entries: impl FnMut(&Self, &mut Vec<(Key, Remembered)>)) {
+        let mut next = std::mem::take(&mut self.next);
+        next.clear();
+        entries(self, &mut next);
+        next.retain(|(_, f)| f.position != DVec3::ZERO);
+        next.sort_by_key(|(key, _)| *key);
+        self.next = std::mem::replace(&mut self.entries, next);
+    }
+
+    /// Copies from `other`, keeping the memory.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.entries.clone_from(&other.entries);
+    }
+}

@@ -1,0 +1,333 @@
+//! Many contacts of one sheet with bodies that do not give way, solved on the sheet itself.
+//!
+//! Wanted is the displacement δ with H δ = Jᵀ p, u = J δ + b, and Coulomb's law between u and p at every contact. In place
+//! of W = J H⁻¹ Jᵀ, dense in the contacts, this keeps to the sheet's own sparse matrix. Each round says of every contact from its
+//! last force p and gap how it acts (open, stuck, sliding; the sign of p_n - c u_n, the length of p_t - c u_t against μ p_n),
+//! and solves for all at once, with u = 0 where it is held imposed by an augmented Lagrangian,
+//!
+//!   p⁺ = p - ρ u⁺,  (H + Σ Jᵀ D J) δ⁺ = ...,  D = ρ where held, of friction c (L/|p_t - c u_t|) across the slip,
+//!
+//! a Newton step on the pair (δ, p). ρ is large against the sheet's stiffness, so that held contacts close within two
+//! rounds; c is that stiffness, or a contact just reached would be taken for open. A round needs a new factor only when
+//! a contact acts otherwise than before, and its cost hardly grows with the number of contacts: a slap of all masses costs what an edge does.
+//! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92,
+//! 1991; Hintermüller, Ito, Kunisch, "The primal-dual active set strategy as a semismooth Newton method", SIAM J. Optim. 13, 2002.)
+
+use glam::{DMat3, DVec3};
+
+use super::coulomb::Law;
+use crate::engine::linear::Pattern;
+use crate::sheet::{ContactTangent, Sheet};
+
+/// ρ over the sheet's own stiffness c at the contact.
+const STIFFER: f64 = 300.0;
+/// Rounds, at most.
+const ROUNDS: u32 = 40;
+/// Change of all forces together that ends the rounds, as a fraction of them.
+const STEADY: f64 = 1e-7;
+
+/// A contact as the sheet sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Row {
+    /// Block rows of its masses, their weights, and which of their directions are free.
+    pub rows: [u32; 3],
+    pub weights: [f64; 3],
+    pub free: [DVec3; 3],
+    /// Columns: normal and two tangents.
+    pub frame: DMat3,
+    pub law: Law,
+    /// u where δ is zero, in the frame, m.
+    pub b: DVec3,
+    /// c, N/m.
+    stiffness: DVec3,
+}
+
+impl Row {
+    /// A contact; c and b are set by the solver.
+    pub fn new(frame: DMat3, law: Law) -> Self {
+        Self {
+            rows: [0; 3],
+            weights: [0.0; 3],
+            free: [DVec3::ONE; 3],
+            frame,
+            law,
+            b: DVec3::ZERO,
+            stiffness: DVec3::ZERO,
+        }
+    }
+
+    fn terms(&self) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
+        (0..3).filter(|k| self.weights[*k] != 0.0).map(|k| (self.rows[k] as usize, self.weights[k], self.free[k]))
+    }
+
+    fn moved(&self, delta: &[f64]) -> DVec3 {
+        let sum: DVec3 = self.terms().map(|(row, w, free)| DVec3::from_slice(&delta[3 * row..]) * free * w).sum();
+        self.frame.transpose() * sum
+    }
+
+    fn push(&self, p: DVec3, force: &mut [f64]) {
+        let world = self.frame * p;
+        for (row, w, free) in self.terms() {
+            let f = world * free * w;
+            for (to, f) in force[3 * row..3 * row + 3].iter_mut().zip(f.to_array()) {
+                *to += f;
+            }
+        }
+    }
+}
+
+/// How a contact acts: what the matrix depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct State {
+    pushes: bool,
+    rubs: Rubbing,
+}
+
+/// Friction of a contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rubbing {
+    None,
+    Stuck,
+    /// Slides: direction of the force, its size (N), and D across it (N/m).
+    Sliding {
+        along: (f64, f64),
+        limit: f64,
+        across: f64,
+    },
+}
+
+/// The solver with its arrays.
+#[derive(Default)]
+pub(crate) struct Primal {
+    pub rows: Vec<Row>,
+    /// Multipliers, then forces, in the frames, N.
+    pub force: Vec<DVec3>,
+    states: Vec<State>,
+    factored: Vec<State>,
+    u: Vec<DVec3>,
+    /// Forces of the round before.
+    before: Vec<DVec3>,
+    delta: Vec<f64>,
+    /// Newton steps and factors so far.
+    pub steps: u64,
+    pub factors: u64,
+}
+
+impl Primal {
+    /// Begins another problem with another matrix.
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.force.clear();
+        self.factored.clear();
+    }
+
+    /// Sets c from the stiffness of the sheet at each contact.
+    pub fn weigh(&mut self, tangent: &ContactTangent) {
+        for row in &mut self.rows {
+            let compliance = |direction: DVec3| -> f64 {
+                let each = (0..3).filter(|k| row.weights[*k] != 0.0).map(|k| {
+                    let stiffness = tangent.diagonal(row.rows[k]);
+                    row.weights[k] * row.weights[k] / direction.dot(stiffness * direction)
+                });
+                each.sum()
+            };
+            let along = |d: DVec3| 1.0 / compliance(d).max(f64::MIN_POSITIVE);
+            let c = [row.frame.x_axis, row.frame.y_axis, row.frame.z_axis].map(along);
+            // One weight for both tangents, so that the disc stays a disc.
+            let tangential = c[1].min(c[2]);
+            row.stiffness = DVec3::new(c[0], tangential, tangential);
+        }
+    }
+
+    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps. True if it settled.
+    pub fn solve(&mut self, sheet: &mut Sheet, tolerance: f64) -> bool {
+        let n = sheet.unknowns();
+        self.delta.clear();
+        self.delta.resize(n, 0.0);
+        self.u.clear();
+        self.u.extend(self.rows.iter().map(|r| r.b));
+        for round in 0..ROUNDS {
+            self.steps += 1;
+            self.states.clear();
+            let contacts = self.rows.iter().zip(&self.force).zip(&self.u);
+            // Nothing is known of gaps with forces yet: what had a force keeps it.
+            let states =
+                contacts.map(|((row, p), u)| state(row, *p, if round == 0 && p.x > 0.0 { DVec3::ZERO } else { *u }));
+            self.states.extend(states);
+            self.before.clone_from(&self.force);
+            if !self.factorize(sheet) {
+                return false;
+            }
+            self.step(sheet);
+            let done = self.update(tolerance);
+            if std::env::var_os("TRACEP").is_some() {
+                let c = |f: fn(&State) -> bool| self.states.iter().filter(|s| f(s)).count();
+                eprintln!(
+                    "  round {round} rows {} pushing {} stuck {} factors {} u {:.2e}",
+                    self.rows.len(),
+                    c(|s| s.pushes),
+                    c(|s| s.rubs == Rubbing::Stuck),
+                    self.factors,
+                    self.u.iter().map(|u| u.x).fold(0.0, f64::min)
+                );
+            }
+            if done {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Displacement of each block row, m.
+    pub fn displacement(&self) -> &[f64] {
+        &self.delta
+    }
+
+    /// u of each contact, m.
+    pub fn moved(&self) -> &[DVec3] {
+        &self.u
+    }
+
+    /// Makes the factor that the states ask for; false when there is none.
+    fn factorize(&mut self, sheet: &mut Sheet) -> bool {
+        if self.same_matrix() {
+            return true;
+        }
+        let (rows, states) = (&self.rows, &self.states);
+        let done = sheet.factorize_with(|pattern, values| {
+            rows.iter().zip(states).for_each(|(row, state)| add(row, state, pattern, values));
+        });
+        self.factored.clear();
+        if done {
+            self.factors += 1;
+            self.factored.extend_from_slice(&self.states);
+        }
+        done
+    }
+
+    /// Solves for δ with the states there are.
+    fn step(&mut self, sheet: &mut Sheet) {
+        self.delta.fill(0.0);
+        // From here on `force` is that of δ = 0.
+        for (i, row) in self.rows.iter().enumerate() {
+            let d = stiffness(row, &self.factored[i]);
+            self.force[i] = linear_part(self.force[i], self.u[i], &self.states[i], &d) - d * row.b;
+            row.push(self.force[i], &mut self.delta);
+        }
+        sheet.solve_contact(&mut self.delta);
+        for (row, u) in self.rows.iter().zip(&mut self.u) {
+            *u = row.b + row.moved(&self.delta);
+        }
+    }
+
+    /// Whether the factor at hand is of the matrix that the states ask for.
+    fn same_matrix(&self) -> bool {
+        let alike = |(a, b): (&State, &State)| match (a.rubs, b.rubs) {
+            (Rubbing::Sliding { along: p, across: s, .. }, Rubbing::Sliding { along: q, across: t, .. }) => {
+                let turned = (p.0 - q.0).abs() + (p.1 - q.1).abs();
+                // A direction a little off only costs another round.
+                turned < 0.02 && (s - t).abs() <= 0.1 * s
+            }
+            _ => a == b,
+        };
+        self.factored.len() == self.states.len() && self.factored.iter().zip(&self.states).all(alike)
+    }
+
+    /// Takes up the forces that go with u; true when nothing changed that matters.
+    fn update(&mut self, tolerance: f64) -> bool {
+        let (mut change, mut all, mut same) = (0.0, 0.0, true);
+        for (i, row) in self.rows.iter().enumerate() {
+            let (state, u) = (&self.states[i], &self.u[i]);
+            let mut next = self.force[i] - stiffness(row, &self.factored[i]) * (*u - row.b);
+            let after = self::state(row, next, *u);
+            if let Law::Coulomb(friction) = row.law {
+                same &= after.pushes == state.pushes || (next.x.abs() / row.stiffness.x).max(u.x.abs()) < tolerance;
+                same &= !state.pushes || u.x.abs() < tolerance;
+                same &= state.rubs != Rubbing::Stuck || u.y.abs().max(u.z.abs()) < tolerance;
+                next.x = next.x.max(0.0);
+                // The disc follows the normal force.
+                let (length, limit) = (next.y.hypot(next.z), friction * next.x);
+                if length > limit {
+                    let s = limit / length;
+                    (next.y, next.z) = (next.y * s, next.z * s);
+                }
+            } else {
+                same &= u.abs().max_element() < tolerance;
+            }
+            change += (next - self.before[i]).abs().element_sum();
+            all += next.abs().element_sum();
+            self.force[i] = next;
+        }
+        same && change <= STEADY * all
+    }
+}
+
+/// How a contact acts that has force `p` and gap and slip `u`.
+fn state(row: &Row, p: DVec3, u: DVec3) -> State {
+    let Law::Coulomb(friction) = row.law else { return State { pushes: true, rubs: Rubbing::Stuck } };
+    let trial = p - row.stiffness * u;
+    if trial.x <= 0.0 {
+        return State { pushes: false, rubs: Rubbing::None };
+    }
+    let (length, limit) = (trial.y.hypot(trial.z), friction * p.x);
+    let rubs = if limit <= 0.0 {
+        Rubbing::None
+    } else if length <= limit {
+        Rubbing::Stuck
+    } else {
+        Rubbing::Sliding {
+            along: (trial.y / length, trial.z / length),
+            limit,
+            across: row.stiffness.y * limit / length,
+        }
+    };
+    State { pushes: true, rubs }
+}
+
+/// The force of a contact in a round less -D u: `p` and `u` are those before it.
+fn linear_part(p: DVec3, u: DVec3, state: &State, d: &DMat3) -> DVec3 {
+    match state.rubs {
+        _ if !state.pushes => DVec3::ZERO,
+        Rubbing::None => DVec3::new(p.x, 0.0, 0.0),
+        Rubbing::Stuck => p,
+        Rubbing::Sliding { along, limit, .. } => {
+            let turning = *d * DVec3::new(0.0, u.y, u.z);
+            DVec3::new(p.x, along.0 * limit + turning.y, along.1 * limit + turning.z)
+        }
+    }
+}
+
+/// D of a contact.
+fn stiffness(row: &Row, state: &State) -> DMat3 {
+    let rho = row.stiffness * STIFFER;
+    let tangential = match state.rubs {
+        Rubbing::None => [0.0; 3],
+        Rubbing::Stuck => [rho.y, 0.0, rho.z],
+        Rubbing::Sliding { along: (y, z), across, .. } => [across * z * z, -across * y * z, across * y * y],
+    };
+    DMat3::from_cols(
+        DVec3::new(if state.pushes { rho.x } else { 0.0 }, 0.0, 0.0),
+        DVec3::new(0.0, tangential[0], tangential[1]),
+        DVec3::new(0.0, tangential[1], tangential[2]),
+    )
+}
+
+/// Adds Jᵀ D J of one contact.
+fn add(row: &Row, state: &State, pattern: &Pattern, values: &mut [f64]) {
+    if !state.pushes {
+        return;
+    }
+    let local = stiffness(row, state);
+    let world = row.frame * local * row.frame.transpose();
+    for (i, wi, fi) in row.terms() {
+        for (j, wj, fj) in row.terms().filter(|(j, ..)| *j <= i) {
+            let Some(slot) = pattern.slot(i as u32, j as u32) else { continue };
+            let at = 9 * slot as usize;
+            for r in 0..3 {
+                for c in 0..3 {
+                    values[at + 3 * r + c] += wi * wj * fi[r] * fj[c] * world.col(c)[r];
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! Mass, centre of mass and principal inertia of a body of even density, in f64.
+//!
+//! A box of edges a, b, c has the principal inertias m (b² + c²)/12 and so on, a ball of radius r 2/5 m r² about any axis. A
+//! polyhedron is the sum of the tetrahedra that its triangles span with a point o: one with the corners o, p₁, p₂, p₃ has
+//! the volume V = (p₁-o)·((p₂-o)×(p₃-o))/6 and, with s the sum of the three arms from o, the first moment V s/4 and the second
+//! moment ∫ x xᵀ dV = V/20 (Σ pᵢpᵢᵀ + s sᵀ) about o (Tonon, Explicit exact formulas for the 3-D tetrahedron inertia tensor
+//! in terms of its vertex coordinates, J. Math. Stat. 1, 2005). With C that of the whole about its centre of mass, the
+//! inertia is ρ (tr C - C). Its principal axes are found by Jacobi's rotations.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::scene::{Polyhedron, Shape};
+
+/// How a body's mass is spread.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MassProperties {
+    /// Mass, kg; infinite for a body that is not pushed.
+    pub mass: f64,
+    /// Centre of mass in the body's frame, m.
+    pub centre: DVec3,
+    /// Inertias about the principal axes through the centre of mass, kg m²; infinite for a body that is not pushed.
+    pub principal: DVec3,
+    /// From the principal axes to the body's.
+    pub axes: DQuat,
+}
+
+/// Rounds of Jacobi's rotations: each squares what is left beside the diagonal, so few are ever needed.
+const ROUNDS: usize = 12;
+
+impl MassProperties {
+    /// Those of a body that is not pushed: it stands, or is led about its origin.
+    pub const fn immovable() -> Self {
+        Self { mass: f64::INFINITY, centre: DVec3::ZERO, principal: DVec3::INFINITY, axes: DQuat::IDENTITY }
+    }
+
+    /// Those of a body of density 1 kg/m³ with this shape, whose polyhedra (of all shapes but balls and half spaces) are
+    /// `polyhedra`; `None` where there is no volume, or no end to it.
+    pub fn of_unit_density(shape: &Shape, polyhedra: &[Polyhedron]) -> Option<Self> {
+        let centred = |mass: f64, principal| Self { mass, centre: DVec3::ZERO, principal, axes: DQuat::IDENTITY };
+        let found = match shape {
+            Shape::HalfSpace => return None,
+            Shape::Ball(r) => {
+                let mass = 4.0 / 3.0 * std::f64::consts::PI * r * r * r;
+                centred(mass, DVec3::splat(0.4 * mass * r * r))
+            }
+            Shape::Box(size) => {
+                let (mass, squares) = (size.x * size.y * size.z, *size * *size);
+                centred(mass, (DVec3::splat(squares.element_sum()) - squares) * (mass / 12.0))
+            }
+            Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) => Self::of_polyhedra(polyhedra)?,
+        };
+        (found.mass > 0.0 && found.principal.min_element() > 0.0).then_some(found)
+    }
+
+    /// The same body with mass `mass`, kg.
+    pub fn with_mass(self, mass: f64) -> Self {
+        Self { mass, principal: self.principal * (mass / self.mass), ..self }
+    }
+
+    fn of_polyhedra(polyhedra: &[Polyhedron]) -> Option<Self> {
+        // From a corner of the body's own: one far from its origin would otherwise lose its digits.
+        let from = polyhedra.iter().find_map(|p| p.vertices.first().copied())?;
+        let (mut volume, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
+        for polyhedron in polyhedra {
+            for face in 0..polyhedron.faces.len() {
+                let corners = polyhedron.corners(face);
+                for pair in corners.windows(2).skip(1) {
+                    let arms = [corners[0] - from, pair[0] - from, pair[1] - from];
+                    let part = arms[0].dot(arms[1].cross(arms[2])) / 6.0;
+                    let sum = arms[0] + arms[1] + arms[2];
+                    volume += part;
+                    first += sum * (part / 4.0);
+                    let squares = arms.iter().fold(outer(sum), |all, p| all + outer(*p));
+                    second += squares * (part / 20.0);
+                }
+            }
+        }
+        let arm = first / volume;
+        let about_centre = second - outer(arm) * volume;
+        let trace = about_centre.x_axis.x + about_centre.y_axis.y + about_centre.z_axis.z;
+        let (principal, axes) = principal_axes(DMat3::from_diagonal(DVec3::splat(trace)) - about_centre);
+        volume.is_finite().then_some(Self { mass: volume, centre: from + arm, principal, axes })
+    }
+}
+
+fn outer(p: DVec3) -> DMat3 {
+    DMat3::from_cols(p * p.x, p * p.y, p * p.z)
+}
+
+/// Eigenvalues of a symmetric matrix, and the rotation from its eigenvectors to the axes it is given in.
+fn principal_axes(mut a: DMat3) -> (DVec3, DQuat) {
+    let mut axes = DMat3::IDENTITY;
+    for _ in 0..ROUNDS {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let beside = a.col(q)[p];
+            if beside.abs() <= f64::EPSILON * 0.01 * (a.col(p)[p].abs() + a.col(q)[q].abs()) {
+                continue;
+            }
+            // The smaller of the two angles that clear the entry.
+            let theta = 0.5 * (a.col(q)[q] - a.col(p)[p]) / beside;
+            let tangent = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
+            let turn = plane_rotation(p, q, cosine, tangent * cosine);
+            a = turn.transpose() * a * turn;
+            axes *= turn;
+        }
+    }
+    (DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z), DQuat::from_mat3(&axes).normalize())
+}
+
+/// The rotation in the plane of axes `p` and `q` that takes e_p to c e_p - s e_q.
+fn plane_rotation(p: usize, q: usize, cosine: f64, sine: f64) -> DMat3 {
+    let mut turn = DMat3::IDENTITY;
+    turn.col_mut(p)[p] = cosine;
+    turn.col_mut(p)[q] = -sine;
+    turn.col_mut(q)[p] = sine;
+    turn.col_mut(q)[q] = cosine;
+    turn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Placement;
+
+    fn close(a: DVec3, b: DVec3, tolerance: f64) -> bool {
+        (a - b).abs().max_element() <= tolerance * b.abs().max_element()
+    }
+
+    fn sorted(v: DVec3) -> DVec3 {
+        let mut all = v.to_array();
+        all.sort_by(f64::total_cmp);
+        all.into()
+    }
+
+    #[test]
+    fn a_box_as_a_polyhedron_turned_and_far_away_has_the_inertia_of_a_box() {
+        let size = DVec3::new(0.063, 0.088, 0.002);
+        let wanted = MassProperties::of_unit_density(&Shape::Box(size), &[]).expect("a body").with_mass(0.7);
+        let place = Placement { position: DVec3::new(30.0, -20.0, 50.0), rotation: DVec3::new(31.0, 47.0, -12.0) };
+        let mut turned = Polyhedron::cuboid(size);
+        turned.vertices.iter_mut().for_each(|p| *p = place.apply(*p));
+        let shape = Shape::Polyhedron(turned.clone());
+        let found = MassProperties::of_unit_density(&shape, &[turned]).expect("a body").with_mass(0.7);
+        assert!(close(found.centre, place.position, 1e-12));
+        assert!(close(sorted(found.principal), sorted(wanted.principal), 1e-9), "{found:?} {wanted:?}");
+        // The inertia as a matrix of the body's frame: the order and signs of the axes do not matter in it.
+        let tensor = |m: &MassProperties, turn: DQuat| {
+            let axes = DMat3::from_quat(turn * m.axes);
+            axes * DMat3::from_diagonal(m.principal) * axes.transpose()
+        };
+        let (a, b) = (tensor(&found, DQuat::IDENTITY), tensor(&wanted, place.quaternion()));
+        for axis in 0..3 {
+            assert!((a.col(axis) - b.col(axis)).length() < 1e-9 * wanted.principal.max_element());
+        }
+    }
+
+    #[test]
+    fn a_corner_tetrahedron_has_its_closed_form() {
+        // Corners 0, a x, a y, a z: V = a³/6, centre a/4, and ∫ x² dV = a⁵/60, ∫ x y dV = a⁵/120 about the corner, so that about
+        // the centre they are V a² (1/10 - 1/16) = 3/80 V a² and V a² (1/20 - 1/16) = -1/80 V a². The inertia V a²/80 (6 I + 1
+        // beside the diagonal) has the eigenvalues 5, 5 and 8.
+        let a = 0.3;
+        let corners = [DVec3::ZERO, DVec3::X * a, DVec3::Y * a, DVec3::Z * a];
+        let body = Polyhedron {
+            vertices: corners.to_vec(),
+            faces: vec![vec![0, 2, 1], vec![0, 1, 3], vec![0, 3, 2], vec![1, 2, 3]],
+        };
+        let found = MassProperties::of_unit_density(&Shape::Polyhedron(body.clone()), &[body]).expect("a body");
+        let volume = a * a * a / 6.0;
+        assert!((found.mass - volume).abs() < 1e-15 * volume.max(1.0));
+        assert!(close(found.centre, DVec3::splat(a / 4.0), 1e-13));
+        let unit = volume * a * a / 80.0;
+        assert!(close(sorted(found.principal), DVec3::new(5.0, 5.0, 8.0) * unit, 1e-12), "{found:?}");
+    }
+
+    #[test]
+    fn a_fine_dome_approaches_the_half_ball() {
+        // A half ball of radius r: V = 2/3 π r³, centre 3/8 r above its base, about it 83/320 m r² across and 2/5 m r² along.
+        let dome = Polyhedron::hemisphere(1.0, 48, 192);
+        let found = MassProperties::of_unit_density(&Shape::Polyhedron(dome.clone()), &[dome]).expect("a body");
+        let volume = 2.0 / 3.0 * std::f64::consts::PI;
+        assert!((found.mass / volume - 1.0).abs() < 2e-3);
+        assert!((found.centre.y - 0.375).abs() < 1e-3, "{found:?}");
+        let wanted = DVec3::new(83.0 / 320.0, 83.0 / 320.0, 0.4) * found.mass;
+        assert!(close(sorted(found.principal), wanted, 3e-3), "{found:?} {wanted}");
+    }
+
+    #[test]
+    fn what_has_no_volume_or_no_end_has_no_mass() {
+        assert!(MassProperties::of_unit_density(&Shape::HalfSpace, &[]).is_none());
+        let flat = Polyhedron { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y], faces: vec![vec![0, 1, 2]] };
+        assert!(MassProperties::of_unit_density(&Shape::Polyhedron(flat.clone()), &[flat]).is_none());
+    }
+}

@@ -1,0 +1,286 @@
+//! A step of the rigid bodies: Rapier moves them, and what moves freely is kept in f64.
+//!
+//! The f64 states are what counts; Rapier is given them in f32. A body that Rapier's contacts did not push in a step flew
+//! freely, and takes the flight of its own state (`state`), which is exact; one that was pushed takes what Rapier made of it.
+//! One that the sheets push is claimed by their solver after the step, which says where it really went.
+//!
+//! Bodies that touch one another fall asleep together when each has kept still (slower than [`SLEEP_SPEED`] for
+//! [`SLEEP_TIME`]) and one of them lies on something that does not move. What sleeps stays to the bit where it is, until
+//! something that moves touches it.
+
+use glam::{DQuat, DVec3};
+use rapier3d::prelude::*;
+
+use super::state::BodyState;
+use super::touch::{self, BodyContact};
+use super::{Kind, RigidWorld, pose_of};
+use crate::step::{SLEEP_SPEED, SLEEP_TIME};
+
+/// A body that touches a sleeping one wakes it above this speed, m/s.
+const WAKE_SPEED: f64 = 0.01;
+
+/// How a body moves in a step.
+pub(super) struct Motion {
+    pub kind: Kind,
+    /// At the start and at the end of the last step.
+    pub start: BodyState,
+    pub end: BodyState,
+    pub asleep: bool,
+    /// How long it has been still, s.
+    pub quiet: f64,
+    /// Whether the sheets' solver has moved it in the last step.
+    pub claimed: bool,
+    /// Whether anything pushed it in the last step.
+    pub pushed: bool,
+    /// Distance of its furthest point from its centre of mass, m.
+    pub extent: f64,
+}
+
+impl Motion {
+    pub fn is_free(&self) -> bool {
+        matches!(self.kind, Kind::Free)
+    }
+
+    /// Largest speed of a point of it at the start of the step, m/s.
+    fn speed(&self) -> f64 {
+        self.start.velocity().length() + self.start.spin().length() * self.extent
+    }
+}
+
+impl RigidWorld {
+    /// Moves the bodies from time `t` to `t + dt` (s) in the gravity `g` (m/s²): those that are led go where they are led, the
+    /// others as Rapier has it.
+    pub fn step(&mut self, t: f64, dt: f64, g: DVec3) {
+        for motion in &mut self.motions {
+            motion.start = motion.end;
+            (motion.claimed, motion.pushed) = (false, false);
+        }
+        let awake = self.motions.iter().any(|m| m.is_free() && !m.asleep);
+        self.contacts.clear();
+        if !(self.moving || awake) {
+            return;
+        }
+        self.lead(t, dt);
+        self.inner.gravity = g.as_vec3();
+        self.inner.integration_parameters.dt = dt as f32;
+        self.inner.step_with_events(&self.owners, &());
+        if self.motions.iter().any(Motion::is_free) {
+            touch::collect(&self.inner, &self.owners, &self.motions, &mut self.contacts);
+            for index in 0..self.motions.len() {
+                if self.motions[index].is_free() {
+                    self.adopt(index, dt, g);
+                }
+            }
+            if self.sleep {
+                self.fall_asleep(dt);
+            }
+        }
+    }
+
+    /// Gives the bodies that are led the velocities that take them where they shall be at `t + dt`.
+    fn lead(&mut self, t: f64, dt: f64) {
+        for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
+            let to = match &mut motion.kind {
+                Kind::Standing | Kind::Free => continue,
+                Kind::Path => pose_of(&body.placement, &body.path, t + dt),
+                Kind::Sent(to) => to.take().unwrap_or((motion.end.origin(), motion.end.rotation())),
+            };
+            (motion.start, motion.end) = motion.end.led(to.0, to.1, dt);
+            if let Some(rigid) = self.inner.bodies.get_mut(body.handle) {
+                rigid.set_next_kinematic_position(Pose::from_parts(to.0.as_vec3(), to.1.as_quat()));
+            }
+        }
+    }
+
+    /// Takes over what the step did to body `index`, which moves freely.
+    fn adopt(&mut self, index: usize, dt: f64, g: DVec3) {
+        let push = self.push_on(index);
+        let disturbed = self.motions[index].asleep && self.is_disturbed(index);
+        let substeps = self.inner.integration_parameters.num_solver_iterations as f64;
+        let Some(rigid) = self.inner.bodies.get(self.bodies[index].handle) else { return };
+        let motion = &mut self.motions[index];
+        motion.pushed = push;
+        if motion.asleep && !disturbed {
+            self.write(index);
+            return;
+        }
+        motion.asleep = false;
+        let (origin, rotation) = f64_pose(rigid);
+        let flown = motion.start.fly(dt, g);
+        let end = if push {
+            let (velocity, spin) = (rigid.linvel().as_dvec3(), rigid.angvel().as_dvec3());
+            BodyState::new(*flown.mass_properties(), origin, rotation, velocity, spin)
+        } else {
+            // Rapier's own flight: the velocity first, in equal substeps.
+            let fall = g * (0.5 * dt * dt * (1.0 + 1.0 / substeps));
+            let centre = motion.start.centre() + motion.start.velocity() * dt + fall;
+            let there = origin + rotation * flown.mass_properties().centre;
+            let size = there.abs().max_element() + motion.extent + centre.distance(motion.start.centre());
+            // Stopped short of something it would have passed through.
+            let stopped = there.distance(centre) > 1e-5 * size;
+            if stopped { flown.displaced(there - flown.centre(), DVec3::ZERO) } else { flown }
+        };
+        let gone = end.centre().distance(motion.start.centre());
+        let turned = (end.rotation() * motion.start.rotation().conjugate()).to_scaled_axis().length();
+        let turned = turned.min(std::f64::consts::TAU - turned);
+        let still = gone + turned * motion.extent < SLEEP_SPEED * dt;
+        motion.quiet = if still { motion.quiet + dt } else { 0.0 };
+        motion.end = end;
+        self.write(index);
+    }
+
+    /// Whether Rapier's contacts pushed body `index` in the last step.
+    fn push_on(&self, index: usize) -> bool {
+        let colliders = self.bodies[index].colliders.iter();
+        colliders
+            .flat_map(|c| self.inner.narrow_phase.contact_pairs_with(*c))
+            .any(|p| p.total_impulse_magnitude() > 0.0)
+    }
+
+    /// Whether something that moves touches the sleeping body `index`.
+    fn is_disturbed(&self, index: usize) -> bool {
+        self.contacts.iter().filter(|c| c.a == index || c.b == index).any(|c| {
+            let other = &self.motions[if c.a == index { c.b } else { c.a }];
+            let touches = c.distance < self.reach_of_rest();
+            match other.kind {
+                Kind::Standing => false,
+                Kind::Free => !other.asleep && touches && other.speed() > WAKE_SPEED,
+                Kind::Path | Kind::Sent(_) => touches && other.start.moves(),
+            }
+        })
+    }
+
+    /// Distance within which what touches is told from what is only near, m.
+    fn reach_of_rest(&self) -> f64 {
+        f64::from(self.inner.integration_parameters.prediction_distance())
+    }
+
+    /// Puts to sleep the groups of touching bodies that have all kept still and lie on something that does not move.
+    fn fall_asleep(&mut self, dt: f64) {
+        let ready = |m: &Motion| m.is_free() && !m.asleep && !m.claimed && m.quiet >= SLEEP_TIME - 0.5 * dt;
+        if !self.motions.iter().any(ready) {
+            return;
+        }
+        self.groups.clear();
+        self.groups.extend(0..self.motions.len());
+        for c in &self.contacts {
+            if self.motions[c.a].is_free() && self.motions[c.b].is_free() {
+                let (a, b) = (root(&self.groups, c.a), root(&self.groups, c.b));
+                self.groups[a.max(b)] = a.min(b);
+            }
+        }
+        for first in 0..self.motions.len() {
+            if self.motions[first].is_free() && root(&self.groups, first) == first && self.may_sleep(first, ready) {
+                for index in first..self.motions.len() {
+                    if root(&self.groups, index) == first {
+                        self.freeze(index);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether the group of bodies of which `first` is the first may sleep.
+    fn may_sleep(&self, first: usize, ready: impl Fn(&Motion) -> bool) -> bool {
+        let member = |index: usize| self.motions[index].is_free() && root(&self.groups, index) == first;
+        let mut members = (first..self.motions.len()).filter(|i| member(*i)).map(|i| &self.motions[i]).peekable();
+        let all_still = members.all(|m| ready(m) || m.asleep);
+        // What floats is at rest only if it does not move at all.
+        let floats = |m: &Motion| !m.pushed && !m.end.moves() && m.start == m.end;
+        let mut lies = floats(&self.motions[first]);
+        for c in self.contacts.iter().filter(|c| member(c.a) != member(c.b)) {
+            let other = &self.motions[if member(c.a) { c.b } else { c.a }];
+            if other.start.moves() {
+                return false;
+            }
+            lies |= c.distance < self.reach_of_rest();
+        }
+        all_still && lies
+    }
+
+    /// Says where body `index`, which moves freely, really is at the end of the step; sheets have pushed it. Of other bodies
+    /// nothing is changed.
+    pub fn claim(&mut self, index: usize, end: BodyState) {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
+        motion.end = end;
+        (motion.claimed, motion.asleep, motion.quiet) = (true, false, 0.0);
+        self.write(index);
+    }
+
+    /// Puts body `index`, which moves freely, to sleep: it stays where it is until it is woken.
+    pub fn freeze(&mut self, index: usize) {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
+        motion.end = motion.end.at_rest();
+        motion.asleep = true;
+        self.write(index);
+    }
+
+    /// Wakes body `index`.
+    pub fn wake(&mut self, index: usize) {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
+        (motion.asleep, motion.quiet) = (false, 0.0);
+        self.write(index);
+    }
+
+    /// Wakes all bodies.
+    pub fn wake_all(&mut self) {
+        (0..self.motions.len()).for_each(|index| self.wake(index));
+    }
+
+    /// Whether bodies that come to rest are put to sleep (they are, unless told otherwise).
+    pub fn set_sleep(&mut self, sleep: bool) {
+        self.sleep = sleep;
+        if !sleep {
+            self.wake_all();
+        }
+    }
+
+    /// Gives Rapier the place and velocity that body `index` has at the end of the step.
+    pub(super) fn write(&mut self, index: usize) {
+        let (motion, body) = (&self.motions[index], &self.bodies[index]);
+        let Some(rigid) = self.inner.bodies.get(body.handle) else { return };
+        let pose = Pose::from_parts(motion.end.origin().as_vec3(), motion.end.rotation().as_quat());
+        let (velocity, spin) = (motion.end.velocity().as_vec3(), motion.end.spin().as_vec3());
+        let moved = *rigid.position() != pose;
+        let turns_in = motion.asleep != rigid.is_sleeping();
+        if !moved && !turns_in && rigid.linvel() == velocity && rigid.angvel() == spin {
+            return;
+        }
+        // Only what is changed is touched: Rapier looks again at every body it is asked for in this way.
+        let Some(rigid) = self.inner.bodies.get_mut(body.handle) else { return };
+        rigid.set_position(pose, false);
+        rigid.set_linvel(velocity, false);
+        rigid.set_angvel(spin, false);
+        match (motion.asleep, turns_in) {
+            (true, true) => rigid.sleep(),
+            (false, true) => rigid.wake_up(true),
+            _ => {}
+        }
+        if moved {
+            for handle in &body.colliders {
+                if let Some(collider) = self.inner.colliders.get_mut(*handle) {
+                    collider.set_position(pose);
+                }
+            }
+        }
+    }
+
+    /// Where bodies touched one another at the start of the last step, at least one of each pair moving freely; in an order
+    /// that is always the same.
+    pub fn body_contacts(&self) -> &[BodyContact] {
+        &self.contacts
+    }
+}
+
+/// The first of the group that `index` is in.
+fn root(groups: &[usize], mut index: usize) -> usize {
+    while groups[index] != index {
+        index = groups[index];
+    }
+    index
+}
+
+fn f64_pose(rigid: &RigidBody) -> (DVec3, DQuat) {
+    let p = rigid.position();
+    (p.translation.as_dvec3(), p.rotation.as_dquat().normalize())
+}

@@ -1,0 +1,245 @@
+//! Tests of bodies among themselves; the sheets' solver has its own.
+
+use glam::{DQuat, DVec3};
+
+use super::{BodyState, RigidWorld};
+use crate::scene::{BodySpec, PathKey, Placement, Scene, Shape};
+
+const G: DVec3 = DVec3::new(0.0, -9.81, 0.0);
+const DT: f64 = 1.0 / 60.0;
+
+fn world(text: &str) -> RigidWorld {
+    RigidWorld::build(&Scene::parse(text).expect("valid")).expect("valid")
+}
+
+fn state(world: &RigidWorld, name: &str) -> BodyState {
+    *world.index_of(name).and_then(|i| world.state(i)).expect("there")
+}
+
+fn run(world: &mut RigidWorld, seconds: f64, g: DVec3) {
+    for i in 0..(seconds / DT).round() as u32 {
+        world.step(f64::from(i) * DT, DT, g);
+    }
+}
+
+const FLOOR: &str = "(name: \"floor\", shape: HalfSpace)";
+
+#[test]
+fn a_free_body_flies_its_parabola_and_keeps_its_spin() {
+    let text =
+        "(bodies: [(name: \"a\", shape: Box((0.1, 0.2, 0.3)), density: 500, velocity: (3, 4, -1), spin: (1, 9, 2),
+        placement: (position: (5, 100, 3), rotation: (10, 20, 30)))])";
+    let mut world = world(text);
+    let start = state(&world, "a");
+    assert!((start.mass() - 3.0).abs() < 1e-12);
+    run(&mut world, 2.0, G);
+    let end = state(&world, "a");
+    let wanted = start.centre() + start.velocity() * 2.0 + G * 2.0;
+    assert!(end.centre().distance(wanted) < 1e-11, "{}", end.centre().distance(wanted));
+    assert!(end.velocity().distance(start.velocity() + G * 2.0) < 1e-12);
+    assert_eq!(end.angular_momentum(end.centre()), start.angular_momentum(start.centre()));
+    let (view, index) = (world.view(), world.index_of("a").expect("there"));
+    let shown = view.colliders.iter().next().expect("one").1.position().translation.as_dvec3();
+    assert!(shown.distance(world.pose(index).expect("there").0) < 1e-5);
+}
+
+#[test]
+fn a_box_comes_to_rest_on_the_floor_and_sleeps() {
+    for size in [0.01, 0.1, 1.0] {
+        let height = 0.8 * size;
+        let mut world = world(&format!(
+            "(bodies: [{FLOOR}, (name: \"a\", shape: Box(({size}, {size}, {size})), density: 500,
+                placement: (position: (0, {height}, 0), rotation: (5, 0, 3)))])"
+        ));
+        let index = world.index_of("a").expect("there");
+        let mut slept = None;
+        for i in 0..240 {
+            world.step(f64::from(i) * DT, DT, G);
+            if world.is_asleep(index) {
+                slept = Some(f64::from(i) * DT);
+                break;
+            }
+        }
+        assert!(slept.is_some_and(|t| t < 3.0), "{size}: {slept:?} {:?}", state(&world, "a"));
+        let rest = state(&world, "a");
+        // Rapier's contacts give way a little under a weight.
+        assert!((rest.centre().y - 0.5 * size).abs() < 1e-4, "{size}: {}", rest.centre().y);
+        assert!(!rest.moves());
+        run(&mut world, 1.0, G);
+        assert_eq!(state(&world, "a"), rest, "what sleeps stays to the bit");
+        assert!(world.is_quiet());
+    }
+}
+
+#[test]
+fn a_sleeping_stack_is_woken_by_a_ball_and_by_nothing_else() {
+    let mut world = world(&format!(
+        "(contact: (friction: 0.5, restitution: 0), bodies: [{FLOOR},
+            (name: \"low\", shape: Box((0.1, 0.1, 0.1)), mass: 0.5, placement: (position: (0, 0.05, 0))),
+            (name: \"high\", shape: Box((0.1, 0.1, 0.1)), mass: 0.5, placement: (position: (0, 0.15, 0))),
+            (name: \"ball\", shape: Ball(0.05), mass: 1, placement: (position: (-20, 5, 0)), velocity: (10, 4, 0))])"
+    ));
+    let high = world.index_of("high").expect("there");
+    run(&mut world, 1.5, G);
+    assert!(world.is_asleep(high), "{:?}", state(&world, "high"));
+    let rest = state(&world, "high");
+    assert!((rest.centre().y - 0.15).abs() < 1e-3);
+    let mut woken = false;
+    for i in 0..240 {
+        world.step(1.5 + f64::from(i) * DT, DT, G);
+        let ball = state(&world, "ball");
+        if !world.is_asleep(high) {
+            woken = true;
+            assert!(ball.centre().distance(state(&world, "low").centre()) < 0.5, "not by a far ball");
+            break;
+        }
+        assert_eq!(state(&world, "high"), rest);
+        let index = world.index_of("ball").expect("there");
+        if i == 0 {
+            // Thrown anew, level, at the upper box.
+            let thrown = BodyState::new(
+                *ball.mass_properties(),
+                DVec3::new(-1.0, 0.2, 0.0),
+                DQuat::IDENTITY,
+                DVec3::new(8.0, 0.0, 0.0),
+                DVec3::ZERO,
+            );
+            world.claim(index, thrown);
+        }
+    }
+    assert!(woken);
+    run(&mut world, 0.5, G);
+    assert!(state(&world, "high").centre().distance(rest.centre()) > 0.05);
+}
+
+#[test]
+fn bodies_that_collide_keep_their_momentum_to_single_precision() {
+    let mut world = world(
+        "(contact: (restitution: 1, friction: 0), bodies: [
+            (name: \"a\", shape: Ball(0.05), mass: 1, velocity: (2, 0, 0), placement: (position: (-0.5, 0, 0))),
+            (name: \"b\", shape: Ball(0.05), mass: 1)])",
+    );
+    run(&mut world, 1.0, DVec3::ZERO);
+    let (a, b) = (state(&world, "a"), state(&world, "b"));
+    // Two equal balls exchange their velocities.
+    assert!((a.momentum() + b.momentum()).distance(DVec3::new(2.0, 0.0, 0.0)) < 1e-5);
+    assert!(a.velocity().length() < 0.05 && (b.velocity().x - 2.0).abs() < 0.05, "{a:?} {b:?}");
+}
+
+#[test]
+fn pairs_of_materials_rule_between_bodies() {
+    let slid = |pairs: &str| {
+        let mut world = world(&format!(
+            "(contact: (friction: 0, restitution: 0, pairs: [{pairs}]), bodies: [
+                (name: \"floor\", shape: HalfSpace, material: \"felt\"),
+                (name: \"a\", shape: Box((0.1, 0.05, 0.1)), mass: 1, material: \"wood\", velocity: (1, 0, 0),
+                 placement: (position: (0, 0.025, 0)))])"
+        ));
+        run(&mut world, 0.05, G);
+        let before = state(&world, "a").velocity().x;
+        run(&mut world, 0.1, G);
+        let contacts = world.body_contacts();
+        assert!(!contacts.is_empty());
+        ((before - state(&world, "a").velocity().x) / 0.1, contacts[0])
+    };
+    let (free, held) = (slid(""), slid("(between: (\"wood\", \"felt\"), friction: 0.4)"));
+    assert!(free.0.abs() < 1e-3);
+    // Rapier's friction, which is only near Coulomb's μ g.
+    assert!((held.0 / (0.4 * 9.81) - 1.0).abs() < 0.1, "{}", held.0);
+    assert!((free.1.friction, (held.1.friction * 1e3).round()) == (0.0, 400.0));
+    assert!(held.1.normal.y.abs() > 0.999 && held.1.distance.abs() < 1e-3);
+}
+
+#[test]
+fn a_claimed_body_is_where_its_claim_says_and_a_frozen_one_stays() {
+    let mut world = world("(bodies: [(name: \"a\", shape: Ball(0.1), mass: 2)])");
+    world.step(0.0, DT, G);
+    let start = *world.start(0).expect("there");
+    let end = start.fly(DT, G).kicked(DVec3::new(0.0, 2.0 * 9.81 * DT, 0.0), start.centre());
+    world.claim(0, end);
+    assert_eq!(world.state(0), Some(&end));
+    world.step(DT, DT, G);
+    assert_eq!(world.start(0), Some(&end));
+    assert!(state(&world, "a").centre().distance(end.fly(DT, G).centre()) < 1e-15);
+    world.freeze(0);
+    let frozen = state(&world, "a");
+    run(&mut world, 0.5, G);
+    assert_eq!(state(&world, "a"), frozen);
+    world.wake(0);
+    run(&mut world, 0.5, G);
+    assert!((frozen.centre().y - state(&world, "a").centre().y - 0.5 * 9.81 * 0.25).abs() < 1e-9);
+}
+
+#[test]
+fn a_led_body_is_exactly_on_its_path_with_the_velocity_of_its_step() {
+    let path = vec![
+        PathKey::default(),
+        PathKey { time: 1.0, offset: DVec3::new(0.3, 0.0, 0.1), rotation: DVec3::new(0.0, 90.0, 0.0) },
+    ];
+    let placement = Placement { position: DVec3::new(1.1, 2.2, 3.3), rotation: DVec3::ZERO };
+    let spec = BodySpec { name: "arm".into(), path, placement, ..BodySpec::new(Shape::Ball(0.1)) };
+    let mut world = RigidWorld::build(&Scene { bodies: vec![spec], ..Scene::default() }).expect("valid");
+    world.step(0.0, 0.25, G);
+    let end = state(&world, "arm");
+    assert_eq!(end.origin(), DVec3::new(1.1, 2.2, 3.3) + DVec3::new(0.3, 0.0, 0.1) * 0.25);
+    assert!(end.velocity().distance(DVec3::new(0.3, 0.0, 0.1)) < 1e-14);
+    assert!(end.spin().distance(DVec3::Y * 90.0_f64.to_radians()) < 1e-13);
+    let flown = world.start(0).expect("there").fly(0.25, G);
+    assert!(flown.rotation().angle_between(end.rotation()) < 1e-7);
+    assert!(world.send("arm", DVec3::ONE, DQuat::IDENTITY));
+    world.step(0.25, 0.25, G);
+    assert_eq!(state(&world, "arm").origin(), DVec3::ONE);
+    world.step(0.5, 0.25, G);
+    assert!(!state(&world, "arm").moves());
+}
+
+#[test]
+fn sending_and_removing_work_on_bodies_that_move_freely() {
+    let mut world = world(&format!(
+        "(bodies: [{FLOOR}, (name: \"a\", shape: Box((0.1, 0.1, 0.1)), mass: 1, placement: (position: (0, 0.05, 0))),
+            (name: \"b\", shape: Box((0.1, 0.1, 0.1)), mass: 1, placement: (position: (0, 0.15, 0)))])"
+    ));
+    run(&mut world, 1.5, G);
+    assert!(world.is_quiet());
+    assert!(world.send("a", DVec3::new(5.0, 0.05, 0.0), DQuat::IDENTITY));
+    assert!(!state(&world, "a").gives());
+    run(&mut world, 1.5, G);
+    assert!((state(&world, "b").centre().y - 0.05).abs() < 5e-3, "{:?}", state(&world, "b"));
+    assert!(world.remove("floor") && !world.remove("floor"));
+    run(&mut world, 0.5, G);
+    assert!(state(&world, "b").centre().y < -1.0);
+}
+
+#[test]
+fn two_runs_are_the_same_to_the_bit() {
+    let boxes: Vec<String> = (0..12)
+        .map(|i| {
+            let (x, y, turn) = (0.02 * f64::from(i % 3), 0.1 + 0.13 * f64::from(i), 7 * i);
+            format!(
+                "(name: \"box {i} \", shape: Box((0.1, 0.08, 0.12)), density: 700,
+                  placement: (position: ({x}, {y}, 0), rotation: ({turn}, {turn}, 0)))"
+            )
+        })
+        .collect();
+    let text = format!("(bodies: [{FLOOR}, {}])", boxes.join(", "));
+    let end = || {
+        let mut world = world(&text);
+        run(&mut world, 2.0, G);
+        let contacts = world.body_contacts().to_vec();
+        ((0..13).filter_map(|i| world.state(i).copied()).collect::<Vec<_>>(), contacts)
+    };
+    let (first, second) = (end(), end());
+    assert_eq!(first, second);
+    assert!(first.1.windows(2).all(|p| (p[0].a, p[0].b) <= (p[1].a, p[1].b)));
+    assert!(first.0.iter().skip(1).all(|s| s.centre().y > 0.03), "none through the floor");
+}
+
+#[test]
+fn a_fast_body_does_not_pass_through_a_thin_wall() {
+    let mut world = world(
+        "(bodies: [(name: \"wall\", shape: Box((0.002, 1, 1))),
+            (name: \"a\", shape: Ball(0.02), mass: 0.1, velocity: (20, 0, 0), placement: (position: (-0.71, 0, 0)))])",
+    );
+    run(&mut world, 0.5, DVec3::ZERO);
+    assert!(state(&world, "a").centre().x < 0.0, "{:?}", state(&world, "a"));
+}

@@ -1,0 +1,76 @@
+//! Where bodies touch one another: Rapier's contacts of a step, in f64 and in an order that is always the same.
+//!
+//! Rapier finds them at the start of the step. Points are kept in the frames of their bodies, so that the gap
+//! n·(x_a - x_b) (m) can be taken at any other place of the two.
+
+use glam::DVec3;
+use rapier3d::prelude::PhysicsWorld;
+
+use super::super::row::Key;
+use super::Motion;
+use super::view::Owners;
+
+/// A point where two bodies touch or nearly do, at least one of which moves freely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyContact {
+    /// Index of the body that the normal points to.
+    pub a: usize,
+    /// Index of the body that the normal comes from.
+    pub b: usize,
+    /// Where on a, in its frame, m.
+    pub on_a: DVec3,
+    /// Where on b, in its frame, m.
+    pub on_b: DVec3,
+    /// From b to a, unit, in the world, at the start of the step.
+    pub normal: DVec3,
+    /// How far apart they were along it at the start of the step, m; negative inside one another.
+    pub distance: f64,
+    /// Coulomb friction coefficient.
+    pub friction: f64,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// Its name from step to step: colliders and features.
+    pub key: Key,
+}
+
+/// Fills `list` with the contacts of Rapier's last step; motions still hold the start of that step.
+pub(super) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion], list: &mut Vec<BodyContact>) {
+    list.clear();
+    for pair in inner.narrow_phase.contact_pairs() {
+        let (Some(b), Some(a)) = (owners.of(pair.collider1), owners.of(pair.collider2)) else { continue };
+        let (Some(of_a), Some(of_b)) = (motions.get(a), motions.get(b)) else { continue };
+        if !of_a.start.gives() && !of_b.start.gives() {
+            continue;
+        }
+        let name = |collider: u32, feature: u32| u64::from(collider) << 32 | u64::from(feature);
+        for manifold in pair.solver_manifolds() {
+            let normal = manifold.data.normal.as_dvec3().normalize_or_zero();
+            if normal == DVec3::ZERO {
+                continue;
+            }
+            for point in &manifold.points {
+                let (on_b, on_a) = (point.local_p1.as_dvec3(), point.local_p2.as_dvec3());
+                let distance = (of_a.start.place(on_a) - of_b.start.place(on_b)).dot(normal);
+                list.push(BodyContact {
+                    a,
+                    b,
+                    on_a,
+                    on_b,
+                    normal,
+                    distance,
+                    friction: f64::from(manifold.data.friction),
+                    restitution: f64::from(manifold.data.restitution),
+                    key: [
+                        name(pair.collider2.into_raw_parts().0, point.fid2.0),
+                        name(pair.collider1.into_raw_parts().0, point.fid1.0),
+                    ],
+                });
+            }
+        }
+    }
+    // Points that agree in all of this are the same point: their order does not matter.
+    list.sort_unstable_by(|p, q| {
+        let by_place = p.on_a.x.total_cmp(&q.on_a.x).then(p.on_a.y.total_cmp(&q.on_a.y));
+        (p.a, p.b, p.key).cmp(&(q.a, q.b, q.key)).then(by_place).then(p.on_a.z.total_cmp(&q.on_a.z))
+    });
+}

@@ -1,0 +1,72 @@
+//! Friction and restitution of a scene, as data: what everything has unless it says otherwise, and what two materials have
+//! where they meet.
+//!
+//! Two surfaces that meet have the mean of their coefficients, unless the scene has a pair for their materials: what it says
+//! then holds for both.
+
+use serde::{Deserialize, Serialize};
+
+/// Contact coefficients that bodies and sheets have unless they say otherwise.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct ContactDefaults {
+    /// Coulomb friction coefficient, 0 to 10.
+    pub friction: f64,
+    /// Coefficient of restitution, 0 to 1.
+    pub restitution: f64,
+    /// Coefficients of pairs of materials, which win over all others.
+    pub pairs: Vec<PairSpec>,
+}
+
+impl Default for ContactDefaults {
+    fn default() -> Self {
+        Self { friction: 0.3, restitution: 0.1, pairs: Vec::new() }
+    }
+}
+
+/// Coefficients of two materials where they meet, in either order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PairSpec {
+    /// Names of the two materials: of the library, of a sheet's material file (without `.ron`) or its `name`, or the `material`
+    /// of a body.
+    pub between: (String, String),
+    /// Coulomb friction coefficient, 0 to 10; that of the two surfaces if none.
+    #[serde(default)]
+    pub friction: Option<f64>,
+    /// Coefficient of restitution, 0 to 1; that of the two surfaces if none.
+    #[serde(default)]
+    pub restitution: Option<f64>,
+}
+
+impl PairSpec {
+    /// Whether it is of these two materials.
+    pub fn joins(&self, a: &str, b: &str) -> bool {
+        let (first, second) = (self.between.0.as_str(), self.between.1.as_str());
+        (first == a && second == b) || (first == b && second == a)
+    }
+}
+
+impl ContactDefaults {
+    /// (friction, restitution) of two surfaces that meet: of their materials (empty: none), if they have a pair here, and
+    /// otherwise what the surfaces' own coefficients make together, `combined`.
+    pub fn between(&self, materials: (&str, &str), combined: (f64, f64)) -> (f64, f64) {
+        let pair = self.pairs.iter().find(|p| p.joins(materials.0, materials.1));
+        pair.map_or(combined, |p| (p.friction.unwrap_or(combined.0), p.restitution.unwrap_or(combined.1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pair_wins_over_what_its_surfaces_say_in_either_order() {
+        let pair = PairSpec { between: ("card".into(), "felt".into()), friction: Some(0.7), restitution: None };
+        let contact = ContactDefaults { pairs: vec![pair], ..ContactDefaults::default() };
+        assert_eq!(contact.between(("felt", "card"), (0.3, 0.1)), (0.7, 0.1));
+        assert_eq!(contact.between(("card", "felt"), (0.3, 0.1)), (0.7, 0.1));
+        assert_eq!(contact.between(("card", "card"), (0.3, 0.1)), (0.3, 0.1));
+        assert_eq!(contact.between(("", ""), (0.3, 0.1)), (0.3, 0.1));
+    }
+}

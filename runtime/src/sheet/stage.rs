@@ -1,0 +1,285 @@
+//! A sheet through one stage of an implicit engine together with what it touches.
+//!
+//! [`crate::contact`] drives this: [`Sheet::prepare_stage`], then rounds of [`Sheet::free_motion`] (where the sheet would be without
+//! contact, linearised at the last iterate) and [`Sheet::accept`] (where contact put it), then [`Sheet::finish_stage`]. In
+//! between, the factor of the tangent answers how forces at contacts would move it.
+
+use glam::DVec3;
+
+use super::implicit::{ContactTangent, ImplicitSheet, System};
+use super::{Field, Sheet, Vectors};
+use crate::element::{Geometric, NO_BLOCK};
+use crate::engine::implicit::Implicit;
+use crate::engine::implicit::staged::{Jump, Staged};
+use crate::engine::linear::{HalfSolutions, Loads, Pattern};
+
+/// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
+const MISSED: [f64; 2] = [1e-4, 1e-3];
+/// By how much the incremental potential may rise without contact, as a fraction of its inertial term.
+const SLACK: f64 = 0.02;
+/// A sheet this slow (m/s) carries no energy worth a further round.
+const STILL: f64 = 1e-3;
+
+/// Where a sheet is within a stage.
+#[derive(Default)]
+pub(crate) struct StageWork {
+    /// Latest positions that were taken, m.
+    pub iterate: Vectors,
+    /// Where it would be without contact, m.
+    pub free: Vectors,
+    /// Whether another round would change nothing that matters.
+    pub done: bool,
+    /// Whether it could not be solved for.
+    pub failed: bool,
+    /// Velocity at the end of the stage without contact, m/s.
+    pub velocity: Vectors,
+    /// How long the stage is, and its weight of the new acceleration, s.
+    pub length: f64,
+    pub h: f64,
+    d: Vectors,
+    reference: f64,
+    scale: f64,
+    right: Vec<f64>,
+    /// What elements carry from stage to stage, when it was kept.
+    kept: Vec<f64>,
+    kept_x: Vectors,
+    kept_v: Vectors,
+}
+
+impl Sheet {
+    /// Calls `work` with the sheet as implicit engines see it, its engine, its stage, positions and velocities.
+    fn with_scheme<R>(
+        &mut self,
+        field: Field,
+        work: impl FnOnce(&mut ImplicitSheet, &mut dyn Staged, &mut StageWork, (&mut Vectors, &mut Vectors)) -> R,
+    ) -> Option<R> {
+        let mut system = self.system.take()?;
+        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::engine::Resting));
+        let mut stage = std::mem::take(&mut self.work.stage);
+        let result = engine.staged().map(|scheme| {
+            self.with_problem(field, &mut system, |problem| work(problem, scheme, &mut stage, (&mut x, &mut v)))
+        });
+        (self.x, self.v, self.engine, self.system, self.work.stage) = (x, v, engine, Some(system), stage);
+        result
+    }
+
+    /// Begins a step of `dt` s that is taken stage by stage.
+    pub(crate) fn begin_step(&mut self, field: Field, dt: f64) {
+        self.ready_implicit(field);
+        let n = self.masses();
+        let stage = &mut self.work.stage;
+        for buffer in [&mut stage.iterate, &mut stage.free, &mut stage.d, &mut stage.velocity] {
+            if buffer.len() != n {
+                *buffer = Vectors::zeros(n);
+            }
+        }
+        let solves = self.with_scheme(field, |problem, scheme, _, (x, v)| scheme.begin(problem, dt, x, v));
+        self.counters.evaluations += u64::from(solves.unwrap_or(0));
+        self.counters.accepted += 1;
+    }
+
+    /// Stages of a step of its engine; 0 for an explicit one.
+    pub(crate) fn stages(&mut self) -> usize {
+        self.engine.staged().map_or(0, |s| s.stages())
+    }
+
+    /// Begins stage `k` of a step of `dt` s.
+    pub(crate) fn prepare_stage(&mut self, field: Field, k: usize, dt: f64) {
+        self.with_scheme(field, |problem, scheme, stage, (x, v)| {
+            scheme.prepare(problem, k, dt, (x, v), &mut stage.iterate);
+            let problem_stage = scheme.stage();
+            // Begin where the sheet is, unless the guess is the better place.
+            stage.free.copy_from(x);
+            problem.led(&stage.iterate, &mut stage.free);
+            let ahead = problem.potential(&problem_stage, &stage.iterate);
+            let back = problem.potential(&problem_stage, &stage.free);
+            if back < ahead || !ahead.is_finite() {
+                stage.iterate.copy_from(&stage.free);
+            }
+            stage.reference = back.min(ahead);
+            stage.scale = problem.inertial(&problem_stage, x).max(problem.kinetic_at(STILL));
+            stage.done = false;
+            stage.failed = false;
+            stage.length = scheme.length(k, dt);
+            stage.h = 1.0 / problem_stage.per_time;
+        });
+    }
+
+    /// Solves for where the sheet would be without contact, from where it is; false where that cannot be told.
+    pub(crate) fn free_motion(&mut self, field: Field) -> bool {
+        self.counters.evaluations += 1;
+        let found = self.with_scheme(field, |problem, scheme, stage, _| {
+            let problem_stage = scheme.stage();
+            let mut found = problem.direction(&problem_stage, &stage.iterate, Geometric::Mixed, &mut stage.d);
+            if found.is_err() {
+                found = problem.direction(&problem_stage, &stage.iterate, Geometric::Clipped, &mut stage.d);
+            }
+            stage.free.set_sum(&stage.iterate, 1.0, &stage.d);
+            found.is_ok()
+        });
+        found.unwrap_or(false)
+    }
+
+    /// Takes up the free motion, and the displacement by contact (m) where there was some. The stage is done when
+    /// this was near enough to what the solve had predicted.
+    pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>) {
+        self.with_scheme(field, |problem, scheme, stage, _| {
+            stage.d.set_sum(&stage.free, -1.0, &stage.iterate);
+            if let Some(dx) = contact {
+                stage.d.add_scaled(1.0, dx);
+            }
+            let missed = problem.predict(&stage.iterate, &stage.d);
+            stage.iterate.add_scaled(1.0, &stage.d);
+            let limit = MISSED[usize::from(contact.is_some())] * stage.scale;
+            let near = missed <= limit;
+            stage.done = match contact {
+                Some(_) => near,
+                None => {
+                    let rise = problem.potential(&scheme.stage(), &stage.iterate) - stage.reference;
+                    near && rise <= SLACK * stage.scale
+                }
+            };
+        });
+    }
+
+    /// Works out the velocity at the end of the stage without contact.
+    pub(crate) fn free_velocity(&mut self, field: Field) {
+        self.with_scheme(field, |_, scheme, stage, _| {
+            let of_stage = scheme.stage();
+            stage.velocity.set_sum(&stage.free, -1.0, of_stage.w);
+            stage.velocity.axes_mut().into_iter().flatten().for_each(|v| *v *= of_stage.per_time);
+        });
+    }
+
+    /// Solves the stage without contact, guarded, from where the sheet is.
+    pub(crate) fn solve_stage_alone(&mut self, field: Field) {
+        let solved = self.with_scheme(field, |problem, scheme, stage, (x, _)| {
+            let mut work = std::mem::take(scheme.work());
+            let solved =
+                crate::engine::implicit::newton::solve(problem, &scheme.stage(), x, &mut stage.iterate, &mut work);
+            *scheme.work() = work;
+            stage.done = true;
+            solved
+        });
+        let solved = solved.unwrap_or_default();
+        self.counters.evaluations += u64::from(solved.solves);
+        self.counters.guarded += u64::from(solved.guarded);
+    }
+
+    /// Ends stage `k`, with what contact did in it.
+    pub(crate) fn finish_stage(&mut self, field: Field, k: usize, dt: f64, jump: Option<&Jump>) {
+        self.with_scheme(field, |problem, scheme, stage, state| {
+            scheme.finish(problem, k, dt, &stage.iterate, jump, state);
+        });
+    }
+
+    /// Adds the half solutions of `loads`, given by mass, for the tangent at hand.
+    pub(crate) fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        if let Some(system) = &mut self.system {
+            system.half_solve(loads, solutions);
+        }
+    }
+
+    /// The displacement (m) that the tangent at hand gives for `force` (N).
+    pub(crate) fn answer(&mut self, force: &Vectors, dx: &mut Vectors) {
+        dx.clear();
+        let Some(system) = &mut self.system else { return };
+        let mut right = std::mem::take(&mut self.work.stage.right);
+        right.clear();
+        for (row, mass) in system.masses().iter().enumerate() {
+            let free = system.free_axes(row as u32);
+            right.extend((force.get(*mass as usize) * free).to_array());
+        }
+        system.solve(&mut right);
+        for (step, mass) in right.chunks_exact(3).zip(system.masses()) {
+            dx.set(*mass as usize, DVec3::from_slice(step));
+        }
+        self.work.stage.right = right;
+    }
+
+    /// Number of unknowns of its linear system.
+    pub(crate) fn unknowns(&self) -> usize {
+        self.system.as_ref().map_or(0, |s| 3 * s.masses().len())
+    }
+
+    /// The tangent at hand; `None` before the first implicit step.
+    pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
+        self.system.as_ref().map(|s| s.tangent())
+    }
+
+    /// Factorises the tangent at hand with contact added; false when that has no factor.
+    pub(crate) fn factorize_with(&mut self, add: impl FnOnce(&Pattern, &mut [f64])) -> bool {
+        self.system.as_mut().is_some_and(|s| s.factorize_with(add))
+    }
+
+    /// Solves with the factor at hand, by block rows, in place.
+    pub(crate) fn solve_contact(&mut self, right: &mut [f64]) {
+        if let Some(system) = &mut self.system {
+            system.solve(right);
+        }
+    }
+
+    /// Adds the tangent times `x` to `y`, by block rows.
+    pub(crate) fn multiply_tangent(&self, x: &[f64], y: &mut [f64]) {
+        if let Some(system) = &self.system {
+            system.tangent().multiply(x, y);
+        }
+    }
+
+    /// Copies a vector by block rows to one by masses.
+    pub(crate) fn spread_rows(&self, by_row: &[f64], to: &mut Vectors) {
+        to.clear();
+        let Some(system) = &self.system else { return };
+        for (step, mass) in by_row.chunks_exact(3).zip(system.masses()) {
+            to.set(*mass as usize, DVec3::from_slice(step));
+        }
+    }
+
+    /// Block row of mass `i` and which of its directions are free (1) or held (0); none for a mass that is held in all.
+    pub(crate) fn free_row(&self, i: u32) -> Option<(u32, DVec3)> {
+        let system = self.system.as_ref()?;
+        let row = system.row_of(i);
+        (row != NO_BLOCK).then(|| (row, system.free_axes(row)))
+    }
+
+    /// Keeps the state of the sheet, to come back to with [`Sheet::put_back`].
+    pub(crate) fn keep(&mut self) {
+        let Self { work, x, v, engine, .. } = self;
+        let stage = &mut work.stage;
+        stage.kept_x.clone_from(x);
+        stage.kept_v.clone_from(v);
+        stage.kept.clear();
+        let kept = &mut stage.kept;
+        engine.history(&mut |numbers| kept.extend_from_slice(numbers));
+        for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut |n| kept.extend_from_slice(n)));
+    }
+
+    /// Comes back to the state that was kept.
+    pub(crate) fn put_back(&mut self) {
+        let Self { work, x, v, engine, .. } = self;
+        x.clone_from(&work.stage.kept_x);
+        v.clone_from(&work.stage.kept_v);
+        let mut rest = work.stage.kept.as_slice();
+        let mut take = |numbers: &mut [f64]| {
+            let (these, others) = rest.split_at(numbers.len().min(rest.len()));
+            if these.len() == numbers.len() {
+                numbers.copy_from_slice(these);
+            }
+            rest = others;
+        };
+        engine.history(&mut take);
+        for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut take));
+    }
+}
+
+fn for_each_element(
+    system: &mut Option<Box<System>>,
+    elements: &mut [Box<dyn crate::element::Element>],
+    mut visit: impl FnMut(&mut dyn crate::element::Element),
+) {
+    if let Some(system) = system {
+        visit(&mut system.springs);
+    }
+    elements.iter_mut().for_each(|e| visit(&mut **e));
+}

@@ -1,0 +1,101 @@
+//! One step of sheets and bodies that may touch, by an implicit engine: stage by stage together.
+//!
+//! lead the pins → for each stage: rounds of free motion, detection and position solve → velocity solve → finish
+//!
+//! A step whose rounds do not come together is taken back and halved, a few times over.
+
+use crate::contact::Group;
+use crate::contact::row::Contact;
+use crate::contact::stage::{Rounds, Scratch, solve_rounds};
+use crate::sheet::Field;
+
+/// How often a step may be halved.
+const HALVINGS: u32 = 3;
+
+/// A part of a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Part {
+    pub field: Field,
+    /// Time at its start, s.
+    pub time: f64,
+    /// How much of the whole step was before it, s.
+    pub done: f64,
+    /// Its length, s.
+    pub dt: f64,
+    /// How often the step was halved to get it.
+    pub halvings: u32,
+}
+
+/// Finds what may touch.
+pub(crate) trait Find {
+    /// Puts the bodies of `group` where they are at the start, and without sheets at the end, of a stage from `from` to `to`, s
+    /// after the start of the whole step.
+    fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64);
+
+    /// Writes what may touch in round number `round`, from the free motions in the sheets of `group`.
+    fn find(&mut self, group: &Group, round: u32, contacts: &mut Vec<Contact>);
+
+    /// Takes up where the stage has left the bodies.
+    fn end_stage(&mut self, group: &mut Group);
+}
+
+/// Steps a group.
+pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: Part) {
+    // One state is enough to keep: a half begins where it would come back to.
+    group.each(|sheet| {
+        if !sheet.pins.is_empty() {
+            sheet.pins.lead(part.time, part.dt, &sheet.x, &mut sheet.v);
+        }
+        sheet.begin_step(part.field, part.dt);
+        sheet.keep();
+    });
+    scratch.keep(group.movers);
+    if attempt(group, scratch, finder, &part) || part.halvings >= HALVINGS {
+        return;
+    }
+    scratch.counters.halved += 1;
+    group.each(|sheet| sheet.put_back());
+    scratch.put_back(group.movers);
+    let half = Part { dt: 0.5 * part.dt, halvings: part.halvings + 1, ..part };
+    advance(group, scratch, finder, half);
+    advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
+}
+
+/// Takes the stages of a part; false when one did not settle and there is something left to try.
+fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
+    let Some(first) = group.members.first() else { return true };
+    let stages = group.sheets[*first as usize].stages();
+    let mut at = part.done;
+    for k in 0..stages {
+        group.each(|sheet| sheet.prepare_stage(part.field, k, part.dt));
+        let lead = &group.sheet(0).work.stage;
+        let (length, h) = (lead.length, lead.h);
+        finder.begin_stage(group, at, at + length);
+        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, contacts| {
+            finder.find(group, round, contacts);
+        });
+        match rounds {
+            Rounds::Failed if part.halvings < HALVINGS => return false,
+            Rounds::Unsettled => group.each(|sheet| {
+                if !sheet.work.stage.done {
+                    sheet.solve_stage_alone(part.field);
+                }
+            }),
+            _ => {}
+        }
+        let touched = matches!(rounds, Rounds::Touched | Rounds::Failed);
+        if touched {
+            group.each(|sheet| sheet.free_velocity(part.field));
+            scratch.solve_velocities(group, h);
+        }
+        group.each(|sheet| {
+            let unit = std::mem::take(&mut sheet.work.unit);
+            let jump = (touched && unit.is_touched()).then_some(&unit.jump);
+            sheet.finish_stage(part.field, k, part.dt, jump);
+            sheet.work.unit = unit;
+        });
+        finder.end_stage(group);
+        at += length;
+    }
+    true
+}
