@@ -238,9 +238,11 @@ impl SkinTree {
         self.tree.leaves(move |node| around.intersects(&node.aabb()))
     }
 
-    /// Pairs of triangles of this sheet and another whose boxes meet.
-    pub fn pairs_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (u32, u32)> + 'a {
-        self.tree.leaf_pairs(&other.tree, |a, b| a.intersects(b))
+    /// Pairs of triangles of this sheet and another, which sweeps `around`, whose boxes meet. One tree is asked for each
+    /// triangle: Parry's walk of two trees at once would allocate where they are deep.
+    pub fn pairs_with<'a>(&'a self, other: &'a Self, around: Cuboid) -> impl Iterator<Item = (u32, u32)> + 'a {
+        let own = self.triangle_boxes.iter().zip(0_u32..).filter(move |(cuboid, _)| cuboid.meets(&around));
+        own.flat_map(|(cuboid, p)| other.triangles_in(cuboid).map(move |q| (p, q)))
     }
 
     /// Calls `visit` with pairs of triangles of this sheet whose boxes meet, each once.
