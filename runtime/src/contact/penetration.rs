@@ -120,9 +120,11 @@ pub fn of_sheets((a, x): (&Skin, &Vectors), (b, y): (&Skin, &Vectors), same: boo
             let (under, over) = bounds(second);
             let room = DVec3::splat(nearest);
             let apart = under.cmpgt(high + room).any() || over.cmplt(low - room).any();
-            if !apart && !(same && neighbours(a, p.masses, q.masses, touching + p.size.max(q.size))) {
-                nearest = nearest.min(distance(first, second));
+            let reach = touching + p.size.max(q.size);
+            if apart || (same && neighbours(a, p.masses, q.masses, reach)) {
+                continue;
             }
+            nearest = nearest.min(distance(first, second));
         }
     }
     touching - nearest

@@ -39,27 +39,35 @@ pub(super) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &
 fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
     let w = point_triangle(corner.place, base);
     let gap = at(base, w) - corner.place;
-    let normal = if gap.length() <= limits.near() {
-        facing(corner, base).filter(|n| n.dot(gap) >= -limits.deep)?
+    let (normal, met) = if gap.length() <= limits.near() {
+        (facing(corner, base).filter(|n| n.dot(gap) >= -limits.deep)?, None)
     } else {
         met_on_the_way(corner, start, end, limits)?
     };
-    let w = within(barycentric_along(corner.place, normal, end)?)?;
+    // A triangle that met the corner and has slid off it since is held where it met.
+    let w = barycentric_along(corner.place, normal, end).and_then(within).or(met)?;
     let gap = normal.dot(at(end, w) - corner.place) - limits.offset;
     let before = normal.dot(at(start, w) - corner.place) - limits.offset;
     (gap <= limits.margin && before >= -limits.deep).then_some((normal, w))
 }
 
-fn met_on_the_way(corner: &Corner, start: [DVec3; 3], end: [DVec3; 3], limits: &Limits) -> Option<DVec3> {
+/// The normal of a triangle that was far, and where it met.
+fn met_on_the_way(
+    corner: &Corner,
+    start: [DVec3; 3],
+    end: [DVec3; 3],
+    limits: &Limits,
+) -> Option<(DVec3, Option<[f64; 3]>)> {
     let four = |[a, b, c]: [DVec3; 3]| [corner.place, a, b, c];
     if let Some(hit) = point_meets_triangle(four(start), four(end), TOUCH) {
-        return facing(corner, [0, 1, 2].map(|i: usize| start[i].lerp(end[i], hit.time)));
+        let there = [0, 1, 2].map(|i: usize| start[i].lerp(end[i], hit.time));
+        return facing(corner, there).map(|n| (n, Some(hit.weights)));
     }
     let gap = at(end, point_triangle(corner.place, end)) - corner.place;
     if gap.length() > limits.offset + limits.margin {
         return None;
     }
-    facing(corner, end).filter(|n| n.dot(gap) >= 0.0)
+    facing(corner, end).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
 }
 
 /// The normal of the triangle on whose far side the body lies.

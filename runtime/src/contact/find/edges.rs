@@ -113,36 +113,43 @@ fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, lim
     let apart = |x: [DVec3; 2], s: f64, t: f64| x[0].lerp(x[1], s) - edge.ends[0].lerp(edge.ends[1], t);
     let (s, t) = segment_segment(base, edge.ends);
     let gap = apart(base, s, t);
-    let normal = if gap.length() <= limits.near() {
+    let (normal, met) = if gap.length() <= limits.near() {
         let normal = outward(edge, base[1] - base[0], side)?;
         // Closest at an end of one of them: other features are what touches.
         let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + BESIDE;
         if normal.dot(gap) < -limits.deep || beside {
             return None;
         }
-        normal
+        (normal, None)
     } else {
         met_on_the_way(edge, start, end, side, limits)?
     };
-    let (s, t) = above(end, edge.ends, normal)?;
+    // Edges that met and have slid off each other since are held where they met.
+    let (s, t) = above(end, edge.ends, normal).or(met)?;
     let gap = normal.dot(apart(end, s, t)) - limits.offset;
     let before = normal.dot(apart(start, s, t)) - limits.offset;
     (gap <= limits.margin && before >= -limits.deep).then_some(Crossing { normal, s, t })
 }
 
-/// The normal of a pair that was far: when it meets, or as it ends if it ends close.
-fn met_on_the_way(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2], side: &Facing, limits: &Limits) -> Option<DVec3> {
+/// The normal of a pair that was far, and where it met: when it meets, or as it ends if it ends close.
+fn met_on_the_way(
+    edge: &Edge,
+    start: [DVec3; 2],
+    end: [DVec3; 2],
+    side: &Facing,
+    limits: &Limits,
+) -> Option<(DVec3, Option<(f64, f64)>)> {
     let [q, r] = edge.ends;
     if let Some(hit) = edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH) {
         let at = [0, 1].map(|i: usize| start[i].lerp(end[i], hit.time));
-        return outward(edge, at[1] - at[0], side);
+        return outward(edge, at[1] - at[0], side).map(|n| (n, Some((hit.s, hit.t))));
     }
     let (s, t) = segment_segment(end, edge.ends);
     let gap = end[0].lerp(end[1], s) - q.lerp(r, t);
     if gap.length() > limits.offset + limits.margin {
         return None;
     }
-    outward(edge, end[1] - end[0], side).filter(|n| n.dot(gap) >= 0.0)
+    outward(edge, end[1] - end[0], side).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
 }
 
 /// Normal of a body's edge and a line along `along`, between the normals of the edge's faces; `None` where it lies beyond

@@ -231,7 +231,8 @@ impl Finder {
             let (Some(a), Some(b)) = (problem.sheets.get(s as usize), problem.sheets.get(t as usize)) else { continue };
             self.counters.boxes += 1;
             let room = a.skin.offset() + b.skin.offset() + problem.margin;
-            if !Cuboid::swept(a).grown(room).meets(&Cuboid::swept(b)) {
+            let around = Cuboid::swept(b).grown(room);
+            if !Cuboid::swept(a).meets(&around) {
                 continue;
             }
             for (i, sheet) in [(s, a), (t, b)] {
@@ -241,7 +242,7 @@ impl Finder {
                 }
             }
             let Some(couple) = couple(problem, &self.trees, s, t) else { continue };
-            for (p, q) in couple.a.tree.pairs_with(couple.b.tree) {
+            for (p, q) in couple.a.tree.pairs_with(couple.b.tree, around) {
                 self.counters.sheet_sheet_tests += 1;
                 couple.triangles(p, q, &mut self.raw);
             }

@@ -116,11 +116,11 @@ impl Couple<'_> {
         rows: &mut Vec<Contact>,
     ) {
         for mass in (0..3).filter(|k| p.owns_mass[*k]).map(|k| p.masses[k]) {
-            if !of.tree.box_of([mass]).meets(&on.tree.box_of(q.masses)) || self.neighbours(&[mass], &q.masses, q.size) {
+            let close = of.tree.box_of_mass(mass).meets(on.tree.box_of_triangle(t));
+            if !close || self.neighbours(&[mass], &q.masses, q.size) {
                 continue;
             }
-            let point = of.of([mass]).map(|[x]| x);
-            let Some((normal, weights)) = self.point_on(point, on, q) else { continue };
+            let Some((normal, weights)) = self.point_on((of, mass), on, q) else { continue };
             let (kind, feature) = match weights.map(|w| w == 0.0) {
                 [true, true, _] => (Kind::Mass, q.masses[2]),
                 [true, _, true] => (Kind::Mass, q.masses[1]),
@@ -152,17 +152,25 @@ impl Couple<'_> {
         }
     }
 
-    /// Normal and weights with which a point touches a triangle.
-    fn point_on(&self, [start, base, end]: [DVec3; 3], on: &Party, q: &SkinTriangle) -> Option<(DVec3, [f64; 3])> {
-        let [s, b, e] = on.of(q.masses);
+    /// Whether features that are `gap` (m) apart at the base are too far to come near at the end.
+    fn out_of_reach(&self, gap: f64) -> bool {
         let reach = self.limits.offset + self.limits.margin;
+        gap > self.limits.near() && gap - reach > self.a.tree.travel + self.b.tree.travel
+    }
+
+    /// Normal and weights with which a point touches a triangle.
+    fn point_on(&self, (of, mass): (&Party, u32), on: &Party, q: &SkinTriangle) -> Option<(DVec3, [f64; 3])> {
+        let base = of.sheet.base.get(mass as usize);
+        let b = q.masses.map(|i| on.sheet.base.get(i as usize));
         let w = point_triangle(base, b);
         let gap = base - at(b, w);
+        if self.out_of_reach(gap.length()) {
+            return None;
+        }
+        let [[start], _, [end]] = of.of([mass]);
+        let [s, _, e] = on.of(q.masses);
+        let reach = self.limits.offset + self.limits.margin;
         if gap.length() > self.limits.near() {
-            if gap.length() - reach > travel(&[start], &[end], &s, &e) + base.distance(start) + travel(&s, &b, &[], &[])
-            {
-                return None;
-            }
             return self.point_from_afar((start, end), (s, e));
         }
         let plane = unit_normal(b)?;
@@ -231,7 +239,8 @@ impl Couple<'_> {
 
     fn edges(&self, number_a: u32, number_b: u32, size: f64, rows: &mut Vec<Contact>) {
         let (edge_a, edge_b) = (self.a.edge(number_a), self.b.edge(number_b));
-        let close = self.a.tree.box_of(edge_a.masses).meets(&self.b.tree.box_of(edge_b.masses));
+        let around = |party: &Party, [i, j]: [u32; 2]| party.tree.box_of_mass(i).joined(party.tree.box_of_mass(j));
+        let close = around(&self.a, edge_a.masses).meets(&around(&self.b, edge_b.masses));
         if !close || self.neighbours(&edge_a.masses, &edge_b.masses, size) {
             return;
         }
@@ -256,7 +265,7 @@ impl Couple<'_> {
             let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
             if side >= 0.0 { normal } else { -normal }
         } else {
-            if gap.length() - reach > travel(&s, &e, &u, &f) + travel(&s, &b, &u, &c) {
+            if self.out_of_reach(gap.length()) {
                 return None;
             }
             self.edges_from_afar((edge_a, s, e), (edge_b, u, f))?
@@ -313,10 +322,4 @@ impl Couple<'_> {
 
 fn unit_normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     (b - a).cross(c - a).try_normalize()
-}
-
-/// How far any point of the first places can have come towards any of the second, m.
-fn travel(a: &[DVec3], b: &[DVec3], c: &[DVec3], d: &[DVec3]) -> f64 {
-    let furthest = |x: &[DVec3], y: &[DVec3]| x.iter().zip(y).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max);
-    furthest(a, b) + furthest(c, d)
 }

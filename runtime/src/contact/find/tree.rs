@@ -87,6 +87,12 @@ pub(super) struct SkinTree {
     has_ridges: bool,
     /// Box of each mass over the stage.
     boxes: Vec<Cuboid>,
+    /// Box of each triangle over the stage.
+    triangle_boxes: Vec<Cuboid>,
+    /// Furthest that any mass goes between the start, the base and the end, m.
+    pub travel: f64,
+    /// Middles of the triangles, m.
+    middles: Vec<DVec3>,
     /// Area vectors of the triangles (twice the area along the normal), world, m².
     areas: Vec<DVec3>,
     /// Sum of the area vectors of the triangles at each mass, world, m².
@@ -111,6 +117,9 @@ impl SkinTree {
             fresh: false,
             has_ridges: false,
             boxes: vec![Cuboid::default(); skin.masses()],
+            triangle_boxes: vec![Cuboid::default(); skin.triangles().len()],
+            travel: 0.0,
+            middles: vec![DVec3::ZERO; skin.triangles().len()],
             areas: vec![DVec3::ZERO; skin.triangles().len()],
             mass_areas: vec![DVec3::ZERO; skin.masses()],
             ridges: vec![DVec3::ZERO; skin.edges().len()],
@@ -133,14 +142,20 @@ impl SkinTree {
             return;
         }
         let by = DVec3::splat(sheet.skin.offset() + margin);
+        let mut furthest = 0.0_f64;
         for (i, around) in self.boxes.iter_mut().enumerate() {
             let (p, q) = (sheet.start.get(i), sheet.end.get(i));
+            furthest = furthest.max(p.distance_squared(q)).max(p.distance_squared(sheet.base.get(i)));
             *around = Cuboid { low: p.min(q) - by, high: p.max(q) + by };
         }
+        // To the end by way of the start, from wherever the base is: twice the longer of both ways is enough.
+        self.travel = 2.0 * furthest.sqrt();
         self.mass_areas.fill(DVec3::ZERO);
         for (i, t) in sheet.skin.triangles().iter().enumerate() {
             let [a, b, c] = t.masses.map(|m| &self.boxes[m as usize]);
-            self.tree.insert_or_update_partially(a.joined(b).joined(c).single(), i as u32, 0.0);
+            let around = a.joined(b).joined(c);
+            self.triangle_boxes[i] = around;
+            self.tree.insert_or_update_partially(around.single(), i as u32, 0.0);
             let area = area_of(sheet.base, t.masses);
             self.areas[i] = area;
             t.masses.iter().for_each(|m| self.mass_areas[*m as usize] += area);
@@ -153,10 +168,16 @@ impl SkinTree {
         if std::mem::replace(&mut self.has_ridges, true) {
             return;
         }
-        for (ridge, edge) in self.ridges.iter_mut().zip(sheet.skin.edges()) {
+        for (middle, t) in self.middles.iter_mut().zip(sheet.skin.triangles()) {
+            *middle = t.masses.iter().map(|i| sheet.base.get(*i as usize)).sum::<DVec3>() / 3.0;
+        }
+        for (ridge, edge) in self.ridges.iter_mut().zip(sheet.skin.edges()).filter(|(_, edge)| !edge.is_border()) {
+            let [a, b] = edge.masses.map(|i| sheet.base.get(i as usize));
+            let [s, t] = edge.triangles.map(|t| self.middles[t as usize]);
+            let (along, aside) = (b - a, s + t - 2.0 * a);
             // The middle of a triangle is a third of its height from the edge; over two triangles that fall away by h₁ and h₂
             // the edge stands out by (h₁ + h₂)/4 over the line between the middles of their other sides.
-            *ridge = if edge.is_border() { DVec3::ZERO } else { 0.75 * flanks(sheet, edge).sum::<DVec3>() };
+            *ridge = 0.75 * (aside - along * (aside.dot(along) / along.length_squared()));
         }
     }
 
@@ -170,9 +191,16 @@ impl SkinTree {
         self.mass_areas[i].normalize_or_zero()
     }
 
-    /// Box of some masses over the stage, grown as the triangles' are.
-    pub fn box_of<const N: usize>(&self, masses: [u32; N]) -> Cuboid {
-        masses.iter().fold(Cuboid::default(), |sum, i| sum.joined(&self.boxes[*i as usize]))
+    /// Box of a mass over the stage, grown as the triangles' are.
+    #[inline]
+    pub fn box_of_mass(&self, i: u32) -> &Cuboid {
+        &self.boxes[i as usize]
+    }
+
+    /// Box of a triangle over the stage.
+    #[inline]
+    pub fn box_of_triangle(&self, t: u32) -> &Cuboid {
+        &self.triangle_boxes[t as usize]
     }
 
     /// Remembers whether the sheet is flat as it lies: all normals within 30° of one direction.
@@ -215,9 +243,11 @@ impl SkinTree {
         self.tree.leaves(move |node| around.intersects(&node.aabb()))
     }
 
-    /// Pairs of triangles of this sheet and another whose boxes meet.
-    pub fn pairs_with<'a>(&'a self, other: &'a Self) -> impl Iterator<Item = (u32, u32)> + 'a {
-        self.tree.leaf_pairs(&other.tree, |a, b| a.intersects(b))
+    /// Pairs of triangles of this sheet and another, which sweeps `around`, whose boxes meet. One tree is asked for each
+    /// triangle: Parry's walk of two trees at once would allocate where they are deep.
+    pub fn pairs_with<'a>(&'a self, other: &'a Self, around: Cuboid) -> impl Iterator<Item = (u32, u32)> + 'a {
+        let own = self.triangle_boxes.iter().zip(0_u32..).filter(move |(cuboid, _)| cuboid.meets(&around));
+        own.flat_map(|(cuboid, p)| other.triangles_in(cuboid).map(move |q| (p, q)))
     }
 
     /// Calls `visit` with pairs of triangles of this sheet whose boxes meet, each once.

@@ -41,7 +41,7 @@ fn a_sheet_that_lies_on_a_box_is_met_by_masses_on_its_top_and_by_edges_on_its_ri
     assert_eq!(masses.len(), 49);
     // Each side of the rim crosses 7 lines along the grid and, in 8 cells' pieces of diagonals, at least 6 more.
     let edges = others.iter().filter(|r| carriers(r) == 2).count();
-    assert!(edges >= 4 * 13 && edges <= 4 * 15, "{edges}");
+    assert!((4 * 13..=4 * 15).contains(&edges), "{edges}");
     assert_eq!(others.len() - edges, 4);
     for row in &found {
         assert!(row.normal.distance(DVec3::Y) < 1e-9, "{row:?}");
