@@ -170,9 +170,9 @@ impl RigidWorld {
         let before = if first { 1.0 } else { p.length_unit };
         p.length_unit = before.min(size.clamp(1e-3, 1.0) as Real);
         p.normalized_max_linear_velocity = Real::MAX;
-        // Contacts that are looked at anew in every step, and friction at each of their points.
+        // Contacts that are looked at anew in every step. Friction stays as Rapier has it: its other model, with friction at
+        // each point of a contact, brakes a sliding box by a tenth too little.
         p.contact_recycling = false;
-        p.friction_model = FrictionModel::Coulomb;
     }
 
     /// Takes these pairs of materials from the next step on, and wakes all bodies.
