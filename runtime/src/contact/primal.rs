@@ -13,7 +13,7 @@
 //! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92,
 //! 1991; Hintermüller, Ito, Kunisch, "The primal-dual active set strategy as a semismooth Newton method", SIAM J. Optim. 13, 2002.)
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::coulomb::Law;
 use crate::engine::linear::Pattern;
@@ -23,7 +23,7 @@ use crate::sheet::{ContactTangent, Sheet};
 const STIFFER: f64 = 300.0;
 /// Rounds, at most.
 const ROUNDS: u32 = 40;
-/// Change of all forces together that ends the rounds, as a fraction of them.
+/// Change of all friction together that ends the rounds, as a fraction of it.
 const STEADY: f64 = 1e-7;
 
 /// A contact as the sheet sees it.
@@ -146,14 +146,9 @@ impl Primal {
         self.delta.resize(n, 0.0);
         self.u.clear();
         self.u.extend(self.rows.iter().map(|r| r.b));
+        self.begin();
         for round in 0..ROUNDS {
             self.steps += 1;
-            self.states.clear();
-            let contacts = self.rows.iter().zip(&self.force).zip(&self.u);
-            // Nothing is known of gaps with forces yet: what had a force keeps it.
-            let states =
-                contacts.map(|((row, p), u)| state(row, *p, if round == 0 && p.x > 0.0 { DVec3::ZERO } else { *u }));
-            self.states.extend(states);
             self.before.clone_from(&self.force);
             if !self.factorize(sheet) {
                 return false;
@@ -163,12 +158,13 @@ impl Primal {
             if std::env::var_os("TRACEP").is_some() {
                 let c = |f: fn(&State) -> bool| self.states.iter().filter(|s| f(s)).count();
                 eprintln!(
-                    "  round {round} rows {} pushing {} stuck {} factors {} u {:.2e}",
+                    "  round {round} rows {} pushing {} stuck {} factors {} u {:.2e} all {:.2e}",
                     self.rows.len(),
                     c(|s| s.pushes),
                     c(|s| s.rubs == Rubbing::Stuck),
                     self.factors,
-                    self.u.iter().map(|u| u.x).fold(0.0, f64::min)
+                    self.u.iter().map(|u| u.x).fold(0.0, f64::min),
+                    self.force.iter().map(|p| p.x).sum::<f64>(),
                 );
             }
             if done {
@@ -176,6 +172,24 @@ impl Primal {
             }
         }
         false
+    }
+
+    /// States to begin with: what had a force keeps it, what is open and would overlap pushes.
+    fn begin(&mut self) {
+        self.states.clear();
+        let first = self.rows.iter().zip(&self.force).map(|(row, p)| {
+            let Law::Coulomb(friction) = row.law else { return State { pushes: true, rubs: Rubbing::Stuck } };
+            if p.x <= 0.0 {
+                return State { pushes: row.b.x < 0.0, rubs: Rubbing::None };
+            }
+            let limit = friction * p.x;
+            let slides = p.y.hypot(p.z) >= limit * (1.0 - 1e-6);
+            State {
+                pushes: true,
+                rubs: if slides { sliding(row, DVec2::new(p.y, p.z), row.b, limit) } else { Rubbing::Stuck },
+            }
+        });
+        self.states.extend(first);
     }
 
     /// Displacement of each block row, m.
@@ -233,17 +247,19 @@ impl Primal {
         self.factored.len() == self.states.len() && self.factored.iter().zip(&self.states).all(alike)
     }
 
-    /// Takes up the forces that go with u; true when nothing changed that matters.
+    /// Takes up the forces that go with u, and the states for the next round; true when nothing changed that matters.
     fn update(&mut self, tolerance: f64) -> bool {
         let (mut change, mut all, mut same) = (0.0, 0.0, true);
         for (i, row) in self.rows.iter().enumerate() {
-            let (state, u) = (&self.states[i], &self.u[i]);
-            let mut next = self.force[i] - stiffness(row, &self.factored[i]) * (*u - row.b);
-            let after = self::state(row, next, *u);
+            let (state, u) = (self.states[i], self.u[i]);
+            let mut next = self.force[i] - stiffness(row, &self.factored[i]) * (u - row.b);
             if let Law::Coulomb(friction) = row.law {
-                same &= after.pushes == state.pushes || (next.x.abs() / row.stiffness.x).max(u.x.abs()) < tolerance;
+                let after = next_state(row, friction, &state, next, u);
+                let slight = (next.x.abs() / row.stiffness.x).max(u.x.abs()) < tolerance;
+                same &= after.pushes == state.pushes || slight;
                 same &= !state.pushes || u.x.abs() < tolerance;
                 same &= state.rubs != Rubbing::Stuck || u.y.abs().max(u.z.abs()) < tolerance;
+                self.states[i] = after;
                 next.x = next.x.max(0.0);
                 // The disc follows the normal force.
                 let (length, limit) = (next.y.hypot(next.z), friction * next.x);
@@ -254,34 +270,44 @@ impl Primal {
             } else {
                 same &= u.abs().max_element() < tolerance;
             }
-            change += (next - self.before[i]).abs().element_sum();
-            all += next.abs().element_sum();
+            // What is held is right when it holds: forces may go round among contacts that hold the same.
+            if matches!(state.rubs, Rubbing::Sliding { .. }) {
+                let by = next - self.before[i];
+                change += by.y.abs() + by.z.abs();
+            }
+            all += next.y.abs() + next.z.abs();
             self.force[i] = next;
         }
         same && change <= STEADY * all
     }
 }
 
-/// How a contact acts that has force `p` and gap and slip `u`.
-fn state(row: &Row, p: DVec3, u: DVec3) -> State {
-    let Law::Coulomb(friction) = row.law else { return State { pushes: true, rubs: Rubbing::Stuck } };
-    let trial = p - row.stiffness * u;
-    if trial.x <= 0.0 {
-        return State { pushes: false, rubs: Rubbing::None };
+/// How a contact acts next that acted as `state` and came to force `p` and gap and slip `u`.
+fn next_state(row: &Row, friction: f64, state: &State, p: DVec3, u: DVec3) -> State {
+    let pushes = p.x - row.stiffness.x * u.x > 0.0;
+    let limit = friction * p.x;
+    if !pushes || limit <= 0.0 {
+        return State { pushes, rubs: Rubbing::None };
     }
-    let (length, limit) = (trial.y.hypot(trial.z), friction * p.x);
-    let rubs = if limit <= 0.0 {
-        Rubbing::None
-    } else if length <= limit {
-        Rubbing::Stuck
-    } else {
-        Rubbing::Sliding {
-            along: (trial.y / length, trial.z / length),
-            limit,
-            across: row.stiffness.y * limit / length,
-        }
+    let force = DVec2::new(p.y, p.z);
+    let rubs = match state.rubs {
+        Rubbing::None if u.y == 0.0 && u.z == 0.0 => Rubbing::Stuck,
+        Rubbing::None => sliding(row, -DVec2::new(u.y, u.z), u, limit),
+        Rubbing::Stuck if force.length() <= limit * (1.0 + 1e-9) => Rubbing::Stuck,
+        Rubbing::Stuck => sliding(row, force, u, limit),
+        // Friction that drives the slip is none: it would have stopped in between.
+        Rubbing::Sliding { along, .. } if along.0 * u.y + along.1 * u.z > 0.0 => Rubbing::Stuck,
+        Rubbing::Sliding { along, .. } => sliding(row, DVec2::new(along.0, along.1), u, limit),
     };
-    State { pushes: true, rubs }
+    State { pushes, rubs }
+}
+
+/// Sliding with friction of size `limit` that was along `force` and turns against the slip in `u`.
+fn sliding(row: &Row, force: DVec2, u: DVec3, limit: f64) -> Rubbing {
+    let trial = force.normalize_or_zero() * limit - DVec2::new(u.y, u.z) * row.stiffness.y;
+    let length = trial.length();
+    let along = trial / length.max(f64::MIN_POSITIVE);
+    Rubbing::Sliding { along: (along.x, along.y), limit, across: row.stiffness.y * (limit / length.max(limit)) }
 }
 
 /// The force of a contact in a round less -D u: `p` and `u` are those before it.
