@@ -21,11 +21,10 @@ use crate::sheet::{ContactTangent, Sheet};
 
 /// ρ over the sheet's own stiffness c at the contact.
 const STIFFER: f64 = 300.0;
+/// Times that the limits of friction follow, at most.
+const UPDATES: u32 = 10;
 /// Rounds, at most.
 const ROUNDS: u32 = 40;
-/// Change of all friction together that ends the rounds, as a fraction of it.
-const STEADY: f64 = 1e-7;
-
 /// A contact as the sheet sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
@@ -102,10 +101,12 @@ pub(crate) struct Primal {
     pub rows: Vec<Row>,
     /// Multipliers, then forces, in the frames, N.
     pub force: Vec<DVec3>,
+    /// Limit of friction at each contact, N: fixed while states are looked for, which keeps the problem convex.
+    limits: Vec<f64>,
     states: Vec<State>,
     factored: Vec<State>,
     u: Vec<DVec3>,
-    /// Forces of the round before.
+    /// u of the round before.
     before: Vec<DVec3>,
     delta: Vec<f64>,
     /// Newton steps and factors so far.
@@ -147,18 +148,20 @@ impl Primal {
         self.u.clear();
         self.u.extend(self.rows.iter().map(|r| r.b));
         self.begin();
+        let mut fresh = false;
+        let mut updates = 0;
         for round in 0..ROUNDS {
             self.steps += 1;
-            self.before.clone_from(&self.force);
+            self.before.clone_from(&self.u);
             if !self.factorize(sheet) {
                 return false;
             }
             self.step(sheet);
-            let done = self.update(tolerance);
+            let settled = self.update(tolerance);
             if std::env::var_os("TRACEP").is_some() {
                 let c = |f: fn(&State) -> bool| self.states.iter().filter(|s| f(s)).count();
                 eprintln!(
-                    "  round {round} rows {} pushing {} stuck {} factors {} u {:.2e} all {:.2e}",
+                    "  round {round} rows {} pushing {} stuck {} factors {} u {:.2e} all {:.2e} {settled} {fresh}",
                     self.rows.len(),
                     c(|s| s.pushes),
                     c(|s| s.rubs == Rubbing::Stuck),
@@ -167,29 +170,25 @@ impl Primal {
                     self.force.iter().map(|p| p.x).sum::<f64>(),
                 );
             }
-            if done {
-                return true;
+            if settled {
+                if fresh || updates == UPDATES {
+                    return true;
+                }
+                self.limit_friction();
+                updates += 1;
             }
+            fresh = settled;
         }
         false
     }
 
-    /// States to begin with: what had a force keeps it, what is open and would overlap pushes.
-    fn begin(&mut self) {
-        self.states.clear();
-        let first = self.rows.iter().zip(&self.force).map(|(row, p)| {
-            let Law::Coulomb(friction) = row.law else { return State { pushes: true, rubs: Rubbing::Stuck } };
-            if p.x <= 0.0 {
-                return State { pushes: row.b.x < 0.0, rubs: Rubbing::None };
-            }
-            let limit = friction * p.x;
-            let slides = p.y.hypot(p.z) >= limit * (1.0 - 1e-6);
-            State {
-                pushes: true,
-                rubs: if slides { sliding(row, DVec2::new(p.y, p.z), row.b, limit) } else { Rubbing::Stuck },
-            }
-        });
-        self.states.extend(first);
+    /// Lets the limits of friction follow the normal forces.
+    fn limit_friction(&mut self) {
+        for (i, row) in self.rows.iter().enumerate() {
+            let Law::Coulomb(friction) = row.law else { continue };
+            self.limits[i] = friction * self.force[i].x;
+            self.states[i].rubs = next_rubbing(row, &self.states[i], self.limits[i], self.force[i], self.u[i]);
+        }
     }
 
     /// Displacement of each block row, m.
@@ -197,9 +196,26 @@ impl Primal {
         &self.delta
     }
 
-    /// u of each contact, m.
-    pub fn moved(&self) -> &[DVec3] {
-        &self.u
+    /// States to begin with: what had a force keeps it, what is open and would overlap pushes.
+    fn begin(&mut self) {
+        self.states.clear();
+        self.limits.clear();
+        for (row, p) in self.rows.iter().zip(&self.force) {
+            let Law::Coulomb(friction) = row.law else {
+                self.limits.push(f64::INFINITY);
+                self.states.push(State { pushes: true, rubs: Rubbing::Stuck });
+                continue;
+            };
+            let limit = friction * p.x;
+            let slides = p.y.hypot(p.z) >= limit * (1.0 - 1e-6);
+            let rubs = match limit > 0.0 {
+                false => Rubbing::None,
+                true if slides => sliding(row, DVec2::new(p.y, p.z), row.b, limit),
+                true => Rubbing::Stuck,
+            };
+            self.limits.push(limit);
+            self.states.push(State { pushes: p.x > 0.0 || row.b.x < 0.0, rubs });
+        }
     }
 
     /// Makes the factor that the states ask for; false when there is none.
@@ -249,48 +265,43 @@ impl Primal {
 
     /// Takes up the forces that go with u, and the states for the next round; true when nothing changed that matters.
     fn update(&mut self, tolerance: f64) -> bool {
-        let (mut change, mut all, mut same) = (0.0, 0.0, true);
+        let (mut change, mut same) = (0.0_f64, true);
         for (i, row) in self.rows.iter().enumerate() {
             let (state, u) = (self.states[i], self.u[i]);
             let mut next = self.force[i] - stiffness(row, &self.factored[i]) * (u - row.b);
-            if let Law::Coulomb(friction) = row.law {
-                let after = next_state(row, friction, &state, next, u);
+            if row.law == Law::Glue {
+                same &= u.abs().max_element() < tolerance;
+            } else {
+                let pushes = next.x - row.stiffness.x * u.x > 0.0;
+                let rubs = next_rubbing(row, &state, self.limits[i], next, u);
                 let slight = (next.x.abs() / row.stiffness.x).max(u.x.abs()) < tolerance;
-                same &= after.pushes == state.pushes || slight;
+                same &= pushes == state.pushes || slight;
                 same &= !state.pushes || u.x.abs() < tolerance;
-                same &= state.rubs != Rubbing::Stuck || u.y.abs().max(u.z.abs()) < tolerance;
-                self.states[i] = after;
+                same &=
+                    state.rubs != Rubbing::Stuck || (rubs == Rubbing::Stuck && u.y.abs().max(u.z.abs()) < tolerance);
+                self.states[i] = State { pushes, rubs };
                 next.x = next.x.max(0.0);
-                // The disc follows the normal force.
-                let (length, limit) = (next.y.hypot(next.z), friction * next.x);
-                if length > limit {
-                    let s = limit / length;
+                let length = next.y.hypot(next.z);
+                if length > self.limits[i] {
+                    let s = self.limits[i] / length;
                     (next.y, next.z) = (next.y * s, next.z * s);
                 }
-            } else {
-                same &= u.abs().max_element() < tolerance;
             }
-            // What is held is right when it holds: forces may go round among contacts that hold the same.
-            if matches!(state.rubs, Rubbing::Sliding { .. }) {
-                let by = next - self.before[i];
-                change += by.y.abs() + by.z.abs();
-            }
-            all += next.y.abs() + next.z.abs();
+            // Forces may go round among contacts that hold the same; it is what they do that must not change.
+            change = change.max((u - self.before[i]).abs().max_element());
             self.force[i] = next;
         }
-        same && change <= STEADY * all
+        same && change <= tolerance
     }
 }
 
-/// How a contact acts next that acted as `state` and came to force `p` and gap and slip `u`.
-fn next_state(row: &Row, friction: f64, state: &State, p: DVec3, u: DVec3) -> State {
-    let pushes = p.x - row.stiffness.x * u.x > 0.0;
-    let limit = friction * p.x;
-    if !pushes || limit <= 0.0 {
-        return State { pushes, rubs: Rubbing::None };
+/// How a contact rubs next that acted as `state` and came to force `p` and gap and slip `u`.
+fn next_rubbing(row: &Row, state: &State, limit: f64, p: DVec3, u: DVec3) -> Rubbing {
+    if limit <= 0.0 {
+        return Rubbing::None;
     }
     let force = DVec2::new(p.y, p.z);
-    let rubs = match state.rubs {
+    match state.rubs {
         Rubbing::None if u.y == 0.0 && u.z == 0.0 => Rubbing::Stuck,
         Rubbing::None => sliding(row, -DVec2::new(u.y, u.z), u, limit),
         Rubbing::Stuck if force.length() <= limit * (1.0 + 1e-9) => Rubbing::Stuck,
@@ -298,8 +309,7 @@ fn next_state(row: &Row, friction: f64, state: &State, p: DVec3, u: DVec3) -> St
         // Friction that drives the slip is none: it would have stopped in between.
         Rubbing::Sliding { along, .. } if along.0 * u.y + along.1 * u.z > 0.0 => Rubbing::Stuck,
         Rubbing::Sliding { along, .. } => sliding(row, DVec2::new(along.0, along.1), u, limit),
-    };
-    State { pushes, rubs }
+    }
 }
 
 /// Sliding with friction of size `limit` that was along `force` and turns against the slip in `u`.
@@ -312,13 +322,13 @@ fn sliding(row: &Row, force: DVec2, u: DVec3, limit: f64) -> Rubbing {
 
 /// The force of a contact in a round less -D u: `p` and `u` are those before it.
 fn linear_part(p: DVec3, u: DVec3, state: &State, d: &DMat3) -> DVec3 {
+    let normal = if state.pushes { p.x } else { 0.0 };
     match state.rubs {
-        _ if !state.pushes => DVec3::ZERO,
-        Rubbing::None => DVec3::new(p.x, 0.0, 0.0),
-        Rubbing::Stuck => p,
+        Rubbing::None => DVec3::new(normal, 0.0, 0.0),
+        Rubbing::Stuck => DVec3::new(normal, p.y, p.z),
         Rubbing::Sliding { along, limit, .. } => {
             let turning = *d * DVec3::new(0.0, u.y, u.z);
-            DVec3::new(p.x, along.0 * limit + turning.y, along.1 * limit + turning.z)
+            DVec3::new(normal, along.0 * limit + turning.y, along.1 * limit + turning.z)
         }
     }
 }
@@ -340,7 +350,7 @@ fn stiffness(row: &Row, state: &State) -> DMat3 {
 
 /// Adds Jᵀ D J of one contact.
 fn add(row: &Row, state: &State, pattern: &Pattern, values: &mut [f64]) {
-    if !state.pushes {
+    if !state.pushes && state.rubs == Rubbing::None {
         return;
     }
     let local = stiffness(row, state);
