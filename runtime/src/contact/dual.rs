@@ -55,6 +55,17 @@ impl Dual {
         self.activate(scratch, group, h);
     }
 
+    /// Begins with all contacts that are closed, for their velocities.
+    pub fn begin_closed(&mut self, scratch: &Scratch, group: &mut Group, h: f64) {
+        self.passes = 0;
+        self.delassus.clear_for_velocities(group);
+        self.is_active.clear();
+        self.is_active.resize(scratch.found.contacts.len(), false);
+        self.new.clear();
+        self.new.extend((0..scratch.found.contacts.len() as u32).filter(|i| scratch.gaps.now[*i as usize] < DEPTH));
+        self.activate(scratch, group, h);
+    }
+
     /// Makes more contacts active, those still violated; false when there are none.
     pub fn grow(&mut self, scratch: &Scratch, group: &mut Group, h: f64) -> bool {
         self.passes += 1;

@@ -21,8 +21,10 @@ use crate::sheet::{ContactTangent, Sheet};
 
 /// ρ over the sheet's own stiffness c at the contact.
 const STIFFER: f64 = 300.0;
-/// Times that the limits of friction follow, at most.
-const UPDATES: u32 = 10;
+/// By how much friction may be above its limit where it sticks, as a fraction of that: what would start to slide and stop again.
+const STICKS: f64 = 1e-4;
+/// Times that the limits of friction follow the normal forces, at most.
+pub(super) const UPDATES: u32 = 10;
 /// Rounds, at most.
 const ROUNDS: u32 = 40;
 /// A contact as the sheet sees it.
@@ -140,8 +142,9 @@ impl Primal {
         }
     }
 
-    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps. True if it settled.
-    pub fn solve(&mut self, sheet: &mut Sheet, tolerance: f64) -> bool {
+    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps, and the limits of friction
+    /// follow up to `updates` times. True if it settled.
+    pub fn solve(&mut self, sheet: &mut Sheet, tolerance: f64, updates: u32) -> bool {
         let n = sheet.unknowns();
         self.delta.clear();
         self.delta.resize(n, 0.0);
@@ -149,7 +152,7 @@ impl Primal {
         self.u.extend(self.rows.iter().map(|r| r.b));
         self.begin();
         let mut fresh = false;
-        let mut updates = 0;
+        let mut updated = 0;
         for round in 0..ROUNDS {
             self.steps += 1;
             self.before.clone_from(&self.u);
@@ -158,24 +161,12 @@ impl Primal {
             }
             self.step(sheet);
             let settled = self.update(tolerance);
-            if std::env::var_os("TRACEP").is_some() {
-                let c = |f: fn(&State) -> bool| self.states.iter().filter(|s| f(s)).count();
-                eprintln!(
-                    "  round {round} rows {} pushing {} stuck {} factors {} u {:.2e} all {:.2e} {settled} {fresh}",
-                    self.rows.len(),
-                    c(|s| s.pushes),
-                    c(|s| s.rubs == Rubbing::Stuck),
-                    self.factors,
-                    self.u.iter().map(|u| u.x).fold(0.0, f64::min),
-                    self.force.iter().map(|p| p.x).sum::<f64>(),
-                );
-            }
             if settled {
-                if fresh || updates == UPDATES {
+                if fresh || updated >= updates {
                     return true;
                 }
                 self.limit_friction();
-                updates += 1;
+                updated += 1;
             }
             fresh = settled;
         }
@@ -304,7 +295,7 @@ fn next_rubbing(row: &Row, state: &State, limit: f64, p: DVec3, u: DVec3) -> Rub
     match state.rubs {
         Rubbing::None if u.y == 0.0 && u.z == 0.0 => Rubbing::Stuck,
         Rubbing::None => sliding(row, -DVec2::new(u.y, u.z), u, limit),
-        Rubbing::Stuck if force.length() <= limit * (1.0 + 1e-9) => Rubbing::Stuck,
+        Rubbing::Stuck if force.length() <= limit * (1.0 + STICKS) => Rubbing::Stuck,
         Rubbing::Stuck => sliding(row, force, u, limit),
         // Friction that drives the slip is none: it would have stopped in between.
         Rubbing::Sliding { along, .. } if along.0 * u.y + along.1 * u.z > 0.0 => Rubbing::Stuck,
