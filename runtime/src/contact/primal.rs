@@ -25,8 +25,9 @@ const STIFFER: f64 = 300.0;
 const STICKS: f64 = 1e-4;
 /// Times that the limits of friction follow the normal forces, at most.
 pub(super) const UPDATES: u32 = 10;
-/// Rounds, at most.
-const ROUNDS: u32 = 40;
+/// Rounds, at most, and those after which states change few at a time.
+const ROUNDS: u32 = 70;
+const PATIENCE: u32 = 15;
 /// A contact as the sheet sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
@@ -106,6 +107,8 @@ pub(crate) struct Primal {
     /// Limit of friction at each contact, N: fixed while states are looked for, which keeps the problem convex.
     limits: Vec<f64>,
     states: Vec<State>,
+    /// States that the last round asks for, and how much each is wanted, m.
+    wanted: Vec<(State, f64)>,
     factored: Vec<State>,
     u: Vec<DVec3>,
     /// u of the round before.
@@ -161,6 +164,7 @@ impl Primal {
             }
             self.step(sheet);
             let settled = self.update(tolerance);
+            self.change_states(round);
             if settled {
                 if fresh || updated >= updates {
                     return true;
@@ -171,6 +175,17 @@ impl Primal {
             fresh = settled;
         }
         false
+    }
+
+    /// Takes up the states that are wanted: all at first, later those wanted most, since changing all may go round in circles.
+    fn change_states(&mut self, round: u32) {
+        let most = self.wanted.iter().map(|(_, by)| *by).fold(0.0, f64::max);
+        let least = if round < PATIENCE { 0.0 } else { most * if round < 2 * PATIENCE { 0.3 } else { 0.9 } };
+        for (state, (wanted, by)) in self.states.iter_mut().zip(&self.wanted) {
+            if *by >= least || *by == 0.0 {
+                *state = *wanted;
+            }
+        }
     }
 
     /// Lets the limits of friction follow the normal forces.
@@ -257,10 +272,12 @@ impl Primal {
     /// Takes up the forces that go with u, and the states for the next round; true when nothing changed that matters.
     fn update(&mut self, tolerance: f64) -> bool {
         let (mut change, mut same) = (0.0_f64, true);
+        self.wanted.clear();
         for (i, row) in self.rows.iter().enumerate() {
             let (state, u) = (self.states[i], self.u[i]);
             let mut next = self.force[i] - stiffness(row, &self.factored[i]) * (u - row.b);
             if row.law == Law::Glue {
+                self.wanted.push((state, 0.0));
                 same &= u.abs().max_element() < tolerance;
             } else {
                 let pushes = next.x - row.stiffness.x * u.x > 0.0;
@@ -270,7 +287,11 @@ impl Primal {
                 same &= !state.pushes || u.x.abs() < tolerance;
                 same &=
                     state.rubs != Rubbing::Stuck || (rubs == Rubbing::Stuck && u.y.abs().max(u.z.abs()) < tolerance);
-                self.states[i] = State { pushes, rubs };
+                let mut wants = if pushes == state.pushes { 0.0 } else { (next.x.abs() / row.stiffness.x).max(u.x.abs()) };
+                if std::mem::discriminant(&rubs) != std::mem::discriminant(&state.rubs) {
+                    wants += u.y.hypot(u.z) + next.y.hypot(next.z) / row.stiffness.y;
+                }
+                self.wanted.push((State { pushes, rubs }, wants));
                 next.x = next.x.max(0.0);
                 let length = next.y.hypot(next.z);
                 if length > self.limits[i] {

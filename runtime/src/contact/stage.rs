@@ -16,7 +16,7 @@ use super::dual::Dual;
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
 use super::primal::{Primal, Row, UPDATES};
-use super::row::{Contact, SheetPoint, Side};
+use super::row::{Contact, Key, SheetPoint, Side};
 use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
@@ -71,7 +71,10 @@ pub(crate) struct Scratch {
     pub found: Found,
     pub memory: Memory,
     pub movers: Vec<Mover>,
-    kept_memory: Memory,
+    /// Memory of the other stage of a step: forces differ from stage to stage more than from step to step.
+    other: Memory,
+    stage: usize,
+    kept_memory: [Memory; 2],
     kept_movers: Vec<Mover>,
     pub counters: ContactCounters,
     pub(super) gaps: Gaps,
@@ -174,7 +177,9 @@ fn velocity(group: &Group, side: &Side, at: At) -> DVec3 {
 impl Scratch {
     /// Keeps what a step that is taken back must find again.
     pub fn keep(&mut self, movers: &[Mover]) {
-        self.kept_memory.copy_from(&self.memory);
+        self.begin_stage(0);
+        self.kept_memory[0].copy_from(&self.memory);
+        self.kept_memory[1].copy_from(&self.other);
         self.kept_movers.clear();
         self.kept_movers.extend_from_slice(movers);
     }
@@ -184,11 +189,27 @@ impl Scratch {
         self.found.contacts.clear();
         self.found.parts.clear();
         self.memory.clear();
+        self.other.clear();
+    }
+
+    /// Begins stage number `k` of a step.
+    pub fn begin_stage(&mut self, k: usize) {
+        if k.min(1) != self.stage {
+            std::mem::swap(&mut self.memory, &mut self.other);
+            self.stage = k.min(1);
+        }
+    }
+
+    /// What is remembered of a contact: of this stage, or of the other one where it is new.
+    pub(super) fn remembered(&self, key: &Key) -> Option<Remembered> {
+        self.memory.of(key).or_else(|| self.other.of(key))
     }
 
     /// Comes back to what was kept.
     pub fn put_back(&mut self, movers: &mut Vec<Mover>) {
-        self.memory.copy_from(&self.kept_memory);
+        self.stage = 0;
+        self.memory.copy_from(&self.kept_memory[0]);
+        self.other.copy_from(&self.kept_memory[1]);
         movers.clear();
         movers.extend_from_slice(&self.kept_movers);
     }
@@ -216,12 +237,10 @@ impl Scratch {
         true
     }
 
-    /// Whether a contact comes new and deep, so that the sheet will not be where this round leaves it.
+    /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
     fn is_impact(&self, group: &Group) -> bool {
-        self.found.contacts.iter().any(|c| {
-            let apart = place(group, &c.a, At::Free) - place(group, &c.b, At::Free);
-            c.normal.dot(apart) - c.offset < -IMPACT && self.memory.of(&c.key).is_none()
-        })
+        let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
+        self.found.contacts.iter().any(|c| gap(c, At::Free) < -IMPACT && gap(c, At::Start) > IMPACT)
     }
 
     /// Whether all contacts are of one sheet with bodies that do not give way.
@@ -312,7 +331,7 @@ impl Scratch {
             let i = dual.delassus.contact(k);
             let frame = dual.delassus.frame(k);
             let u = self.velocity_of(group, i, &frame);
-            let force = self.memory.of(&self.found.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
+            let force = self.remembered(&self.found.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
             dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
         }
@@ -368,8 +387,10 @@ impl Scratch {
         let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {
             for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
-                let velocity = old.of(&contact.key).unwrap_or_default().velocity;
-                new.push((contact.key, Remembered { position: row.frame * *p, velocity }));
+                // What is new pushes in the velocity solve as it does here, for a beginning.
+                let position = row.frame * *p;
+                let velocity = old.of(&contact.key).map_or(position, |f| f.velocity);
+                new.push((contact.key, Remembered { position, velocity }));
             }
         });
         self.primal = primal;
@@ -381,11 +402,8 @@ impl Scratch {
         for (i, contact) in self.found.contacts.iter().enumerate() {
             let frame = primal.rows[i].frame;
             let u = self.velocity_of(group, i, &frame);
-            // A contact that is new has pushed in the position solve, and pushes now.
-            let new = primal.force[i];
-            let force = self.memory.of(&contact.key).filter(|f| f.velocity != DVec3::ZERO);
-            let force = force.map_or(new, |f| frame.transpose() * f.velocity);
-            primal.force[i] = if u.is_some() { force } else { DVec3::ZERO };
+            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
+            primal.force[i] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             primal.rows[i].b = u.map_or(DVec3::X, |u| u * h);
         }
         if !self.solve_on_sheet(&mut primal, group, false) {
