@@ -9,7 +9,8 @@ use super::delassus::{Delassus, Group, frame_of};
 use super::stage::{Scratch, TOLERANCE};
 use super::sweeps::Swept;
 
-/// Violations up to this are let pass, m.
+/// Violations up to this are let pass, m; where masses answer each for itself, up to the accuracy of a solve: their steps are
+/// short, and what a step lets pass would add up.
 const DEPTH: f64 = 1e-5;
 /// Sweeps of a solve, at most.
 const SWEEPS: u32 = 200;
@@ -96,7 +97,8 @@ impl Dual {
         let count = contacts.len();
         let most = FEW.max(self.delassus.problem.len() / 3);
         let active = &self.is_active;
-        let violated = |i: &usize| gap[*i] < -DEPTH && !active[*i];
+        let depth = if scratch.short_steps { TOLERANCE } else { DEPTH };
+        let violated = |i: &usize| gap[*i] < -depth && !active[*i];
         let deeper = |a: &usize, b: &usize| gap[*a].total_cmp(&gap[*b]).then(contacts[*a].key.cmp(&contacts[*b].key));
         let mut next = (0..count).filter(violated).min_by(deeper);
         if next.is_none() {
