@@ -11,7 +11,8 @@ use super::row::{Contact, Side};
 use super::stage::{Gaps, Scratch, TOLERANCE};
 use super::sweeps::Swept;
 
-/// Violations up to this are let pass, m.
+/// Violations up to this are let pass, m; where masses answer each for itself, up to the accuracy of a solve: their steps are
+/// short, and what a step lets pass would add up.
 const DEPTH: f64 = 1e-5;
 /// Sweeps of a solve, at most.
 const SWEEPS: u32 = 200;
@@ -110,8 +111,9 @@ impl Dual {
         let (gap, contacts) = (&scratch.gaps.now, &scratch.found.contacts);
         self.new.clear();
         self.violated.clear();
+        let depth = if scratch.short_steps { TOLERANCE } else { DEPTH };
         for (i, contact) in contacts.iter().enumerate() {
-            if gap[i] < -DEPTH && !self.is_active[i] {
+            if gap[i] < -depth && !self.is_active[i] {
                 self.violated.push((pair_of(contact), i as u32));
             }
         }

@@ -287,7 +287,8 @@ impl Primal {
                 same &= !state.pushes || u.x.abs() < tolerance;
                 same &=
                     state.rubs != Rubbing::Stuck || (rubs == Rubbing::Stuck && u.y.abs().max(u.z.abs()) < tolerance);
-                let mut wants = if pushes == state.pushes { 0.0 } else { (next.x.abs() / row.stiffness.x).max(u.x.abs()) };
+                let mut wants =
+                    if pushes == state.pushes { 0.0 } else { (next.x.abs() / row.stiffness.x).max(u.x.abs()) };
                 if std::mem::discriminant(&rubs) != std::mem::discriminant(&state.rubs) {
                     wants += u.y.hypot(u.z) + next.y.hypot(next.z) / row.stiffness.y;
                 }

@@ -81,6 +81,8 @@ pub(crate) struct Scratch {
     dual: Dual,
     primal: Primal,
     on_sheet: bool,
+    /// Whether the group is of explicit engines.
+    pub(super) short_steps: bool,
 }
 
 /// How far apart the contacts of a round are.
@@ -469,6 +471,7 @@ pub(crate) fn solve_rounds(
     mut find: impl FnMut(&Group, u32, &mut Found),
 ) -> Rounds {
     let mut touched = false;
+    scratch.short_steps = false;
     for round in 0..ROUNDS {
         group.each(|sheet| {
             if !sheet.work.stage.done && !sheet.free_motion(field) {
@@ -492,6 +495,23 @@ pub(crate) fn solve_rounds(
         }
     }
     if touched { Rounds::Failed } else { Rounds::Unsettled }
+}
+
+/// Takes a group of explicit engines, whose free motions are known, through its contact in a step of `h` s: `find` writes what
+/// may touch. False when nothing did; else displacements and jumps of velocity are left in the units and movers.
+pub(crate) fn solve_masses(
+    group: &mut Group,
+    scratch: &mut Scratch,
+    h: f64,
+    find: impl FnOnce(&Group, &mut Found),
+) -> bool {
+    scratch.short_steps = true;
+    find(group, &mut scratch.found);
+    let touched = scratch.solve_positions(group, h);
+    if touched {
+        scratch.solve_velocities(group, h);
+    }
+    touched
 }
 
 /// How the rounds of a stage ended.
