@@ -507,7 +507,7 @@ pub(crate) fn solve_masses(
 ) -> bool {
     scratch.short_steps = true;
     find(group, &mut scratch.found);
-    let touched = scratch.solve_positions(group, h);
+    let touched = scratch.solve_positions(group, h, false);
     if touched {
         scratch.solve_velocities(group, h);
     }
