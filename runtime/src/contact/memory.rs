@@ -40,6 +40,11 @@ impl Memory {
         self.entries.clone_from(&other.entries);
     }
 
+    /// Whether nothing is remembered.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.entries.clear();

@@ -23,6 +23,8 @@ use crate::sheet::{ContactTangent, Sheet};
 const STIFFER: f64 = 300.0;
 /// By how much friction may be above its limit where it sticks, as a fraction of that: what would start to slide and stop again.
 const STICKS: f64 = 1e-4;
+/// A contact with less than this fraction of all normal force does not rub.
+const NEGLIGIBLE: f64 = 1e-6;
 /// Times that the limits of friction follow the normal forces, at most.
 pub(super) const UPDATES: u32 = 10;
 /// Rounds, at most, and those after which states change few at a time.
@@ -38,6 +40,8 @@ pub(crate) struct Row {
     /// Columns: normal and two tangents.
     pub frame: DMat3,
     pub law: Law,
+    /// Whether nothing is known of it: it then pushes, for a beginning, if it would overlap.
+    pub new: bool,
     /// u where δ is zero, in the frame, m.
     pub b: DVec3,
     /// c, N/m.
@@ -53,6 +57,7 @@ impl Row {
             free: [DVec3::ONE; 3],
             frame,
             law,
+            new: true,
             b: DVec3::ZERO,
             stiffness: DVec3::ZERO,
         }
@@ -190,9 +195,11 @@ impl Primal {
 
     /// Lets the limits of friction follow the normal forces.
     fn limit_friction(&mut self) {
+        let all: f64 = self.force.iter().map(|p| p.x).sum();
         for (i, row) in self.rows.iter().enumerate() {
             let Law::Coulomb(friction) = row.law else { continue };
-            self.limits[i] = friction * self.force[i].x;
+            let normal = self.force[i].x;
+            self.limits[i] = if normal > NEGLIGIBLE * all { friction * normal } else { 0.0 };
             self.states[i].rubs = next_rubbing(row, &self.states[i], self.limits[i], self.force[i], self.u[i]);
         }
     }
@@ -220,7 +227,7 @@ impl Primal {
                 true => Rubbing::Stuck,
             };
             self.limits.push(limit);
-            self.states.push(State { pushes: p.x > 0.0 || row.b.x < 0.0, rubs });
+            self.states.push(State { pushes: p.x > 0.0 || (row.new && row.b.x < 0.0), rubs });
         }
     }
 
@@ -282,17 +289,19 @@ impl Primal {
             } else {
                 let pushes = next.x - row.stiffness.x * u.x > 0.0;
                 let rubs = next_rubbing(row, &state, self.limits[i], next, u);
-                let slight = (next.x.abs() / row.stiffness.x).max(u.x.abs()) < tolerance;
-                same &= pushes == state.pushes || slight;
-                same &= !state.pushes || u.x.abs() < tolerance;
-                same &=
-                    state.rubs != Rubbing::Stuck || (rubs == Rubbing::Stuck && u.y.abs().max(u.z.abs()) < tolerance);
+                let other = std::mem::discriminant(&rubs) != std::mem::discriminant(&state.rubs);
                 let mut wants =
                     if pushes == state.pushes { 0.0 } else { (next.x.abs() / row.stiffness.x).max(u.x.abs()) };
-                if std::mem::discriminant(&rubs) != std::mem::discriminant(&state.rubs) {
+                if other {
                     wants += u.y.hypot(u.z) + next.y.hypot(next.z) / row.stiffness.y;
                 }
-                self.wanted.push((State { pushes, rubs }, wants));
+                // What makes no difference is left as it is, and so is the factor.
+                let changes = other || pushes != state.pushes;
+                let to = if changes && wants < tolerance { state } else { State { pushes, rubs } };
+                same &= to.pushes == state.pushes && (to.rubs == Rubbing::Stuck) == (state.rubs == Rubbing::Stuck);
+                same &= !state.pushes || u.x.abs() < tolerance;
+                same &= state.rubs != Rubbing::Stuck || u.y.abs().max(u.z.abs()) < tolerance;
+                self.wanted.push((to, wants));
                 next.x = next.x.max(0.0);
                 let length = next.y.hypot(next.z);
                 if length > self.limits[i] {

@@ -26,8 +26,8 @@ pub(super) const TOLERANCE: f64 = 1e-9;
 /// Accuracy of gaps on one sheet, m: at the end, and while the sheet itself is still far from where it will be.
 const SETTLED: f64 = 2e-8;
 const ROUGH: f64 = 1e-5;
-/// A contact that comes new and this deep is an impact, m.
-const IMPACT: f64 = 1e-4;
+/// What comes from further apart than this to overlap by more is an impact, m: gravity alone does less in a stage.
+const IMPACT: f64 = 2e-3;
 /// Rounds of a stage.
 const ROUNDS: u32 = 10;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
@@ -81,6 +81,9 @@ pub(crate) struct Scratch {
     dual: Dual,
     primal: Primal,
     on_sheet: bool,
+    /// Whether a solve did not settle, and whether there is no shorter step to try then.
+    pub failed: bool,
+    pub last_resort: bool,
     /// Whether the group is of explicit engines.
     pub(super) short_steps: bool,
 }
@@ -227,6 +230,10 @@ impl Scratch {
         let mut count = self.found.contacts.len();
         if !(self.on_sheet && self.positions_on_sheet(group, rough)) {
             if std::mem::take(&mut self.on_sheet) {
+                if !self.last_resort {
+                    self.failed = true;
+                    return true;
+                }
                 // Contact stands in the factor.
                 group.sheet_mut(0).factorize_with(|_, _| {});
             }
@@ -364,6 +371,7 @@ impl Scratch {
                 }
             }
             row.b = self.position_of(group, i, &frame);
+            row.new = self.memory.is_empty() || self.gaps.start[i] > CLOSED;
             let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
             primal.rows.push(row);
             primal.force.push(frame.transpose() * force);
@@ -444,6 +452,10 @@ impl Scratch {
             return;
         }
         if self.on_sheet {
+            if !self.last_resort {
+                self.failed = true;
+                return;
+            }
             group.sheet_mut(0).factorize_with(|_, _| {});
             let mut dual = std::mem::take(&mut self.dual);
             dual.begin_closed(self, group, h);
@@ -484,6 +496,9 @@ pub(crate) fn solve_rounds(
         find(group, round, &mut scratch.found);
         let rough = round == 0 && scratch.is_impact(group);
         touched = scratch.solve_positions(group, h, rough);
+        if scratch.failed {
+            return Rounds::Failed;
+        }
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);
             let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);

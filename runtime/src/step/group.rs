@@ -63,6 +63,8 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
 /// Takes the stages of a part; false when one did not settle and there is something left to try.
 fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     let Some(first) = group.members.first() else { return true };
+    scratch.failed = false;
+    scratch.last_resort = part.halvings >= HALVINGS;
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
@@ -87,6 +89,9 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         if touched {
             group.each(|sheet| sheet.free_velocity(part.field));
             scratch.solve_velocities(group, h);
+            if scratch.failed {
+                return false;
+            }
         }
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);
