@@ -1,12 +1,13 @@
 //! One step of a sheet: the order in which things happen.
 //!
 //! lead the pins → engine (forces) → flexion limit → guard → contact → thickness limit → (again, where the engine took less than the step)
-//! → put the pins in place → still enough to sleep?
+//! → contact with what gives way and with sharp edges (`explicit`) → put the pins in place → still enough to sleep?
 //!
 //! What a scene does not use is not called: no pins, no limit, no bodies. Nothing here allocates once the first step has
-//! sized the working arrays. Sheets do not see one another, so they can be stepped on any number of threads with the same
-//! result.
+//! sized the working arrays. Sheets that do not touch do not see one another, so they can be stepped on any number of threads
+//! with the same result. The step of an implicit engine is in `group`.
 
+mod explicit;
 pub(crate) mod group;
 pub(crate) mod groups;
 mod near;
@@ -41,22 +42,13 @@ pub(crate) struct Stage<'a> {
     pub sleep: bool,
 }
 
-/// Steps one sheet of an explicit engine by `stage.dt`.
-pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) {
-    match sheet.status {
-        Status::Unstable { .. } => return,
-        Status::Asleep => {
-            if !disturbed(sheet, stage) {
-                return;
-            }
-            sheet.wake();
-            touches.events.push((stage.time, EventKind::Woke, None));
-        }
-        Status::Awake => {}
-    }
+/// Takes one sheet of an explicit engine through `stage.dt`, alone with bodies that do not give way: [`land`] ends the step.
+/// Returns the length of the last part of the step, s.
+pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f64 {
     size_work(sheet);
     touches.begin();
     sheet.work.touching.fill(false);
+    sheet.keep_start();
     let mut done = 0.0;
     let mut substeps = 0;
     let mut last = stage.dt;
@@ -70,14 +62,18 @@ pub(crate) fn step_sheet(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage
             give_up(sheet, touches, stage);
         }
         if matches!(sheet.status, Status::Unstable { .. }) {
-            return;
+            break;
         }
     }
+    last
+}
+
+/// Ends the step of a sheet that touched nothing that gives way.
+pub(crate) fn land(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
     if !sheet.pins.is_empty() {
         sheet.pins.place(stage.time + stage.dt, &mut sheet.x);
     }
-    let end = stage.time + stage.dt;
-    touches.end(end, sheet);
+    touches.end(stage.time + stage.dt, sheet);
     if stage.sleep {
         fall_asleep(sheet, touches, stage, last);
     }

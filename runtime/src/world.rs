@@ -9,7 +9,6 @@ mod report;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use rayon::prelude::*;
 
 pub use parameters::Parameter;
 pub use report::{BodyReport, Report, SheetReport, TemperatureReport};
@@ -22,7 +21,7 @@ use crate::event::{Event, Touches};
 use crate::scene::{Air, BodySpec, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::step::groups::Groups;
-use crate::step::{Field, Stage, step_sheet};
+use crate::step::{Field, Stage};
 
 /// Sheets and bodies in time.
 pub struct World {
@@ -210,22 +209,7 @@ impl World {
         let stage = Stage { field: self.field(), time: self.time, dt, view, sleep: self.sleep };
         let many = self.sheets.len() > 1;
         let Self { sheets, touches, groups, pool, .. } = self;
-        let mut work = |parallel: bool| {
-            let explicit = |sheet: &mut Sheet| sheet.stages() == 0;
-            let one = |(sheet, touches): (&mut Sheet, &mut Touches)| {
-                if explicit(sheet) {
-                    step_sheet(sheet, touches, &stage);
-                }
-            };
-            if parallel {
-                sheets.par_iter_mut().zip(touches.par_iter_mut()).for_each(one);
-            } else {
-                sheets.iter_mut().zip(touches.iter_mut()).for_each(one);
-            }
-            if !sheets.iter_mut().all(explicit) {
-                groups.step(sheets, touches, &stage, rigid, parallel);
-            }
-        };
+        let mut work = |parallel: bool| groups.step(sheets, touches, &stage, rigid, parallel);
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
             _ => work(false),
@@ -349,7 +333,13 @@ impl World {
     /// Sends a rigid body to where it shall be at the end of the next step (m); false when there is none of that name. One that
     /// moved freely no longer does.
     pub fn move_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
-        self.rigid.as_mut().is_some_and(|r| r.send(name, position, rotation))
+        let was_free = self.body_state(name).is_some_and(BodyState::gives);
+        let sent = self.rigid.as_mut().is_some_and(|r| r.send(name, position, rotation));
+        if sent && was_free {
+            // What does not give way any more is met in another way.
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        sent
     }
 
     /// What has happened so far, in order of the steps.

@@ -1,4 +1,5 @@
-//! Which masses met which surfaces in a step.
+//! Which masses of an explicit engine met which surfaces in a step, of bodies that do not give way: a mass then answers for
+//! itself alone, and needs no solver. All else that may touch them is for [`super::stage`].
 //!
 //! Rapier's broad phase gives the colliders near the box that the sheet swept; masses that may have reached one (see
 //! `clearance`) are taken into its frame, met with its shape (`target`) and turned back (`response`). Impacts are then
@@ -51,7 +52,7 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
     }
     let Some((low, high)) = swept(sheet) else { return };
     let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
-    for (handle, collider) in view.query().intersect_aabb_conservative(around) {
+    for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
         let target = Target::new(handle, collider, view, sheet, dt, remaining);
         meet(sheet, &target, dt, margin);
     }
@@ -74,9 +75,14 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
 /// Radius of a body that has no bounds, m: as far as anything may be placed.
 const UNBOUNDED: f64 = 1e4;
 
-/// How far any point of a moving body may have come in `time` s: its speed, and its turn times its radius.
+/// How far any point of a body that masses meet each for itself may have come in `time` s.
 fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
-    let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed());
+    reach_of(view, time, |b| !view.gives_way(b))
+}
+
+/// How far any point of a body that `counts` may have come in `time` s: its speed, and its turn times its radius.
+fn reach_of(view: &RigidView, time: f64, counts: impl Fn(&RigidBody) -> bool) -> f64 {
+    let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && counts(b));
     let reach = moving.map(|(_, body)| {
         let turn = f64::from(body.angvel().length());
         let radius = if turn > 0.0 { radius_of(body, view) } else { 0.0 };
@@ -210,7 +216,7 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
             break;
         }
         let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened(reach_of_moving(view, dt + remaining) as Real);
-        for (handle, collider) in view.query().intersect_aabb_conservative(around) {
+        for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
             let target = Target::new(handle, collider, view, sheet, dt, remaining);
             for k in 0..sheet.work.clearance.last_legs.len() {
                 let leg = sheet.work.clearance.last_legs[k];
@@ -236,7 +242,7 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
 /// Puts masses that met two bodies outside both, without approach velocity, in a few alternating projections.
 fn free_cornered(sheet: &mut Sheet, view: &RigidView, around: Aabb, dt: f64, remaining: f64) {
     for _ in 0..CORNER_ROUNDS {
-        for (handle, collider) in view.query().intersect_aabb_conservative(around) {
+        for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
             let target = Target::new(handle, collider, view, sheet, dt, remaining);
             for k in 0..sheet.work.clearance.cornered.len() {
                 let i = sheet.work.clearance.cornered[k] as usize;
@@ -252,7 +258,7 @@ fn free_cornered(sheet: &mut Sheet, view: &RigidView, around: Aabb, dt: f64, rem
 
 /// Whether a body that moves is where it could touch `sheet` within `dt` s.
 pub(crate) fn moving_body_near(sheet: &Sheet, view: &RigidView, dt: f64) -> bool {
-    let reach = reach_of_moving(view, dt);
+    let reach = reach_of(view, dt, |_| true);
     if reach <= 0.0 {
         return false;
     }

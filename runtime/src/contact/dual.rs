@@ -11,7 +11,8 @@ use super::row::{Contact, Side};
 use super::stage::{Gaps, Scratch};
 use super::sweeps::Swept;
 
-/// Violations up to this are let pass, m.
+/// Violations up to this are let pass, m; where masses answer each for itself, up to the accuracy of a solve: their steps are
+/// short, and what a step lets pass would add up.
 const DEPTH: f64 = 1e-5;
 /// Accuracy of position solves, m, and of velocity solves, m per weight of the stage.
 pub(super) const ACCURACY: f64 = 1e-8;
@@ -61,6 +62,17 @@ impl Dual {
         self.activate(scratch, group, h);
     }
 
+    /// Begins with all contacts that are closed, for their velocities.
+    pub fn begin_closed(&mut self, scratch: &Scratch, group: &mut Group, h: f64) {
+        self.passes = 0;
+        self.delassus.clear_for_velocities(group);
+        self.is_active.clear();
+        self.is_active.resize(scratch.found.contacts.len(), false);
+        self.new.clear();
+        self.new.extend((0..scratch.found.contacts.len() as u32).filter(|i| scratch.gaps.now[*i as usize] < DEPTH));
+        self.activate(scratch, group, h);
+    }
+
     /// Makes more contacts active, those still violated; false when there are none.
     pub fn grow(&mut self, scratch: &Scratch, group: &mut Group, h: f64) -> bool {
         self.passes += 1;
@@ -101,8 +113,9 @@ impl Dual {
         let (gap, contacts) = (&scratch.gaps.now, &scratch.found.contacts);
         self.new.clear();
         self.violated.clear();
+        let depth = if scratch.short_steps { TOLERANCE } else { DEPTH };
         for (i, contact) in contacts.iter().enumerate() {
-            if gap[i] < -DEPTH && !self.is_active[i] {
+            if gap[i] < -depth && !self.is_active[i] {
                 self.violated.push((pair_of(contact), i as u32));
             }
         }

@@ -9,7 +9,6 @@
 
 use glam::DVec3;
 
-use super::SKIN;
 use crate::lattice::Layer;
 use crate::sheet::{Sheet, Vectors};
 
@@ -56,19 +55,20 @@ pub struct Skin {
     border: Vec<bool>,
     offset: f64,
     rectangle: bool,
+    stack: bool,
 }
 
 impl Skin {
     /// Of a sheet as it lies when it is built, which is taken for its rest.
     pub fn of(sheet: &Sheet) -> Self {
-        let offset = if sheet.follows_material() { 0.5 * sheet.material().thickness } else { SKIN };
+        let offset = sheet.contact_offset();
         match &sheet.triangles {
             Some(triangles) => Self::new(triangles, &sheet.x, offset, false),
             None => {
                 let count = sheet.layers.len();
                 let outer = sheet.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
                 let triangles: Vec<_> = outer.flat_map(|(_, layer)| halves_of_cells(layer)).collect();
-                Self::new(&triangles, &sheet.x, offset, count == 1)
+                Self { stack: count > 1, ..Self::new(&triangles, &sheet.x, offset, count == 1) }
             }
         }
     }
@@ -93,7 +93,7 @@ impl Skin {
             owns_edge: edges.map(|e| !std::mem::replace(&mut edge_taken[e as usize], true)),
             size: longest_side(masses.map(|i| rest[i as usize])),
         });
-        Self { triangles: triangles.collect(), edges, border, offset, rectangle, rest }
+        Self { triangles: triangles.collect(), edges, border, offset, rectangle, rest, stack: false }
     }
 
     /// Its triangles.
@@ -124,6 +124,11 @@ impl Skin {
     /// Whether the surface is one rectangle of one layer.
     pub fn is_rectangle(&self) -> bool {
         self.rectangle
+    }
+
+    /// Whether it is the outer layers of several.
+    pub fn is_stack(&self) -> bool {
+        self.stack
     }
 
     /// Middle of a triangle at rest, m.

@@ -13,6 +13,7 @@ mod forces;
 mod generated;
 mod glue;
 mod implicit;
+mod masses;
 mod modes;
 mod pins;
 mod probe;
@@ -164,6 +165,8 @@ pub(crate) struct Work {
     pub force: Vectors,
     pub x_before: Vectors,
     pub v_before: Vectors,
+    /// Positions and velocities at the start of the step.
+    pub start: (Vectors, Vectors),
     /// Normal (unit) and fraction of the impact each mass met in this step; the fraction is 0 for none.
     pub struck: Vec<Strike>,
     pub touching: Vec<bool>,

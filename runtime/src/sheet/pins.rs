@@ -151,6 +151,12 @@ impl Pins {
         self.rails.iter().map(|r| (r.mass, r.held))
     }
 
+    /// Along which axes mass `i` is free (1) or held (0) by a rail.
+    pub(crate) fn free_axes(&self, i: u32) -> DVec3 {
+        let free = |r: &Rail| DVec3::from_array(r.held.map(|held| if held { 0.0 } else { 1.0 }));
+        self.rails.iter().filter(|r| r.mass == i).map(free).fold(DVec3::ONE, |a, b| a * b)
+    }
+
     /// Whether any pin moves between the times `from` and `to`, s.
     pub fn moving(&self, from: f64, to: f64) -> bool {
         let led = self.glue.iter().filter_map(|g| g.body);

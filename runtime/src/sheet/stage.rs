@@ -183,7 +183,9 @@ impl Sheet {
 
     /// Adds the half solutions of `loads`, given by mass, for the tangent at hand.
     pub(crate) fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
-        if let Some(system) = &mut self.system {
+        if self.is_explicit() {
+            self.half_solve_masses(loads, solutions);
+        } else if let Some(system) = &mut self.system {
             system.half_solve(loads, solutions);
         }
     }
@@ -191,6 +193,10 @@ impl Sheet {
     /// The displacement (m) that the tangent at hand gives for `force` (N).
     pub(crate) fn answer(&mut self, force: &Vectors, dx: &mut Vectors) {
         dx.clear();
+        if self.is_explicit() {
+            self.answer_masses(force, dx);
+            return;
+        }
         let Some(system) = &mut self.system else { return };
         let mut right = std::mem::take(&mut self.work.stage.right);
         right.clear();
@@ -210,9 +216,9 @@ impl Sheet {
         self.system.as_ref().map_or(0, |s| 3 * s.masses().len())
     }
 
-    /// The tangent at hand; `None` before the first implicit step.
+    /// The tangent at hand; `None` before the first implicit step, and of explicit engines.
     pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
-        self.system.as_ref().map(|s| s.tangent())
+        self.system.as_ref().filter(|_| !self.is_explicit()).map(|s| s.tangent())
     }
 
     /// Factorises the tangent at hand with contact added; false when that has no factor.
@@ -245,6 +251,9 @@ impl Sheet {
 
     /// Block row of mass `i` and which of its directions are free (1) or held (0); none for a mass that is held in all.
     pub(crate) fn free_row(&self, i: u32) -> Option<(u32, DVec3)> {
+        if self.is_explicit() {
+            return self.free_mass(i);
+        }
         let system = self.system.as_ref()?;
         let row = system.row_of(i);
         (row != NO_BLOCK).then(|| (row, system.free_axes(row)))

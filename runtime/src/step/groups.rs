@@ -2,17 +2,20 @@
 //!
 //! Two are of one group when the boxes that they may sweep meet, or when bodies that move freely touch one another. The
 //! speed with which a thing may move is the largest of its group, since one may hit the other. Groups of one sheet with
-//! nothing that gives way are stepped side by side, the others one after the other.
+//! nothing that gives way are stepped side by side, the others one after the other. Sheets of explicit engines (`explicit`)
+//! and of implicit ones are of one world seldom, and do not meet each other.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::group::{Part, advance};
-use super::near::{Near, skin};
+use super::near::{Near, NearWork, skin};
 use super::{SLEEP_SPEED, SLEEP_TIME, Stage, give_up, is_still, is_unstable, size_work};
 use crate::contact::Group;
+use crate::contact::mover::Mover;
 use crate::contact::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::contact::row::Side;
+use crate::contact::stage::Scratch;
 use crate::contact::surroundings::Surroundings;
 use crate::event::{EventKind, Recorder, Touches};
 use crate::sheet::{Sheet, Status};
@@ -42,19 +45,21 @@ pub(crate) struct Groups {
     reach: Vec<f64>,
     /// Whether each takes part: awake sheets, bodies that move freely.
     takes_part: Vec<bool>,
+    /// Of every sheet, whether its engine is explicit.
+    explicit: Vec<bool>,
     members: Vec<u32>,
     pub claims: Vec<Claim>,
 }
 
 /// What all groups share in a step.
-struct Shared<'a> {
-    stage: &'a Stage<'a>,
-    surroundings: &'a Surroundings,
-    body_contacts: &'a [BodyContact],
+pub(super) struct Shared<'a> {
+    pub stage: &'a Stage<'a>,
+    pub surroundings: &'a Surroundings,
+    pub body_contacts: &'a [BodyContact],
 }
 
 impl Groups {
-    /// Steps all sheets of implicit engines.
+    /// Steps all sheets.
     pub fn step(
         &mut self,
         sheets: &mut [Sheet],
@@ -74,7 +79,7 @@ impl Groups {
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         self.find(sheets, touches, stage, body_contacts);
         let shared = Shared { stage, surroundings: &self.surroundings, body_contacts };
-        let (root, takes_part) = (&self.root, &self.takes_part);
+        let (root, takes_part, explicit) = (&self.root, &self.takes_part, &self.explicit);
         let count = sheets.len();
         let alone = |i: usize| takes_part[i] && root[i] == i as u32 && !root[i + 1..].contains(&(i as u32));
         let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
@@ -93,11 +98,12 @@ impl Groups {
             if !takes_part[first] || alone(first) {
                 continue;
             }
-            if (0..first).any(|i| takes_part[i] && root[i] == root[first]) {
+            let with = |i: &usize| takes_part[*i] && root[*i] == root[first] && explicit[*i] == explicit[first];
+            if (0..first).any(|i| with(&i)) {
                 continue;
             }
             members.clear();
-            members.extend((first..count).filter(|i| takes_part[*i] && root[*i] == root[first]).map(|i| i as u32));
+            members.extend((first..count).filter(with).map(|i| i as u32));
             shared.step(sheets, touches, &members, 0, parallel, &mut self.claims);
         }
         self.members = members;
@@ -110,12 +116,14 @@ impl Groups {
         self.high.clear();
         self.reach.clear();
         self.takes_part.clear();
+        self.explicit.clear();
         for sheet in sheets.iter_mut() {
             let (low, high) = sheet.x.bounds().unwrap_or_default();
-            let offset = if sheet.follows_material() { 0.5 * sheet.material().thickness } else { 0.0 };
+            let offset = sheet.contact_offset();
             self.low.push(low - offset);
             self.high.push(high + offset);
-            let moves = sheet.stages() > 0 && sheet.status == Status::Awake;
+            self.explicit.push(sheet.is_explicit());
+            let moves = sheet.status == Status::Awake;
             self.takes_part.push(moves);
             self.reach.push(if moves { sheet.max_speed() * stage.dt + fall + ROOM } else { 0.0 });
         }
@@ -145,7 +153,7 @@ impl Groups {
         while woken {
             woken = false;
             for i in 0..count {
-                if sheets[i].status != Status::Asleep || sheets[i].stages() == 0 {
+                if sheets[i].status != Status::Asleep {
                     continue;
                 }
                 let led = sheets[i].pins.moving(stage.time, stage.time + stage.dt);
@@ -218,6 +226,10 @@ impl Shared<'_> {
         claims: &mut Vec<Claim>,
     ) {
         let stage = self.stage;
+        if members.first().is_some_and(|i| sheets[*i as usize].is_explicit()) {
+            self.step_explicit(sheets, touches, members, first, parallel, claims);
+            return;
+        }
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
             size_work(sheet);
@@ -255,34 +267,45 @@ impl Shared<'_> {
             advance(&mut group, &mut scratch, &mut near, part);
         }
         let Group { sheets, movers, .. } = group;
-        scratch.closed(|contact, part| {
-            let handle = work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
-            for side in [contact.a, contact.b] {
-                if let Side::Sheet { sheet, point } = side {
-                    let sheet = &mut sheets[members[sheet as usize] as usize];
-                    for (mass, _) in point.terms() {
-                        sheet.work.touching[mass as usize] = true;
-                        if let Some(handle) = handle {
-                            sheet.work.met.push((handle, mass));
-                        }
-                    }
-                }
-            }
-        });
+        self.note(sheets, members, &scratch, &work);
         self.finish(sheets, touches, members);
         let first_claim = claims.len();
-        for (mover, index) in movers.iter().zip(work.bodies()) {
-            let over = &self.surroundings.bodies[*index as usize];
-            if let Some(own) = over.own.filter(|_| mover.gives()) {
-                claims.push(Claim { body: own as usize, end: mover.start, sleeps: false });
-            }
-        }
+        self.claim(&movers, &work, claims);
         if stage.sleep {
             self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
         }
         scratch.movers = movers;
         sheets[lead].work.contact = Some(scratch);
         sheets[lead].work.near = Some(work);
+    }
+
+    /// Notes which masses touch, and what.
+    pub fn note(&self, sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, work: &NearWork) {
+        scratch.closed(|contact, part| {
+            let handle = work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
+            for side in [contact.a, contact.b] {
+                if let Side::Sheet { sheet, point } = side {
+                    let sheet = &mut sheets[members[sheet as usize] as usize];
+                    for (mass, _) in point.terms() {
+                        let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
+                        // What an explicit sheet met by itself is known already.
+                        if let Some(handle) = handle.filter(|_| !noted || !sheet.is_explicit()) {
+                            sheet.work.met.push((handle, mass));
+                        }
+                    }
+                }
+            }
+        });
+    }
+
+    /// Says where the bodies that give way have come to.
+    pub fn claim(&self, movers: &[Mover], work: &NearWork, claims: &mut Vec<Claim>) {
+        for (mover, index) in movers.iter().zip(work.bodies()) {
+            let over = &self.surroundings.bodies[*index as usize];
+            if let Some(own) = over.own.filter(|_| mover.gives()) {
+                claims.push(Claim { body: own as usize, end: mover.start, sleeps: false });
+            }
+        }
     }
 
     /// Box around the group, and how far anything in it may go.
@@ -304,7 +327,7 @@ impl Shared<'_> {
     }
 
     /// Looks for sheets that went unstable, puts pins where they belong, and notes what was touched.
-    fn finish(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32]) {
+    pub fn finish(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32]) {
         let stage = self.stage;
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
@@ -327,7 +350,7 @@ impl Shared<'_> {
     }
 
     /// Puts the group to sleep when all of it has been still for a while.
-    fn fall_asleep(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], claims: &mut [Claim]) {
+    pub fn fall_asleep(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], claims: &mut [Claim]) {
         let dt = self.stage.dt;
         let mut all = true;
         for i in members.iter().map(|i| *i as usize) {

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::group::Find;
 use crate::contact::Group;
-use crate::contact::find::{BodyMotion, FindCounters, Finder, Pair, Problem, SheetMotion};
+use crate::contact::find::{BodyMotion, FindCounters, Finder, Pair, Problem, Scope, SheetMotion};
 use crate::contact::frame::RigidFrame;
 use crate::contact::mover::{Mover, frame};
 use crate::contact::rigid::{BodyContact, RigidView};
@@ -37,6 +37,16 @@ impl NearWork {
     /// What detection has done.
     pub fn counters(&self) -> FindCounters {
         self.finder.counters()
+    }
+
+    /// Looks for this from the next step on.
+    pub fn limit(&mut self, scope: Scope) {
+        self.finder.limit(scope);
+    }
+
+    /// Whether some sheet may meet itself in this step.
+    pub fn folds(&self) -> bool {
+        self.finder.folds()
     }
 
     /// Bodies of the group, by number in the surroundings.

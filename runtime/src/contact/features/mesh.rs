@@ -159,6 +159,13 @@ impl Mesh {
         }
     }
 
+    /// Whether a sharp edge or a corner is near the box from `low` to `high`, m.
+    pub fn is_sharp_in(&self, low: DVec3, high: DVec3) -> bool {
+        let around = Aabb::new(low.as_vec3(), high.as_vec3());
+        let edge = self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)).next().is_some();
+        edge || self.corners.iter().any(|c| c.place.cmpge(low).all() && c.place.cmple(high).all())
+    }
+
     /// The point of the surface nearest to `p`, if it is nearer than `reach` (m). Parry finds the triangle, its plane is
     /// taken in double precision.
     pub fn nearest(&self, p: DVec3, reach: f64) -> Option<Nearest> {

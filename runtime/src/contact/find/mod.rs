@@ -88,6 +88,21 @@ pub struct Problem<'a> {
     pub surfaces: &'a dyn Fn(Pair) -> (f64, f64),
 }
 
+/// What is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scope {
+    /// Masses against faces; where something else does that, edges and corners alone are left.
+    pub faces: bool,
+    /// Sheets of several layers against themselves.
+    pub stacks: bool,
+}
+
+impl Default for Scope {
+    fn default() -> Self {
+        Self { faces: true, stacks: true }
+    }
+}
+
 /// What detection has done since it was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FindCounters {
@@ -119,6 +134,7 @@ pub struct Finder {
     order: Vec<(Key, u32)>,
     raw: Vec<Contact>,
     counters: FindCounters,
+    scope: Scope,
 }
 
 /// Features further than this from each other at the base are not contacts there, m, beyond three offsets.
@@ -131,6 +147,11 @@ impl Finder {
     /// What has been done so far.
     pub fn counters(&self) -> FindCounters {
         self.counters
+    }
+
+    /// Looks for this from the next step on.
+    pub fn limit(&mut self, scope: Scope) {
+        self.scope = scope;
     }
 
     /// Begins a step in which nothing moves further than `reach` (m) from where it is at the start: finds which sheets and
@@ -158,7 +179,9 @@ impl Finder {
                 }
                 self.counters.boxes += 1;
                 let way = if body.awake { reach } else { 0.0 };
-                let hit = |solid: &Solid| around.meets(&Cuboid::of_solid(solid, &body.start).grown(way));
+                let faces = self.scope.faces;
+                let has = |solid: &Solid| faces || !matches!(solid, Solid::HalfSpace { .. });
+                let hit = |solid: &Solid| has(solid) && around.meets(&Cuboid::of_solid(solid, &body.start).grown(way));
                 if body.features.solids().iter().any(|(_, solid)| hit(solid)) {
                     self.near.push((s as u32, b as u32));
                 }
@@ -175,7 +198,17 @@ impl Finder {
 
     /// Whether nothing can meet in this step: no pair is near, and no sheet is folded enough to meet itself.
     pub fn is_idle(&self) -> bool {
-        self.near.is_empty() && self.near_sheets.is_empty() && self.trees.iter().all(SkinTree::looks_flat)
+        self.near.is_empty() && self.near_sheets.is_empty() && !self.folds()
+    }
+
+    /// Whether some sheet is folded enough to meet itself in this step.
+    pub fn folds(&self) -> bool {
+        !self.trees.iter().all(|t| t.looks_flat() || self.passes_over(t))
+    }
+
+    /// Whether what may become of a sheet alone is not looked for.
+    fn passes_over(&self, tree: &SkinTree) -> bool {
+        tree.stack && !self.scope.stacks
     }
 
     /// Finds the contacts of a stage, in an order that depends on the problem alone, and puts them into `out`.
@@ -194,16 +227,20 @@ impl Finder {
             let (Some(sheet), Some(body)) = (problem.sheets.get(s as usize), problem.bodies.get(b as usize)) else {
                 continue;
             };
+            let Scope { faces, .. } = self.scope;
             let Some(tree) = self.trees.get_mut(s as usize) else { continue };
             self.local.load(sheet, body);
             let coefficients = (problem.surfaces)(Pair::SheetBody(s, b));
             for (first, solid) in body.features.solids() {
                 let meeting = Meeting::new(problem, (s, sheet), (b, body), *first, coefficients);
                 self.counters.boxes += 1;
-                if !self.local.around.grown(meeting.offset + meeting.margin).meets(&Cuboid::from(solid.bounds())) {
+                let around = self.local.around.grown(meeting.offset + meeting.margin);
+                if !around.meets(&Cuboid::from(solid.bounds())) {
                     continue;
                 }
                 match solid {
+                    Solid::HalfSpace { .. } if !faces => {}
+                    Solid::Mesh(mesh) if !faces && !mesh.is_sharp_in(around.low, around.high) => {}
                     Solid::HalfSpace { normal } => {
                         faces::half_space(&meeting, &self.local, *normal, &mut self.raw);
                         self.counters.mass_body_tests += self.local.end.len() as u64;
@@ -215,7 +252,10 @@ impl Finder {
                     }
                     Solid::Mesh(mesh) => {
                         tree.refresh(sheet, problem.margin);
-                        self.counters.mass_body_tests += faces::mesh(&meeting, &self.local, tree, mesh, &mut self.raw);
+                        if faces {
+                            self.counters.mass_body_tests +=
+                                faces::mesh(&meeting, &self.local, tree, mesh, &mut self.raw);
+                        }
                         self.counters.edge_tests += edges::edges(&meeting, &self.local, tree, mesh, &mut self.raw);
                         self.counters.vertex_tests +=
                             corners::corners(&meeting, &self.local, tree, mesh, &mut self.raw);
@@ -251,7 +291,9 @@ impl Finder {
 
     fn against_themselves(&mut self, problem: &Problem) {
         for (s, sheet) in problem.sheets.iter().enumerate().filter(|(_, sheet)| sheet.awake) {
-            let Some(tree) = self.trees.get_mut(s).filter(|tree| !tree.stays_flat(sheet)) else { continue };
+            let passes_over = self.trees.get(s).is_some_and(|tree| self.passes_over(tree));
+            let folded = |tree: &&mut SkinTree| !passes_over && !tree.stays_flat(sheet);
+            let Some(tree) = self.trees.get_mut(s).filter(folded) else { continue };
             tree.refresh(sheet, problem.margin);
             tree.refresh_ridges(sheet);
             let Some(couple) = couple(problem, &self.trees, s as u32, s as u32) else { continue };

@@ -103,6 +103,8 @@ pub(super) struct SkinTree {
     flat_at: Vec<DVec3>,
     /// Least height of a triangle at rest, m.
     height: f64,
+    /// Whether it is of several layers.
+    pub stack: bool,
 }
 
 impl SkinTree {
@@ -125,6 +127,7 @@ impl SkinTree {
             ridges: vec![DVec3::ZERO; skin.edges().len()],
             flat_at: Vec::with_capacity(skin.masses()),
             height: skin.least_height(),
+            stack: skin.is_stack(),
         }
     }
 

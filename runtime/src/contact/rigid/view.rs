@@ -107,6 +107,18 @@ impl<'a> RigidView<'a> {
         self.broad_phase.as_query_pipeline(self.narrow_phase.query_dispatcher(), self.bodies, self.colliders, filter)
     }
 
+    /// Queries over what does not give way: everything but sensors and the world's own bodies that move freely.
+    pub(crate) fn query_standing(&self) -> QueryPipeline<'a> {
+        let query = self.query();
+        let filter = if self.owned { QueryFilter::exclude_dynamic().exclude_sensors() } else { query.filter };
+        QueryPipeline { filter, ..query }
+    }
+
+    /// Whether `body` gives way to sheets.
+    pub(crate) fn gives_way(&self, body: &RigidBody) -> bool {
+        self.owned && body.is_dynamic()
+    }
+
     /// Index of the world's own body that a collider belongs to; `None` where the bodies are lent.
     pub fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
         self.owners.and_then(|o| o.of(collider))
