@@ -113,7 +113,7 @@ impl Dual {
         let (gap, contacts) = (&scratch.gaps.now, &scratch.found.contacts);
         self.new.clear();
         self.violated.clear();
-        let depth = if scratch.short_steps { TOLERANCE } else { DEPTH };
+        let depth = if scratch.short_steps { ACCURACY } else { DEPTH };
         for (i, contact) in contacts.iter().enumerate() {
             if gap[i] < -depth && !self.is_active[i] {
                 self.violated.push((pair_of(contact), i as u32));
