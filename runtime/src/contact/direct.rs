@@ -1,23 +1,31 @@
-//! All contacts that push, solved for at once.
+//! Newton steps for all contacts at once.
 //!
-//! With the states held (open: p = 0; sliding: p_t as it is; stuck: u = 0) the contact problem u = W p + b is linear in the
-//! forces that are left, with a symmetric positive semidefinite matrix. The step solved for is
+//! With the states held (open: p = 0; sliding: p_t of a given size; stuck: u = 0) the contact problem u = W p + b is linear in a
+//! step of the forces,
 //!
-//!   (W + ε diag W) Δp = -u,  ε = [`SLIGHT`],
+//!   (Bᵀ W B + D) Δ = -Bᵀ u,  Δp = B Δ,
 //!
-//! over the normal forces of sliding contacts and all forces of stuck ones. More contacts than a sheet has ways to move
-//! make W singular; ε then takes the smallest change of force among those that do the same. Sweeps before it find the
-//! states and sweeps after it correct them (Morales, Nocedal, Smelyanskiy, "An algorithm for the fast solution of symmetric
-//! linear complementarity problems", Numer. Math. 111, 2008, section 3).
-//!
-//! The factor is a Cholesky factor within its envelope. Contacts are taken in the reverse order of Cuthill and McKee, in
-//! which a pile of sheets is a band.
+//! B the directions in which each force may change, D what the turning of friction against the slip adds. The matrix is
+//! symmetric. It is factorised within its envelope (George and Liu, "Computer solution of large sparse positive definite
+//! systems", 1981, chapter 4), the contacts in the reverse order of Cuthill and McKee, in which a pile of sheets is a band.
 
 use glam::{DMat3, DVec3};
 
-/// ε.
-const SLIGHT: f64 = 1e-9;
 const NONE: u32 = u32::MAX;
+
+/// Ways in which the force of a contact may change in a direct solve.
+#[derive(Clone, Copy)]
+pub(super) struct Ways {
+    /// The first `count` columns are unit directions, in the contact's frame.
+    pub basis: DMat3,
+    pub count: u8,
+    /// Compliance along each that is not of W, m/N.
+    pub turning: [f64; 3],
+}
+
+impl Ways {
+    pub const NONE: Self = Self { basis: DMat3::IDENTITY, count: 0, turning: [0.0; 3] };
+}
 
 /// The matrix, its factor, and what is solved for.
 #[derive(Default)]
@@ -35,40 +43,30 @@ pub(super) struct Direct {
 }
 
 impl Direct {
-    /// Solves for the step of forces of the contacts with the number of unknowns in `size` (0, 1: normal, 3: all), given the
-    /// blocks of W by columns and on its diagonal, and u. False where rounding leaves no factor.
-    pub fn solve(
-        &mut self,
-        columns: &[Vec<(u32, DMat3)>],
-        diagonal: &[DMat3],
-        size: impl Fn(usize) -> u8,
-        u: &[DVec3],
-    ) -> bool {
+    /// Solves for the step of forces in the `ways` that each contact has left, given the blocks of W by columns and on its
+    /// diagonal, and u. False where rounding leaves no factor.
+    pub fn solve(&mut self, columns: &[Vec<(u32, DMat3)>], diagonal: &[DMat3], ways: &[Ways], u: &[DVec3]) -> bool {
         self.size.clear();
-        self.size.extend((0..diagonal.len()).map(size));
+        self.size.extend(ways.iter().map(|w| w.count));
         self.arrange(columns);
         self.shape(columns);
-        self.assemble(columns, diagonal);
+        self.assemble(columns, diagonal, ways);
         if !self.factorize() {
             return false;
         }
         self.x.clear();
         for i in &self.order {
-            let i = *i as usize;
-            self.x.extend(u[i].to_array().iter().take(self.size[i] as usize).map(|u| -u));
+            let (ways, u) = (&ways[*i as usize], u[*i as usize]);
+            self.x.extend((0..ways.count as usize).map(|k| -ways.basis.col(k).dot(u)));
         }
         self.substitute();
         true
     }
 
     /// The step of contact `i`, N.
-    pub fn step(&self, i: usize) -> DVec3 {
+    pub fn step(&self, i: usize, ways: &Ways) -> DVec3 {
         let at = self.place[i] as usize;
-        match self.size[i] {
-            0 => DVec3::ZERO,
-            1 => DVec3::new(self.x[at], 0.0, 0.0),
-            _ => DVec3::from_slice(&self.x[at..]),
-        }
+        (0..ways.count as usize).map(|k| ways.basis.col(k) * self.x[at + k]).sum()
     }
 
     /// Orders the contacts that have unknowns.
@@ -134,26 +132,29 @@ impl Direct {
         self.values.resize(end, 0.0);
     }
 
-    fn assemble(&mut self, columns: &[Vec<(u32, DMat3)>], diagonal: &[DMat3]) {
+    fn assemble(&mut self, columns: &[Vec<(u32, DMat3)>], diagonal: &[DMat3], ways: &[Ways]) {
         for i in self.order.iter().map(|i| *i as usize) {
-            let rows = self.place[i] as usize..self.place[i] as usize + self.size[i] as usize;
+            let (own, start) = (&ways[i], self.place[i] as usize);
+            let rows = start..start + own.count as usize;
             for (r, row) in rows.clone().enumerate() {
-                let at = self.offset[row] + rows.start - self.first[row] as usize;
+                let at = self.offset[row] + start - self.first[row] as usize;
+                let column = diagonal[i] * own.basis.col(r);
                 for c in 0..=r {
-                    let slight = if c == r { 1.0 + SLIGHT } else { 1.0 };
-                    self.values[at + c] = diagonal[i].col(c)[r] * slight;
+                    self.values[at + c] = own.basis.col(c).dot(column);
                 }
+                self.values[at + r] += own.turning[r];
             }
             for (j, block) in &columns[i] {
                 let j = *j as usize;
                 if self.size[j] == 0 || self.place[j] > self.place[i] {
                     continue;
                 }
-                // The list holds ∂u_j/∂p_i, the transpose of what belongs here.
                 for (r, row) in rows.clone().enumerate() {
                     let at = self.offset[row] + (self.place[j] - self.first[row]) as usize;
+                    // The list holds ∂u_j/∂p_i, the transpose of what belongs here.
+                    let column = *block * own.basis.col(r);
                     for c in 0..self.size[j] as usize {
-                        self.values[at + c] += block.col(r)[c];
+                        self.values[at + c] += ways[j].basis.col(c).dot(column);
                     }
                 }
             }

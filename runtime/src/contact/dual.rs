@@ -8,12 +8,14 @@ use glam::DVec3;
 
 use super::delassus::{Delassus, Group, frame_of};
 use super::row::{Contact, Side};
-use super::stage::{Gaps, Scratch, TOLERANCE};
+use super::stage::{Gaps, Scratch};
 use super::sweeps::Swept;
 
 /// Violations up to this are let pass, m; where masses answer each for itself, up to the accuracy of a solve: their steps are
 /// short, and what a step lets pass would add up.
 const DEPTH: f64 = 1e-5;
+/// Accuracy of position solves, m, and of velocity solves, m per weight of the stage.
+pub(super) const ACCURACY: f64 = 1e-8;
 /// Sweeps of a solve, at most.
 const SWEEPS: u32 = 200;
 /// Contacts of a pair made active at a time, at least.
@@ -84,7 +86,7 @@ impl Dual {
 
     /// Solves for the forces with the u in `b`.
     pub fn sweep(&mut self) -> Swept {
-        self.delassus.problem.solve(&self.b, TOLERANCE, SWEEPS)
+        self.delassus.problem.solve(&self.b, ACCURACY, SWEEPS)
     }
 
     /// Active contacts, by number in the scratch's list, and the forces on them in the world, N.
@@ -111,7 +113,7 @@ impl Dual {
         let (gap, contacts) = (&scratch.gaps.now, &scratch.found.contacts);
         self.new.clear();
         self.violated.clear();
-        let depth = if scratch.short_steps { TOLERANCE } else { DEPTH };
+        let depth = if scratch.short_steps { ACCURACY } else { DEPTH };
         for (i, contact) in contacts.iter().enumerate() {
             if gap[i] < -depth && !self.is_active[i] {
                 self.violated.push((pair_of(contact), i as u32));

@@ -12,7 +12,7 @@ use glam::{DMat3, DVec3};
 
 use super::coulomb::Law;
 use super::delassus::{Group, frame_of};
-use super::dual::Dual;
+use super::dual::{ACCURACY, Dual};
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
 use super::primal::{Primal, Row, UPDATES};
@@ -317,7 +317,7 @@ impl Scratch {
             dual.delassus.displace(group, &self.found.contacts, h);
             self.gaps.update(&self.found.contacts, group);
             if !dual.grow(self, group, h) {
-                break swept.change <= TOLERANCE;
+                break swept.change <= ACCURACY;
             }
         };
         self.counters.unsettled += u64::from(!settled);
@@ -346,7 +346,7 @@ impl Scratch {
         }
         let swept = dual.sweep();
         self.counters.sweeps += u64::from(swept.sweeps);
-        self.counters.unsettled += u64::from(swept.change > TOLERANCE);
+        self.counters.unsettled += u64::from(swept.change > ACCURACY);
         dual.delassus.kick(group, &self.found.contacts, h);
         let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {

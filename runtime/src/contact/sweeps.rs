@@ -1,20 +1,35 @@
-//! The contact problem of several contacts, solved by Gauss-Seidel sweeps and direct solves of what pushes.
+//! The contact problem of several contacts, solved by Gauss-Seidel sweeps and Newton steps.
 //!
 //! u = W p + b in the frames of the contacts, Coulomb's law at each (see `coulomb`). W = J H⁻¹ Jᵀ is the Delassus operator:
 //! how every contact answers a force at every other. Contacts that share no sheet and no body do not couple, so W is kept
 //! by columns of 3x3 blocks that are there.
 //!
-//! Sweeps settle how each contact acts but carry a force through a pile only one sheet at a time, and among contacts of a stiff sheet
-//! they creep. Between them the contacts that push are solved for at once (see `direct`).
+//! Contacts that hold the same leave W nearly singular: what is stuck at two places of a sheet that cannot stretch has forces
+//! that no motion tells. One step of the proximal point method is taken, from the forces p₀ that the contacts begin with,
+//!
+//!   u = W p + b + ε diag W (p - p₀),
+//!
+//! which asks for nothing that rests to move, and otherwise lets a contact miss by the fraction ε of what it holds back.
+//!
+//! Sweeps settle how each contact acts but carry a force through a pile only one sheet at a time. Between them, with limits of
+//! friction held, the forces are the minimum of the convex ½ pᵀ W p + bᵀ p; Newton steps for all contacts at once (see `direct`),
+//! brought back to what Coulomb's law allows and shortened until they lower it, go there (Morales, Nocedal, Smelyanskiy, "An
+//! algorithm for the fast solution of symmetric linear complementarity problems", Numer. Math. 111, 2008; Rockafellar,
+//! "Monotone operators and the proximal point algorithm", SIAM J. Control Optim. 14, 1976).
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::coulomb::{Law, solve};
-use super::direct::Direct;
+use super::direct::{Direct, Ways};
 
-/// Sweeps before the first direct solve, and direct solves at a time.
-const FIRST: u32 = 3;
-const CORRECTIONS: u32 = 4;
+/// ε along the normal and across it.
+const SLIGHT: DVec3 = DVec3::new(1e-3, 1e-2, 1e-2);
+/// Sweeps before the first Newton steps, sweeps between them, and Newton steps at a time.
+const FIRST: u32 = 5;
+const BETWEEN: u32 = 5;
+const STEPS: u32 = 6;
+/// Shorter steps that are tried.
+const HALVINGS: u32 = 4;
 
 /// A problem of contacts that grows.
 #[derive(Default)]
@@ -24,11 +39,15 @@ pub struct Problem {
     /// Of each contact, the contacts that a force at it moves (itself too), with their 3x3 blocks.
     columns: Vec<Vec<(u32, DMat3)>>,
     diagonal: Vec<DMat3>,
+    /// ε diag W.
+    slight: Vec<DVec3>,
     laws: Vec<Law>,
     /// Force at each contact in its frame (normal, two tangents), N.
     pub force: Vec<DVec3>,
     moved: Vec<DVec3>,
     direct: Direct,
+    limits: Vec<f64>,
+    ways: Vec<Ways>,
     /// Forces and u before a direct solve.
     kept: Vec<DVec3>,
     kept_moved: Vec<DVec3>,
@@ -48,6 +67,7 @@ impl Problem {
     pub fn clear(&mut self) {
         self.count = 0;
         self.diagonal.clear();
+        self.slight.clear();
         self.laws.clear();
         self.force.clear();
     }
@@ -64,6 +84,7 @@ impl Problem {
         }
         self.columns[self.count].clear();
         self.diagonal.push(DMat3::ZERO);
+        self.slight.push(DVec3::ZERO);
         self.laws.push(law);
         self.force.push(force);
         self.count += 1;
@@ -73,7 +94,9 @@ impl Problem {
     pub fn couple(&mut self, i: usize, j: usize, block: DMat3) {
         if i == j {
             // Half solutions make it symmetric but for rounding.
-            self.diagonal[i] = (block + block.transpose()) * 0.5;
+            let block = (block + block.transpose()) * 0.5;
+            self.slight[i] = SLIGHT * DVec3::new(block.x_axis.x, block.y_axis.y, block.z_axis.z);
+            self.diagonal[i] = block + DMat3::from_diagonal(self.slight[i]);
         } else {
             self.columns[j].push((i as u32, block));
             self.columns[i].push((j as u32, block.transpose()));
@@ -88,16 +111,15 @@ impl Problem {
             let p = self.force[j];
             if p != DVec3::ZERO {
                 self.apply(j, p);
+                self.moved[j] -= self.slight[j] * p;
             }
         }
         let mut done = Swept { sweeps: 1, change: self.sweep() };
-        let (mut wait, mut next) = (1, FIRST);
+        let mut next = FIRST;
         while done.sweeps < most && done.change > tolerance {
             if self.count > 1 && done.sweeps >= next {
-                let better = self.step_at_once(&mut done);
-                // Where a direct solve did harm, sweeps must first find better states.
-                wait = if better { 1 } else { 2 * wait };
-                next = done.sweeps + wait;
+                self.step_at_once();
+                next = done.sweeps + BETWEEN;
             } else {
                 done.change = self.sweep();
                 done.sweeps += 1;
@@ -132,77 +154,85 @@ impl Problem {
         (DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) * step).abs().element_sum()
     }
 
-    /// Solves for all that pushes at once and sweeps; takes that back, and returns false, if it made the change of a sweep greater.
-    fn step_at_once(&mut self, done: &mut Swept) -> bool {
-        self.kept.clear();
-        self.kept.extend_from_slice(&self.force);
-        self.kept_moved.clear();
-        self.kept_moved.extend_from_slice(&self.moved);
+    /// Takes Newton steps for all contacts at once, with limits of friction as they are.
+    fn step_at_once(&mut self) {
+        self.limits.clear();
+        for (law, p) in self.laws.iter().zip(&self.force) {
+            self.limits.push(match law {
+                Law::Glue => f64::INFINITY,
+                Law::Coulomb(friction) => friction * p.x,
+            });
+        }
         let mut direct = std::mem::take(&mut self.direct);
-        let mut solved = false;
-        for _ in 0..CORRECTIONS {
-            if !direct.solve(&self.columns, &self.diagonal, |i| self.unknowns(i), &self.moved) {
-                break;
+        for _ in 0..STEPS {
+            self.ways.clear();
+            for i in 0..self.count {
+                let ways = self.ways_of(i);
+                self.ways.push(ways);
             }
-            solved = true;
-            if !self.take(&direct) {
+            if !direct.solve(&self.columns, &self.diagonal, &self.ways, &self.moved) || !self.search(&direct) {
                 break;
             }
         }
         self.direct = direct;
-        if !solved {
-            return false;
+    }
+
+    /// In which ways the force of contact `i` may change.
+    fn ways_of(&self, i: usize) -> Ways {
+        let (p, u, a, limit) = (self.force[i], self.moved[i], &self.diagonal[i], self.limits[i]);
+        if self.laws[i] == Law::Glue {
+            return Ways { count: 3, ..Ways::NONE };
         }
-        let change = self.sweep();
-        done.sweeps += 1;
-        if change < done.change {
-            done.change = change;
-            return true;
+        if p.x * a.x_axis.x - u.x <= 0.0 {
+            return Ways::NONE;
         }
-        std::mem::swap(&mut self.force, &mut self.kept);
-        std::mem::swap(&mut self.moved, &mut self.kept_moved);
+        if limit <= 0.0 {
+            return Ways { count: 1, ..Ways::NONE };
+        }
+        let (force, slip) = (DVec2::new(p.y, p.z), DVec2::new(u.y, u.z));
+        let along = force.normalize_or_zero();
+        if force.length() < limit * (1.0 - 1e-9) || along.dot(slip) >= 0.0 {
+            return Ways { count: 3, ..Ways::NONE };
+        }
+        // Where it slides the force can only turn, and turns against the slip.
+        let basis = DMat3::from_cols(DVec3::X, DVec3::new(0.0, -along.y, along.x), DVec3::new(0.0, along.x, along.y));
+        Ways { basis, count: 2, turning: [0.0, slip.length() / limit, 0.0] }
+    }
+
+    /// Goes along the step of a direct solve as far as that lowers ½ pᵀ W p + bᵀ p, each force within its limits; false where
+    /// there is nothing to gain.
+    fn search(&mut self, direct: &Direct) -> bool {
+        self.kept.clone_from(&self.force);
+        self.kept_moved.clone_from(&self.moved);
+        let mut part = 1.0;
+        for _ in 0..HALVINGS {
+            let mut gain = 0.0;
+            for i in 0..self.count {
+                if self.ways[i].count > 0 {
+                    let next = self.kept[i] + direct.step(i, &self.ways[i]) * part;
+                    self.change(i, self.within(i, next));
+                }
+            }
+            for i in (0..self.count).filter(|i| self.ways[*i].count > 0) {
+                gain -= 0.5 * (self.force[i] - self.kept[i]).dot(self.moved[i] + self.kept_moved[i]);
+            }
+            if gain > 0.0 {
+                return true;
+            }
+            self.force.clone_from(&self.kept);
+            self.moved.clone_from(&self.kept_moved);
+            part *= 0.25;
+        }
         false
     }
 
-    /// How many forces of contact `i` a direct solve is for: none where it is open, the normal one where it slides.
-    fn unknowns(&self, i: usize) -> u8 {
-        match self.laws[i] {
-            Law::Glue => 3,
-            Law::Coulomb(friction) => {
-                let p = self.force[i];
-                let limit = friction * p.x * (1.0 - 1e-9);
-                match p.x > 0.0 {
-                    false => 0,
-                    true if p.y * p.y + p.z * p.z < limit * limit => 3,
-                    true => 1,
-                }
-            }
+    /// The force nearest to `p` that contact `i` may have.
+    fn within(&self, i: usize, p: DVec3) -> DVec3 {
+        if self.laws[i] == Law::Glue {
+            return p;
         }
-    }
-
-    /// Takes the step of a direct solve, each contact within what Coulomb's law allows; true when some of them had to give.
-    fn take(&mut self, direct: &Direct) -> bool {
-        let mut gave = false;
-        for i in 0..self.count {
-            let unknowns = self.unknowns(i);
-            if unknowns == 0 {
-                continue;
-            }
-            let mut next = self.force[i] + direct.step(i);
-            if let Law::Coulomb(friction) = self.laws[i] {
-                let (length, limit) = (next.y.hypot(next.z), friction * next.x);
-                if next.x <= 0.0 {
-                    next = DVec3::ZERO;
-                    gave = true;
-                } else if unknowns == 1 || length > limit {
-                    gave |= unknowns == 3;
-                    let scale = if length > 0.0 { limit / length } else { 0.0 };
-                    next = DVec3::new(next.x, next.y * scale, next.z * scale);
-                }
-            }
-            self.change(i, next);
-        }
-        gave
+        let tangential = DVec2::new(p.y, p.z).clamp_length_max(self.limits[i]);
+        DVec3::new(p.x.max(0.0), tangential.x, tangential.y)
     }
 
     /// u after the last solve, m.
