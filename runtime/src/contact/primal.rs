@@ -42,6 +42,8 @@ pub(crate) struct Row {
     pub law: Law,
     /// Whether nothing is known of it: it then pushes, for a beginning, if it would overlap.
     pub new: bool,
+    /// Whether it never acts.
+    pub idle: bool,
     /// u where δ is zero, in the frame, m.
     pub b: DVec3,
     /// c, N/m.
@@ -58,6 +60,7 @@ impl Row {
             frame,
             law,
             new: true,
+            idle: false,
             b: DVec3::ZERO,
             stiffness: DVec3::ZERO,
         }
@@ -213,7 +216,10 @@ impl Primal {
     fn begin(&mut self) {
         self.states.clear();
         self.limits.clear();
-        for (row, p) in self.rows.iter().zip(&self.force) {
+        for (row, p) in self.rows.iter().zip(&mut self.force) {
+            if row.idle {
+                *p = DVec3::ZERO;
+            }
             let Law::Coulomb(friction) = row.law else {
                 self.limits.push(f64::INFINITY);
                 self.states.push(State { pushes: true, rubs: Rubbing::Stuck });
@@ -227,7 +233,7 @@ impl Primal {
                 true => Rubbing::Stuck,
             };
             self.limits.push(limit);
-            self.states.push(State { pushes: p.x > 0.0 || (row.new && row.b.x < 0.0), rubs });
+            self.states.push(State { pushes: p.x > 0.0 || (row.new && !row.idle && row.b.x < 0.0), rubs });
         }
     }
 
@@ -287,7 +293,7 @@ impl Primal {
                 self.wanted.push((state, 0.0));
                 same &= u.abs().max_element() < tolerance;
             } else {
-                let pushes = next.x - row.stiffness.x * u.x > 0.0;
+                let pushes = !row.idle && next.x - row.stiffness.x * u.x > 0.0;
                 let rubs = next_rubbing(row, &state, self.limits[i], next, u);
                 let other = std::mem::discriminant(&rubs) != std::mem::discriminant(&state.rubs);
                 let mut wants =

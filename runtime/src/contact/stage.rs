@@ -28,6 +28,10 @@ const SETTLED: f64 = 2e-8;
 const ROUGH: f64 = 1e-5;
 /// What comes from further apart than this to overlap by more is an impact, m: gravity alone does less in a stage.
 const IMPACT: f64 = 2e-3;
+/// What was further apart than this has not been met in the stages before, m.
+const FAR: f64 = 1e-3;
+/// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
+const ALIKE: f64 = 0.98;
 /// Rounds of a stage.
 const ROUNDS: u32 = 10;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
@@ -81,6 +85,7 @@ pub(crate) struct Scratch {
     dual: Dual,
     primal: Primal,
     on_sheet: bool,
+    normals: Vec<DVec3>,
     /// Whether a solve did not settle, and whether there is no shorter step to try then.
     pub failed: bool,
     pub last_resort: bool,
@@ -246,6 +251,26 @@ impl Scratch {
         true
     }
 
+    /// Notes along which normal each mass is itself in contact.
+    fn note_masses(&mut self, group: &Group) {
+        self.normals.clear();
+        self.normals.resize(group.sheet(0).masses(), DVec3::ZERO);
+        for contact in &self.found.contacts {
+            if let Side::Sheet { point, .. } = contact.a
+                && point.weights[0] == 1.0
+            {
+                self.normals[point.masses[0] as usize] = contact.normal;
+            }
+        }
+    }
+
+    /// Whether a contact at `point` only says again what one of its masses says: two such rows would share a force in no
+    /// certain way.
+    fn is_doubled(&self, point: &SheetPoint, normal: DVec3) -> bool {
+        let doubles = |(mass, weight): (u32, f64)| weight > ALIKE && self.normals[mass as usize].dot(normal) > ALIKE;
+        point.weights[0] != 1.0 && point.terms().any(doubles)
+    }
+
     /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
     fn is_impact(&self, group: &Group) -> bool {
         let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
@@ -361,6 +386,7 @@ impl Scratch {
     fn positions_on_sheet(&mut self, group: &mut Group, rough: bool) -> bool {
         let mut primal = std::mem::take(&mut self.primal);
         primal.clear();
+        self.note_masses(group);
         for (i, contact) in self.found.contacts.iter().enumerate() {
             let Side::Sheet { point, .. } = contact.a else { continue };
             let frame = frame_of(contact.normal);
@@ -371,7 +397,8 @@ impl Scratch {
                 }
             }
             row.b = self.position_of(group, i, &frame);
-            row.new = self.memory.is_empty() || self.gaps.start[i] > CLOSED;
+            row.new = self.memory.is_empty() || self.gaps.start[i] > FAR;
+            row.idle = self.is_doubled(&point, contact.normal);
             let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
             primal.rows.push(row);
             primal.force.push(frame.transpose() * force);
@@ -415,6 +442,7 @@ impl Scratch {
             let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
             primal.force[i] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             primal.rows[i].b = u.map_or(DVec3::X, |u| u * h);
+            primal.rows[i].new = false;
         }
         if !self.solve_on_sheet(&mut primal, group, false) {
             self.primal = primal;

@@ -38,8 +38,7 @@ pub(crate) struct StageWork {
     pub h: f64,
     d: Vectors,
     reference: f64,
-    pub scale: f64,
-    pub missed: f64,
+    scale: f64,
     right: Vec<f64>,
     /// What elements carry from stage to stage, when it was kept.
     kept: Vec<f64>,
@@ -137,7 +136,6 @@ impl Sheet {
             }
             let missed = problem.predict(&stage.iterate, &stage.d);
             stage.iterate.add_scaled(1.0, &stage.d);
-            stage.missed = missed;
             let limit = MISSED[usize::from(contact.is_some())] * stage.scale;
             let near = missed <= limit;
             stage.done = match contact {

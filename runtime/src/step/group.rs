@@ -100,22 +100,6 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             sheet.work.unit = unit;
         });
         finder.end_stage(group);
-        if std::env::var_os("TRACE").is_some() {
-            let e = group.sheet(0).energy(part.field.gravity);
-            let stage = &group.sheet(0).work.stage;
-            eprintln!(
-                "{:.5} stage {k} halved {} {rounds:?} E {:.6e} K {:.3e} el {:.3e} evals {} missed {:.2e} scale {:.2e} {:?}",
-                part.time + at - part.done,
-                part.halvings,
-                e.total,
-                e.kinetic,
-                e.elastic,
-                group.sheet(0).counters.evaluations,
-                stage.missed,
-                stage.scale,
-                scratch.counters
-            );
-        }
         at += length;
     }
     true
