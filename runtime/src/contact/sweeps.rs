@@ -39,8 +39,8 @@ pub struct Problem {
     /// Of each contact, the contacts that a force at it moves (itself too), with their 3x3 blocks.
     columns: Vec<Vec<(u32, DMat3)>>,
     diagonal: Vec<DMat3>,
-    /// ε diag W.
-    slight: Vec<DVec3>,
+    /// Blocks of W + ε diag W on the diagonal.
+    own: Vec<DMat3>,
     laws: Vec<Law>,
     /// Force at each contact in its frame (normal, two tangents), N.
     pub force: Vec<DVec3>,
@@ -67,7 +67,6 @@ impl Problem {
     pub fn clear(&mut self) {
         self.count = 0;
         self.diagonal.clear();
-        self.slight.clear();
         self.laws.clear();
         self.force.clear();
     }
@@ -84,7 +83,6 @@ impl Problem {
         }
         self.columns[self.count].clear();
         self.diagonal.push(DMat3::ZERO);
-        self.slight.push(DVec3::ZERO);
         self.laws.push(law);
         self.force.push(force);
         self.count += 1;
@@ -94,9 +92,7 @@ impl Problem {
     pub fn couple(&mut self, i: usize, j: usize, block: DMat3) {
         if i == j {
             // Half solutions make it symmetric but for rounding.
-            let block = (block + block.transpose()) * 0.5;
-            self.slight[i] = SLIGHT * DVec3::new(block.x_axis.x, block.y_axis.y, block.z_axis.z);
-            self.diagonal[i] = block + DMat3::from_diagonal(self.slight[i]);
+            self.diagonal[i] = (block + block.transpose()) * 0.5;
         } else {
             self.columns[j].push((i as u32, block));
             self.columns[i].push((j as u32, block.transpose()));
@@ -110,9 +106,16 @@ impl Problem {
         for j in 0..self.count {
             let p = self.force[j];
             if p != DVec3::ZERO {
-                self.apply(j, p);
-                self.moved[j] -= self.slight[j] * p;
+                self.moved[j] += self.diagonal[j] * p;
+                self.carry(j, p);
             }
+        }
+        self.own.clear();
+        for (a, column) in self.diagonal.iter().zip(&self.columns) {
+            // What answers to nothing else is solved for exactly as it is.
+            let slight = if column.is_empty() { DVec3::ZERO } else { SLIGHT };
+            let own = DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) * slight;
+            self.own.push(*a + DMat3::from_diagonal(own));
         }
         let mut done = Swept { sweeps: 1, change: self.sweep() };
         let mut next = FIRST;
@@ -136,7 +139,7 @@ impl Problem {
             if old == DVec3::ZERO && self.moved[i].x >= 0.0 && self.laws[i] != Law::Glue {
                 continue;
             }
-            let a = self.diagonal[i];
+            let a = self.own[i];
             let new = solve(&a, self.moved[i] - a * old, self.laws[i], old);
             change = change.max(self.change(i, new));
         }
@@ -145,7 +148,7 @@ impl Problem {
 
     /// Gives contact `i` the force `new`; returns by how much that changes its own gap and slip, m.
     fn change(&mut self, i: usize, new: DVec3) -> f64 {
-        let (step, a) = (new - self.force[i], self.diagonal[i]);
+        let (step, a) = (new - self.force[i], self.own[i]);
         if step == DVec3::ZERO {
             return 0.0;
         }
@@ -170,7 +173,7 @@ impl Problem {
                 let ways = self.ways_of(i);
                 self.ways.push(ways);
             }
-            if !direct.solve(&self.columns, &self.diagonal, &self.ways, &self.moved) || !self.search(&direct) {
+            if !direct.solve(&self.columns, &self.own, &self.ways, &self.moved) || !self.search(&direct) {
                 break;
             }
         }
@@ -179,7 +182,7 @@ impl Problem {
 
     /// In which ways the force of contact `i` may change.
     fn ways_of(&self, i: usize) -> Ways {
-        let (p, u, a, limit) = (self.force[i], self.moved[i], &self.diagonal[i], self.limits[i]);
+        let (p, u, a, limit) = (self.force[i], self.moved[i], &self.own[i], self.limits[i]);
         if self.laws[i] == Law::Glue {
             return Ways { count: 3, ..Ways::NONE };
         }
@@ -241,7 +244,12 @@ impl Problem {
     }
 
     fn apply(&mut self, j: usize, p: DVec3) {
-        self.moved[j] += self.diagonal[j] * p;
+        self.moved[j] += self.own[j] * p;
+        self.carry(j, p);
+    }
+
+    /// Moves the other contacts as force `p` at contact `j` does.
+    fn carry(&mut self, j: usize, p: DVec3) {
         for (i, block) in &self.columns[j] {
             self.moved[*i as usize] += *block * p;
         }
