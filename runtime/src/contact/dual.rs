@@ -17,7 +17,7 @@ const DEPTH: f64 = 1e-5;
 /// Accuracy of position solves, m, and of velocity solves, m per weight of the stage.
 pub(super) const ACCURACY: f64 = 1e-8;
 /// Sweeps of a solve, at most.
-const SWEEPS: u32 = 100;
+const SWEEPS: u32 = 200;
 /// The same where more contacts may join.
 const ROUGH_SWEEPS: u32 = 20;
 /// Contacts of a pair made active at a time, at least.
