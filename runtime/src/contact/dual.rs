@@ -18,6 +18,8 @@ const DEPTH: f64 = 1e-5;
 pub(super) const ACCURACY: f64 = 1e-8;
 /// Sweeps of a solve, at most.
 const SWEEPS: u32 = 200;
+/// The same where more contacts may join.
+const ROUGH_SWEEPS: u32 = 20;
 /// Contacts of a pair made active at a time, at least.
 const FEW: usize = 6;
 /// Times that more are made active.
@@ -87,6 +89,11 @@ impl Dual {
     /// Solves for the forces with the u in `b`.
     pub fn sweep(&mut self) -> Swept {
         self.delassus.problem.solve(&self.b, ACCURACY, SWEEPS)
+    }
+
+    /// The same, to what is let pass.
+    pub fn sweep_roughly(&mut self) -> Swept {
+        self.delassus.problem.solve(&self.b, 0.1 * DEPTH, ROUGH_SWEEPS)
     }
 
     /// Active contacts, by number in the scratch's list, and the forces on them in the world, N.

@@ -331,18 +331,23 @@ impl Scratch {
     fn positions_between(&mut self, group: &mut Group, h: f64) -> usize {
         let mut dual = std::mem::take(&mut self.dual);
         dual.begin(self, group, h);
+        let mut rough = true;
         let settled = loop {
             dual.b.clear();
             for k in 0..dual.delassus.problem.len() {
                 let u = self.position_of(group, dual.delassus.contact(k), &dual.delassus.frame(k));
                 dual.b.push(u);
             }
-            let swept = dual.sweep();
+            // Which contacts there are can be told from forces that are nearly right.
+            let swept = if rough { dual.sweep_roughly() } else { dual.sweep() };
             self.counters.sweeps += u64::from(swept.sweeps);
             dual.delassus.displace(group, &self.found.contacts, h);
             self.gaps.update(&self.found.contacts, group);
             if !dual.grow(self, group, h) {
-                break swept.change <= ACCURACY;
+                if !rough || swept.change <= ACCURACY {
+                    break swept.change <= ACCURACY;
+                }
+                rough = false;
             }
         };
         self.counters.unsettled += u64::from(!settled);

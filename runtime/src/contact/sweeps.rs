@@ -5,11 +5,11 @@
 //! by columns of 3x3 blocks that are there.
 //!
 //! Contacts that hold the same leave W nearly singular: what is stuck at two places of a sheet that cannot stretch has forces
-//! that no motion tells. One step of the proximal point method is taken, from the forces p₀ that the contacts begin with,
+//! that no motion tells. A few steps of the proximal point method are taken, each from the forces p₀ of the one before,
 //!
 //!   u = W p + b + ε diag W (p - p₀),
 //!
-//! which asks for nothing that rests to move, and otherwise lets a contact miss by the fraction ε of what it holds back.
+//! which asks for nothing that rests to move, and lets a contact miss by the fraction ε of what it newly holds back.
 //!
 //! Sweeps settle how each contact acts but carry a force through a pile only one sheet at a time. Between them, with limits of
 //! friction held, the forces are the minimum of the convex ½ pᵀ W p + bᵀ p; Newton steps for all contacts at once (see `direct`),
@@ -23,11 +23,13 @@ use super::coulomb::{Law, solve};
 use super::direct::{Direct, Ways};
 
 /// ε along the normal and across it.
-const SLIGHT: DVec3 = DVec3::new(1e-3, 1e-2, 1e-2);
+const SLIGHT: DVec3 = DVec3::new(3e-3, 1e-1, 1e-1);
+/// Times that p₀ is taken anew in a solve, at most.
+const CENTRES: u32 = 2;
 /// Sweeps before the first Newton steps, sweeps between them, and Newton steps at a time.
-const FIRST: u32 = 5;
-const BETWEEN: u32 = 5;
-const STEPS: u32 = 6;
+const FIRST: u32 = 8;
+const BETWEEN: u32 = 8;
+const STEPS: u32 = 3;
 /// Shorter steps that are tried.
 const HALVINGS: u32 = 4;
 
@@ -39,8 +41,8 @@ pub struct Problem {
     /// Of each contact, the contacts that a force at it moves (itself too), with their 3x3 blocks.
     columns: Vec<Vec<(u32, DMat3)>>,
     diagonal: Vec<DMat3>,
-    /// ε diag W.
-    slight: Vec<DVec3>,
+    /// Blocks of W + ε diag W on the diagonal.
+    own: Vec<DMat3>,
     laws: Vec<Law>,
     /// Force at each contact in its frame (normal, two tangents), N.
     pub force: Vec<DVec3>,
@@ -67,7 +69,6 @@ impl Problem {
     pub fn clear(&mut self) {
         self.count = 0;
         self.diagonal.clear();
-        self.slight.clear();
         self.laws.clear();
         self.force.clear();
     }
@@ -84,7 +85,6 @@ impl Problem {
         }
         self.columns[self.count].clear();
         self.diagonal.push(DMat3::ZERO);
-        self.slight.push(DVec3::ZERO);
         self.laws.push(law);
         self.force.push(force);
         self.count += 1;
@@ -94,9 +94,7 @@ impl Problem {
     pub fn couple(&mut self, i: usize, j: usize, block: DMat3) {
         if i == j {
             // Half solutions make it symmetric but for rounding.
-            let block = (block + block.transpose()) * 0.5;
-            self.slight[i] = SLIGHT * DVec3::new(block.x_axis.x, block.y_axis.y, block.z_axis.z);
-            self.diagonal[i] = block + DMat3::from_diagonal(self.slight[i]);
+            self.diagonal[i] = (block + block.transpose()) * 0.5;
         } else {
             self.columns[j].push((i as u32, block));
             self.columns[i].push((j as u32, block.transpose()));
@@ -105,27 +103,52 @@ impl Problem {
 
     /// Solves u = W p + b from the forces there are, until no gap changes by more than `tolerance` in a sweep.
     pub fn solve(&mut self, b: &[DVec3], tolerance: f64, most: u32) -> Swept {
+        self.own.clear();
+        for (a, column) in self.diagonal.iter().zip(&self.columns) {
+            // What answers to nothing else is solved for exactly as it is.
+            let slight = if column.is_empty() { DVec3::ZERO } else { SLIGHT };
+            let own = DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) * slight;
+            self.own.push(*a + DMat3::from_diagonal(own));
+        }
+        let mut done = Swept::default();
+        for _ in 0..CENTRES {
+            self.centre(b);
+            let before = done.sweeps;
+            self.settle(&mut done, tolerance, most);
+            if done.sweeps == before + 1 || done.sweeps >= most {
+                break;
+            }
+        }
+        done
+    }
+
+    /// Begins from the forces there are as p₀: u is then as without ε.
+    fn centre(&mut self, b: &[DVec3]) {
         self.moved.clear();
         self.moved.extend_from_slice(b);
         for j in 0..self.count {
             let p = self.force[j];
             if p != DVec3::ZERO {
-                self.apply(j, p);
-                self.moved[j] -= self.slight[j] * p;
+                self.moved[j] += self.diagonal[j] * p;
+                self.carry(j, p);
             }
         }
-        let mut done = Swept { sweeps: 1, change: self.sweep() };
-        let mut next = FIRST;
-        while done.sweeps < most && done.change > tolerance {
+    }
+
+    /// Sweeps and steps until nothing changes by more than `tolerance`, or `most` sweeps are done.
+    fn settle(&mut self, done: &mut Swept, tolerance: f64, most: u32) {
+        let mut next = done.sweeps + FIRST;
+        loop {
+            done.change = self.sweep();
+            done.sweeps += 1;
+            if done.change <= tolerance || done.sweeps >= most {
+                return;
+            }
             if self.count > 1 && done.sweeps >= next {
                 self.step_at_once();
                 next = done.sweeps + BETWEEN;
-            } else {
-                done.change = self.sweep();
-                done.sweeps += 1;
             }
         }
-        done
     }
 
     /// Solves each contact once, the others held; returns the largest change of a gap, m.
@@ -136,7 +159,7 @@ impl Problem {
             if old == DVec3::ZERO && self.moved[i].x >= 0.0 && self.laws[i] != Law::Glue {
                 continue;
             }
-            let a = self.diagonal[i];
+            let a = self.own[i];
             let new = solve(&a, self.moved[i] - a * old, self.laws[i], old);
             change = change.max(self.change(i, new));
         }
@@ -145,7 +168,7 @@ impl Problem {
 
     /// Gives contact `i` the force `new`; returns by how much that changes its own gap and slip, m.
     fn change(&mut self, i: usize, new: DVec3) -> f64 {
-        let (step, a) = (new - self.force[i], self.diagonal[i]);
+        let (step, a) = (new - self.force[i], self.own[i]);
         if step == DVec3::ZERO {
             return 0.0;
         }
@@ -170,7 +193,7 @@ impl Problem {
                 let ways = self.ways_of(i);
                 self.ways.push(ways);
             }
-            if !direct.solve(&self.columns, &self.diagonal, &self.ways, &self.moved) || !self.search(&direct) {
+            if !direct.solve(&self.columns, &self.own, &self.ways, &self.moved) || !self.search(&direct) {
                 break;
             }
         }
@@ -179,7 +202,7 @@ impl Problem {
 
     /// In which ways the force of contact `i` may change.
     fn ways_of(&self, i: usize) -> Ways {
-        let (p, u, a, limit) = (self.force[i], self.moved[i], &self.diagonal[i], self.limits[i]);
+        let (p, u, a, limit) = (self.force[i], self.moved[i], &self.own[i], self.limits[i]);
         if self.laws[i] == Law::Glue {
             return Ways { count: 3, ..Ways::NONE };
         }
@@ -241,9 +264,77 @@ impl Problem {
     }
 
     fn apply(&mut self, j: usize, p: DVec3) {
-        self.moved[j] += self.diagonal[j] * p;
+        self.moved[j] += self.own[j] * p;
+        self.carry(j, p);
+    }
+
+    /// Moves the other contacts as force `p` at contact `j` does.
+    fn carry(&mut self, j: usize, p: DVec3) {
         for (i, block) in &self.columns[j] {
             self.moved[*i as usize] += *block * p;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A pile of `count` equal masses on a floor, each pushed down by 1 in units of its own compliance.
+    fn pile(count: usize, law: Law) -> (Problem, Vec<DVec3>) {
+        let mut problem = Problem::default();
+        for i in 0..count {
+            problem.push(law, DVec3::ZERO);
+            problem.couple(i, i, DMat3::IDENTITY * if i == 0 { 1.0 } else { 2.0 });
+            if i > 0 {
+                problem.couple(i, i - 1, -DMat3::IDENTITY);
+            }
+        }
+        let mut b = vec![DVec3::ZERO; count];
+        b[0] = DVec3::new(-1.0, 0.0, 0.0);
+        (problem, b)
+    }
+
+    #[test]
+    fn a_contact_of_a_pile_carries_what_lies_above_it() {
+        let count = 40;
+        let (mut problem, b) = pile(count, Law::Coulomb(0.3));
+        // A solve from the forces of the one before is what steps at rest are.
+        let mut sweeps = 0;
+        for _ in 0..200 {
+            sweeps = problem.solve(&b, 1e-12, 200).sweeps;
+        }
+        for (i, p) in problem.force.iter().enumerate() {
+            let above = (count - i) as f64;
+            assert!((p.x - above).abs() < 1e-6 * above, "contact {i} carries {} of {above}", p.x);
+            assert!(p.y.abs().max(p.z.abs()) < 1e-9);
+        }
+        assert_eq!(sweeps, 1, "what rests is looked at once");
+    }
+
+    #[test]
+    fn contacts_that_hold_the_same_share_it_and_rest() {
+        // One mass held twice at one place, pulled sideways by less than friction holds.
+        let mut problem = Problem::default();
+        for i in 0..2 {
+            problem.push(Law::Coulomb(0.5), DVec3::ZERO);
+            problem.couple(i, i, DMat3::IDENTITY);
+        }
+        problem.couple(1, 0, DMat3::IDENTITY);
+        let b = [DVec3::new(-1.0, 0.3, 0.0); 2];
+        for _ in 0..100 {
+            problem.solve(&b, 1e-12, 200);
+        }
+        let sum: DVec3 = problem.force.iter().sum();
+        assert!((sum - DVec3::new(1.0, -0.3, 0.0)).length() < 1e-9, "{sum}");
+    }
+
+    #[test]
+    fn what_slides_is_rubbed_by_as_much_as_it_pushes() {
+        let (mut problem, mut b) = pile(1, Law::Coulomb(0.25));
+        b[0].y = 2.0;
+        problem.solve(&b, 1e-12, 200);
+        let p = problem.force[0];
+        assert!((p - DVec3::new(1.0, -0.25, 0.0)).length() < 1e-9, "{p}");
     }
 }
