@@ -132,6 +132,10 @@ impl Shared<'_> {
         }
         let lone = idle && members.len() == 1;
         if !lone {
+            for sheet in members.iter().map(|i| *i as usize) {
+                let work = &mut sheets[sheet].work;
+                work.x_before.clone_from(&work.start.0);
+            }
             self.finish(sheets, touches, members);
             if self.stage.sleep {
                 self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
@@ -174,3 +178,6 @@ fn swept(sheet: &Sheet, room: f64) -> Option<(DVec3, DVec3)> {
     let (c, d) = sheet.x.bounds()?;
     Some((a.min(c) - room, b.max(d) + room))
 }
+
+#[cfg(test)]
+mod tests;
