@@ -21,6 +21,7 @@ pub(crate) struct Unit {
     loads: Loads,
     halves: HalfSolutions,
     touched: bool,
+    kept_dx: Vectors,
     /// Force of the contacts on each mass, N.
     force: Vectors,
     /// What contact does to it in this stage.
@@ -135,6 +136,17 @@ impl Delassus {
         group.each(|sheet| {
             let n = sheet.masses();
             sheet.work.unit.clear(n);
+        });
+    }
+
+    /// Forgets all contacts, but not what they did to the places of the sheets.
+    pub fn clear_for_velocities(&mut self, group: &mut Group) {
+        group.each(|sheet| std::mem::swap(&mut sheet.work.unit.kept_dx, &mut sheet.work.unit.jump.dx));
+        self.clear(group);
+        group.each(|sheet| {
+            let unit = &mut sheet.work.unit;
+            std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx);
+            unit.touched = true;
         });
     }
 

@@ -1,12 +1,14 @@
 //! Contacts between sheets and with bodies that give way, solved by their forces.
 //!
-//! Contacts are made active a few at a time, the deepest first and far from each other: a lying sheet needs some forty of its hundreds.
+//! Contacts are made active a few at a time for each pair of things that touch, the deepest first and far from each other: a lying
+//! sheet needs some forty of its hundreds.
 //! The forces of those come from sweeps over the Delassus operator; then whatever is still violated joins.
 
 use glam::DVec3;
 
 use super::delassus::{Delassus, Group, frame_of};
-use super::stage::{Scratch, TOLERANCE};
+use super::row::{Contact, Side};
+use super::stage::{Gaps, Scratch, TOLERANCE};
 use super::sweeps::Swept;
 
 /// Violations up to this are let pass, m; where masses answer each for itself, up to the accuracy of a solve: their steps are
@@ -14,8 +16,8 @@ use super::sweeps::Swept;
 const DEPTH: f64 = 1e-5;
 /// Sweeps of a solve, at most.
 const SWEEPS: u32 = 200;
-/// Contacts made active at a time, at least.
-const FEW: usize = 8;
+/// Contacts of a pair made active at a time, at least.
+const FEW: usize = 6;
 /// Times that more are made active.
 const PASSES: u32 = 40;
 
@@ -27,6 +29,9 @@ pub(super) struct Dual {
     is_active: Vec<bool>,
     new: Vec<u32>,
     reach: Vec<f64>,
+    /// Contacts that are violated, and active ones, by the pair they are of.
+    violated: Vec<(u64, u32)>,
+    held: Vec<(u64, u32)>,
     passes: u32,
 }
 
@@ -39,20 +44,30 @@ impl Dual {
         self.is_active.resize(scratch.found.contacts.len(), false);
         self.new.clear();
         for (i, contact) in scratch.found.contacts.iter().enumerate() {
-            let was = scratch.gaps.free[i] < 0.0 && scratch.memory.of(&contact.key).is_some();
+            let was = scratch.gaps.free[i] < 0.0 && scratch.remembered(&contact.key).is_some();
             if i >= scratch.found.glue_from || was {
                 self.new.push(i as u32);
             }
         }
-        if self.new.is_empty() {
-            self.pick_violated(scratch);
-        }
-        if self.new.is_empty() {
+        self.activate(scratch, group, h);
+        self.pick_violated(scratch);
+        if self.delassus.problem.len() == 0 && self.new.is_empty() {
             // Shallower than what is let pass, but a beginning: the deepest.
             let gap = &scratch.gaps.now;
             let deepest = (0..gap.len()).min_by(|a, b| gap[*a].total_cmp(&gap[*b]));
             self.new.extend(deepest.map(|i| i as u32));
         }
+        self.activate(scratch, group, h);
+    }
+
+    /// Begins with all contacts that are closed, for their velocities.
+    pub fn begin_closed(&mut self, scratch: &Scratch, group: &mut Group, h: f64) {
+        self.passes = 0;
+        self.delassus.clear_for_velocities(group);
+        self.is_active.clear();
+        self.is_active.resize(scratch.found.contacts.len(), false);
+        self.new.clear();
+        self.new.extend((0..scratch.found.contacts.len() as u32).filter(|i| scratch.gaps.now[*i as usize] < DEPTH));
         self.activate(scratch, group, h);
     }
 
@@ -84,48 +99,82 @@ impl Dual {
             let i = *number as usize;
             let contact = &scratch.found.contacts[i];
             self.is_active[i] = true;
-            let force = scratch.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
+            let force = scratch.remembered(&contact.key).map_or(DVec3::ZERO, |f| f.position);
             self.delassus.problem.push(scratch.law(i), frame_of(contact.normal).transpose() * force);
         }
         self.delassus.add(group, &scratch.found.contacts, &self.new, h);
     }
 
-    /// Picks contacts that are violated and not active: the deepest, then those deep and far from the ones picked.
+    /// Picks contacts that are violated and not active: of every pair of things the deepest, then those deep and far from the ones
+    /// picked.
     fn pick_violated(&mut self, scratch: &Scratch) {
-        let (gap, places, contacts) = (&scratch.gaps.now, &scratch.gaps.places, &scratch.found.contacts);
+        let (gap, contacts) = (&scratch.gaps.now, &scratch.found.contacts);
         self.new.clear();
-        let count = contacts.len();
-        let most = FEW.max(self.delassus.problem.len() / 3);
-        let active = &self.is_active;
+        self.violated.clear();
         let depth = if scratch.short_steps { TOLERANCE } else { DEPTH };
-        let violated = |i: &usize| gap[*i] < -depth && !active[*i];
-        let deeper = |a: &usize, b: &usize| gap[*a].total_cmp(&gap[*b]).then(contacts[*a].key.cmp(&contacts[*b].key));
-        let mut next = (0..count).filter(violated).min_by(deeper);
-        if next.is_none() {
+        for (i, contact) in contacts.iter().enumerate() {
+            if gap[i] < -depth && !self.is_active[i] {
+                self.violated.push((pair_of(contact), i as u32));
+            }
+        }
+        if self.violated.is_empty() {
             return;
         }
-        self.reach.clear();
-        self.reach.resize(count, f64::INFINITY);
-        for other in self.delassus.contacts() {
-            for (reach, place) in self.reach.iter_mut().zip(places) {
-                *reach = reach.min(place.distance_squared(places[other]));
-            }
-        }
-        while let Some(pick) = next {
-            self.new.push(pick as u32);
-            if self.new.len() >= most {
-                break;
-            }
-            let mut best = (0.0, None);
-            for i in 0..count {
-                self.reach[i] = self.reach[i].min(places[i].distance_squared(places[pick]));
-                let score = self.reach[i] * -gap[i];
-                if violated(&i) && score > best.0 {
-                    best = (score, Some(i));
-                }
-            }
-            next = best.1;
+        self.violated.sort_unstable();
+        self.held.clear();
+        self.held.extend(self.delassus.contacts().map(|i| (pair_of(&contacts[i]), i as u32)));
+        self.held.sort_unstable();
+        let (mut violated, mut held) = (self.violated.as_slice(), self.held.as_slice());
+        while let Some((pair, _)) = violated.first().copied() {
+            let here = violated.partition_point(|v| v.0 == pair);
+            let passed = held.partition_point(|v| v.0 < pair);
+            held = &held[passed..];
+            let own = held.partition_point(|v| v.0 == pair);
+            pick(&violated[..here], &held[..own], &scratch.gaps, (&mut self.reach, &mut self.new));
+            violated = &violated[here..];
         }
         self.new.sort_unstable();
+    }
+}
+
+/// A number for the two things that a contact joins.
+fn pair_of(contact: &Contact) -> u64 {
+    let thing = |side: &Side| match side {
+        Side::Sheet { sheet, .. } => u64::from(*sheet) << 1,
+        Side::Body { body, .. } => u64::from(*body) << 1 | 1,
+    };
+    let (a, b) = (thing(&contact.a), thing(&contact.b));
+    a.min(b) << 32 | a.max(b)
+}
+
+/// Picks some of the `violated` contacts of a pair, of which those in `held` are active, and appends them to `picks`.
+fn pick(violated: &[(u64, u32)], held: &[(u64, u32)], gaps: &Gaps, (reach, picks): (&mut Vec<f64>, &mut Vec<u32>)) {
+    let most = FEW.max(held.len() / 2);
+    let depth = |k: usize| -gaps.now[violated[k].1 as usize];
+    let apart =
+        |k: usize, other: u32| gaps.places[violated[k].1 as usize].distance_squared(gaps.places[other as usize]);
+    reach.clear();
+    reach.resize(violated.len(), f64::INFINITY);
+    for (k, reach) in reach.iter_mut().enumerate() {
+        *reach = held.iter().fold(*reach, |least, (_, other)| least.min(apart(k, *other)));
+    }
+    let deeper = |a: &usize, b: &usize| depth(*a).total_cmp(&depth(*b)).then(b.cmp(a));
+    let mut next = (0..violated.len()).max_by(deeper);
+    let first = picks.len();
+    while let Some(picked) = next {
+        let contact = violated[picked].1;
+        picks.push(contact);
+        if picks.len() - first >= most {
+            break;
+        }
+        let mut best = (0.0, None);
+        for (k, reach) in reach.iter_mut().enumerate() {
+            *reach = reach.min(apart(k, contact));
+            let score = *reach * depth(k);
+            if score > best.0 {
+                best = (score, Some(k));
+            }
+        }
+        next = best.1;
     }
 }

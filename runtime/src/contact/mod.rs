@@ -11,6 +11,7 @@ mod clearance;
 pub mod coulomb;
 mod delassus;
 pub mod detect;
+mod direct;
 mod dual;
 pub mod features;
 pub mod find;

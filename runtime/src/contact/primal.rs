@@ -21,10 +21,13 @@ use crate::sheet::{ContactTangent, Sheet};
 
 /// ρ over the sheet's own stiffness c at the contact.
 const STIFFER: f64 = 300.0;
-/// Times that the limits of friction follow, at most.
-const UPDATES: u32 = 10;
-/// Rounds, at most.
-const ROUNDS: u32 = 40;
+/// By how much friction may be above its limit where it sticks, as a fraction of that: what would start to slide and stop again.
+const STICKS: f64 = 1e-4;
+/// Times that the limits of friction follow the normal forces, at most.
+pub(super) const UPDATES: u32 = 10;
+/// Rounds, at most, and those after which states change few at a time.
+const ROUNDS: u32 = 70;
+const PATIENCE: u32 = 15;
 /// A contact as the sheet sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
@@ -104,6 +107,8 @@ pub(crate) struct Primal {
     /// Limit of friction at each contact, N: fixed while states are looked for, which keeps the problem convex.
     limits: Vec<f64>,
     states: Vec<State>,
+    /// States that the last round asks for, and how much each is wanted, m.
+    wanted: Vec<(State, f64)>,
     factored: Vec<State>,
     u: Vec<DVec3>,
     /// u of the round before.
@@ -140,8 +145,9 @@ impl Primal {
         }
     }
 
-    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps. True if it settled.
-    pub fn solve(&mut self, sheet: &mut Sheet, tolerance: f64) -> bool {
+    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps, and the limits of friction
+    /// follow up to `updates` times. True if it settled.
+    pub fn solve(&mut self, sheet: &mut Sheet, tolerance: f64, updates: u32) -> bool {
         let n = sheet.unknowns();
         self.delta.clear();
         self.delta.resize(n, 0.0);
@@ -149,7 +155,7 @@ impl Primal {
         self.u.extend(self.rows.iter().map(|r| r.b));
         self.begin();
         let mut fresh = false;
-        let mut updates = 0;
+        let mut updated = 0;
         for round in 0..ROUNDS {
             self.steps += 1;
             self.before.clone_from(&self.u);
@@ -158,28 +164,28 @@ impl Primal {
             }
             self.step(sheet);
             let settled = self.update(tolerance);
-            if std::env::var_os("TRACEP").is_some() {
-                let c = |f: fn(&State) -> bool| self.states.iter().filter(|s| f(s)).count();
-                eprintln!(
-                    "  round {round} rows {} pushing {} stuck {} factors {} u {:.2e} all {:.2e} {settled} {fresh}",
-                    self.rows.len(),
-                    c(|s| s.pushes),
-                    c(|s| s.rubs == Rubbing::Stuck),
-                    self.factors,
-                    self.u.iter().map(|u| u.x).fold(0.0, f64::min),
-                    self.force.iter().map(|p| p.x).sum::<f64>(),
-                );
-            }
+            self.change_states(round);
             if settled {
-                if fresh || updates == UPDATES {
+                if fresh || updated >= updates {
                     return true;
                 }
                 self.limit_friction();
-                updates += 1;
+                updated += 1;
             }
             fresh = settled;
         }
         false
+    }
+
+    /// Takes up the states that are wanted: all at first, later those wanted most, since changing all may go round in circles.
+    fn change_states(&mut self, round: u32) {
+        let most = self.wanted.iter().map(|(_, by)| *by).fold(0.0, f64::max);
+        let least = if round < PATIENCE { 0.0 } else { most * if round < 2 * PATIENCE { 0.3 } else { 0.9 } };
+        for (state, (wanted, by)) in self.states.iter_mut().zip(&self.wanted) {
+            if *by >= least || *by == 0.0 {
+                *state = *wanted;
+            }
+        }
     }
 
     /// Lets the limits of friction follow the normal forces.
@@ -266,10 +272,12 @@ impl Primal {
     /// Takes up the forces that go with u, and the states for the next round; true when nothing changed that matters.
     fn update(&mut self, tolerance: f64) -> bool {
         let (mut change, mut same) = (0.0_f64, true);
+        self.wanted.clear();
         for (i, row) in self.rows.iter().enumerate() {
             let (state, u) = (self.states[i], self.u[i]);
             let mut next = self.force[i] - stiffness(row, &self.factored[i]) * (u - row.b);
             if row.law == Law::Glue {
+                self.wanted.push((state, 0.0));
                 same &= u.abs().max_element() < tolerance;
             } else {
                 let pushes = next.x - row.stiffness.x * u.x > 0.0;
@@ -279,7 +287,12 @@ impl Primal {
                 same &= !state.pushes || u.x.abs() < tolerance;
                 same &=
                     state.rubs != Rubbing::Stuck || (rubs == Rubbing::Stuck && u.y.abs().max(u.z.abs()) < tolerance);
-                self.states[i] = State { pushes, rubs };
+                let mut wants =
+                    if pushes == state.pushes { 0.0 } else { (next.x.abs() / row.stiffness.x).max(u.x.abs()) };
+                if std::mem::discriminant(&rubs) != std::mem::discriminant(&state.rubs) {
+                    wants += u.y.hypot(u.z) + next.y.hypot(next.z) / row.stiffness.y;
+                }
+                self.wanted.push((State { pushes, rubs }, wants));
                 next.x = next.x.max(0.0);
                 let length = next.y.hypot(next.z);
                 if length > self.limits[i] {
@@ -304,7 +317,7 @@ fn next_rubbing(row: &Row, state: &State, limit: f64, p: DVec3, u: DVec3) -> Rub
     match state.rubs {
         Rubbing::None if u.y == 0.0 && u.z == 0.0 => Rubbing::Stuck,
         Rubbing::None => sliding(row, -DVec2::new(u.y, u.z), u, limit),
-        Rubbing::Stuck if force.length() <= limit * (1.0 + 1e-9) => Rubbing::Stuck,
+        Rubbing::Stuck if force.length() <= limit * (1.0 + STICKS) => Rubbing::Stuck,
         Rubbing::Stuck => sliding(row, force, u, limit),
         // Friction that drives the slip is none: it would have stopped in between.
         Rubbing::Sliding { along, .. } if along.0 * u.y + along.1 * u.z > 0.0 => Rubbing::Stuck,

@@ -15,14 +15,19 @@ use super::delassus::{Group, frame_of};
 use super::dual::Dual;
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
-use super::primal::{Primal, Row};
-use super::row::{Contact, SheetPoint, Side};
+use super::primal::{Primal, Row, UPDATES};
+use super::row::{Contact, Key, SheetPoint, Side};
 use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
 const CLOSED: f64 = 1e-5;
 /// Accuracy of position solves, m, and of velocity solves, m per weight of the stage.
 pub(super) const TOLERANCE: f64 = 1e-9;
+/// Accuracy of gaps on one sheet, m: at the end, and while the sheet itself is still far from where it will be.
+const SETTLED: f64 = 2e-8;
+const ROUGH: f64 = 1e-5;
+/// A contact that comes new and this deep is an impact, m.
+const IMPACT: f64 = 1e-4;
 /// Rounds of a stage.
 const ROUNDS: u32 = 10;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
@@ -66,7 +71,10 @@ pub(crate) struct Scratch {
     pub found: Found,
     pub memory: Memory,
     pub movers: Vec<Mover>,
-    kept_memory: Memory,
+    /// Memory of the other stage of a step: forces differ from stage to stage more than from step to step.
+    other: Memory,
+    stage: usize,
+    kept_memory: [Memory; 2],
     kept_movers: Vec<Mover>,
     pub counters: ContactCounters,
     pub(super) gaps: Gaps,
@@ -171,7 +179,9 @@ fn velocity(group: &Group, side: &Side, at: At) -> DVec3 {
 impl Scratch {
     /// Keeps what a step that is taken back must find again.
     pub fn keep(&mut self, movers: &[Mover]) {
-        self.kept_memory.copy_from(&self.memory);
+        self.begin_stage(0);
+        self.kept_memory[0].copy_from(&self.memory);
+        self.kept_memory[1].copy_from(&self.other);
         self.kept_movers.clear();
         self.kept_movers.extend_from_slice(movers);
     }
@@ -181,29 +191,58 @@ impl Scratch {
         self.found.contacts.clear();
         self.found.parts.clear();
         self.memory.clear();
+        self.other.clear();
+    }
+
+    /// Begins stage number `k` of a step.
+    pub fn begin_stage(&mut self, k: usize) {
+        if k.min(1) != self.stage {
+            std::mem::swap(&mut self.memory, &mut self.other);
+            self.stage = k.min(1);
+        }
+    }
+
+    /// What is remembered of a contact: of this stage, or of the other one where it is new.
+    pub(super) fn remembered(&self, key: &Key) -> Option<Remembered> {
+        self.memory.of(key).or_else(|| self.other.of(key))
     }
 
     /// Comes back to what was kept.
     pub fn put_back(&mut self, movers: &mut Vec<Mover>) {
-        self.memory.copy_from(&self.kept_memory);
+        self.stage = 0;
+        self.memory.copy_from(&self.kept_memory[0]);
+        self.other.copy_from(&self.kept_memory[1]);
         movers.clear();
         movers.extend_from_slice(&self.kept_movers);
     }
 
     /// Puts apart what would overlap after the free motion, with weight `h` (s) of the stage: leaves displacements in the
     /// units of the sheets and in the movers. False when nothing overlaps.
-    fn solve_positions(&mut self, group: &mut Group, h: f64) -> bool {
+    fn solve_positions(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
         self.gaps.measure(&self.found.contacts, group);
         if self.found.glue_from >= self.found.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
             return false;
         }
         self.on_sheet = self.fits_one_sheet(group);
-        let count = if self.on_sheet { self.positions_on_sheet(group) } else { self.positions_between(group, h) };
+        let mut count = self.found.contacts.len();
+        if !(self.on_sheet && self.positions_on_sheet(group, rough)) {
+            if std::mem::take(&mut self.on_sheet) {
+                // Contact stands in the factor.
+                group.sheet_mut(0).factorize_with(|_, _| {});
+            }
+            count = self.positions_between(group, h);
+        }
         self.gaps.update(&self.found.contacts, group);
         self.counters.rounds += 1;
         self.counters.contacts += count as u64;
         self.counters.most = self.counters.most.max(count as u64);
         true
+    }
+
+    /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
+    fn is_impact(&self, group: &Group) -> bool {
+        let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
+        self.found.contacts.iter().any(|c| gap(c, At::Free) < -IMPACT && gap(c, At::Start) > IMPACT)
     }
 
     /// Whether all contacts are of one sheet with bodies that do not give way.
@@ -294,7 +333,7 @@ impl Scratch {
             let i = dual.delassus.contact(k);
             let frame = dual.delassus.frame(k);
             let u = self.velocity_of(group, i, &frame);
-            let force = self.memory.of(&self.found.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
+            let force = self.remembered(&self.found.contacts[i].key).map_or(DVec3::ZERO, |f| f.velocity);
             dual.delassus.problem.force[k] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             dual.b.push(u.map_or(DVec3::new(f64::INFINITY, 0.0, 0.0), |u| u * h));
         }
@@ -312,7 +351,7 @@ impl Scratch {
         self.dual = dual;
     }
 
-    fn positions_on_sheet(&mut self, group: &mut Group) -> usize {
+    fn positions_on_sheet(&mut self, group: &mut Group, rough: bool) -> bool {
         let mut primal = std::mem::take(&mut self.primal);
         primal.clear();
         for (i, contact) in self.found.contacts.iter().enumerate() {
@@ -332,7 +371,10 @@ impl Scratch {
         if let Some(tangent) = group.sheet(0).tangent() {
             primal.weigh(&tangent);
         }
-        self.solve_on_sheet(&mut primal, group);
+        if !self.solve_on_sheet(&mut primal, group, rough) {
+            self.primal = primal;
+            return false;
+        }
         let sheet = group.sheet_mut(0);
         let mut unit = std::mem::take(&mut sheet.work.unit);
         unit.touch(sheet.masses());
@@ -347,15 +389,17 @@ impl Scratch {
         let contacts = &self.found.contacts;
         self.memory.replace(|old, new| {
             for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
-                let velocity = old.of(&contact.key).unwrap_or_default().velocity;
-                new.push((contact.key, Remembered { position: row.frame * *p, velocity }));
+                // What is new pushes in the velocity solve as it does here, for a beginning.
+                let position = row.frame * *p;
+                let velocity = old.of(&contact.key).map_or(position, |f| f.velocity);
+                new.push((contact.key, Remembered { position, velocity }));
             }
         });
         self.primal = primal;
-        self.found.contacts.len()
+        true
     }
 
-    fn velocities_on_sheet(&mut self, group: &mut Group, h: f64) {
+    fn velocities_on_sheet(&mut self, group: &mut Group, h: f64) -> bool {
         let mut primal = std::mem::take(&mut self.primal);
         for (i, contact) in self.found.contacts.iter().enumerate() {
             let frame = primal.rows[i].frame;
@@ -364,7 +408,10 @@ impl Scratch {
             primal.force[i] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
             primal.rows[i].b = u.map_or(DVec3::X, |u| u * h);
         }
-        self.solve_on_sheet(&mut primal, group);
+        if !self.solve_on_sheet(&mut primal, group, false) {
+            self.primal = primal;
+            return false;
+        }
         let sheet = group.sheet_mut(0);
         let mut unit = std::mem::take(&mut sheet.work.unit);
         sheet.spread_rows(primal.displacement(), &mut unit.jump.dv);
@@ -378,23 +425,31 @@ impl Scratch {
             }
         });
         self.primal = primal;
+        true
     }
 
-    fn solve_on_sheet(&mut self, primal: &mut Primal, group: &mut Group) {
+    fn solve_on_sheet(&mut self, primal: &mut Primal, group: &mut Group, rough: bool) -> bool {
         let before = (primal.steps, primal.factors);
-        let settled = primal.solve(group.sheet_mut(0), TOLERANCE);
+        let (tolerance, updates) = if rough { (ROUGH, 1) } else { (SETTLED, UPDATES) };
+        let settled = primal.solve(group.sheet_mut(0), tolerance, updates);
         self.counters.unsettled += u64::from(!settled);
         self.counters.newton += primal.steps - before.0;
         self.counters.factors += primal.factors - before.1;
+        settled
     }
 
     /// Solves for the velocities of what is closed after the last position solve; leaves jumps in the units and movers.
     pub fn solve_velocities(&mut self, group: &mut Group, h: f64) {
-        if self.on_sheet {
-            self.velocities_on_sheet(group, h);
-        } else {
-            self.velocities_between(group, h);
+        if self.on_sheet && self.velocities_on_sheet(group, h) {
+            return;
         }
+        if self.on_sheet {
+            group.sheet_mut(0).factorize_with(|_, _| {});
+            let mut dual = std::mem::take(&mut self.dual);
+            dual.begin_closed(self, group, h);
+            self.dual = dual;
+        }
+        self.velocities_between(group, h);
     }
 
     /// Calls `touched` for every contact that is closed, with the part of the group it is with.
@@ -427,14 +482,15 @@ pub(crate) fn solve_rounds(
             return Rounds::Failed;
         }
         find(group, round, &mut scratch.found);
-        touched = scratch.solve_positions(group, h);
+        let rough = round == 0 && scratch.is_impact(group);
+        touched = scratch.solve_positions(group, h, rough);
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);
             let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
             sheet.accept(field, contact);
             sheet.work.unit = unit;
         });
-        if group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done) {
+        if !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done) {
             return if touched { Rounds::Touched } else { Rounds::Free };
         }
     }
@@ -451,7 +507,7 @@ pub(crate) fn solve_masses(
 ) -> bool {
     scratch.short_steps = true;
     find(group, &mut scratch.found);
-    let touched = scratch.solve_positions(group, h);
+    let touched = scratch.solve_positions(group, h, false);
     if touched {
         scratch.solve_velocities(group, h);
     }

@@ -48,9 +48,11 @@ struct TrBdf2 {
     y: Vectors,
     w: Vectors,
     per_time: f64,
-    /// Where the step began, m, and how fast, m/s; moved by what contact did in the first stage.
+    /// Where the step began, m, which is what rates of strain are measured from.
     x_start: Vectors,
-    v_start: Vectors,
+    /// Where and how fast it began for the second stage: moved by what contact did in the first, m and m/s.
+    x_past: Vectors,
+    v_past: Vectors,
     work: Work,
 }
 
@@ -61,9 +63,9 @@ impl TrBdf2 {
         let q = 1.0 - p;
         guess.set_sum(x, (1.0 - GAMMA) * dt, v);
         guess.add_scaled(0.5 * ((1.0 - GAMMA) * dt).powi(2), &self.a_mid);
-        self.w.blend(p, x, q, &self.x_start);
-        self.v_start.scale_and_add(q, p, v);
-        self.y.set_sum(&self.w, h, &self.v_start);
+        self.w.blend(p, x, q, &self.x_past);
+        self.v_past.scale_and_add(q, p, v);
+        self.y.set_sum(&self.w, h, &self.v_past);
         let anchors = [Anchor { weight: p, x }, Anchor { weight: q, x: &self.x_start }];
         problem.begin(1.0 / h, &anchors, 0.0, x, v);
     }
@@ -95,7 +97,8 @@ impl Staged for TrBdf2 {
     /// The acceleration the first step begins with: that of the forces where the sheet carries no stress to speak of;
     /// otherwise that of an implicit step, which leaves out what the scheme could not follow.
     fn begin(&mut self, problem: &mut dyn Implicit, dt: f64, x: &Vectors, v: &Vectors) -> u32 {
-        for buffer in [&mut self.a_mid, &mut self.y, &mut self.w, &mut self.x_start, &mut self.v_start] {
+        let Self { a_mid, y, w, x_start, x_past, v_past, .. } = self;
+        for buffer in [a_mid, y, w, x_start, x_past, v_past] {
             fit(buffer, x);
         }
         if self.a.len() == x.len() {
@@ -136,7 +139,8 @@ impl Staged for TrBdf2 {
         }
         let (x, v) = at;
         self.x_start.copy_from(x);
-        self.v_start.copy_from(v);
+        self.x_past.copy_from(x);
+        self.v_past.copy_from(v);
         self.w.set_sum(x, h, v);
         self.y.set_sum(x, 2.0 * h, v);
         guess.copy_from(&self.y);
@@ -173,7 +177,7 @@ impl Staged for TrBdf2 {
             v.add_scaled(h, &self.a);
             v.add_scaled(h, &self.a_mid);
         } else {
-            v.set_sum(&self.v_start, h, &self.a);
+            v.set_sum(&self.v_past, h, &self.a);
         }
         x.copy_from(solution);
         let Some(jump) = jump else { return };
@@ -183,9 +187,9 @@ impl Staged for TrBdf2 {
         let a = if k == 0 { &mut self.a_mid } else { &mut self.a };
         a.add_scaled(-1.0, &jump.acceleration);
         if k == 0 {
-            self.x_start.add_scaled(1.0, &jump.dx);
-            self.x_start.add_scaled(-GAMMA * dt, &jump.dv);
-            self.v_start.add_scaled(1.0, &jump.dv);
+            self.x_past.add_scaled(1.0, &jump.dx);
+            self.x_past.add_scaled(-GAMMA * dt, &jump.dv);
+            self.v_past.add_scaled(1.0, &jump.dv);
         }
     }
 

@@ -122,7 +122,7 @@ impl Sheet {
                 found = problem.direction(&problem_stage, &stage.iterate, Geometric::Clipped, &mut stage.d);
             }
             stage.free.set_sum(&stage.iterate, 1.0, &stage.d);
-            found.is_ok()
+            found.is_ok() && stage.free.max_squared() < 1e12
         });
         found.unwrap_or(false)
     }

@@ -66,6 +66,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
+        scratch.begin_stage(k);
         group.each(|sheet| sheet.prepare_stage(part.field, k, part.dt));
         let lead = &group.sheet(0).work.stage;
         let (length, h) = (lead.length, lead.h);

@@ -1,0 +1,216 @@
+//! All contacts that push, solved for at once.
+//!
+//! With the states held (open: p = 0; sliding: p_t as it is; stuck: u = 0) the contact problem u = W p + b is linear in the
+//! forces that are left, with a symmetric positive semidefinite matrix. The step solved for is
+//!
+//!   (W + ε diag W) Δp = -u,  ε = [`SLIGHT`],
+//!
+//! over the normal forces of sliding contacts and all forces of stuck ones. More contacts than a sheet has ways to move
+//! make W singular; ε then takes the smallest change of force among those that do the same. Sweeps before it find the
+//! states and sweeps after it correct them (Morales, Nocedal, Smelyanskiy, "An algorithm for the fast solution of symmetric
+//! linear complementarity problems", Numer. Math. 111, 2008, section 3).
+//!
+//! The factor is a Cholesky factor within its envelope. Contacts are taken in the reverse order of Cuthill and McKee, in
+//! which a pile of sheets is a band.
+
+use glam::{DMat3, DVec3};
+
+/// ε.
+const SLIGHT: f64 = 1e-9;
+const NONE: u32 = u32::MAX;
+
+/// The matrix, its factor, and what is solved for.
+#[derive(Default)]
+pub(super) struct Direct {
+    /// Contacts in the order of elimination, and of each contact its first unknown and how many it has.
+    order: Vec<u32>,
+    place: Vec<u32>,
+    size: Vec<u8>,
+    /// Of each row of the factor, its first column and where that is stored.
+    first: Vec<u32>,
+    offset: Vec<usize>,
+    values: Vec<f64>,
+    /// Right side, then the solution.
+    x: Vec<f64>,
+}
+
+impl Direct {
+    /// Solves for the step of forces of the contacts with the number of unknowns in `size` (0, 1: normal, 3: all), given the
+    /// blocks of W by columns and on its diagonal, and u. False where rounding leaves no factor.
+    pub fn solve(
+        &mut self,
+        columns: &[Vec<(u32, DMat3)>],
+        diagonal: &[DMat3],
+        size: impl Fn(usize) -> u8,
+        u: &[DVec3],
+    ) -> bool {
+        self.size.clear();
+        self.size.extend((0..diagonal.len()).map(size));
+        self.arrange(columns);
+        self.shape(columns);
+        self.assemble(columns, diagonal);
+        if !self.factorize() {
+            return false;
+        }
+        self.x.clear();
+        for i in &self.order {
+            let i = *i as usize;
+            self.x.extend(u[i].to_array().iter().take(self.size[i] as usize).map(|u| -u));
+        }
+        self.substitute();
+        true
+    }
+
+    /// The step of contact `i`, N.
+    pub fn step(&self, i: usize) -> DVec3 {
+        let at = self.place[i] as usize;
+        match self.size[i] {
+            0 => DVec3::ZERO,
+            1 => DVec3::new(self.x[at], 0.0, 0.0),
+            _ => DVec3::from_slice(&self.x[at..]),
+        }
+    }
+
+    /// Orders the contacts that have unknowns.
+    fn arrange(&mut self, columns: &[Vec<(u32, DMat3)>]) {
+        let count = self.size.len();
+        self.order.clear();
+        self.place.clear();
+        self.place.resize(count, NONE);
+        for start in 0..count {
+            if self.size[start] == 0 || self.place[start] != NONE {
+                continue;
+            }
+            // What is furthest from anywhere is an end.
+            let from = self.order.len();
+            self.spread(columns, start);
+            let end = self.order.last().map_or(start, |i| *i as usize);
+            for i in self.order.drain(from..) {
+                self.place[i as usize] = NONE;
+            }
+            self.spread(columns, end);
+        }
+        self.order.reverse();
+        let mut next = 0;
+        for i in &self.order {
+            self.place[*i as usize] = next;
+            next += u32::from(self.size[*i as usize]);
+        }
+    }
+
+    /// Appends to the order all that hangs together with `start`, nearest first.
+    fn spread(&mut self, columns: &[Vec<(u32, DMat3)>], start: usize) {
+        let mut head = self.order.len();
+        self.order.push(start as u32);
+        self.place[start] = 0;
+        while let Some(i) = self.order.get(head).copied() {
+            head += 1;
+            for (j, _) in &columns[i as usize] {
+                let j = *j as usize;
+                if self.size[j] > 0 && self.place[j] == NONE {
+                    self.place[j] = 0;
+                    self.order.push(j as u32);
+                }
+            }
+        }
+    }
+
+    /// Finds the envelope.
+    fn shape(&mut self, columns: &[Vec<(u32, DMat3)>]) {
+        self.first.clear();
+        self.offset.clear();
+        let mut end = 0;
+        for i in self.order.iter().map(|i| *i as usize) {
+            let others = columns[i].iter().map(|(j, _)| *j as usize).filter(|j| self.size[*j] > 0);
+            let first = others.map(|j| self.place[j]).fold(self.place[i], u32::min);
+            for k in 0..u32::from(self.size[i]) {
+                self.first.push(first);
+                self.offset.push(end);
+                end += (self.place[i] + k + 1 - first) as usize;
+            }
+        }
+        self.offset.push(end);
+        self.values.clear();
+        self.values.resize(end, 0.0);
+    }
+
+    fn assemble(&mut self, columns: &[Vec<(u32, DMat3)>], diagonal: &[DMat3]) {
+        for i in self.order.iter().map(|i| *i as usize) {
+            let rows = self.place[i] as usize..self.place[i] as usize + self.size[i] as usize;
+            for (r, row) in rows.clone().enumerate() {
+                let at = self.offset[row] + rows.start - self.first[row] as usize;
+                for c in 0..=r {
+                    let slight = if c == r { 1.0 + SLIGHT } else { 1.0 };
+                    self.values[at + c] = diagonal[i].col(c)[r] * slight;
+                }
+            }
+            for (j, block) in &columns[i] {
+                let j = *j as usize;
+                if self.size[j] == 0 || self.place[j] > self.place[i] {
+                    continue;
+                }
+                // The list holds ∂u_j/∂p_i, the transpose of what belongs here.
+                for (r, row) in rows.clone().enumerate() {
+                    let at = self.offset[row] + (self.place[j] - self.first[row]) as usize;
+                    for c in 0..self.size[j] as usize {
+                        self.values[at + c] += block.col(r)[c];
+                    }
+                }
+            }
+        }
+    }
+
+    fn factorize(&mut self) -> bool {
+        for i in 0..self.first.len() {
+            let (before, rest) = self.values.split_at_mut(self.offset[i]);
+            let first = self.first[i] as usize;
+            let row = &mut rest[..=i - first];
+            let mut pivot = row[i - first];
+            let least = pivot * 1e-13;
+            for j in first..i {
+                let other = &before[self.offset[j]..self.offset[j + 1]];
+                let from = first.max(self.first[j] as usize);
+                let known = dot(&row[from - first..j - first], &other[from - self.first[j] as usize..other.len() - 1]);
+                let value = (row[j - first] - known) / other[other.len() - 1];
+                row[j - first] = value;
+                pivot -= value * value;
+            }
+            if pivot.is_nan() || pivot <= least {
+                return false;
+            }
+            row[i - first] = pivot.sqrt();
+        }
+        true
+    }
+
+    fn substitute(&mut self) {
+        let count = self.first.len();
+        for i in 0..count {
+            let row = &self.values[self.offset[i]..self.offset[i + 1]];
+            let (first, last) = (self.first[i] as usize, row.len() - 1);
+            self.x[i] = (self.x[i] - dot(&row[..last], &self.x[first..i])) / row[last];
+        }
+        for i in (0..count).rev() {
+            let row = &self.values[self.offset[i]..self.offset[i + 1]];
+            let (first, last) = (self.first[i] as usize, row.len() - 1);
+            let value = self.x[i] / row[last];
+            self.x[i] = value;
+            for (x, l) in self.x[first..i].iter_mut().zip(row) {
+                *x -= l * value;
+            }
+        }
+    }
+}
+
+/// The sum of products, in eight parts that do not wait for one another.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (pa, pb) = (a.chunks_exact(8), b.chunks_exact(8));
+    let rest: f64 = pa.remainder().iter().zip(pb.remainder()).map(|(x, y)| x * y).sum();
+    for (x, y) in pa.zip(pb) {
+        for k in 0..8 {
+            sums[k] += x[k] * y[k];
+        }
+    }
+    sums.iter().sum::<f64>() + rest
+}
