@@ -160,12 +160,3 @@ fn is_still(sheet: &Sheet, dt: f64) -> bool {
     let (now, before) = (&sheet.x, &sheet.work.x_before);
     (0..sheet.masses()).all(|i| now.get(i).distance_squared(before.get(i)) < furthest)
 }
-
-/// Whether something that moves comes near a sleeping sheet, or leads it.
-fn disturbed(sheet: &Sheet, stage: &Stage) -> bool {
-    if !sheet.pins.is_empty() && sheet.pins.moving(stage.time, stage.time + stage.dt) {
-        return true;
-    }
-    let Some(view) = stage.view else { return false };
-    crate::contact::detect::moving_body_near(sheet, view, stage.dt)
-}

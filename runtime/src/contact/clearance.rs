@@ -7,7 +7,6 @@
 use glam::DVec3;
 use rapier3d::prelude::ColliderHandle;
 
-use super::SKIN;
 use super::response::{Flight, Surface};
 use super::target::NO_FACE;
 use crate::sheet::Vectors;
@@ -69,8 +68,8 @@ impl Clearance {
     }
 
     /// Begins a step in which bodies move by at most `reach` (m). Sets `nearest` to `margin` for masses that must be looked
-    /// at, which `x` and `free` decide, and to -1 for the others; false when there is nothing to look at.
-    pub fn begin(&mut self, x: &Vectors, free: impl Fn(usize) -> bool, reach: f64, margin: f64) -> bool {
+    /// at, which `x` and `free` decide, and to -1 for the others; masses are met at `offset` (m). False when there is nothing to look at.
+    pub fn begin(&mut self, x: &Vectors, free: impl Fn(usize) -> bool, reach: f64, margin: f64, offset: f64) -> bool {
         if self.until.len() != x.len() {
             self.checked = Vectors::zeros(x.len());
             self.until = vec![f64::NEG_INFINITY; x.len()];
@@ -88,7 +87,7 @@ impl Clearance {
         self.moved += reach;
         let mut any = false;
         for i in 0..x.len() {
-            let slack = self.until[i] - self.moved - 2.0 * SKIN;
+            let slack = self.until[i] - self.moved - 2.0 * offset;
             let clear = slack > 0.0 && x.get(i).distance_squared(self.checked.get(i)) < slack * slack;
             let look = !clear && free(i);
             self.nearest[i] = if look { margin } else { -1.0 };

@@ -6,7 +6,7 @@
 //! shared between layers (`through_thickness`), and masses that met two bodies are freed of both.
 
 use glam::DVec3;
-use rapier3d::math::{Real, Vector};
+use rapier3d::math::Real;
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::prelude::{ColliderHandle, RigidBody};
 
@@ -41,13 +41,14 @@ pub trait Touch {
 /// `remaining` is the time from the end of this part of the step to the time the bodies' poses are of.
 pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) {
     let reach = reach_of_moving(view, dt + remaining);
-    let margin = MARGIN * sheet.spread;
+    let offset = sheet.contact_offset();
+    let margin = (MARGIN * sheet.spread).max(2.0 * offset);
     // Bodies that are only lent may be moved by their owner without a velocity to know it by.
     if !view.owned {
         sheet.work.clearance.forget();
     }
     let inverse_mass = &sheet.inverse_mass;
-    if !sheet.work.clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin) {
+    if !sheet.work.clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
         return;
     }
     let Some((low, high)) = swept(sheet) else { return };
@@ -75,14 +76,9 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
 /// Radius of a body that has no bounds, m: as far as anything may be placed.
 const UNBOUNDED: f64 = 1e4;
 
-/// How far any point of a body that masses meet each for itself may have come in `time` s.
+/// How far any point of a moving body may have come in `time` s: its speed, and its turn times its radius.
 fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
-    reach_of(view, time, |b| !view.gives_way(b))
-}
-
-/// How far any point of a body that `counts` may have come in `time` s: its speed, and its turn times its radius.
-fn reach_of(view: &RigidView, time: f64, counts: impl Fn(&RigidBody) -> bool) -> f64 {
-    let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && counts(b));
+    let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && !view.gives_way(b));
     let reach = moving.map(|(_, body)| {
         let turn = f64::from(body.angvel().length());
         let radius = if turn > 0.0 { radius_of(body, view) } else { 0.0 };
@@ -110,6 +106,7 @@ fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
 
 /// Finds for the masses that must be looked at where they meet one collider, and keeps the surface that each meets first.
 fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
+    let offset = sheet.contact_offset();
     for i in 0..sheet.x.len() {
         if sheet.work.clearance.nearest[i] < 0.0 {
             continue;
@@ -125,7 +122,7 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
         match target.meet(a, b, reach, &mut face) {
             Meeting::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
             Meeting::Surface(surface) => {
-                let tau = arrival(&flight, &surface, SKIN);
+                let tau = arrival(&flight, &surface, offset);
                 let before = &mut clearance.first[i];
                 let earlier = before.is_none_or(|b| tau < b.tau);
                 if before.is_none() {
@@ -173,7 +170,7 @@ fn turn_aside(
     from: ColliderHandle,
     another: bool,
 ) -> bool {
-    let out = resolve(flight, surface, SKIN);
+    let out = resolve(flight, surface, sheet.contact_offset());
     sheet.x.set(i, out.x);
     sheet.v.set(i, out.v);
     sheet.counters.contacts += 1;
@@ -247,27 +244,13 @@ fn free_cornered(sheet: &mut Sheet, view: &RigidView, around: Aabb, dt: f64, rem
             for k in 0..sheet.work.clearance.cornered.len() {
                 let i = sheet.work.clearance.cornered[k] as usize;
                 let Some(surface) = target.holds(sheet.x.get(i)) else { continue };
-                let depth = SKIN - (sheet.x.get(i) - surface.point).dot(surface.normal);
+                let depth = sheet.contact_offset() - (sheet.x.get(i) - surface.point).dot(surface.normal);
                 let approach = (sheet.v.get(i) - surface.velocity).dot(surface.normal);
                 sheet.x.set(i, sheet.x.get(i) + surface.normal * depth.max(0.0));
                 sheet.v.set(i, sheet.v.get(i) - surface.normal * approach.min(0.0));
             }
         }
     }
-}
-
-/// Whether a body that moves is where it could touch `sheet` within `dt` s.
-pub(crate) fn moving_body_near(sheet: &Sheet, view: &RigidView, dt: f64) -> bool {
-    let reach = reach_of(view, dt, |_| true);
-    if reach <= 0.0 {
-        return false;
-    }
-    let Some((low, high)) = sheet.x.bounds() else { return false };
-    let near = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + 4.0 * SKIN) as Real);
-    view.query().intersect_aabb_conservative(near).any(|(_, collider)| {
-        let body = collider.parent().and_then(|h| view.bodies.get(h));
-        body.is_some_and(|b| !b.is_fixed() && (b.linvel() != Vector::ZERO || b.angvel() != Vector::ZERO))
-    })
 }
 
 /// How deep the deepest mass of `sheet` is inside a body now, m; 0 when none is.

@@ -89,6 +89,8 @@ pub(super) struct Target<'a> {
     centre: DVec3,
     friction: f64,
     restitution: f64,
+    /// Distance at which a mass lies on it, m.
+    skin: f64,
 }
 
 /// Shapes with a way of their own.
@@ -137,6 +139,7 @@ impl<'a> Target<'a> {
             TypedShape::HalfSpace(plane) => Kind::Plane(plane.normal),
             _ => Kind::Other,
         };
+        let skin = sheet.contact_offset();
         let (friction, restitution) = view.coefficients(sheet, handle, collider);
         Self {
             handle,
@@ -144,7 +147,7 @@ impl<'a> Target<'a> {
             kind,
             moves: body.is_some(),
             convex: collider.user_data == CONVEX || is_convex(shape),
-            bounds: shape.compute_local_aabb().loosened(2.0 * SKIN as Real),
+            bounds: shape.compute_local_aabb().loosened(2.0 * skin as Real),
             end,
             start,
             linear,
@@ -152,6 +155,7 @@ impl<'a> Target<'a> {
             centre: centre - linear * remaining,
             friction,
             restitution,
+            skin,
         }
     }
 
@@ -163,7 +167,7 @@ impl<'a> Target<'a> {
     /// What a point going from `a` (local, at the start) to `b` (local, at the end) meets. Surfaces further than `reach`
     /// from b need not be found. `face` is where the point lay on this shape last, if it did, and is brought up to date.
     pub fn meet(&self, a: Vector, b: Vector, reach: Real, face: &mut u32) -> Meeting {
-        let skin = SKIN as Real;
+        let (skin, fine) = (self.skin as Real, SKIN as Real);
         if let Kind::Plane(n) = self.kind {
             let height = b.dot(n);
             return if height < skin {
@@ -185,7 +189,7 @@ impl<'a> Target<'a> {
         let offset = b - nearest.point;
         let distance = offset.length();
         if let Some(n) = nearest.normal.filter(|_| self.convex) {
-            let came_in_front = (a - nearest.point).dot(n) >= -0.5 * skin;
+            let came_in_front = (a - nearest.point).dot(n) >= -0.5 * fine;
             if came_in_front && (nearest.inside || distance < skin) {
                 return Meeting::Surface(self.surface(nearest.point, n));
             }
@@ -193,7 +197,7 @@ impl<'a> Target<'a> {
                 return Meeting::Clear(distance);
             }
         }
-        let may_have_crossed = travel > 10.0 * skin && (nearest.inside || distance < travel);
+        let may_have_crossed = travel > 10.0 * fine && (nearest.inside || distance < travel);
         if let Some(surface) = may_have_crossed.then(|| self.cast(a, b)).flatten() {
             return Meeting::Surface(surface);
         }
@@ -217,7 +221,7 @@ impl<'a> Target<'a> {
         let area = u.cross(v);
         let n = area.try_normalize()?;
         let (before, after) = ((a - triangle.a).dot(n), (b - triangle.a).dot(n));
-        if before < -0.5 * SKIN as Real || after >= SKIN as Real {
+        if before < -0.5 * SKIN as Real || after >= self.skin as Real {
             return None;
         }
         let along = b - n * after - triangle.a;
@@ -233,7 +237,7 @@ impl<'a> Target<'a> {
             return None;
         }
         let nearest = self.nearest(b, Real::MAX)?;
-        let close = nearest.inside || b.distance(nearest.point) < SKIN as Real;
+        let close = nearest.inside || b.distance(nearest.point) < self.skin as Real;
         Some(self.surface(nearest.point, nearest.normal?)).filter(|_| close)
     }
 

@@ -43,8 +43,6 @@ impl Sheet {
     /// Goes back to the free motion, with what contact did to it.
     pub(crate) fn end_contact(&mut self, jump: Option<&Jump>) {
         let Self { work, x, v, .. } = self;
-        work.x_before.clone_from(x);
-        work.v_before.clone_from(v);
         x.clone_from(&work.stage.free);
         v.clone_from(&work.stage.velocity);
         if let Some(jump) = jump {

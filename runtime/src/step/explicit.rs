@@ -13,7 +13,6 @@ use super::groups::{Claim, Shared};
 use super::near::{Near, skin};
 use super::{fly, land};
 use crate::contact::Group;
-use crate::contact::features::Solid;
 use crate::contact::find::Scope;
 use crate::contact::stage::solve_masses;
 use crate::event::Touches;
@@ -62,8 +61,9 @@ impl Shared<'_> {
         }
     }
 
-    /// Whether there may be anything for a sheet that has flown but what its masses met: something that gives way or has edges
-    /// where it went, glue, or a fold.
+    /// Whether there may be anything for a single sheet that has flown but what its masses met: something that gives way where it
+    /// went, glue, and for one layer edges or a fold. Lattices of several layers meet what stands with their masses alone: on
+    /// the many rows of a ridge their coarse steps do not come to rest.
     fn is_near(&self, sheet: &mut Sheet) -> bool {
         skin(sheet);
         let stack = sheet.work.skin.as_ref().is_some_and(|s| s.is_stack());
@@ -74,9 +74,7 @@ impl Shared<'_> {
         let Some((low, high)) = swept(sheet, room) else { return false };
         self.surroundings.parts.iter().any(|part| {
             let gives = self.surroundings.bodies.get(part.body as usize).is_some_and(|b| b.start.gives());
-            let round = |solid: &Solid| matches!(solid, Solid::HalfSpace { .. });
-            let matters = gives || !part.features.solids().iter().all(|(_, solid)| round(solid));
-            matters && part.low.cmple(high).all() && part.high.cmpge(low).all()
+            gives && part.low.cmple(high).all() && part.high.cmpge(low).all()
         })
     }
 
@@ -132,6 +130,10 @@ impl Shared<'_> {
         }
         let lone = idle && members.len() == 1;
         if !lone {
+            for sheet in members.iter().map(|i| *i as usize) {
+                let work = &mut sheets[sheet].work;
+                work.x_before.clone_from(&work.start.0);
+            }
             self.finish(sheets, touches, members);
             if self.stage.sleep {
                 self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
@@ -174,3 +176,6 @@ fn swept(sheet: &Sheet, room: f64) -> Option<(DVec3, DVec3)> {
     let (c, d) = sheet.x.bounds()?;
     Some((a.min(c) - room, b.max(d) + room))
 }
+
+#[cfg(test)]
+mod tests;

@@ -69,6 +69,9 @@ impl Groups {
         parallel: bool,
     ) {
         self.claims.clear();
+        if is_still_life(sheets, stage, rigid) {
+            return;
+        }
         match stage.view {
             Some(view) => self.surroundings.update(view, rigid, stage.dt),
             None => {
@@ -205,6 +208,13 @@ impl Groups {
             }
         }
     }
+}
+
+/// Whether nothing is awake and nothing moves that could wake it.
+fn is_still_life(sheets: &[Sheet], stage: &Stage, rigid: Option<&RigidWorld>) -> bool {
+    let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moving(stage.time, stage.time + stage.dt);
+    let quiet = stage.view.is_none() || rigid.is_some_and(|r| r.is_quiet() && !r.moving());
+    quiet && sheets.iter().all(|s| s.status != Status::Awake && !led(s))
 }
 
 /// Joins the groups of `a` and `b`; false when they are one.
