@@ -33,6 +33,7 @@ pub mod through_thickness;
 
 pub(crate) use clearance::Clearance;
 pub(crate) use delassus::{Group, Unit};
+pub use stage::ContactCounters;
 
 /// Distance at which a mass lies on a surface, m.
 pub const SKIN: f64 = 1e-5;

@@ -21,8 +21,6 @@ use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
 const CLOSED: f64 = 1e-5;
-/// Accuracy of position solves, m, and of velocity solves, m per weight of the stage.
-pub(super) const TOLERANCE: f64 = 1e-9;
 /// Accuracy of gaps on one sheet, m: at the end, and while the sheet itself is still far from where it will be.
 const SETTLED: f64 = 2e-8;
 const ROUGH: f64 = 1e-5;
@@ -38,7 +36,7 @@ const ROUNDS: u32 = 10;
 const BOUNCES_ABOVE: f64 = 0.2;
 
 /// What contact has done so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct ContactCounters {
     /// Rounds of stages that had contact.
     pub rounds: u64,

@@ -41,22 +41,6 @@ impl Frame {
         self.rotation * p.as_dvec3() + self.origin
     }
 
-    /// Turned by `turn` (rad, about an axis through `centre`) and then moved by `shift`, m.
-    pub fn moved(&self, centre: DVec3, shift: DVec3, turn: DVec3) -> Self {
-        let rotation = DMat3::from_quat(DQuat::from_scaled_axis(turn));
-        Self { origin: centre + rotation * (self.origin - centre) + shift, rotation: rotation * self.rotation }
-    }
-
-    /// The world's place of `p` in this frame, both in f64.
-    pub fn place(&self, p: DVec3) -> DVec3 {
-        self.rotation * p + self.origin
-    }
-
-    /// The place in this frame of `p` in the world, both in f64.
-    pub fn into_local(&self, p: DVec3) -> DVec3 {
-        self.rotation.transpose() * (p - self.origin)
-    }
-
     /// The frame a time `dt` earlier, for a body moving with `linear` and `angular` about `centre`.
     fn earlier(&self, linear: DVec3, angular: DVec3, centre: DVec3, dt: f64) -> Self {
         let back = DMat3::from_quat(DQuat::from_scaled_axis(-angular * dt));

@@ -179,23 +179,6 @@ impl ContactTangent<'_> {
     pub fn couples(&self, a: u32, b: u32) -> bool {
         self.pattern.slot(a.max(b), a.min(b)).is_some()
     }
-
-    /// Adds H x to `y`.
-    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        let (x, y) = (x.as_chunks::<3>().0, y.as_chunks_mut::<3>().0);
-        for (slot, row, column) in self.pattern.iter() {
-            let (row, column) = (row as usize, column as usize);
-            let b = &self.values[9 * slot..9 * slot + 9];
-            for i in 0..3 {
-                y[row][i] += b[3 * i] * x[column][0] + b[3 * i + 1] * x[column][1] + b[3 * i + 2] * x[column][2];
-            }
-            if row != column {
-                for i in 0..3 {
-                    y[column][i] += b[i] * x[row][0] + b[3 + i] * x[row][1] + b[6 + i] * x[row][2];
-                }
-            }
-        }
-    }
 }
 
 /// Entries of rows and columns of held directions.

@@ -8,6 +8,8 @@ use glam::DVec3;
 
 use super::implicit::{ContactTangent, ImplicitSheet, System};
 use super::{Field, Sheet, Vectors};
+use crate::contact::find::FindCounters;
+use crate::contact::stage::ContactCounters;
 use crate::element::{Geometric, NO_BLOCK};
 use crate::engine::implicit::Implicit;
 use crate::engine::implicit::staged::{Jump, Staged};
@@ -231,13 +233,6 @@ impl Sheet {
         }
     }
 
-    /// Adds the tangent times `x` to `y`, by block rows.
-    pub(crate) fn multiply_tangent(&self, x: &[f64], y: &mut [f64]) {
-        if let Some(system) = &self.system {
-            system.tangent().multiply(x, y);
-        }
-    }
-
     /// Copies a vector by block rows to one by masses.
     pub(crate) fn spread_rows(&self, by_row: &[f64], to: &mut Vectors) {
         to.clear();
@@ -245,6 +240,16 @@ impl Sheet {
         for (step, mass) in by_row.chunks_exact(3).zip(system.masses()) {
             to.set(*mass as usize, DVec3::from_slice(step));
         }
+    }
+
+    /// What looking for contact with it and its group has taken so far, where it is the first of its group.
+    pub fn detection(&self) -> FindCounters {
+        self.work.near.as_ref().map(|near| near.counters()).unwrap_or_default()
+    }
+
+    /// What contact has taken so far, where it is the first of its group.
+    pub fn contact_counters(&self) -> ContactCounters {
+        self.work.contact.as_ref().map(|contact| contact.counters).unwrap_or_default()
     }
 
     /// Block row of mass `i` and which of its directions are free (1) or held (0); none for a mass that is held in all.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::World;
+use crate::contact::{ContactCounters, find::FindCounters};
 use crate::event::Event;
 use crate::sheet::{DeliveredStiffness, Energy, Status};
 
@@ -70,6 +71,10 @@ pub struct SheetReport {
     pub stiffness: Option<DeliveredStiffness>,
     /// Times a mass met a surface.
     pub contacts: u64,
+    /// Work of looking for contact, and of solving it, of the group that the sheet is the first of.
+    pub detection: FindCounters,
+    /// See `detection`.
+    pub contact_work: ContactCounters,
 }
 
 /// Temperatures of a sheet, °C. Without a source of heat, those of the surroundings.
@@ -125,6 +130,8 @@ impl World {
             guarded: sheet.counters.guarded,
             stiffness: sheet.delivered_stiffness(self.dt),
             contacts: sheet.counters.contacts,
+            detection: sheet.detection(),
+            contact_work: sheet.contact_counters(),
         });
         let bodies = self.rigid.iter().flat_map(|rigid| {
             rigid.bodies().iter().enumerate().filter_map(|(index, body)| {

@@ -104,7 +104,7 @@ impl Default for Scope {
 }
 
 /// What detection has done since it was made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct FindCounters {
     /// Pairs of boxes of whole sheets and bodies compared.
     pub boxes: u64,
