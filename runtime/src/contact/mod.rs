@@ -1,11 +1,15 @@
-//! What a sheet touches: Rapier's rigid bodies, found by Rapier's broad phase and Parry's distance and ray queries.
+//! What a sheet touches: Rapier's rigid bodies, other sheets, itself.
 //!
-//! The sheet side is its masses, as points (thesis 4.6): a mass that has passed a face is put back on it, its normal
-//! velocity is reversed by the restitution, and its tangential velocity is slowed by Coulomb friction (thesis appendix B).
-//! Contact sees positions, velocities and masses, and no springs except for who lies above whom (`through_thickness`).
+//! `skin` and `features` are the surfaces, `find` says which of their parts may touch, as rows (`row`). Of implicit engines `stage`
+//! puts apart what would overlap and solves for velocities, by `primal` (one sheet on bodies that do not give way) or `dual` (forces
+//! between all, on the operator of `delassus`); `coulomb` is friction at one contact. Contact knows of a sheet its positions,
+//! velocities, masses and how its tangent answers a force, and no springs.
+//!
+//! Masses of explicit engines meet bodies that do not give way each for itself (`detect`, `response`; thesis 4.6 and appendix B), with who
+//! lies above whom (`through_thickness`); the rest of theirs are rows too.
 //!
 //! Rapier works in `f32` in each body's own frame; positions are taken there in `f64` first, so that a body far from the
-//! origin costs no accuracy. Masses are kept [`SKIN`] outside a surface, above what `f32` resolves.
+//! origin costs no accuracy. A surface without thickness is kept [`SKIN`] outside another, above what `f32` resolves.
 
 mod clearance;
 pub mod coulomb;
