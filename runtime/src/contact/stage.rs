@@ -21,8 +21,6 @@ use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
 const CLOSED: f64 = 1e-5;
-/// Accuracy of position solves, m, and of velocity solves, m per weight of the stage.
-pub(super) const TOLERANCE: f64 = 1e-9;
 /// Accuracy of gaps on one sheet, m: at the end, and while the sheet itself is still far from where it will be.
 const SETTLED: f64 = 2e-8;
 const ROUGH: f64 = 1e-5;
