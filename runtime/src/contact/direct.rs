@@ -9,6 +9,8 @@
 //! symmetric. It is factorised within its envelope (George and Liu, "Computer solution of large sparse positive definite
 //! systems", 1981, chapter 4), the contacts in the reverse order of Cuthill and McKee, in which a pile of sheets is a band.
 
+use multiversion::multiversion;
+
 use glam::{DMat3, DVec3};
 
 const NONE: u32 = u32::MAX;
@@ -204,6 +206,7 @@ impl Direct {
 }
 
 /// The sum of products, in eight parts that do not wait for one another.
+#[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (pa, pb) = (a.chunks_exact(8), b.chunks_exact(8));

@@ -324,8 +324,8 @@ fn couple<'a>(problem: &Problem<'a>, trees: &'a [SkinTree], s: u32, t: u32) -> O
     };
     let (a, b) = (party(s)?, party(t)?);
     let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
-    // Two sheets may lie in each other's thickness: as far as their middles do not cross they are on their own sides.
-    let limits = Limits { offset, margin: problem.margin, deep: DEEP };
+    // Two sheets that lie within each other are on no certain side: as two that are made in one place.
+    let limits = Limits { offset, margin: problem.margin, deep: DEEP.min(0.5 * offset) };
     Some(Couple { a, b, limits, coefficients: (problem.surfaces)(Pair::Sheets(s, t)) })
 }
 

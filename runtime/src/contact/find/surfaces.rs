@@ -20,6 +20,9 @@ use crate::contact::skin::{SkinEdge, SkinTriangle};
 /// Distance of features that meet, m: rounding.
 const TOUCH: f64 = 1e-9;
 
+/// A pair nearer than this fraction of the offset is not in contact but mixed up.
+const INSIDE: f64 = 0.3;
+
 /// Height of a point over a triangle below which its side is taken from the start of the stage, m.
 const SIDE: f64 = 1e-7;
 
@@ -177,6 +180,10 @@ impl Couple<'_> {
         if barycentric_along(base, plane, b).and_then(within).is_some() {
             let height = gap.dot(plane);
             let height = if height.abs() > SIDE { height } else { (start - s[0]).dot(unit_normal(s)?) };
+            // Within one another they are on no certain side: as two sheets that are made in one place.
+            if height.abs() < INSIDE * self.limits.offset {
+                return None;
+            }
             let normal = if height >= 0.0 { plane } else { -plane };
             let w = within(barycentric_along(end, normal, e)?)?;
             return (normal.dot(end - at(e, w)) <= reach).then_some((normal, w));
