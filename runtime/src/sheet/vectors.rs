@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 /// A vector per mass, stored by coordinate. All three arrays have the same length.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Vectors {
     /// First coordinates.
     pub x: Vec<f64>,
@@ -11,6 +11,18 @@ pub struct Vectors {
     pub y: Vec<f64>,
     /// Third coordinates.
     pub z: Vec<f64>,
+}
+
+impl Clone for Vectors {
+    fn clone(&self) -> Self {
+        Self { x: self.x.clone(), y: self.y.clone(), z: self.z.clone() }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        self.x.clone_from(&other.x);
+        self.y.clone_from(&other.y);
+        self.z.clone_from(&other.z);
+    }
 }
 
 impl Vectors {

@@ -79,6 +79,7 @@ impl Groups {
                 self.surroundings.bodies.clear();
             }
         }
+        stop_broken(sheets, touches, stage);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         self.find(sheets, touches, stage, body_contacts);
         let shared = Shared { stage, surroundings: &self.surroundings, body_contacts };
@@ -217,6 +218,27 @@ fn is_still_life(sheets: &[Sheet], stage: &Stage, rigid: Option<&RigidWorld>) ->
     quiet && sheets.iter().all(|s| s.status != Status::Awake && !led(s))
 }
 
+/// Applies the limits of angles and thickness after a step of `dt` s.
+fn limit(sheet: &mut Sheet, dt: f64) {
+    if let Some(limit) = &sheet.flexion_limit {
+        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, dt);
+    }
+    if let Some(limit) = &sheet.thickness_limit {
+        limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, &sheet.work.touching, dt);
+    }
+}
+
+/// Stops the sheets of implicit engines into which somebody has put what is no number.
+fn stop_broken(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
+    for (sheet, touches) in sheets.iter_mut().zip(touches) {
+        if sheet.stages() > 0 && sheet.status == Status::Awake && !sheet.v.max_squared().is_finite() {
+            size_work(sheet);
+            sheet.work.x_before.copy_from(&sheet.x);
+            give_up(sheet, touches, stage);
+        }
+    }
+}
+
 /// Joins the groups of `a` and `b`; false when they are one.
 fn unite(root: &mut [u32], a: usize, b: usize) -> bool {
     let (a, b) = (root[a].min(root[b]), root[a].max(root[b]));
@@ -276,6 +298,7 @@ impl Shared<'_> {
         } else {
             advance(&mut group, &mut scratch, &mut near, part);
         }
+        group.each(|sheet| limit(sheet, stage.dt));
         let Group { sheets, movers, .. } = group;
         self.note(sheets, members, &scratch, &work);
         self.finish(sheets, touches, members);
@@ -341,7 +364,7 @@ impl Shared<'_> {
         let stage = self.stage;
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
-            if is_unstable(sheet) {
+            if is_unstable(sheet) || std::mem::take(&mut sheet.work.stage.failed) {
                 give_up(sheet, &mut touches[i], stage);
                 continue;
             }
