@@ -22,6 +22,10 @@ const SWEEPS: u32 = 200;
 const ROUGH_SWEEPS: u32 = 20;
 /// Contacts of a pair made active at a time, at least.
 const FEW: usize = 6;
+/// Contacts made active at most: so many for each sheet and body, and these. What is beyond is left to the next stage, since the
+/// cost grows with the cube.
+const MOST: usize = 60;
+const MOST_FOR_EACH: usize = 40;
 /// Times that more are made active.
 const PASSES: u32 = 40;
 
@@ -37,6 +41,11 @@ pub(super) struct Dual {
     violated: Vec<(u64, u32)>,
     held: Vec<(u64, u32)>,
     passes: u32,
+}
+
+/// How many contacts may be active in `group`.
+fn most(group: &Group) -> usize {
+    MOST + MOST_FOR_EACH * (group.members.len() + group.movers.len())
 }
 
 impl Dual {
@@ -72,6 +81,7 @@ impl Dual {
         self.is_active.resize(scratch.found.contacts.len(), false);
         self.new.clear();
         self.new.extend((0..scratch.found.contacts.len() as u32).filter(|i| scratch.gaps.now[*i as usize] < DEPTH));
+        self.new.truncate(2 * most(group));
         self.activate(scratch, group, h);
     }
 
@@ -79,7 +89,7 @@ impl Dual {
     pub fn grow(&mut self, scratch: &Scratch, group: &mut Group, h: f64) -> bool {
         self.passes += 1;
         self.pick_violated(scratch);
-        if self.new.is_empty() || self.passes >= PASSES {
+        if self.new.is_empty() || self.passes >= PASSES || self.delassus.problem.len() >= most(group) {
             return false;
         }
         self.activate(scratch, group, h);
