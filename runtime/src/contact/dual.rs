@@ -64,7 +64,7 @@ impl Dual {
         }
         self.activate(scratch, group, h);
         self.pick_violated(scratch);
-        if self.delassus.problem.len() == 0 && self.new.is_empty() {
+        if self.delassus.problem.is_empty() && self.new.is_empty() {
             // Shallower than what is let pass, but a beginning: the deepest.
             let gap = &scratch.gaps.now;
             let deepest = (0..gap.len()).min_by(|a, b| gap[*a].total_cmp(&gap[*b]));

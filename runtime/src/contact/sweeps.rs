@@ -78,6 +78,11 @@ impl Problem {
         self.count
     }
 
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
     /// Adds a contact that begins with `force`; its couplings follow by [`Problem::couple`].
     pub fn push(&mut self, law: Law, force: DVec3) {
         if self.columns.len() == self.count {
