@@ -86,10 +86,11 @@ fn an_override_changes_what_happens() {
 #[test]
 fn the_result_does_not_depend_on_threads() {
     let place = Place::new("threads");
-    let sheet = |i: i32| format!("(node_mass: 4e-4, placement: (position: (0.{i}, 0.00{i}, 0.03)))");
-    let sheets: Vec<String> = (1..6).map(|i| sheet(2 * i - 1)).collect();
+    let sheet =
+        |i: i32| format!("(node_mass: 4e-4, placement: (position: ({}, 0.00{}, 0.03)))", 0.4 * f64::from(i - 3), 2 + i);
+    let sheets: Vec<String> = (1..6).map(sheet).collect();
     let scene = format!(
-        "(dt: 0.005, duration: 0.5, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), sheets: [{}])",
+        "(dt: 0.005, duration: 0.5, room: (x: (-2, 2), y: (0, 1), z: (-1, 1)), sheets: [{}])",
         sheets.join(", ")
     );
     let file = place.write("many.ron", &scene);
