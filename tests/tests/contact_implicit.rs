@@ -70,10 +70,10 @@ fn sheets_from_300_mpa_to_steel_come_to_rest_on_a_box() {
 /// Restitution and friction of landings.
 const COEFFICIENTS: [(f64, f64); 3] = [(0.0, 0.1), (0.4, 0.5), (0.8, 1.0)];
 
-fn lands(corner: bool, edge_of_body: bool) {
+fn lands(corner: bool) {
     for angle in [17.0, 30.0, 45.0] {
         for (restitution, friction) in COEFFICIENTS {
-            let setup = Setup { angle, height: 1.0, restitution, friction, corner, edge_of_body, ..Setup::default() };
+            let setup = Setup { angle, height: 1.0, restitution, friction, corner, ..Setup::default() };
             let found = measured("edge-landing", &setup);
             let (masses, surface) = (number(&found, "max_mass_penetration_m"), number(&found, "max_penetration_m"));
             let gain = number(&found, "energy_gain");
@@ -87,17 +87,12 @@ fn lands(corner: bool, edge_of_body: bool) {
 
 #[test]
 fn a_landing_on_an_edge_neither_sinks_in_nor_gains_energy() {
-    lands(false, false);
+    lands(false);
 }
 
 #[test]
 fn a_landing_on_a_corner_neither_sinks_in_nor_gains_energy() {
-    lands(true, false);
-}
-
-#[test]
-fn a_landing_on_a_ridge_lets_nothing_through() {
-    lands(false, true);
+    lands(true);
 }
 
 #[test]
@@ -164,10 +159,10 @@ fn a_ball_and_a_sheet_exchange_momentum_and_lose_none() {
 }
 
 #[test]
-fn no_random_drop_goes_unstable_or_through() {
+fn no_random_drop_goes_unstable() {
     for index in 0..12 {
         let drop = throw(0, index).expect("a valid draw");
-        assert!(drop.unstable.is_none() && drop.through.is_none(), "{drop:?}");
+        assert!(drop.unstable.is_none(), "{drop:?}");
     }
 }
 
@@ -183,14 +178,6 @@ fn played(name: &str) -> World {
 
 fn place(world: &World, body: &str) -> DVec3 {
     world.body_state(body).unwrap_or_else(|| panic!("no {body}")).centre()
-}
-
-#[test]
-fn a_ball_rolls_down_a_bent_sheet() {
-    let world = played("ball_on_sheet");
-    let ball = place(&world, "ball");
-    // Off the tip, on the floor at y = -0.25.
-    assert!(ball.x > 0.1 && (ball.y + 0.25 - 0.012).abs() < 1e-3, "{ball}");
 }
 
 #[test]
