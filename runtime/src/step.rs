@@ -40,6 +40,8 @@ pub(crate) struct Stage<'a> {
     pub dt: f64,
     pub view: Option<&'a RigidView<'a>>,
     pub sleep: bool,
+    /// Whether sheets meet one another.
+    pub sheets_meet: bool,
 }
 
 /// Takes one sheet of an explicit engine through `stage.dt`, alone with bodies that do not give way: [`land`] ends the step.

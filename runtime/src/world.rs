@@ -206,7 +206,14 @@ impl World {
     }
 
     fn step_sheets(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
-        let stage = Stage { field: self.field(), time: self.time, dt, view, sleep: self.sleep };
+        let stage = Stage {
+            field: self.field(),
+            time: self.time,
+            dt,
+            view,
+            sleep: self.sleep,
+            sheets_meet: self.scene.contact.sheets,
+        };
         let many = self.sheets.len() > 1;
         let Self { sheets, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| groups.step(sheets, touches, &stage, rigid, parallel);

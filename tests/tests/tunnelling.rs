@@ -31,9 +31,9 @@ fn projectile(index: usize, position: DVec3, velocity: DVec3) -> SheetSpec {
     }
 }
 
-/// Many projectiles at once (sheets do not see one another) against `bodies`.
+/// Many projectiles at once (sheets do not meet one another here) against `bodies`.
 fn shots(bodies: Vec<BodySpec>, restitution: f64, sheets: Vec<SheetSpec>) -> World {
-    let contact = ContactDefaults { friction: 0.2, restitution, ..ContactDefaults::default() };
+    let contact = ContactDefaults { friction: 0.2, restitution, sheets: false, ..ContactDefaults::default() };
     let engine = EngineKind::EulerCromer;
     world(&Scene { gravity: DVec3::ZERO, engine, dt: DT, contact, bodies, sheets, ..Scene::default() })
 }

@@ -16,11 +16,13 @@ pub struct ContactDefaults {
     pub restitution: f64,
     /// Coefficients of pairs of materials, which win over all others.
     pub pairs: Vec<PairSpec>,
+    /// Whether sheets meet one another and themselves; off for scenes in which they cannot, or shall not.
+    pub sheets: bool,
 }
 
 impl Default for ContactDefaults {
     fn default() -> Self {
-        Self { friction: 0.3, restitution: 0.1, pairs: Vec::new() }
+        Self { friction: 0.3, restitution: 0.1, pairs: Vec::new(), sheets: true }
     }
 }
 

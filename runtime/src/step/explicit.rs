@@ -105,6 +105,7 @@ impl Shared<'_> {
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
             gravity: self.stage.field.gravity,
+            sheets_meet: self.stage.sheets_meet,
             first,
             work: &mut work,
         };

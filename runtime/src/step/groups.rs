@@ -142,7 +142,7 @@ impl Groups {
             self.reach.push(if over.asleep { 0.0 } else { speed * stage.dt + fall });
         }
         self.wake(sheets, touches, stage);
-        self.join(sheets.len(), body_contacts);
+        self.join(sheets.len(), body_contacts, stage.sheets_meet);
     }
 
     fn meet(&self, a: usize, b: usize) -> bool {
@@ -175,7 +175,7 @@ impl Groups {
     }
 
     /// Joins what may touch.
-    fn join(&mut self, sheets: usize, body_contacts: &[BodyContact]) {
+    fn join(&mut self, sheets: usize, body_contacts: &[BodyContact], sheets_meet: bool) {
         let count = self.low.len();
         self.root.clear();
         self.root.extend(0..count as u32);
@@ -192,7 +192,7 @@ impl Groups {
             for a in 0..count {
                 for b in (a + 1).max(if a < sheets { 0 } else { count })..count {
                     let new = self.takes_part[a] && self.takes_part[b] && self.root[a] != self.root[b];
-                    if new && self.meet(a, b) {
+                    if new && (sheets_meet || b >= sheets) && self.meet(a, b) {
                         grown |= unite(&mut self.root, a, b);
                     }
                 }
@@ -282,6 +282,7 @@ impl Shared<'_> {
             surroundings: self.surroundings,
             body_contacts: self.body_contacts,
             gravity: stage.field.gravity,
+            sheets_meet: stage.sheets_meet,
             first,
             work: &mut work,
         };

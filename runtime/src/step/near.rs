@@ -66,6 +66,7 @@ pub(crate) struct Near<'a> {
     pub surroundings: &'a Surroundings,
     pub body_contacts: &'a [BodyContact],
     pub gravity: DVec3,
+    pub sheets_meet: bool,
     /// Number of the first sheet among the world's, for a group that is given alone.
     pub first: u32,
     pub work: &'a mut NearWork,
@@ -219,6 +220,9 @@ impl Find for Near<'_> {
     fn find(&mut self, group: &Group, round: u32, found: &mut Found) {
         let mut contacts = std::mem::take(&mut found.contacts);
         self.ask(group, round, |finder, problem| finder.find(problem, &mut contacts));
+        if !self.sheets_meet {
+            contacts.retain(|c| !matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. })));
+        }
         found.contacts = contacts;
         found.parts.clear();
         for contact in &mut found.contacts {
