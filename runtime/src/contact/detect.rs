@@ -1,5 +1,5 @@
 //! Which masses of an explicit engine met which surfaces in a step, of bodies that do not give way: a mass then answers for
-//! itself alone, and needs no solver. All else that may touch them is for [`super::stage`].
+//! itself alone, and needs no solver. All else that may touch them is for `stage`.
 //!
 //! Rapier's broad phase gives the colliders near the box that the sheet swept; masses that may have reached one (see
 //! `clearance`) are taken into its frame, met with its shape (`target`) and turned back (`response`). Impacts are then
