@@ -1,8 +1,8 @@
 //! What a sheet touches: Rapier's rigid bodies, other sheets, itself.
 //!
 //! `skin` and `features` are the surfaces, `find` says which of their parts may touch, as rows (`row`). Of implicit engines `stage`
-//! puts apart what would overlap and solves for velocities, by `primal` (one sheet on bodies that do not give way) or `dual` (forces
-//! between all, on the operator of `delassus`); `coulomb` is friction at one contact. Contact knows of a sheet its positions,
+//! puts apart what would overlap and solves for velocities, by `primal` (displacements of masses and bodies) or, where masses answer
+//! each for itself, `dual` (forces, on the operator of `delassus`); `coulomb` is friction at one contact. Contact knows of a sheet its positions,
 //! velocities, masses and how its tangent answers a force, and no springs.
 //!
 //! Masses of explicit engines meet bodies that do not give way each for itself (`detect`, `response`; thesis 4.6 and appendix B), with who
@@ -23,6 +23,7 @@ pub mod frame;
 pub mod geometry;
 mod memory;
 pub(crate) mod mover;
+mod on_masses;
 pub mod penetration;
 mod primal;
 pub mod response;

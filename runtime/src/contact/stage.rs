@@ -11,25 +11,18 @@
 use glam::{DMat3, DVec3};
 
 use super::coulomb::Law;
-use super::delassus::{Group, frame_of};
+use super::delassus::Group;
 use super::dual::{ACCURACY, Dual};
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
-use super::primal::{Primal, Row, UPDATES};
+use super::primal::{Joint, Primal};
 use super::row::{Contact, Key, SheetPoint, Side};
 use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
 const CLOSED: f64 = 1e-5;
-/// Accuracy of gaps on one sheet, m: at the end, and while the sheet itself is still far from where it will be.
-const SETTLED: f64 = 2e-8;
-const ROUGH: f64 = 1e-5;
 /// What comes from further apart than this to overlap by more is an impact, m: gravity alone does less in a stage.
 const IMPACT: f64 = 2e-3;
-/// What was further apart than this has not been met in the stages before, m.
-const FAR: f64 = 1e-3;
-/// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
-const ALIKE: f64 = 0.98;
 /// Rounds of a stage.
 const ROUNDS: u32 = 10;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
@@ -81,9 +74,12 @@ pub(crate) struct Scratch {
     pub counters: ContactCounters,
     pub(super) gaps: Gaps,
     dual: Dual,
-    primal: Primal,
-    on_sheet: bool,
-    normals: Vec<DVec3>,
+    pub(super) primal: Primal,
+    pub(super) joint: Joint,
+    on_masses: bool,
+    /// Whether the problem is one sheet's with bodies that do not give way.
+    pub(super) alone: bool,
+    pub(super) normals: Vec<DVec3>,
     /// Whether a solve did not settle, and whether there is no shorter step to try then.
     pub failed: bool,
     pub last_resort: bool,
@@ -98,7 +94,7 @@ pub(super) struct Gaps {
     pub free: Vec<f64>,
     pub now: Vec<f64>,
     /// At the start of the stage, along the normal of now, m.
-    start: Vec<f64>,
+    pub start: Vec<f64>,
     /// Where side a is after the free motion, m.
     pub places: Vec<DVec3>,
 }
@@ -229,16 +225,20 @@ impl Scratch {
         if self.found.glue_from >= self.found.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
             return false;
         }
-        self.on_sheet = self.fits_one_sheet(group);
+        // Masses of explicit engines answer each for itself, and forces between them are few.
+        self.on_masses = !self.short_steps;
         let mut count = self.found.contacts.len();
-        if !(self.on_sheet && self.positions_on_sheet(group, rough)) {
-            if std::mem::take(&mut self.on_sheet) {
-                if !self.last_resort {
-                    self.failed = true;
-                    return true;
-                }
+        let settled = self.on_masses && self.positions_on_masses(group, h, rough);
+        if self.on_masses && !settled && !self.last_resort {
+            self.failed = true;
+            return true;
+        }
+        // What several sheets came to without settling is near enough to go on from, and another way would take too long.
+        self.on_masses &= settled || !self.alone;
+        if !self.on_masses {
+            if !self.short_steps {
                 // Contact stands in the factor.
-                group.sheet_mut(0).factorize_with(|_, _| {});
+                group.each(|sheet| sheet.restore_factor());
             }
             count = self.positions_between(group, h);
         }
@@ -249,46 +249,10 @@ impl Scratch {
         true
     }
 
-    /// Notes along which normal each mass is itself in contact.
-    fn note_masses(&mut self, group: &Group) {
-        self.normals.clear();
-        self.normals.resize(group.sheet(0).masses(), DVec3::ZERO);
-        for contact in &self.found.contacts {
-            if let Side::Sheet { point, .. } = contact.a
-                && point.weights[0] == 1.0
-            {
-                self.normals[point.masses[0] as usize] = contact.normal;
-            }
-        }
-    }
-
-    /// Whether a contact at `point` only says again what one of its masses says: two such rows would share a force in no
-    /// certain way.
-    fn is_doubled(&self, point: &SheetPoint, normal: DVec3) -> bool {
-        let doubles = |(mass, weight): (u32, f64)| weight > ALIKE && self.normals[mass as usize].dot(normal) > ALIKE;
-        point.weights[0] != 1.0 && point.terms().any(doubles)
-    }
-
     /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
     fn is_impact(&self, group: &Group) -> bool {
         let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
         self.found.contacts.iter().any(|c| gap(c, At::Free) < -IMPACT && gap(c, At::Start) > IMPACT)
-    }
-
-    /// Whether all contacts are of one sheet with bodies that do not give way.
-    fn fits_one_sheet(&self, group: &Group) -> bool {
-        let Some(tangent) = group.sheet(0).tangent() else { return false };
-        let sheet = group.sheet(0);
-        let row = |mass: u32| sheet.free_row(mass).map(|(row, _)| row);
-        let fits = |contact: &Contact| match (contact.a, contact.b) {
-            (Side::Sheet { point, .. }, Side::Body { body, .. }) => {
-                let [a, b, c] = point.masses.map(row);
-                let joined = |a: Option<u32>, b: Option<u32>| a.zip(b).is_none_or(|(a, b)| tangent.couples(a, b));
-                !group.movers[body as usize].gives() && joined(a, b) && joined(b, c) && joined(a, c)
-            }
-            _ => false,
-        };
-        group.members.len() == 1 && self.found.contacts.iter().all(fits)
     }
 
     pub(super) fn law(&self, i: usize) -> Law {
@@ -296,7 +260,7 @@ impl Scratch {
     }
 
     /// u of contact `i` in `frame` after the free motion: its gap, and the displacement that friction acts against, m.
-    fn position_of(&self, group: &Group, i: usize, frame: &DMat3) -> DVec3 {
+    pub(super) fn position_of(&self, group: &Group, i: usize, frame: &DMat3) -> DVec3 {
         let contact = &self.found.contacts[i];
         let end = place(group, &contact.a, At::Free) - place(group, &contact.b, At::Free);
         if i >= self.found.glue_from {
@@ -308,7 +272,7 @@ impl Scratch {
     }
 
     /// u of contact `i` in `frame` after the free motion: its velocity, with what it must bounce, m/s; `None` where it is not closed.
-    fn velocity_of(&self, group: &Group, i: usize, frame: &DMat3) -> Option<DVec3> {
+    pub(super) fn velocity_of(&self, group: &Group, i: usize, frame: &DMat3) -> Option<DVec3> {
         let contact = &self.found.contacts[i];
         let free = velocity(group, &contact.a, At::Free) - velocity(group, &contact.b, At::Free);
         let mut u = frame.transpose() * free;
@@ -386,108 +350,15 @@ impl Scratch {
         self.dual = dual;
     }
 
-    fn positions_on_sheet(&mut self, group: &mut Group, rough: bool) -> bool {
-        let mut primal = std::mem::take(&mut self.primal);
-        primal.clear();
-        self.note_masses(group);
-        for (i, contact) in self.found.contacts.iter().enumerate() {
-            let Side::Sheet { point, .. } = contact.a else { continue };
-            let frame = frame_of(contact.normal);
-            let mut row = Row::new(frame, self.law(i));
-            for k in 0..3 {
-                if let Some((block, free)) = group.sheet(0).free_row(point.masses[k]) {
-                    (row.rows[k], row.weights[k], row.free[k]) = (block, point.weights[k], free);
-                }
-            }
-            row.b = self.position_of(group, i, &frame);
-            row.new = self.memory.is_empty() || self.gaps.start[i] > FAR;
-            row.idle = self.is_doubled(&point, contact.normal);
-            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
-            primal.rows.push(row);
-            primal.force.push(frame.transpose() * force);
-        }
-        if let Some(tangent) = group.sheet(0).tangent() {
-            primal.weigh(&tangent);
-        }
-        if !self.solve_on_sheet(&mut primal, group, rough) {
-            self.primal = primal;
-            return false;
-        }
-        let sheet = group.sheet_mut(0);
-        let mut unit = std::mem::take(&mut sheet.work.unit);
-        unit.touch(sheet.masses());
-        sheet.spread_rows(primal.displacement(), &mut unit.jump.dx);
-        for (contact, (row, p)) in self.found.contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
-            if let Side::Sheet { point, .. } = contact.a {
-                unit.push(&point, row.frame * *p);
-            }
-        }
-        unit.accelerate(&sheet.inverse_mass);
-        sheet.work.unit = unit;
-        let contacts = &self.found.contacts;
-        self.memory.replace(|old, new| {
-            for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
-                // What is new pushes in the velocity solve as it does here, for a beginning.
-                let position = row.frame * *p;
-                let velocity = old.of(&contact.key).map_or(position, |f| f.velocity);
-                new.push((contact.key, Remembered { position, velocity }));
-            }
-        });
-        self.primal = primal;
-        true
-    }
-
-    fn velocities_on_sheet(&mut self, group: &mut Group, h: f64) -> bool {
-        let mut primal = std::mem::take(&mut self.primal);
-        for (i, contact) in self.found.contacts.iter().enumerate() {
-            let frame = primal.rows[i].frame;
-            let u = self.velocity_of(group, i, &frame);
-            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
-            primal.force[i] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
-            primal.rows[i].b = u.map_or(DVec3::X, |u| u * h);
-            primal.rows[i].new = false;
-        }
-        if !self.solve_on_sheet(&mut primal, group, false) {
-            self.primal = primal;
-            return false;
-        }
-        let sheet = group.sheet_mut(0);
-        let mut unit = std::mem::take(&mut sheet.work.unit);
-        sheet.spread_rows(primal.displacement(), &mut unit.jump.dv);
-        unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
-        sheet.work.unit = unit;
-        let contacts = &self.found.contacts;
-        self.memory.replace(|old, new| {
-            for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
-                let position = old.of(&contact.key).unwrap_or_default().position;
-                new.push((contact.key, Remembered { position, velocity: row.frame * *p }));
-            }
-        });
-        self.primal = primal;
-        true
-    }
-
-    fn solve_on_sheet(&mut self, primal: &mut Primal, group: &mut Group, rough: bool) -> bool {
-        let before = (primal.steps, primal.factors);
-        let (tolerance, updates) = if rough { (ROUGH, 1) } else { (SETTLED, UPDATES) };
-        let settled = primal.solve(group.sheet_mut(0), tolerance, updates);
-        self.counters.unsettled += u64::from(!settled);
-        self.counters.newton += primal.steps - before.0;
-        self.counters.factors += primal.factors - before.1;
-        settled
-    }
-
     /// Solves for the velocities of what is closed after the last position solve; leaves jumps in the units and movers.
     pub fn solve_velocities(&mut self, group: &mut Group, h: f64) {
-        if self.on_sheet && self.velocities_on_sheet(group, h) {
-            return;
-        }
-        if self.on_sheet {
-            if !self.last_resort {
-                self.failed = true;
+        if self.on_masses {
+            let settled = self.velocities_on_masses(group, h);
+            if settled || !self.last_resort || !self.alone {
+                self.failed = !settled && !self.last_resort;
                 return;
             }
-            group.sheet_mut(0).factorize_with(|_, _| {});
+            group.each(|sheet| sheet.restore_factor());
             let mut dual = std::mem::take(&mut self.dual);
             dual.begin_closed(self, group, h);
             self.dual = dual;

@@ -139,15 +139,20 @@ impl System {
         self.factor.half_solve(loads, solutions);
     }
 
+    /// Where the blocks of the tangent are.
+    pub fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
     /// The tangent as it was last filled in.
     pub fn tangent(&self) -> ContactTangent<'_> {
         ContactTangent { pattern: &self.pattern, values: &self.values }
     }
 
     /// Factorises the tangent as it was last filled in with what `add` adds to it; false when that has no factor.
-    pub fn factorize_with(&mut self, add: impl FnOnce(&Pattern, &mut [f64])) -> bool {
+    pub fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
         self.augmented.clone_from(&self.values);
-        add(&self.pattern, &mut self.augmented);
+        add(&mut self.augmented);
         self.factor.factorize(&self.augmented).is_ok()
     }
 
@@ -175,9 +180,14 @@ impl ContactTangent<'_> {
         DMat3::from_cols_slice(&self.values[at..at + 9])
     }
 
-    /// Whether the tangent couples two block rows.
-    pub fn couples(&self, a: u32, b: u32) -> bool {
-        self.pattern.slot(a.max(b), a.min(b)).is_some()
+    /// Where its blocks are.
+    pub fn pattern(&self) -> &Pattern {
+        self.pattern
+    }
+
+    /// Its blocks, 9 numbers each.
+    pub fn values(&self) -> &[f64] {
+        self.values
     }
 }
 

@@ -38,8 +38,7 @@ use surface::Surface;
 pub use vectors::Vectors;
 
 use self::drag::Drag;
-pub(crate) use self::implicit::ContactTangent;
-use self::implicit::System;
+pub(crate) use self::implicit::System;
 use crate::contact::through_thickness::{Stack, Strike};
 use crate::element::flexion_limit::FlexionLimit;
 use crate::element::spring::{SpringScratch, Springs};

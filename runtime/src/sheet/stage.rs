@@ -13,7 +13,7 @@ use crate::contact::stage::ContactCounters;
 use crate::element::{Geometric, NO_BLOCK};
 use crate::engine::implicit::Implicit;
 use crate::engine::implicit::staged::{Jump, Staged};
-use crate::engine::linear::{HalfSolutions, Loads, Pattern};
+use crate::engine::linear::{HalfSolutions, Loads};
 
 /// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
 const MISSED: [f64; 2] = [1e-4, 1e-3];
@@ -211,26 +211,26 @@ impl Sheet {
         self.work.stage.right = right;
     }
 
-    /// Number of unknowns of its linear system.
-    pub(crate) fn unknowns(&self) -> usize {
-        self.system.as_ref().map_or(0, |s| 3 * s.masses().len())
-    }
-
     /// The tangent at hand; `None` before the first implicit step, and of explicit engines.
     pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
         self.system.as_ref().filter(|_| !self.is_explicit()).map(|s| s.tangent())
     }
 
-    /// Factorises the tangent at hand with contact added; false when that has no factor.
-    pub(crate) fn factorize_with(&mut self, add: impl FnOnce(&Pattern, &mut [f64])) -> bool {
-        self.system.as_mut().is_some_and(|s| s.factorize_with(add))
+    /// The linear system that holds the tangent at hand.
+    pub(crate) fn system_mut(&mut self) -> Option<&mut System> {
+        self.system.as_deref_mut()
     }
 
-    /// Solves with the factor at hand, by block rows, in place.
-    pub(crate) fn solve_contact(&mut self, right: &mut [f64]) {
+    /// Factorises the tangent at hand, which contact may have been added to.
+    pub(crate) fn restore_factor(&mut self) {
         if let Some(system) = &mut self.system {
-            system.solve(right);
+            system.factorize_with(&mut |_| {});
         }
+    }
+
+    /// Mass of each block row of the tangent.
+    pub(crate) fn block_masses(&self) -> &[u32] {
+        self.system.as_ref().map_or(&[], |s| s.masses())
     }
 
     /// Copies a vector by block rows to one by masses.

@@ -154,8 +154,8 @@ impl BodyState {
         axes * DMat3::from_diagonal(self.spread.principal.recip()) * axes.transpose()
     }
 
-    /// I about the centre of mass in the world, of a body that is pushed.
-    fn inertia(&self) -> DMat3 {
+    /// I about the centre of mass in the world, of a body that is pushed, kg m².
+    pub fn inertia(&self) -> DMat3 {
         let axes = DMat3::from_quat(self.principal_rotation());
         axes * DMat3::from_diagonal(self.spread.principal) * axes.transpose()
     }

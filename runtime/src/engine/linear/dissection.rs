@@ -7,7 +7,7 @@
 //!
 //! Cuts are tried along u, v, u + v and u - v, because the stencil of a shell is a diamond and its cheapest separators run
 //! along diagonals. For that u and v are measured in the mean reach of a pair along each, which makes the diamond of a
-//! rectangular grid a square one. Of all cuts between the 30th and the 70th percentile of a part the one with the least
+//! rectangular grid a square one. Several sheets that touch have a third coordinate w, along which cuts go between them. Of all cuts between the 30th and the 70th percentile of a part the one with the least
 //!
 //!   |separator| (1 + 4 (b - ½)²),   b the larger part's share of what is left,
 //!
@@ -25,7 +25,8 @@ use super::Pattern;
 const LEAF: usize = 6;
 /// A separator of more than this share of the part is no gain over eliminating the part whole.
 const SEPARATOR_SHARE: f64 = 0.7;
-const AXES: usize = 4;
+/// u, v, u + v, u - v, w.
+const AXES: usize = 5;
 
 /// The fronts in the order of their elimination, children before parents, every subtree contiguous.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -87,7 +88,7 @@ struct Cut {
 /// The cutting of one pattern.
 struct Dissection {
     graph: Graph,
-    /// Rank of every mass's coordinate along u, v, u + v and u - v, and scratch for distances in the graph.
+    /// Rank of every mass's coordinate along u, v, u + v, u - v and w, and scratch for distances in the graph.
     levels: [Vec<u32>; AXES + 1],
     /// The part each mass is in, as a number new for every part; 0 for one already in a front.
     part: Vec<u32>,
@@ -96,13 +97,14 @@ struct Dissection {
     tree: Tree,
 }
 
-/// Dissects the masses of `pattern` that lie at `places` (u, v).
-pub(super) fn dissect(pattern: &Pattern, places: &[[f64; 2]]) -> Tree {
+/// Dissects the masses of `pattern` that lie at `places` (u, v), and at `depths` (w) where there are any.
+pub(super) fn dissect(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64]) -> Tree {
     let graph = Graph::new(pattern);
     let n = pattern.size();
     let [u, v] = [0, 1].map(|k| scaled(&graph, places, k));
     let combine = |f: fn(f64, f64) -> f64| ranks(u.iter().zip(&v).map(|(&u, &v)| f(u, v)).collect());
-    let levels = [ranks(u.clone()), ranks(v.clone()), combine(|u, v| u + v), combine(|u, v| u - v), vec![0; n]];
+    let w = if depths.is_empty() { vec![0; n] } else { ranks(depths.to_vec()) };
+    let levels = [ranks(u.clone()), ranks(v.clone()), combine(|u, v| u + v), combine(|u, v| u - v), w, vec![0; n]];
     let counts = [0; 3].map(|_| vec![0; n + 2]);
     let mut dissection = Dissection { graph, levels, part: vec![1; n], counts, tree: Tree::default() };
     dissection.run();
@@ -298,7 +300,7 @@ impl Dissection {
 
     /// Masses in order along a cut, so that partners of one mass are near each other in the front.
     fn along(&self, mut set: Vec<u32>, cut_axis: usize) -> Vec<u32> {
-        let [across, along] = [[0, 1], [1, 0], [2, 3], [3, 2], [0, 1]][cut_axis].map(|axis| &self.levels[axis]);
+        let [across, along] = [[0, 1], [1, 0], [2, 3], [3, 2], [0, 1], [0, 1]][cut_axis].map(|axis| &self.levels[axis]);
         set.sort_by_key(|&i| (along[i as usize], across[i as usize], i));
         set
     }
@@ -361,18 +363,18 @@ mod tests {
     #[test]
     fn no_pair_reaches_across_a_separator() {
         for case in cases::all() {
-            check(&case, &dissect(&case.pattern, &case.places));
+            check(&case, &dissect(&case.pattern, &case.places, &[]));
         }
         for seed in 0..20 {
             let case = cases::random(90, f64::from(seed as u32) / 3.0, seed);
-            check(&case, &dissect(&case.pattern, &case.places));
+            check(&case, &dissect(&case.pattern, &case.places, &[]));
         }
     }
 
     #[test]
     fn fronts_are_small_and_the_tree_is_not_deep() {
         for case in [cases::shell(41, 41), cases::two_layers(21, 21), cases::triangles(31, 1), cases::chain(2000)] {
-            let tree = dissect(&case.pattern, &case.places);
+            let tree = dissect(&case.pattern, &case.places, &[]);
             let largest = tree.fronts.iter().map(|f| f.len()).max().unwrap_or(0) as f64;
             let across = (case.pattern.size() as f64).sqrt();
             assert!(largest <= 2.5 * across, "{}: a front of {largest}", case.name);
@@ -386,7 +388,7 @@ mod tests {
     fn masses_at_one_place_are_parted_by_their_distance_in_the_graph() {
         let mut case = cases::chain(300);
         case.places.fill([1.0, 2.0]);
-        let tree = dissect(&case.pattern, &case.places);
+        let tree = dissect(&case.pattern, &case.places, &[]);
         assert!(tree.fronts.iter().all(|f| f.len() <= LEAF));
         check(&case, &tree);
     }

@@ -110,11 +110,24 @@ impl Default for Backend {
 /// # Panics
 /// When there is not one place a block row.
 pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<dyn Factor> {
-    let tree = order(pattern, places);
+    with_tree(pattern, &order(pattern, places), backend)
+}
+
+/// As [`analyse`] for several sheets that touch: `depths` (m), one a block row, tell them apart where their `places` do not.
+///
+/// # Panics
+/// When there is not one place and one depth a block row.
+pub fn analyse_joined(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64], backend: Backend) -> Box<dyn Factor> {
+    assert_eq!(places.len(), pattern.size(), "one place a block row");
+    assert_eq!(depths.len(), pattern.size(), "one depth a block row");
+    with_tree(pattern, &dissection::dissect(pattern, places, depths), backend)
+}
+
+fn with_tree(pattern: &Pattern, tree: &Tree, backend: Backend) -> Box<dyn Factor> {
     match backend {
-        Backend::Faer => Box::new(FaerFactor::new(pattern, &tree, false)),
-        Backend::Indefinite => Box::new(FaerFactor::new(pattern, &tree, true)),
-        Backend::Multifrontal => Box::new(MultifrontalFactor::new(pattern, &tree, Instructions::best())),
+        Backend::Faer => Box::new(FaerFactor::new(pattern, tree, false)),
+        Backend::Indefinite => Box::new(FaerFactor::new(pattern, tree, true)),
+        Backend::Multifrontal => Box::new(MultifrontalFactor::new(pattern, tree, Instructions::best())),
     }
 }
 
@@ -129,5 +142,5 @@ pub fn analyse_for(pattern: &Pattern, places: &[[f64; 2]], path: Path) -> Option
 
 fn order(pattern: &Pattern, places: &[[f64; 2]]) -> Tree {
     assert_eq!(places.len(), pattern.size(), "one place a block row");
-    dissection::dissect(pattern, places)
+    dissection::dissect(pattern, places, &[])
 }

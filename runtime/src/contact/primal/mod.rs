@@ -1,7 +1,7 @@
-//! Many contacts of one sheet with bodies that do not give way, solved on the sheet itself.
+//! Contacts of sheets and bodies, solved on their masses.
 //!
 //! Wanted is the displacement δ with H δ = Jᵀ p, u = J δ + b, and Coulomb's law between u and p at every contact. In place
-//! of W = J H⁻¹ Jᵀ, dense in the contacts, this keeps to the sheet's own sparse matrix. Each round says of every contact from its
+//! of W = J H⁻¹ Jᵀ, dense in the contacts, this keeps to the sparse matrix of the sheets (`joint`). Each round says of every contact from its
 //! last force p and gap how it acts (open, stuck, sliding; the sign of p_n - c u_n, the length of p_t - c u_t against μ p_n),
 //! and solves for all at once, with u = 0 where it is held imposed by an augmented Lagrangian,
 //!
@@ -13,11 +13,14 @@
 //! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92,
 //! 1991; Hintermüller, Ito, Kunisch, "The primal-dual active set strategy as a semismooth Newton method", SIAM J. Optim. 13, 2002.)
 
+mod joint;
+mod row;
+
 use glam::{DMat3, DVec2, DVec3};
 
 use super::coulomb::Law;
-use crate::engine::linear::Pattern;
-use crate::sheet::{ContactTangent, Sheet};
+pub(super) use joint::{Joint, Tangent, covers};
+pub(super) use row::Row;
 
 /// ρ over the sheet's own stiffness c at the contact.
 const STIFFER: f64 = 300.0;
@@ -25,72 +28,20 @@ const STIFFER: f64 = 300.0;
 const STICKS: f64 = 1e-4;
 /// A contact with less than this fraction of all normal force does not rub.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Times that the limits of friction follow the normal forces, at most.
-pub(super) const UPDATES: u32 = 10;
 /// Rounds, at most, and those after which states change few at a time.
 const ROUNDS: u32 = 70;
 const PATIENCE: u32 = 15;
-/// A contact as the sheet sees it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Row {
-    /// Block rows of its masses, their weights, and which of their directions are free.
-    pub rows: [u32; 3],
-    pub weights: [f64; 3],
-    pub free: [DVec3; 3],
-    /// Columns: normal and two tangents.
-    pub frame: DMat3,
-    pub law: Law,
-    /// Whether nothing is known of it: it then pushes, for a beginning, if it would overlap.
-    pub new: bool,
-    /// Whether it never acts.
-    pub idle: bool,
-    /// u where δ is zero, in the frame, m.
-    pub b: DVec3,
-    /// c, N/m.
-    stiffness: DVec3,
-}
-
-impl Row {
-    /// A contact; c and b are set by the solver.
-    pub fn new(frame: DMat3, law: Law) -> Self {
-        Self {
-            rows: [0; 3],
-            weights: [0.0; 3],
-            free: [DVec3::ONE; 3],
-            frame,
-            law,
-            new: true,
-            idle: false,
-            b: DVec3::ZERO,
-            stiffness: DVec3::ZERO,
-        }
-    }
-
-    fn terms(&self) -> impl Iterator<Item = (usize, f64, DVec3)> + '_ {
-        (0..3).filter(|k| self.weights[*k] != 0.0).map(|k| (self.rows[k] as usize, self.weights[k], self.free[k]))
-    }
-
-    fn moved(&self, delta: &[f64]) -> DVec3 {
-        let sum: DVec3 = self.terms().map(|(row, w, free)| DVec3::from_slice(&delta[3 * row..]) * free * w).sum();
-        self.frame.transpose() * sum
-    }
-
-    fn push(&self, p: DVec3, force: &mut [f64]) {
-        let world = self.frame * p;
-        for (row, w, free) in self.terms() {
-            let f = world * free * w;
-            for (to, f) in force[3 * row..3 * row + 3].iter_mut().zip(f.to_array()) {
-                *to += f;
-            }
-        }
-    }
-}
-
 /// How a contact acts: what the matrix depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
     pushes: bool,
     rubs: Rubbing,
+}
+
+impl State {
+    fn acts(&self) -> bool {
+        self.pushes || self.rubs != Rubbing::None
+    }
 }
 
 /// Friction of a contact.
@@ -115,6 +66,8 @@ pub(crate) struct Primal {
     /// Limit of friction at each contact, N: fixed while states are looked for, which keeps the problem convex.
     limits: Vec<f64>,
     states: Vec<State>,
+    /// Where in the matrix the pairs of every row are.
+    slots: Vec<u32>,
     /// States that the last round asks for, and how much each is wanted, m.
     wanted: Vec<(State, f64)>,
     factored: Vec<State>,
@@ -135,28 +88,18 @@ impl Primal {
         self.factored.clear();
     }
 
-    /// Sets c from the stiffness of the sheet at each contact.
-    pub fn weigh(&mut self, tangent: &ContactTangent) {
+    /// Finds the rows in the matrix of `tangent`, and how stiff it is against each.
+    pub fn bind(&mut self, tangent: &dyn Tangent) {
+        self.slots.clear();
         for row in &mut self.rows {
-            let compliance = |direction: DVec3| -> f64 {
-                let each = (0..3).filter(|k| row.weights[*k] != 0.0).map(|k| {
-                    let stiffness = tangent.diagonal(row.rows[k]);
-                    row.weights[k] * row.weights[k] / direction.dot(stiffness * direction)
-                });
-                each.sum()
-            };
-            let along = |d: DVec3| 1.0 / compliance(d).max(f64::MIN_POSITIVE);
-            let c = [row.frame.x_axis, row.frame.y_axis, row.frame.z_axis].map(along);
-            // One weight for both tangents, so that the disc stays a disc.
-            let tangential = c[1].min(c[2]);
-            row.stiffness = DVec3::new(c[0], tangential, tangential);
+            row.bind(tangent.pattern(), |i| tangent.diagonal(i), &mut self.slots);
         }
     }
 
     /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps, and the limits of friction
     /// follow up to `updates` times. True if it settled.
-    pub fn solve(&mut self, sheet: &mut Sheet, tolerance: f64, updates: u32) -> bool {
-        let n = sheet.unknowns();
+    pub fn solve(&mut self, tangent: &mut dyn Tangent, tolerance: f64, updates: u32) -> bool {
+        let n = 3 * tangent.pattern().size();
         self.delta.clear();
         self.delta.resize(n, 0.0);
         self.u.clear();
@@ -167,10 +110,10 @@ impl Primal {
         for round in 0..ROUNDS {
             self.steps += 1;
             self.before.clone_from(&self.u);
-            if !self.factorize(sheet) {
+            if !self.factorize(tangent) {
                 return false;
             }
-            self.step(sheet);
+            self.step(tangent);
             let settled = self.update(tolerance);
             self.change_states(round);
             if settled {
@@ -238,13 +181,15 @@ impl Primal {
     }
 
     /// Makes the factor that the states ask for; false when there is none.
-    fn factorize(&mut self, sheet: &mut Sheet) -> bool {
+    fn factorize(&mut self, tangent: &mut dyn Tangent) -> bool {
         if self.same_matrix() {
             return true;
         }
-        let (rows, states) = (&self.rows, &self.states);
-        let done = sheet.factorize_with(|pattern, values| {
-            rows.iter().zip(states).for_each(|(row, state)| add(row, state, pattern, values));
+        let (rows, states, slots) = (&self.rows, &self.states, &self.slots);
+        let done = tangent.factorize_with(&mut |values| {
+            for (row, state) in rows.iter().zip(states).filter(|(_, state)| state.acts()) {
+                row.stiffen(&stiffness(row, state), slots, values);
+            }
         });
         self.factored.clear();
         if done {
@@ -255,7 +200,7 @@ impl Primal {
     }
 
     /// Solves for δ with the states there are.
-    fn step(&mut self, sheet: &mut Sheet) {
+    fn step(&mut self, tangent: &mut dyn Tangent) {
         self.delta.fill(0.0);
         // From here on `force` is that of δ = 0.
         for (i, row) in self.rows.iter().enumerate() {
@@ -263,7 +208,7 @@ impl Primal {
             self.force[i] = linear_part(self.force[i], self.u[i], &self.states[i], &d) - d * row.b;
             row.push(self.force[i], &mut self.delta);
         }
-        sheet.solve_contact(&mut self.delta);
+        tangent.solve(&mut self.delta);
         for (row, u) in self.rows.iter().zip(&mut self.u) {
             *u = row.b + row.moved(&self.delta);
         }
@@ -374,24 +319,4 @@ fn stiffness(row: &Row, state: &State) -> DMat3 {
         DVec3::new(0.0, tangential[0], tangential[1]),
         DVec3::new(0.0, tangential[1], tangential[2]),
     )
-}
-
-/// Adds Jᵀ D J of one contact.
-fn add(row: &Row, state: &State, pattern: &Pattern, values: &mut [f64]) {
-    if !state.pushes && state.rubs == Rubbing::None {
-        return;
-    }
-    let local = stiffness(row, state);
-    let world = row.frame * local * row.frame.transpose();
-    for (i, wi, fi) in row.terms() {
-        for (j, wj, fj) in row.terms().filter(|(j, ..)| *j <= i) {
-            let Some(slot) = pattern.slot(i as u32, j as u32) else { continue };
-            let at = 9 * slot as usize;
-            for r in 0..3 {
-                for c in 0..3 {
-                    values[at + 3 * r + c] += wi * wj * fi[r] * fj[c] * world.col(c)[r];
-                }
-            }
-        }
-    }
 }

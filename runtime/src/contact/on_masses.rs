@@ -1,0 +1,213 @@
+//! Contact problems of implicit engines put to the solver on masses (`primal`), and its answers taken back.
+//!
+//! One sheet on bodies that do not give way is solved on its own tangent, several sheets or bodies that do on a joint one.
+
+use glam::{DMat3, DVec3};
+
+use super::delassus::{Group, frame_of};
+use super::memory::Remembered;
+use super::primal::{Primal, Row, Tangent, covers};
+use super::row::{Contact, Side};
+use super::stage::Scratch;
+
+/// Accuracy of gaps, m: at the end, and while the sheets are still far from where they will be.
+const SETTLED: f64 = 2e-8;
+const ROUGH: f64 = 1e-5;
+/// Times that the limits of friction follow the normal forces, at most.
+const UPDATES: u32 = 10;
+/// What was further apart than this has not been met in the stages before, m.
+const FAR: f64 = 1e-3;
+/// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
+const ALIKE: f64 = 0.98;
+
+impl Scratch {
+    /// Solves for the places of what would overlap; false where the solve did not settle.
+    pub(super) fn positions_on_masses(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
+        let mut primal = std::mem::take(&mut self.primal);
+        primal.clear();
+        self.joint.lay_out(group);
+        self.note_masses(group);
+        for (i, contact) in self.found.contacts.iter().enumerate() {
+            let row = self.row_of(group, i);
+            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
+            primal.force.push(row.frame.transpose() * force);
+            primal.rows.push(row);
+        }
+        self.alone = group.members.len() == 1 && group.movers.iter().all(|m| !m.gives());
+        if let Some(system) = group.sheet_mut(0).system_mut().filter(|_| self.alone) {
+            self.alone = primal.rows.iter().all(|row| covers(system.pattern(), row));
+        }
+        if !self.alone {
+            self.joint.fill(group, &primal.rows, h);
+        }
+        let settled = self.solve_on_masses(&mut primal, group, true, rough);
+        if settled || self.last_resort {
+            self.take_displacements(&primal, group);
+            let contacts = &self.found.contacts;
+            self.memory.replace(|old, new| {
+                for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+                    // What is new pushes in the velocity solve as it does here, for a beginning.
+                    let position = row.frame * *p;
+                    let velocity = old.of(&contact.key).map_or(position, |f| f.velocity);
+                    new.push((contact.key, Remembered { position, velocity }));
+                }
+            });
+        }
+        self.primal = primal;
+        settled
+    }
+
+    /// Solves for the velocities of what is closed; false where the solve did not settle.
+    pub(super) fn velocities_on_masses(&mut self, group: &mut Group, h: f64) -> bool {
+        let mut primal = std::mem::take(&mut self.primal);
+        for (i, contact) in self.found.contacts.iter().enumerate() {
+            let frame = primal.rows[i].frame;
+            let u = self.velocity_of(group, i, &frame);
+            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
+            primal.force[i] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
+            primal.rows[i].b = u.map_or(DVec3::X, |u| u * h);
+            primal.rows[i].new = false;
+        }
+        let settled = self.solve_on_masses(&mut primal, group, false, false);
+        if settled || self.last_resort {
+            self.take_jumps(&primal, group, h);
+            let contacts = &self.found.contacts;
+            self.memory.replace(|old, new| {
+                for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+                    let position = old.of(&contact.key).unwrap_or_default().position;
+                    new.push((contact.key, Remembered { position, velocity: row.frame * *p }));
+                }
+            });
+        }
+        self.primal = primal;
+        settled
+    }
+
+    fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
+        let before = (primal.steps, primal.factors);
+        let (tolerance, updates) = if rough { (ROUGH, 1) } else { (SETTLED, UPDATES) };
+        let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.alone) {
+            Some(system) => system,
+            None => &mut self.joint,
+        };
+        if first {
+            primal.bind(tangent);
+        }
+        let settled = primal.solve(tangent, tolerance, updates);
+        self.counters.unsettled += u64::from(!settled);
+        self.counters.newton += primal.steps - before.0;
+        self.counters.factors += primal.factors - before.1;
+        settled
+    }
+
+    /// Contact `i` as the unknowns see it.
+    fn row_of(&self, group: &Group, i: usize) -> Row {
+        let contact = &self.found.contacts[i];
+        let mut row = Row::new(frame_of(contact.normal), self.law(i));
+        for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
+            match side {
+                Side::Sheet { sheet, point } => {
+                    let first = self.joint.sheet(*sheet);
+                    for (mass, weight) in point.terms() {
+                        if let Some((block, free)) = group.sheet(*sheet).free_row(mass) {
+                            row.add(first + block, DMat3::from_diagonal(free * (sign * weight)));
+                        }
+                    }
+                }
+                Side::Body { body, local } => {
+                    if let Some(first) = self.joint.body(group.members.len(), *body) {
+                        let mover = &group.movers[*body as usize];
+                        let arm = mover.free.place(*local) - mover.free.centre();
+                        row.add(first, DMat3::IDENTITY * sign);
+                        row.add(first + 1, across(arm) * -sign);
+                    }
+                }
+            }
+        }
+        row.b = self.position_of(group, i, &row.frame);
+        row.new = self.memory.is_empty() || self.gaps.start[i] > FAR;
+        row.idle = i < self.found.glue_from && self.is_doubled(group, contact);
+        row
+    }
+
+    /// Notes along which normal each mass is itself in contact with a body.
+    fn note_masses(&mut self, group: &Group) {
+        self.normals.clear();
+        self.normals.resize(self.joint.size(), DVec3::ZERO);
+        for contact in &self.found.contacts {
+            if let (Side::Sheet { sheet, point }, Side::Body { .. }) = (contact.a, contact.b)
+                && point.weights[0] == 1.0
+                && let Some((row, _)) = group.sheet(sheet).free_row(point.masses[0])
+            {
+                self.normals[(self.joint.sheet(sheet) + row) as usize] = contact.normal;
+            }
+        }
+    }
+
+    /// Whether a contact with a body only says again what one of its masses says: two such rows would share a force in no
+    /// certain way.
+    fn is_doubled(&self, group: &Group, contact: &Contact) -> bool {
+        let (Side::Sheet { sheet, point }, Side::Body { .. }) = (contact.a, contact.b) else { return false };
+        let first = self.joint.sheet(sheet);
+        let doubles = |(mass, weight): (u32, f64)| {
+            let row = group.sheet(sheet).free_row(mass).filter(|_| weight > ALIKE);
+            row.is_some_and(|(row, _)| self.normals[(first + row) as usize].dot(contact.normal) > ALIKE)
+        };
+        point.weights[0] != 1.0 && point.terms().any(doubles)
+    }
+
+    /// Leaves the displacements of the solve, and the forces, in the units and movers.
+    fn take_displacements(&self, primal: &Primal, group: &mut Group) {
+        let (joint, delta, count) = (&self.joint, primal.displacement(), group.members.len());
+        for local in 0..count as u32 {
+            let sheet = group.sheet_mut(local);
+            let mut unit = std::mem::take(&mut sheet.work.unit);
+            unit.touch(sheet.masses());
+            sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
+            sheet.work.unit = unit;
+        }
+        for (contact, (row, p)) in self.found.contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+            if *p == DVec3::ZERO {
+                continue;
+            }
+            for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
+                if let Side::Sheet { sheet, point } = side {
+                    group.sheet_mut(*sheet).work.unit.push(point, row.frame * *p * sign);
+                }
+            }
+        }
+        for local in 0..count as u32 {
+            let sheet = group.sheet_mut(local);
+            sheet.work.unit.accelerate(&sheet.inverse_mass);
+        }
+        for (body, mover) in group.movers.iter_mut().enumerate() {
+            if let Some(first) = joint.body(count, body as u32) {
+                let at = 3 * first as usize;
+                (mover.shift, mover.turn) = (DVec3::from_slice(&delta[at..]), DVec3::from_slice(&delta[at + 3..]));
+            }
+        }
+    }
+
+    /// Leaves the jumps of velocity of the solve in the units and movers.
+    fn take_jumps(&self, primal: &Primal, group: &mut Group, h: f64) {
+        let (joint, delta, count) = (&self.joint, primal.displacement(), group.members.len());
+        for local in 0..count as u32 {
+            let sheet = group.sheet_mut(local);
+            let mut unit = std::mem::take(&mut sheet.work.unit);
+            sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
+            unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
+            sheet.work.unit = unit;
+        }
+        for (body, mover) in group.movers.iter_mut().enumerate() {
+            if let Some(first) = joint.body(count, body as u32) {
+                let at = 3 * first as usize;
+                (mover.kick, mover.twist) = (DVec3::from_slice(&delta[at..]) / h, DVec3::from_slice(&delta[at + 3..]) / h);
+            }
+        }
+    }
+}
+
+/// [r]×, the matrix of r × .
+fn across(r: DVec3) -> DMat3 {
+    DMat3::from_cols(DVec3::new(0.0, r.z, -r.y), DVec3::new(-r.z, 0.0, r.x), DVec3::new(r.y, -r.x, 0.0))
+}
