@@ -9,6 +9,8 @@ use super::row::Key;
 pub(crate) struct Remembered {
     pub position: DVec3,
     pub velocity: DVec3,
+    /// Whether it slid in the one and in the other: a force at the limit of friction does not say.
+    pub slides: [bool; 2],
 }
 
 /// What is remembered.

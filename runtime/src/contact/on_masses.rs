@@ -8,7 +8,7 @@ use super::delassus::{Group, frame_of};
 use super::memory::Remembered;
 use super::primal::{Primal, Row, Tangent, covers};
 use super::row::{Contact, Side};
-use super::stage::Scratch;
+use super::stage::{CLOSED, Scratch};
 
 /// Accuracy of gaps, m: at the end, and while the sheets are still far from where they will be.
 const SETTLED: f64 = 2e-8;
@@ -17,6 +17,10 @@ const ROUGH: f64 = 1e-5;
 const UPDATES: u32 = 10;
 /// What was further apart than this has not been met in the stages before, m.
 const FAR: f64 = 1e-3;
+/// Contacts of several sheets that are further apart than this after the free motion are not expected to act, m.
+const NEAR: f64 = 5e-5;
+/// Times that contacts are chosen.
+const GROWING: u32 = 4;
 /// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
 const ALIKE: f64 = 0.98;
 
@@ -24,13 +28,73 @@ impl Scratch {
     /// Solves for the places of what would overlap; false where the solve did not settle.
     pub(super) fn positions_on_masses(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
         let mut primal = std::mem::take(&mut self.primal);
-        primal.clear();
         self.joint.lay_out(group);
         self.note_masses(group);
+        self.choose(group.members.len());
+        let mut settled = false;
+        for _ in 0..GROWING {
+            self.lay_rows(&mut primal, group, h);
+            settled = self.solve_on_masses(&mut primal, group, true, rough);
+            if !settled && !self.last_resort {
+                break;
+            }
+            self.take_displacements(&primal, group);
+            self.remember_positions(&primal);
+            self.gaps.update(&self.found.contacts, group);
+            if std::env::var_os("DBG").is_some() {
+                let worst=(0..self.gaps.now.len()).min_by(|a,b|self.gaps.now[*a].total_cmp(&self.gaps.now[*b]));
+                if let Some(w)=worst { eprintln!("   worst now {:.3e} free {:.3e} start {:.3e} chosen {} of {} {:x?}", self.gaps.now[w], self.gaps.free[w], self.gaps.start[w], self.chosen.len(), self.gaps.now.len(), self.found.contacts[w].key); }
+                let mut per=std::collections::BTreeMap::new();
+                for c in &self.found.contacts { let f=|s:&Side| match s {Side::Sheet{sheet,..}=>*sheet as i32,_=>-1}; let n: &mut i32=per.entry((f(&c.a),f(&c.b))).or_default(); *n+=1; }
+                eprintln!("   {per:?}");
+            }
+            if !self.choose_more() {
+                break;
+            }
+        }
+        self.primal = primal;
+        settled
+    }
+
+    /// Chooses the contacts that may act: what is far from touching need not be in the matrix.
+    fn choose(&mut self, sheets: usize) {
+        self.chosen.clear();
+        self.is_chosen.clear();
         for (i, contact) in self.found.contacts.iter().enumerate() {
-            let row = self.row_of(group, i);
-            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.position);
-            primal.force.push(row.frame.transpose() * force);
+            // One sheet's pattern has them all already.
+            let near = self.gaps.free[i] < if sheets > 1 { NEAR } else { f64::INFINITY };
+            let is_chosen = near || i >= self.found.glue_from || self.remembered(&contact.key).is_some();
+            self.is_chosen.push(is_chosen);
+            if is_chosen {
+                self.chosen.push(i as u32);
+            }
+        }
+    }
+
+    /// Chooses those that the others have made close too; false when there are none.
+    fn choose_more(&mut self) -> bool {
+        let missed = |i: usize| !self.is_chosen[i] && self.gaps.now[i] < CLOSED;
+        if !(0..self.is_chosen.len()).any(missed) {
+            return false;
+        }
+        for (i, is_chosen) in self.is_chosen.iter_mut().enumerate() {
+            if !*is_chosen && self.gaps.now[i] < NEAR {
+                *is_chosen = true;
+                self.chosen.push(i as u32);
+            }
+        }
+        self.chosen.sort_unstable();
+        true
+    }
+
+    /// Puts the chosen contacts to the solver.
+    fn lay_rows(&mut self, primal: &mut Primal, group: &mut Group, h: f64) {
+        primal.clear();
+        for i in self.chosen.iter().map(|i| *i as usize) {
+            let mut row = self.row_of(group, i);
+            let known = self.memory.of(&self.found.contacts[i].key).unwrap_or_default();
+            row.slid = known.slides[0];
+            primal.force.push(row.frame.transpose() * known.position);
             primal.rows.push(row);
         }
         self.alone = group.members.len() == 1 && group.movers.iter().all(|m| !m.gives());
@@ -40,42 +104,42 @@ impl Scratch {
         if !self.alone {
             self.joint.fill(group, &primal.rows, h);
         }
-        let settled = self.solve_on_masses(&mut primal, group, true, rough);
-        if settled || self.last_resort {
-            self.take_displacements(&primal, group);
-            let contacts = &self.found.contacts;
-            self.memory.replace(|old, new| {
-                for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
-                    // What is new pushes in the velocity solve as it does here, for a beginning.
-                    let position = row.frame * *p;
-                    let velocity = old.of(&contact.key).map_or(position, |f| f.velocity);
-                    new.push((contact.key, Remembered { position, velocity }));
-                }
-            });
-        }
-        self.primal = primal;
-        settled
+    }
+
+    fn remember_positions(&mut self, primal: &Primal) {
+        let (contacts, chosen) = (&self.found.contacts, &self.chosen);
+        self.memory.replace(|old, new| {
+            for (k, i) in chosen.iter().enumerate() {
+                let (key, position) = (contacts[*i as usize].key, primal.rows[k].frame * primal.force[k]);
+                let slides = primal.slides(k);
+                // What is new pushes in the velocity solve as it does here, for a beginning.
+                let known = old.of(&key).unwrap_or(Remembered { velocity: position, slides: [slides; 2], position });
+                new.push((key, Remembered { position, slides: [slides, known.slides[1]], ..known }));
+            }
+        });
     }
 
     /// Solves for the velocities of what is closed; false where the solve did not settle.
     pub(super) fn velocities_on_masses(&mut self, group: &mut Group, h: f64) -> bool {
         let mut primal = std::mem::take(&mut self.primal);
-        for (i, contact) in self.found.contacts.iter().enumerate() {
-            let frame = primal.rows[i].frame;
+        for (k, i) in self.chosen.iter().map(|i| *i as usize).enumerate() {
+            let frame = primal.rows[k].frame;
             let u = self.velocity_of(group, i, &frame);
-            let force = self.memory.of(&contact.key).map_or(DVec3::ZERO, |f| f.velocity);
-            primal.force[i] = if u.is_some() { frame.transpose() * force } else { DVec3::ZERO };
-            primal.rows[i].b = u.map_or(DVec3::X, |u| u * h);
-            primal.rows[i].new = false;
+            let known = self.memory.of(&self.found.contacts[i].key).unwrap_or_default();
+            primal.force[k] = if u.is_some() { frame.transpose() * known.velocity } else { DVec3::ZERO };
+            primal.rows[k].slid = known.slides[1];
+            primal.rows[k].b = u.map_or(DVec3::X, |u| u * h);
+            primal.rows[k].new = false;
         }
         let settled = self.solve_on_masses(&mut primal, group, false, false);
         if settled || self.last_resort {
             self.take_jumps(&primal, group, h);
-            let contacts = &self.found.contacts;
+            let (contacts, chosen) = (&self.found.contacts, &self.chosen);
             self.memory.replace(|old, new| {
-                for (contact, (row, p)) in contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
-                    let position = old.of(&contact.key).unwrap_or_default().position;
-                    new.push((contact.key, Remembered { position, velocity: row.frame * *p }));
+                for (k, i) in chosen.iter().enumerate() {
+                    let (key, velocity) = (contacts[*i as usize].key, primal.rows[k].frame * primal.force[k]);
+                    let known = old.of(&key).unwrap_or_default();
+                    new.push((key, Remembered { velocity, slides: [known.slides[0], primal.slides(k)], ..known }));
                 }
             });
         }
@@ -94,6 +158,9 @@ impl Scratch {
             primal.bind(tangent);
         }
         let settled = primal.solve(tangent, tolerance, updates);
+        if std::env::var_os("DBG").is_some() {
+            eprintln!("   {} rows {} rough {rough} steps {} factors {} settled {settled} analyses {} alone {}", if first {"pos"} else {"vel"}, primal.rows.len(), primal.steps-before.0, primal.factors-before.1, self.joint.analyses, self.alone);
+        }
         self.counters.unsettled += u64::from(!settled);
         self.counters.newton += primal.steps - before.0;
         self.counters.factors += primal.factors - before.1;
@@ -166,10 +233,11 @@ impl Scratch {
             sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
             sheet.work.unit = unit;
         }
-        for (contact, (row, p)) in self.found.contacts.iter().zip(primal.rows.iter().zip(&primal.force)) {
+        for (i, (row, p)) in self.chosen.iter().zip(primal.rows.iter().zip(&primal.force)) {
             if *p == DVec3::ZERO {
                 continue;
             }
+            let contact = &self.found.contacts[*i as usize];
             for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
                 if let Side::Sheet { sheet, point } = side {
                     group.sheet_mut(*sheet).work.unit.push(point, row.frame * *p * sign);

@@ -20,11 +20,16 @@ use super::row::{Contact, Key, SheetPoint, Side};
 use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
-const CLOSED: f64 = 1e-5;
+pub(super) const CLOSED: f64 = 1e-5;
 /// What comes from further apart than this to overlap by more is an impact, m: gravity alone does less in a stage.
 const IMPACT: f64 = 2e-3;
 /// Rounds of a stage.
 const ROUNDS: u32 = 10;
+/// Pairs nearer than this after the free motion get a row, m: at rest contact moves nothing further in a stage.
+pub(crate) const MARGIN: f64 = 5e-4;
+/// The same at most, and how often it is tried with more.
+const WIDEST: f64 = 0.1;
+const WIDENINGS: u32 = 3;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
 const BOUNCES_ABOVE: f64 = 0.2;
 
@@ -76,6 +81,9 @@ pub(crate) struct Scratch {
     dual: Dual,
     pub(super) primal: Primal,
     pub(super) joint: Joint,
+    /// Contacts that may act, by number in `found`, and whether each is one of them.
+    pub(super) chosen: Vec<u32>,
+    pub(super) is_chosen: Vec<bool>,
     on_masses: bool,
     /// Whether the problem is one sheet's with bodies that do not give way.
     pub(super) alone: bool,
@@ -317,7 +325,7 @@ impl Scratch {
         self.memory.replace(|old, new| {
             new.extend(dual.forces().map(|(c, position)| {
                 let key = contacts[c].key;
-                (key, Remembered { position, velocity: old.of(&key).unwrap_or_default().velocity })
+                (key, Remembered { position, ..old.of(&key).unwrap_or_default() })
             }));
         });
         self.dual = dual;
@@ -344,7 +352,7 @@ impl Scratch {
         self.memory.replace(|old, new| {
             new.extend(dual.forces().map(|(c, velocity)| {
                 let key = contacts[c].key;
-                (key, Remembered { position: old.of(&key).unwrap_or_default().position, velocity })
+                (key, Remembered { velocity, ..old.of(&key).unwrap_or_default() })
             }));
         });
         self.dual = dual;
@@ -375,14 +383,24 @@ impl Scratch {
     }
 }
 
+/// How far contact moves anything of `group`, m.
+fn furthest(group: &Group) -> f64 {
+    let of_sheet = |i: &u32| {
+        let unit = &group.sheets[*i as usize].work.unit;
+        if unit.is_touched() { unit.jump.dx.max_squared().sqrt() } else { 0.0 }
+    };
+    let sheets = group.members.iter().map(of_sheet).fold(0.0, f64::max);
+    group.movers.iter().map(|m| m.shift.length()).fold(sheets, f64::max)
+}
+
 /// Takes every sheet of `group` through its stage's rounds: `find` writes what may touch, given the group with the free motions in
-/// it. False when a sheet could not be solved for, or the rounds did not come together.
+/// it, the number of the round and the distance (m) up to which things are near. False when a sheet could not be solved for, or the rounds did not come together.
 pub(crate) fn solve_rounds(
     group: &mut Group,
     scratch: &mut Scratch,
     field: Field,
     h: f64,
-    mut find: impl FnMut(&Group, u32, &mut Found),
+    mut find: impl FnMut(&Group, u32, f64, &mut Found),
 ) -> Rounds {
     let mut touched = false;
     scratch.short_steps = false;
@@ -395,11 +413,20 @@ pub(crate) fn solve_rounds(
         if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed) {
             return Rounds::Failed;
         }
-        find(group, round, &mut scratch.found);
-        let rough = round == 0 && scratch.is_impact(group);
-        touched = scratch.solve_positions(group, h, rough);
-        if scratch.failed {
-            return Rounds::Failed;
+        let (mut margin, mut rough) = (MARGIN, false);
+        for _ in 0..WIDENINGS {
+            find(group, round, margin, &mut scratch.found);
+            rough = round == 0 && scratch.is_impact(group);
+            touched = scratch.solve_positions(group, h, rough);
+            if scratch.failed {
+                return Rounds::Failed;
+            }
+            // What contact moves further may have been moved into what was not looked at.
+            let pushed = if touched { furthest(group) } else { 0.0 };
+            if pushed <= margin {
+                break;
+            }
+            margin = (1.5 * pushed).min(WIDEST);
         }
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);

@@ -31,8 +31,9 @@ pub(crate) trait Find {
     /// after the start of the whole step.
     fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64);
 
-    /// Writes what may touch in round number `round`, from the free motions in the sheets of `group`.
-    fn find(&mut self, group: &Group, round: u32, found: &mut Found);
+    /// Writes what may touch in round number `round` and comes nearer than `margin` (m), from the free motions in the sheets of
+    /// `group`.
+    fn find(&mut self, group: &Group, round: u32, margin: f64, found: &mut Found);
 
     /// Takes up where the stage has left the bodies.
     fn end_stage(&mut self, group: &mut Group);
@@ -65,6 +66,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
     scratch.last_resort = part.halvings >= HALVINGS;
+    if std::env::var_os("DBG").is_some() { eprintln!("part {} dt {} halvings {}", part.time, part.dt, part.halvings); }
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
@@ -73,8 +75,8 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         let lead = &group.sheet(0).work.stage;
         let (length, h) = (lead.length, lead.h);
         finder.begin_stage(group, at, at + length);
-        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, found| {
-            finder.find(group, round, found);
+        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, margin, found| {
+            finder.find(group, round, margin, found);
         });
         match rounds {
             Rounds::Failed if part.halvings < HALVINGS => return false,

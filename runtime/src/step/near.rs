@@ -11,12 +11,10 @@ use crate::contact::mover::{Mover, frame};
 use crate::contact::rigid::{BodyContact, RigidView};
 use crate::contact::row::{Contact, Side};
 use crate::contact::skin::Skin;
-use crate::contact::stage::{Found, mass_point};
+use crate::contact::stage::{Found, MARGIN, mass_point};
 use crate::contact::surroundings::Surroundings;
 use crate::sheet::Sheet;
 
-/// Pairs nearer than this get a row, m: what contact may push together within a stage.
-const MARGIN: f64 = 5e-4;
 /// Key of glue, and of contacts between bodies: detection's are below.
 const GLUE: u64 = u64::MAX;
 const BODIES: u64 = u64::MAX - 1;
@@ -107,7 +105,7 @@ impl Near<'_> {
             let body = self.surroundings.parts[*part as usize].body;
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
         }
-        self.ask(group, 0, |finder, problem| finder.begin(problem, reach));
+        self.ask(group, 0, MARGIN, |finder, problem| finder.begin(problem, reach));
     }
 
     /// Whether nothing can touch in this step.
@@ -117,7 +115,7 @@ impl Near<'_> {
     }
 
     /// Calls `ask` with detection and its problem in round `round`.
-    fn ask(&mut self, group: &Group, round: u32, ask: impl FnOnce(&mut Finder, &Problem)) {
+    fn ask(&mut self, group: &Group, round: u32, margin: f64, ask: impl FnOnce(&mut Finder, &Problem)) {
         let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
         let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
         let mut finder = std::mem::take(&mut self.work.finder);
@@ -144,7 +142,7 @@ impl Near<'_> {
             });
         }
         let coefficients = |pair| self.coefficients(group, pair);
-        let problem = Problem { sheets: &sheets, bodies: &bodies, margin: MARGIN, surfaces: &coefficients };
+        let problem = Problem { sheets: &sheets, bodies: &bodies, margin, surfaces: &coefficients };
         ask(&mut finder, &problem);
         self.work.finder = finder;
         self.work.sheet_motions = reused(sheets);
@@ -217,9 +215,9 @@ impl Find for Near<'_> {
         }
     }
 
-    fn find(&mut self, group: &Group, round: u32, found: &mut Found) {
+    fn find(&mut self, group: &Group, round: u32, margin: f64, found: &mut Found) {
         let mut contacts = std::mem::take(&mut found.contacts);
-        self.ask(group, round, |finder, problem| finder.find(problem, &mut contacts));
+        self.ask(group, round, margin, |finder, problem| finder.find(problem, &mut contacts));
         if !self.sheets_meet {
             contacts.retain(|c| !matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. })));
         }

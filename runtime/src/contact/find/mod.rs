@@ -17,6 +17,7 @@ mod edges;
 mod faces;
 mod keys;
 mod local;
+mod prune;
 mod surfaces;
 mod tree;
 
@@ -133,6 +134,7 @@ pub struct Finder {
     workspace: BvhWorkspace,
     order: Vec<(Key, u32)>,
     raw: Vec<Contact>,
+    keep: Vec<bool>,
     counters: FindCounters,
     scope: Scope,
 }
@@ -219,6 +221,9 @@ impl Finder {
         self.against_sheets(problem);
         self.against_themselves(problem);
         self.collect(out);
+        if !self.near_sheets.is_empty() {
+            prune::prune(problem, out, &mut self.keep);
+        }
     }
 
     fn against_bodies(&mut self, problem: &Problem) {

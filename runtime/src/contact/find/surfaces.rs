@@ -26,6 +26,9 @@ const INSIDE: f64 = 0.3;
 /// Height of a point over a triangle below which its side is taken from the start of the stage, m.
 const SIDE: f64 = 1e-7;
 
+/// Fraction of an edge from its end up to which it is as good as the mass there.
+const ENDS: f64 = 0.02;
+
 /// A ridge that stands out less than this fraction of the touching distance is flat.
 const FLAT: f64 = 0.02;
 
@@ -178,8 +181,11 @@ impl Couple<'_> {
         }
         let plane = unit_normal(b)?;
         if barycentric_along(base, plane, b).and_then(within).is_some() {
-            let height = gap.dot(plane);
-            let height = if height.abs() > SIDE { height } else { (start - s[0]).dot(unit_normal(s)?) };
+            let mut height = gap.dot(plane);
+            if height.abs() < INSIDE * self.limits.offset {
+                // What is mixed up now was apart at the start.
+                height = (start - s[0]).dot(unit_normal(s)?);
+            }
             // Within one another they are on no certain side: as two sheets that are made in one place.
             if height.abs() < INSIDE * self.limits.offset {
                 return None;
@@ -252,6 +258,10 @@ impl Couple<'_> {
             return;
         }
         let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b)) else { return };
+        // At its end an edge is its mass, which has rows of its own.
+        if [found.s, found.t].iter().any(|x| !(ENDS..=1.0 - ENDS).contains(x)) {
+            return;
+        }
         let (p, kind_a, index_a) = on_edge(edge_a.masses, found.s, number_a);
         let (q, kind_b, index_b) = on_edge(edge_b.masses, found.t, number_b);
         rows.push(self.row((&self.a, p, kind_a, index_a), (&self.b, q, kind_b, index_b), found.normal));

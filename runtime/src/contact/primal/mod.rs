@@ -115,6 +115,15 @@ impl Primal {
             }
             self.step(tangent);
             let settled = self.update(tolerance);
+            if std::env::var_os("DBG3").is_some() {
+                let (mut push, mut rub, mut big)=(0,0,0.0f64);
+                for (i,(w,by)) in self.wanted.iter().enumerate() { push+=usize::from(w.pushes!=self.states[i].pushes); rub+=usize::from(std::mem::discriminant(&w.rubs)!=std::mem::discriminant(&self.states[i].rubs)); big=big.max(*by); }
+                let change=self.u.iter().zip(&self.before).map(|(a,b)|(*a-*b).abs().max_element()).fold(0.0,f64::max);
+                let np=self.states.iter().filter(|s|s.pushes).count();
+                let nst=self.states.iter().filter(|s|s.rubs==Rubbing::Stuck).count();
+                let nsl=self.states.iter().filter(|s|matches!(s.rubs,Rubbing::Sliding{..})).count();
+                eprintln!("      round {round} pushing {np} stuck {nst} sliding {nsl} want push {push} rub {rub} most {big:.2e} change {change:.2e} settled {settled} factors {}", self.factors);
+            }
             self.change_states(round);
             if settled {
                 if fresh || updated >= updates {
@@ -150,6 +159,11 @@ impl Primal {
         }
     }
 
+    /// Whether contact `i` slides.
+    pub fn slides(&self, i: usize) -> bool {
+        matches!(self.states[i].rubs, Rubbing::Sliding { .. })
+    }
+
     /// Displacement of each block row, m.
     pub fn displacement(&self) -> &[f64] {
         &self.delta
@@ -169,7 +183,7 @@ impl Primal {
                 continue;
             };
             let limit = friction * p.x;
-            let slides = p.y.hypot(p.z) >= limit * (1.0 - 1e-6);
+            let slides = row.slid && p.y.hypot(p.z) >= limit * (1.0 - 1e-6);
             let rubs = match limit > 0.0 {
                 false => Rubbing::None,
                 true if slides => sliding(row, DVec2::new(p.y, p.z), row.b, limit),

@@ -26,6 +26,8 @@ pub(crate) struct Row {
     pub new: bool,
     /// Whether it never acts.
     pub idle: bool,
+    /// Whether it slid when it had the force it begins with.
+    pub slid: bool,
     /// u where δ is zero, in the frame, m.
     pub b: DVec3,
     /// Stiffness of the unknowns against it along the frame's axes, N/m; one for both tangents.
@@ -45,6 +47,7 @@ impl Row {
             law,
             new: true,
             idle: false,
+            slid: false,
             b: DVec3::ZERO,
             stiffness: DVec3::ZERO,
             first_slot: 0,
