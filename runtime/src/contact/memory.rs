@@ -27,6 +27,17 @@ impl Memory {
         found.ok().map(|i| self.entries[i].1)
     }
 
+    /// What is remembered of `key`, or where there is nothing, of the contact that the same feature had with another place of the
+    /// same thing: what slides or trembles goes from triangle to triangle.
+    pub fn near(&self, key: &Key) -> Option<Remembered> {
+        let other = |key: &Key| key[1] >> 32 & 0x00ff_ffff;
+        self.of(key).or_else(|| {
+            let from = self.entries.partition_point(|(k, _)| k[0] < key[0]);
+            let same = self.entries[from..].iter().take_while(|(k, _)| k[0] == key[0]);
+            same.filter(|(k, _)| other(k) == other(key)).map(|(_, f)| *f).next()
+        })
+    }
+
     /// Replaces everything: contacts without a position force are forgotten.
     pub fn replace(&mut self, mut entries: impl FnMut(&Self, &mut Vec<(Key, Remembered)>)) {
         let mut next = std::mem::take(&mut self.next);

@@ -11,10 +11,10 @@ use super::row::{Contact, Side};
 use super::stage::{CLOSED, Scratch};
 
 /// Accuracy of gaps, m: at the end, and while the sheets are still far from where they will be.
-const SETTLED: f64 = 2e-8;
+const SETTLED: f64 = 2e-7;
 const ROUGH: f64 = 1e-5;
 /// Times that the limits of friction follow the normal forces, at most.
-const UPDATES: u32 = 10;
+const UPDATES: u32 = 5;
 /// What was further apart than this has not been met in the stages before, m.
 const FAR: f64 = 1e-3;
 /// Contacts of several sheets that are further apart than this after the free motion are not expected to act, m.
@@ -92,7 +92,7 @@ impl Scratch {
         primal.clear();
         for i in self.chosen.iter().map(|i| *i as usize) {
             let mut row = self.row_of(group, i);
-            let known = self.memory.of(&self.found.contacts[i].key).unwrap_or_default();
+            let known = self.memory.near(&self.found.contacts[i].key).unwrap_or_default();
             row.slid = known.slides[0];
             primal.force.push(row.frame.transpose() * known.position);
             primal.rows.push(row);
@@ -113,7 +113,7 @@ impl Scratch {
                 let (key, position) = (contacts[*i as usize].key, primal.rows[k].frame * primal.force[k]);
                 let slides = primal.slides(k);
                 // What is new pushes in the velocity solve as it does here, for a beginning.
-                let known = old.of(&key).unwrap_or(Remembered { velocity: position, slides: [slides; 2], position });
+                let known = old.near(&key).unwrap_or(Remembered { velocity: position, slides: [slides; 2], position });
                 new.push((key, Remembered { position, slides: [slides, known.slides[1]], ..known }));
             }
         });
@@ -125,7 +125,7 @@ impl Scratch {
         for (k, i) in self.chosen.iter().map(|i| *i as usize).enumerate() {
             let frame = primal.rows[k].frame;
             let u = self.velocity_of(group, i, &frame);
-            let known = self.memory.of(&self.found.contacts[i].key).unwrap_or_default();
+            let known = self.memory.near(&self.found.contacts[i].key).unwrap_or_default();
             primal.force[k] = if u.is_some() { frame.transpose() * known.velocity } else { DVec3::ZERO };
             primal.rows[k].slid = known.slides[1];
             primal.rows[k].b = u.map_or(DVec3::X, |u| u * h);
@@ -138,7 +138,7 @@ impl Scratch {
             self.memory.replace(|old, new| {
                 for (k, i) in chosen.iter().enumerate() {
                     let (key, velocity) = (contacts[*i as usize].key, primal.rows[k].frame * primal.force[k]);
-                    let known = old.of(&key).unwrap_or_default();
+                    let known = old.near(&key).unwrap_or_default();
                     new.push((key, Remembered { velocity, slides: [known.slides[0], primal.slides(k)], ..known }));
                 }
             });

@@ -1,17 +1,22 @@
 //! Contacts of sheets and bodies, solved on their masses.
 //!
 //! Wanted is the displacement δ with H δ = Jᵀ p, u = J δ + b, and Coulomb's law between u and p at every contact. In place
-//! of W = J H⁻¹ Jᵀ, dense in the contacts, this keeps to the sparse matrix of the sheets (`joint`). Each round says of every contact from its
-//! last force p and gap how it acts (open, stuck, sliding; the sign of p_n - c u_n, the length of p_t - c u_t against μ p_n),
-//! and solves for all at once, with u = 0 where it is held imposed by an augmented Lagrangian,
+//! of W = J H⁻¹ Jᵀ, dense in the contacts, this keeps to the sparse matrix of the sheets (`joint`). With the limits of friction
+//! held, the problem is convex, and an augmented Lagrangian with weights ρ,
 //!
-//!   p⁺ = p - ρ u⁺,  (H + Σ Jᵀ D J) δ⁺ = ...,  D = ρ where held, of friction c (L/|p_t - c u_t|) across the slip,
+//!   Φ(δ) = ½ δᵀ H δ + Σ |P(p - ρ u)|²/2ρ (in parts),  p⁺ = P(p - ρ u),
 //!
-//! a Newton step on the pair (δ, p). ρ is large against the sheet's stiffness, so that held contacts close within two
-//! rounds; c is that stiffness, or a contact just reached would be taken for open. A round needs a new factor only when
-//! a contact acts otherwise than before, and its cost hardly grows with the number of contacts: a slap of all masses costs what an edge does.
+//! P the projection on what forces there may be (normal ≥ 0, tangential within a disc), is minimised by Newton steps,
+//!
+//!   (H + Σ Jᵀ D J) s = Jᵀ P(p - ρ u) - H δ,  D = ρ ∂P,
+//!
+//! each followed along s as far as that lowers Φ; where contacts act (open, stuck, sliding) as the step supposed, it is exact and
+//! the forces are brought up to date. Then the limits of friction follow the normal forces. A step needs a new factor only when a
+//! contact acts otherwise than before, and its cost hardly grows with the number of contacts: a slap of all masses costs what
+//! an edge does.
 //! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92,
-//! 1991; Hintermüller, Ito, Kunisch, "The primal-dual active set strategy as a semismooth Newton method", SIAM J. Optim. 13, 2002.)
+//! 1991; Li, Sun, Toh, "A highly efficient semismooth Newton augmented Lagrangian method", SIAM J. Optim. 28, 2018; Haslinger,
+//! "Approximation of the Signorini problem with friction, obeying the Coulomb law", Math. Meth. Appl. Sci. 5, 1983.)
 
 mod joint;
 mod row;
@@ -22,59 +27,80 @@ use super::coulomb::Law;
 pub(super) use joint::{Joint, Tangent, covers};
 pub(super) use row::Row;
 
-/// ρ over the sheet's own stiffness c at the contact.
+/// ρ over the sheet's own stiffness at the contact: with it a contact closes to a thousandth of its depth in a step.
 const STIFFER: f64 = 300.0;
-/// By how much friction may be above its limit where it sticks, as a fraction of that: what would start to slide and stop again.
-const STICKS: f64 = 1e-4;
+fn stiffer() -> DVec3 { static S: std::sync::OnceLock<(f64,f64)> = std::sync::OnceLock::new(); let g=|n:&str,d:f64| std::env::var(n).ok().and_then(|s| s.parse().ok()).unwrap_or(d); let t=*S.get_or_init(|| (g("RHON",300.0),g("RHO",1.0))); DVec3::new(t.0, t.1, t.1) }
+/// By how much friction may miss its limit, as a fraction of that.
+const STICKS: f64 = 1e-3;
 /// A contact with less than this fraction of all normal force does not rub.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Rounds, at most, and those after which states change few at a time.
+/// The same as a fraction of STICKS of all friction there may be, for contacts that carry little.
+const SLIGHT: f64 = 0.1;
+/// Steps, at most.
 const ROUNDS: u32 = 70;
-const PATIENCE: u32 = 15;
-/// How a contact acts: what the matrix depends on.
+/// Halvings and secants of a search along a step, and how much of the slope of Φ may be left.
+const TRIALS: u32 = 12;
+const FLAT: f64 = 0.1;
+
+/// How a contact acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Rubs {
+    No,
+    Sticks,
+    Slides,
+}
+
+/// What the matrix has of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct State {
     pushes: bool,
-    rubs: Rubbing,
+    rubs: Rubs,
+    /// Direction of friction where it slides, and D across it over ρ.
+    along: DVec2,
+    across: f64,
 }
 
 impl State {
-    fn acts(&self) -> bool {
-        self.pushes || self.rubs != Rubbing::None
-    }
-}
+    const OPEN: Self = Self { pushes: false, rubs: Rubs::No, along: DVec2::ZERO, across: 0.0 };
 
-/// Friction of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Rubbing {
-    None,
-    Stuck,
-    /// Slides: direction of the force, its size (N), and D across it (N/m).
-    Sliding {
-        along: (f64, f64),
-        limit: f64,
-        across: f64,
-    },
+    fn acts(&self) -> bool {
+        self.pushes || self.rubs != Rubs::No
+    }
+
+    fn is_like(&self, other: &Self) -> bool {
+        self.pushes == other.pushes && self.rubs == other.rubs
+    }
+
+    /// Whether the factor with `other` in it does as well: what is a little off only costs another step.
+    fn is_near(&self, other: &Self) -> bool {
+        let alike = || {
+            (self.along - other.along).abs().max_element() < 0.02
+                && (self.across - other.across).abs() <= 0.1 * self.across.max(other.across)
+        };
+        self.is_like(other) && (self.rubs != Rubs::Slides || alike())
+    }
 }
 
 /// The solver with its arrays.
 #[derive(Default)]
 pub(crate) struct Primal {
     pub rows: Vec<Row>,
-    /// Multipliers, then forces, in the frames, N.
+    /// Forces, in the frames, N.
     pub force: Vec<DVec3>,
-    /// Limit of friction at each contact, N: fixed while states are looked for, which keeps the problem convex.
+    /// Limit of friction at each contact, N.
     limits: Vec<f64>,
     states: Vec<State>,
+    factored: Vec<State>,
     /// Where in the matrix the pairs of every row are.
     slots: Vec<u32>,
-    /// States that the last round asks for, and how much each is wanted, m.
-    wanted: Vec<(State, f64)>,
-    factored: Vec<State>,
+    /// J δ + b, and its change along the step.
     u: Vec<DVec3>,
-    /// u of the round before.
-    before: Vec<DVec3>,
+    du: Vec<DVec3>,
     delta: Vec<f64>,
+    /// H δ, the step, and H times the step.
+    pull: Vec<f64>,
+    step: Vec<f64>,
+    step_pull: Vec<f64>,
     /// Newton steps and factors so far.
     pub steps: u64,
     pub factors: u64,
@@ -96,107 +122,180 @@ impl Primal {
         }
     }
 
-    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps, and the limits of friction
-    /// follow up to `updates` times. True if it settled.
-    pub fn solve(&mut self, tangent: &mut dyn Tangent, tolerance: f64, updates: u32) -> bool {
-        let n = 3 * tangent.pattern().size();
-        self.delta.clear();
-        self.delta.resize(n, 0.0);
-        self.u.clear();
-        self.u.extend(self.rows.iter().map(|r| r.b));
-        self.begin();
-        let mut fresh = false;
-        let mut updated = 0;
-        for round in 0..ROUNDS {
-            self.steps += 1;
-            self.before.clone_from(&self.u);
-            if !self.factorize(tangent) {
-                return false;
-            }
-            self.step(tangent);
-            let settled = self.update(tolerance);
-            if std::env::var_os("DBG3").is_some() {
-                let (mut push, mut rub, mut big)=(0,0,0.0f64);
-                for (i,(w,by)) in self.wanted.iter().enumerate() { push+=usize::from(w.pushes!=self.states[i].pushes); rub+=usize::from(std::mem::discriminant(&w.rubs)!=std::mem::discriminant(&self.states[i].rubs)); big=big.max(*by); }
-                let change=self.u.iter().zip(&self.before).map(|(a,b)|(*a-*b).abs().max_element()).fold(0.0,f64::max);
-                let np=self.states.iter().filter(|s|s.pushes).count();
-                let nst=self.states.iter().filter(|s|s.rubs==Rubbing::Stuck).count();
-                let nsl=self.states.iter().filter(|s|matches!(s.rubs,Rubbing::Sliding{..})).count();
-                eprintln!("      round {round} pushing {np} stuck {nst} sliding {nsl} want push {push} rub {rub} most {big:.2e} change {change:.2e} settled {settled} factors {}", self.factors);
-            }
-            self.change_states(round);
-            if settled {
-                if fresh || updated >= updates {
-                    return true;
-                }
-                self.limit_friction();
-                updated += 1;
-            }
-            fresh = settled;
-        }
-        false
-    }
-
-    /// Takes up the states that are wanted: all at first, later those wanted most, since changing all may go round in circles.
-    fn change_states(&mut self, round: u32) {
-        let most = self.wanted.iter().map(|(_, by)| *by).fold(0.0, f64::max);
-        let least = if round < PATIENCE { 0.0 } else { most * if round < 2 * PATIENCE { 0.3 } else { 0.9 } };
-        for (state, (wanted, by)) in self.states.iter_mut().zip(&self.wanted) {
-            if *by >= least || *by == 0.0 {
-                *state = *wanted;
-            }
-        }
-    }
-
-    /// Lets the limits of friction follow the normal forces.
-    fn limit_friction(&mut self) {
-        let all: f64 = self.force.iter().map(|p| p.x).sum();
-        for (i, row) in self.rows.iter().enumerate() {
-            let Law::Coulomb(friction) = row.law else { continue };
-            let normal = self.force[i].x;
-            self.limits[i] = if normal > NEGLIGIBLE * all { friction * normal } else { 0.0 };
-            self.states[i].rubs = next_rubbing(row, &self.states[i], self.limits[i], self.force[i], self.u[i]);
-        }
-    }
-
-    /// Whether contact `i` slides.
-    pub fn slides(&self, i: usize) -> bool {
-        matches!(self.states[i].rubs, Rubbing::Sliding { .. })
-    }
-
     /// Displacement of each block row, m.
     pub fn displacement(&self) -> &[f64] {
         &self.delta
     }
 
-    /// States to begin with: what had a force keeps it, what is open and would overlap pushes.
+    /// Whether contact `i` slides.
+    pub fn slides(&self, i: usize) -> bool {
+        self.states[i].rubs == Rubs::Slides
+    }
+
+    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps, and the limits of friction
+    /// follow up to `updates` times. True if it settled.
+    pub fn solve(&mut self, tangent: &mut dyn Tangent, tolerance: f64, updates: u32) -> bool {
+        if !self.guess(tangent) {
+            return false;
+        }
+        let (mut updated, mut exact, mut small, mut small_before) = (0, true, false, true);
+        for _ in 0..ROUNDS {
+            let same = self.aim() || small;
+            if exact && same {
+                let missed = self.missed();
+                self.project();
+                if missed <= tolerance {
+                    if updated >= updates || !self.limit_friction() {
+                        return true;
+                    }
+                    updated += 1;
+                }
+                self.aim();
+            }
+            self.load();
+            // Friction that has changed often makes no difference, and the factor at hand can tell.
+            let will_do = small_before && self.pushes_alike();
+            if !will_do && !self.factorize(tangent) {
+                return false;
+            }
+            self.solve_step(tangent);
+            if std::env::var_os("DBG3").is_some() {
+                let push=self.states.iter().filter(|s|s.pushes).count();
+                let st=self.states.iter().filter(|s|s.rubs==Rubs::Sticks).count();
+                let sl=self.states.iter().filter(|s|s.rubs==Rubs::Slides).count();
+                let mut copy=0; for (i,row) in self.rows.iter().enumerate() { let t=self.force[i]-row.stiffness*STIFFER*(self.u[i]+self.du[i]); copy+=usize::from(!state_of(row,t,self.limits[i]).is_like(&self.factored[i])); }
+                eprintln!("   pushing {push} stick {st} slide {sl} missed {:.2e} would change {copy} search {:.3e} exact {exact} same {same} du {:.1e} updated {updated} factors {}", self.missed(), self.search(), self.du.iter().map(|d| d.abs().max_element()).fold(0.0,f64::max), self.factors);
+            }
+            small = self.du.iter().all(|du| du.abs().max_element() <= tolerance);
+            small_before = small || !will_do;
+            exact = self.advance() || small;
+        }
+        false
+    }
+
+    /// Begins with the displacement for contacts that act as they did when they had their forces.
+    fn guess(&mut self, tangent: &mut dyn Tangent) -> bool {
+        let n = 3 * tangent.pattern().size();
+        for vector in [&mut self.delta, &mut self.pull, &mut self.step, &mut self.step_pull] {
+            vector.clear();
+            vector.resize(n, 0.0);
+        }
+        self.u.clear();
+        self.u.extend(self.rows.iter().map(|r| r.b));
+        self.du.clear();
+        self.du.resize(self.rows.len(), DVec3::ZERO);
+        self.begin();
+        for (i, row) in self.rows.iter().enumerate() {
+            let state = &self.states[i];
+            if state.acts() {
+                let d = stiffness(row, state);
+                let p = self.force[i];
+                let normal = if state.pushes { p.x } else { 0.0 };
+                row.push(DVec3::new(normal, p.y, p.z) - d * row.b, &mut self.step);
+            }
+        }
+        if !self.factorize(tangent) {
+            return false;
+        }
+        self.solve_step(tangent);
+        self.go(1.0);
+        true
+    }
+
+    /// States to begin with: what had a force keeps it, what is new and would overlap pushes.
     fn begin(&mut self) {
         self.states.clear();
         self.limits.clear();
         for (row, p) in self.rows.iter().zip(&mut self.force) {
+            let Law::Coulomb(friction) = row.law else {
+                self.limits.push(f64::INFINITY);
+                self.states.push(State { pushes: true, rubs: Rubs::Sticks, ..State::OPEN });
+                continue;
+            };
             if row.idle {
                 *p = DVec3::ZERO;
             }
-            let Law::Coulomb(friction) = row.law else {
-                self.limits.push(f64::INFINITY);
-                self.states.push(State { pushes: true, rubs: Rubbing::Stuck });
-                continue;
-            };
-            let limit = friction * p.x;
-            let slides = row.slid && p.y.hypot(p.z) >= limit * (1.0 - 1e-6);
+            let limit = friction * p.x.max(0.0);
+            let tangential = DVec2::new(p.y, p.z).clamp_length_max(limit);
+            (p.y, p.z) = (tangential.x, tangential.y);
             let rubs = match limit > 0.0 {
-                false => Rubbing::None,
-                true if slides => sliding(row, DVec2::new(p.y, p.z), row.b, limit),
-                true => Rubbing::Stuck,
+                false => Rubs::No,
+                true if row.slid && tangential.length() > limit * (1.0 - STICKS) => Rubs::Slides,
+                true => Rubs::Sticks,
             };
             self.limits.push(limit);
-            self.states.push(State { pushes: p.x > 0.0 || (row.new && !row.idle && row.b.x < 0.0), rubs });
+            let pushes = p.x > 0.0 || (row.new && !row.idle && row.b.x < 0.0);
+            self.states.push(State { pushes, rubs, along: tangential.normalize_or_zero(), across: 1.0 });
         }
+    }
+
+    /// Works out how contacts act at the u there is; true where that is as the last step supposed.
+    fn aim(&mut self) -> bool {
+        let mut same = true;
+        for (i, row) in self.rows.iter().enumerate() {
+            let next = state_of(row, self.force[i] - row.stiffness * stiffer() * self.u[i], self.limits[i]);
+            same &= next.is_like(&self.states[i]);
+            self.states[i] = next;
+        }
+        same
+    }
+
+    /// By how much gaps and slips that should be none are missed, m; slips, which would add up from step to step, count more.
+    fn missed(&self) -> f64 {
+        let each = self.rows.iter().zip(&self.u).zip(&self.states).map(|((row, u), state)| {
+            let slip = if state.rubs == Rubs::Sticks { 10.0 * u.y.abs().max(u.z.abs()) } else { 0.0 };
+            let gap = if state.pushes { u.x.abs() } else { (-u.x).max(0.0) };
+            if row.idle { 0.0 } else { gap.max(slip) }
+        });
+        each.fold(0.0, f64::max)
+    }
+
+    /// Brings the forces up to date.
+    fn project(&mut self) {
+        for (i, row) in self.rows.iter().enumerate() {
+            self.force[i] = projected(row, self.force[i] - row.stiffness * stiffer() * self.u[i], self.limits[i]);
+        }
+    }
+
+    /// Lets the limits of friction follow the normal forces; false when they are what they were.
+    fn limit_friction(&mut self) -> bool {
+        let all: f64 = self.force.iter().map(|p| p.x).sum();
+        let mut changed = false;
+        for (i, row) in self.rows.iter().enumerate() {
+            let Law::Coulomb(friction) = row.law else { continue };
+            let normal = self.force[i].x;
+            let limit = if normal > NEGLIGIBLE * all { friction * normal } else { 0.0 };
+            let slight = STICKS * limit.max(self.limits[i]).max(SLIGHT * friction * all);
+            changed |= match self.states[i].rubs {
+                Rubs::Sticks => DVec2::new(self.force[i].y, self.force[i].z).length() > limit + slight,
+                _ => (limit - self.limits[i]).abs() > slight,
+            };
+            self.limits[i] = limit;
+        }
+        changed
+    }
+
+    /// Makes the right side of a Newton step.
+    fn load(&mut self) {
+        for (to, from) in self.step.iter_mut().zip(&self.pull) {
+            *to = -from;
+        }
+        for (i, row) in self.rows.iter().enumerate().filter(|(i, _)| self.states[*i].acts()) {
+            let p = projected(row, self.force[i] - row.stiffness * stiffer() * self.u[i], self.limits[i]);
+            row.push(p, &mut self.step);
+        }
+    }
+
+    /// Whether the factor at hand is of contacts of which the same push.
+    fn pushes_alike(&self) -> bool {
+        let alike = self.factored.len() == self.states.len();
+        alike && self.factored.iter().zip(&self.states).all(|(a, b)| a.pushes == b.pushes)
     }
 
     /// Makes the factor that the states ask for; false when there is none.
     fn factorize(&mut self, tangent: &mut dyn Tangent) -> bool {
-        if self.same_matrix() {
+        let alike = self.factored.len() == self.states.len();
+        if alike && self.factored.iter().zip(&self.states).all(|(a, b)| a.is_near(b)) {
             return true;
         }
         let (rows, states, slots) = (&self.rows, &self.states, &self.slots);
@@ -213,124 +312,126 @@ impl Primal {
         done
     }
 
-    /// Solves for δ with the states there are.
-    fn step(&mut self, tangent: &mut dyn Tangent) {
-        self.delta.fill(0.0);
-        // From here on `force` is that of δ = 0.
+    /// Solves for the step from its right side, and what it does to every contact.
+    fn solve_step(&mut self, tangent: &mut dyn Tangent) {
+        self.steps += 1;
+        self.step_pull.clone_from(&self.step);
+        tangent.solve(&mut self.step);
         for (i, row) in self.rows.iter().enumerate() {
-            let d = stiffness(row, &self.factored[i]);
-            self.force[i] = linear_part(self.force[i], self.u[i], &self.states[i], &d) - d * row.b;
-            row.push(self.force[i], &mut self.delta);
-        }
-        tangent.solve(&mut self.delta);
-        for (row, u) in self.rows.iter().zip(&mut self.u) {
-            *u = row.b + row.moved(&self.delta);
+            self.du[i] = row.moved(&self.step);
+            let state = &self.factored[i];
+            if state.acts() {
+                row.push(-(stiffness(row, state) * self.du[i]), &mut self.step_pull);
+            }
         }
     }
 
-    /// Whether the factor at hand is of the matrix that the states ask for.
-    fn same_matrix(&self) -> bool {
-        let alike = |(a, b): (&State, &State)| match (a.rubs, b.rubs) {
-            (Rubbing::Sliding { along: p, across: s, .. }, Rubbing::Sliding { along: q, across: t, .. }) => {
-                let turned = (p.0 - q.0).abs() + (p.1 - q.1).abs();
-                // A direction a little off only costs another round.
-                turned < 0.02 && (s - t).abs() <= 0.1 * s
-            }
-            _ => a == b,
+    /// Goes along the step as far as that lowers Φ; true where contacts then act as the step supposed.
+    fn advance(&mut self) -> bool {
+        let supposed = |(i, row): (usize, &Row)| {
+            let trial = self.force[i] - row.stiffness * stiffer() * (self.u[i] + self.du[i]);
+            state_of(row, trial, self.limits[i]).is_near(&self.factored[i])
         };
-        self.factored.len() == self.states.len() && self.factored.iter().zip(&self.states).all(alike)
+        // Φ is then one parabola along the step.
+        let exact = self.rows.iter().enumerate().all(supposed);
+        self.go(if exact { 1.0 } else { self.search() });
+        exact
     }
 
-    /// Takes up the forces that go with u, and the states for the next round; true when nothing changed that matters.
-    fn update(&mut self, tolerance: f64) -> bool {
-        let (mut change, mut same) = (0.0_f64, true);
-        self.wanted.clear();
-        for (i, row) in self.rows.iter().enumerate() {
-            let (state, u) = (self.states[i], self.u[i]);
-            let mut next = self.force[i] - stiffness(row, &self.factored[i]) * (u - row.b);
-            if row.law == Law::Glue {
-                self.wanted.push((state, 0.0));
-                same &= u.abs().max_element() < tolerance;
-            } else {
-                let pushes = !row.idle && next.x - row.stiffness.x * u.x > 0.0;
-                let rubs = next_rubbing(row, &state, self.limits[i], next, u);
-                let other = std::mem::discriminant(&rubs) != std::mem::discriminant(&state.rubs);
-                let mut wants =
-                    if pushes == state.pushes { 0.0 } else { (next.x.abs() / row.stiffness.x).max(u.x.abs()) };
-                if other {
-                    wants += u.y.hypot(u.z) + next.y.hypot(next.z) / row.stiffness.y;
-                }
-                // What makes no difference is left as it is, and so is the factor.
-                let changes = other || pushes != state.pushes;
-                let to = if changes && wants < tolerance { state } else { State { pushes, rubs } };
-                same &= to.pushes == state.pushes && (to.rubs == Rubbing::Stuck) == (state.rubs == Rubbing::Stuck);
-                same &= !state.pushes || u.x.abs() < tolerance;
-                same &= state.rubs != Rubbing::Stuck || u.y.abs().max(u.z.abs()) < tolerance;
-                self.wanted.push((to, wants));
-                next.x = next.x.max(0.0);
-                let length = next.y.hypot(next.z);
-                if length > self.limits[i] {
-                    let s = self.limits[i] / length;
-                    (next.y, next.z) = (next.y * s, next.z * s);
-                }
+    fn go(&mut self, part: f64) {
+        for (to, by) in self.delta.iter_mut().zip(&self.step) {
+            *to += part * by;
+        }
+        for (to, by) in self.pull.iter_mut().zip(&self.step_pull) {
+            *to += part * by;
+        }
+        for (to, by) in self.u.iter_mut().zip(&self.du) {
+            *to += *by * part;
+        }
+    }
+
+    /// The part of the step at which Φ is least, nearly.
+    fn search(&self) -> f64 {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let (constant, linear) = (dot(&self.step, &self.pull), dot(&self.step, &self.step_pull));
+        let slope = |part: f64| {
+            let each = self.rows.iter().enumerate().map(|(i, row)| {
+                let trial = self.force[i] - row.stiffness * stiffer() * (self.u[i] + self.du[i] * part);
+                self.du[i].dot(projected(row, trial, self.limits[i]))
+            });
+            constant + part * linear - each.sum::<f64>()
+        };
+        let (first, last) = (slope(0.0), slope(1.0));
+        let flat = FLAT * first.abs();
+        if first >= 0.0 || last <= flat {
+            return 1.0;
+        }
+        let (mut low, mut high) = ((0.0, first), (1.0, last));
+        let mut part = 1.0;
+        for k in 0..TRIALS {
+            // The slope rises: halves in turn with secants, which alone would creep.
+            let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
+            part = if k % 2 == 0 { secant } else { 0.5 * (low.0 + high.0) };
+            let here = slope(part);
+            if here.abs() <= flat {
+                break;
             }
-            // Forces may go round among contacts that hold the same; it is what they do that must not change.
-            change = change.max((u - self.before[i]).abs().max_element());
-            self.force[i] = next;
+            if here < 0.0 {
+                low = (part, here);
+            } else {
+                high = (part, here);
+            }
         }
-        same && change <= tolerance
+        part
     }
 }
 
-/// How a contact rubs next that acted as `state` and came to force `p` and gap and slip `u`.
-fn next_rubbing(row: &Row, state: &State, limit: f64, p: DVec3, u: DVec3) -> Rubbing {
+/// The force nearest to `p` that a contact may have.
+fn projected(row: &Row, p: DVec3, limit: f64) -> DVec3 {
+    if row.law == Law::Glue {
+        return p;
+    }
+    if row.idle {
+        return DVec3::ZERO;
+    }
+    let tangential = DVec2::new(p.y, p.z).clamp_length_max(limit);
+    DVec3::new(p.x.max(0.0), tangential.x, tangential.y)
+}
+
+/// How a contact acts whose force would be `p` if it could be anything.
+fn state_of(row: &Row, p: DVec3, limit: f64) -> State {
+    if row.law == Law::Glue {
+        return State { pushes: true, rubs: Rubs::Sticks, ..State::OPEN };
+    }
+    if row.idle {
+        return State::OPEN;
+    }
+    let pushes = p.x > 0.0;
+    let tangential = DVec2::new(p.y, p.z);
+    let length = tangential.length();
     if limit <= 0.0 {
-        return Rubbing::None;
-    }
-    let force = DVec2::new(p.y, p.z);
-    match state.rubs {
-        Rubbing::None if u.y == 0.0 && u.z == 0.0 => Rubbing::Stuck,
-        Rubbing::None => sliding(row, -DVec2::new(u.y, u.z), u, limit),
-        Rubbing::Stuck if force.length() <= limit * (1.0 + STICKS) => Rubbing::Stuck,
-        Rubbing::Stuck => sliding(row, force, u, limit),
-        // Friction that drives the slip is none: it would have stopped in between.
-        Rubbing::Sliding { along, .. } if along.0 * u.y + along.1 * u.z > 0.0 => Rubbing::Stuck,
-        Rubbing::Sliding { along, .. } => sliding(row, DVec2::new(along.0, along.1), u, limit),
-    }
-}
-
-/// Sliding with friction of size `limit` that was along `force` and turns against the slip in `u`.
-fn sliding(row: &Row, force: DVec2, u: DVec3, limit: f64) -> Rubbing {
-    let trial = force.normalize_or_zero() * limit - DVec2::new(u.y, u.z) * row.stiffness.y;
-    let length = trial.length();
-    let along = trial / length.max(f64::MIN_POSITIVE);
-    Rubbing::Sliding { along: (along.x, along.y), limit, across: row.stiffness.y * (limit / length.max(limit)) }
-}
-
-/// The force of a contact in a round less -D u: `p` and `u` are those before it.
-fn linear_part(p: DVec3, u: DVec3, state: &State, d: &DMat3) -> DVec3 {
-    let normal = if state.pushes { p.x } else { 0.0 };
-    match state.rubs {
-        Rubbing::None => DVec3::new(normal, 0.0, 0.0),
-        Rubbing::Stuck => DVec3::new(normal, p.y, p.z),
-        Rubbing::Sliding { along, limit, .. } => {
-            let turning = *d * DVec3::new(0.0, u.y, u.z);
-            DVec3::new(normal, along.0 * limit + turning.y, along.1 * limit + turning.z)
-        }
+        State { pushes, ..State::OPEN }
+    } else if length <= limit {
+        State { pushes, rubs: Rubs::Sticks, ..State::OPEN }
+    } else {
+        State { pushes, rubs: Rubs::Slides, along: tangential / length, across: limit / length }
     }
 }
 
 /// D of a contact.
 fn stiffness(row: &Row, state: &State) -> DMat3 {
-    let rho = row.stiffness * STIFFER;
-    let tangential = match state.rubs {
-        Rubbing::None => [0.0; 3],
-        Rubbing::Stuck => [rho.y, 0.0, rho.z],
-        Rubbing::Sliding { along: (y, z), across, .. } => [across * z * z, -across * y * z, across * y * y],
+    let rho = row.stiffness * stiffer();
+    let [yy, yz, zz] = match state.rubs {
+        Rubs::No => [0.0; 3],
+        Rubs::Sticks => [rho.y, 0.0, rho.z],
+        Rubs::Slides => {
+            let (across, DVec2 { x: y, y: z }) = (rho.y * state.across, state.along);
+            [across * z * z, -across * y * z, across * y * y]
+        }
     };
     DMat3::from_cols(
         DVec3::new(if state.pushes { rho.x } else { 0.0 }, 0.0, 0.0),
-        DVec3::new(0.0, tangential[0], tangential[1]),
-        DVec3::new(0.0, tangential[1], tangential[2]),
+        DVec3::new(0.0, yy, yz),
+        DVec3::new(0.0, yz, zz),
     )
 }
