@@ -53,6 +53,7 @@ impl Memory {
         self.entries.clone_from(&other.entries);
     }
 
+    pub fn len(&self) -> usize { self.entries.len() }
     /// Whether nothing is remembered.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()

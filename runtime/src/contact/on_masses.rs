@@ -19,6 +19,8 @@ const UPDATES: u32 = 5;
 const FAR: f64 = 1e-3;
 /// Contacts of several sheets that are further apart than this after the free motion are not expected to act, m.
 const NEAR: f64 = 5e-5;
+/// The same as a fraction of the deepest overlap there would be.
+const BEHIND: f64 = 0.05;
 /// Times that contacts are chosen.
 const GROWING: u32 = 4;
 /// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
@@ -60,9 +62,13 @@ impl Scratch {
     fn choose(&mut self, sheets: usize) {
         self.chosen.clear();
         self.is_chosen.clear();
+        // What comes down on something deeply closes the gaps behind it too.
+        let deepest = self.gaps.free.iter().fold(0.0_f64, |least, gap| least.min(*gap));
+        let reach = if sheets > 1 { NEAR.max(-BEHIND * deepest) } else { f64::INFINITY };
+        self.eager = if reach > NEAR && sheets > 1 && self.memory.is_empty() { reach } else { 0.0 };
         for (i, contact) in self.found.contacts.iter().enumerate() {
             // One sheet's pattern has them all already.
-            let near = self.gaps.free[i] < if sheets > 1 { NEAR } else { f64::INFINITY };
+            let near = self.gaps.free[i] < reach;
             let is_chosen = near || i >= self.found.glue_from || self.remembered(&contact.key).is_some();
             self.is_chosen.push(is_chosen);
             if is_chosen {
@@ -90,6 +96,11 @@ impl Scratch {
     /// Puts the chosen contacts to the solver.
     fn lay_rows(&mut self, primal: &mut Primal, group: &mut Group, h: f64) {
         primal.clear();
+        if std::env::var_os("DBG").is_some() {
+            let exact=self.chosen.iter().filter(|i| self.memory.of(&self.found.contacts[**i as usize].key).is_some()).count();
+            let near=self.chosen.iter().filter(|i| self.memory.near(&self.found.contacts[**i as usize].key).is_some()).count();
+            eprintln!("   chosen {} remembered {} exact {exact} near {near} viol-unremembered {}", self.chosen.len(), self.memory.len(), self.chosen.iter().filter(|i| self.gaps.free[**i as usize] < -1e-6 && self.memory.near(&self.found.contacts[**i as usize].key).is_none()).count());
+        }
         for i in self.chosen.iter().map(|i| *i as usize) {
             let mut row = self.row_of(group, i);
             let known = self.memory.near(&self.found.contacts[i].key).unwrap_or_default();
@@ -149,7 +160,7 @@ impl Scratch {
 
     fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
         let before = (primal.steps, primal.factors);
-        let (tolerance, updates) = if rough { (ROUGH, 1) } else { (SETTLED, UPDATES) };
+        let (tolerance, updates) = if rough { (ROUGH, 0) } else { (SETTLED, UPDATES) };
         let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.alone) {
             Some(system) => system,
             None => &mut self.joint,
@@ -193,6 +204,7 @@ impl Scratch {
         }
         row.b = self.position_of(group, i, &row.frame);
         row.new = self.memory.is_empty() || self.gaps.start[i] > FAR;
+        row.eager = self.eager;
         row.idle = i < self.found.glue_from && self.is_doubled(group, contact);
         row
     }

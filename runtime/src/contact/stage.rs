@@ -67,8 +67,9 @@ pub(crate) struct Found {
 /// Arrays of a contact problem, kept from step to step.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    /// What may touch in this round.
+    /// What may touch in this round, and what may where contact moves things further.
     pub found: Found,
+    wide: Found,
     pub memory: Memory,
     pub movers: Vec<Mover>,
     /// Memory of the other stage of a step: forces differ from stage to stage more than from step to step.
@@ -84,6 +85,8 @@ pub(crate) struct Scratch {
     /// Contacts that may act, by number in `found`, and whether each is one of them.
     pub(super) chosen: Vec<u32>,
     pub(super) is_chosen: Vec<bool>,
+    /// Gap up to which what is new pushes for a beginning, m.
+    pub(super) eager: f64,
     on_masses: bool,
     /// Whether the problem is one sheet's with bodies that do not give way.
     pub(super) alone: bool,
@@ -257,6 +260,20 @@ impl Scratch {
         true
     }
 
+    /// Takes up what was found in a wider search if some of that now overlaps which was not found before; false if none does.
+    fn take_up_wide(&mut self, group: &Group) -> bool {
+        let known = |key: &Key| self.found.contacts.binary_search_by(|c| c.key.cmp(key)).is_ok();
+        let new = self.wide.contacts[..self.wide.glue_from].iter().filter(|c| !known(&c.key));
+        let overlaps = new.into_iter().any(|contact| {
+            let [a, b] = [&contact.a, &contact.b].map(|side| place(group, side, At::Free) + moved(group, side));
+            contact.normal.dot(a - b) < contact.offset
+        });
+        if overlaps {
+            std::mem::swap(&mut self.found, &mut self.wide);
+        }
+        overlaps
+    }
+
     /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
     fn is_impact(&self, group: &Group) -> bool {
         let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
@@ -413,11 +430,11 @@ pub(crate) fn solve_rounds(
         if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed) {
             return Rounds::Failed;
         }
-        let (mut margin, mut rough) = (MARGIN, false);
+        find(group, round, MARGIN, &mut scratch.found);
+        let rough = round == 0 && scratch.is_impact(group);
+        touched = scratch.solve_positions(group, h, rough);
+        let mut margin = MARGIN;
         for _ in 0..WIDENINGS {
-            find(group, round, margin, &mut scratch.found);
-            rough = round == 0 && scratch.is_impact(group);
-            touched = scratch.solve_positions(group, h, rough);
             if scratch.failed {
                 return Rounds::Failed;
             }
@@ -427,6 +444,14 @@ pub(crate) fn solve_rounds(
                 break;
             }
             margin = (1.5 * pushed).min(WIDEST);
+            find(group, round, margin, &mut scratch.wide);
+            if !scratch.take_up_wide(group) {
+                break;
+            }
+            touched = scratch.solve_positions(group, h, rough);
+        }
+        if scratch.failed {
+            return Rounds::Failed;
         }
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);

@@ -18,6 +18,7 @@
 //! 1991; Li, Sun, Toh, "A highly efficient semismooth Newton augmented Lagrangian method", SIAM J. Optim. 28, 2018; Haslinger,
 //! "Approximation of the Signorini problem with friction, obeying the Coulomb law", Math. Meth. Appl. Sci. 5, 1983.)
 
+mod interior;
 mod joint;
 mod row;
 
@@ -27,17 +28,20 @@ use super::coulomb::Law;
 pub(super) use joint::{Joint, Tangent, covers};
 pub(super) use row::Row;
 
-/// ρ over the sheet's own stiffness at the contact: with it a contact closes to a thousandth of its depth in a step.
-const STIFFER: f64 = 300.0;
-fn stiffer() -> DVec3 { static S: std::sync::OnceLock<(f64,f64)> = std::sync::OnceLock::new(); let g=|n:&str,d:f64| std::env::var(n).ok().and_then(|s| s.parse().ok()).unwrap_or(d); let t=*S.get_or_init(|| (g("RHON",300.0),g("RHO",1.0))); DVec3::new(t.0, t.1, t.1) }
+/// ρ over the sheet's own stiffness at the contact: with it a contact closes to a hundredth of its depth in a step. Friction
+/// needs less, since it changes over from holding to sliding.
+const STIFFER: DVec3 = DVec3::new(100.0, 10.0, 10.0);
+/// Steps after which, if this share of the contacts still would act otherwise, those that push are found from within.
+const STEPS_OUTSIDE: u32 = 3;
+const MANY: f64 = 0.03;
+/// Steps after which they are found from within in any case.
+const PATIENCE: u32 = 14;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A contact with less than this fraction of all normal force does not rub.
 const NEGLIGIBLE: f64 = 1e-6;
 /// The same as a fraction of STICKS of all friction there may be, for contacts that carry little.
 const SLIGHT: f64 = 0.1;
-/// Steps, at most.
-const ROUNDS: u32 = 70;
 /// Halvings and secants of a search along a step, and how much of the slope of Φ may be left.
 const TRIALS: u32 = 12;
 const FLAT: f64 = 0.1;
@@ -101,6 +105,7 @@ pub(crate) struct Primal {
     pull: Vec<f64>,
     step: Vec<f64>,
     step_pull: Vec<f64>,
+    interior: interior::Interior,
     /// Newton steps and factors so far.
     pub steps: u64,
     pub factors: u64,
@@ -139,7 +144,22 @@ impl Primal {
             return false;
         }
         let (mut updated, mut exact, mut small, mut small_before) = (0, true, false, true);
-        for _ in 0..ROUNDS {
+        for round in 0..=PATIENCE {
+            let many = round == STEPS_OUTSIDE && !exact && self.changes() > MANY;
+            if many || round == PATIENCE {
+                let fine = self.go_inside(tangent);
+                if std::env::var_os("DBG6").is_some() {
+                    let kept = (self.delta.clone(), self.u.clone(), self.pull.clone(), self.force.clone());
+                    let slid: Vec<bool> = (0..self.rows.len()).map(|i| self.slides(i)).collect();
+                    for (row, s) in self.rows.iter_mut().zip(slid) { row.slid = s; row.new=false; }
+                    self.guess(tangent);
+                    let worst = self.u.iter().zip(&kept.1).enumerate().map(|(i,(a,b))| ((*a-*b).abs().max_element(), i)).fold((0.0,0), |a,b| if b.0>a.0 {b} else {a});
+                    let i=worst.1;
+                    eprintln!("  GUESS again: u differs {:.1e} at {i}: state {:?} p {:?} limit {:.2e} u guess {:?} u {:?} changes {:.3}", worst.0, self.states[i], kept.3[i], self.limits[i], self.u[i], kept.1[i], self.changes());
+                    (self.delta, self.u, self.pull, self.force) = kept;
+                }
+                return fine;
+            }
             let same = self.aim() || small;
             if exact && same {
                 let missed = self.missed();
@@ -224,16 +244,26 @@ impl Primal {
                 true => Rubs::Sticks,
             };
             self.limits.push(limit);
-            let pushes = p.x > 0.0 || (row.new && !row.idle && row.b.x < 0.0);
+            let pushes = p.x > 0.0 || (row.new && !row.idle && row.b.x < row.eager);
             self.states.push(State { pushes, rubs, along: tangential.normalize_or_zero(), across: 1.0 });
         }
+    }
+
+    /// Share of the contacts that push and were not supposed to, or do not and were.
+    fn changes(&self) -> f64 {
+        let rows = self.rows.iter().enumerate();
+        let other = rows.filter(|(i, row)| {
+            let trial = self.force[*i] - row.stiffness * STIFFER * self.u[*i];
+            state_of(row, trial, self.limits[*i]).pushes != self.states[*i].pushes
+        });
+        other.count() as f64 / self.rows.len().max(1) as f64
     }
 
     /// Works out how contacts act at the u there is; true where that is as the last step supposed.
     fn aim(&mut self) -> bool {
         let mut same = true;
         for (i, row) in self.rows.iter().enumerate() {
-            let next = state_of(row, self.force[i] - row.stiffness * stiffer() * self.u[i], self.limits[i]);
+            let next = state_of(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
             same &= next.is_like(&self.states[i]);
             self.states[i] = next;
         }
@@ -253,7 +283,7 @@ impl Primal {
     /// Brings the forces up to date.
     fn project(&mut self) {
         for (i, row) in self.rows.iter().enumerate() {
-            self.force[i] = projected(row, self.force[i] - row.stiffness * stiffer() * self.u[i], self.limits[i]);
+            self.force[i] = projected(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
         }
     }
 
@@ -281,7 +311,7 @@ impl Primal {
             *to = -from;
         }
         for (i, row) in self.rows.iter().enumerate().filter(|(i, _)| self.states[*i].acts()) {
-            let p = projected(row, self.force[i] - row.stiffness * stiffer() * self.u[i], self.limits[i]);
+            let p = projected(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
             row.push(p, &mut self.step);
         }
     }
@@ -329,7 +359,7 @@ impl Primal {
     /// Goes along the step as far as that lowers Φ; true where contacts then act as the step supposed.
     fn advance(&mut self) -> bool {
         let supposed = |(i, row): (usize, &Row)| {
-            let trial = self.force[i] - row.stiffness * stiffer() * (self.u[i] + self.du[i]);
+            let trial = self.force[i] - row.stiffness * STIFFER * (self.u[i] + self.du[i]);
             state_of(row, trial, self.limits[i]).is_near(&self.factored[i])
         };
         // Φ is then one parabola along the step.
@@ -356,7 +386,7 @@ impl Primal {
         let (constant, linear) = (dot(&self.step, &self.pull), dot(&self.step, &self.step_pull));
         let slope = |part: f64| {
             let each = self.rows.iter().enumerate().map(|(i, row)| {
-                let trial = self.force[i] - row.stiffness * stiffer() * (self.u[i] + self.du[i] * part);
+                let trial = self.force[i] - row.stiffness * STIFFER * (self.u[i] + self.du[i] * part);
                 self.du[i].dot(projected(row, trial, self.limits[i]))
             });
             constant + part * linear - each.sum::<f64>()
@@ -420,7 +450,7 @@ fn state_of(row: &Row, p: DVec3, limit: f64) -> State {
 
 /// D of a contact.
 fn stiffness(row: &Row, state: &State) -> DMat3 {
-    let rho = row.stiffness * stiffer();
+    let rho = row.stiffness * STIFFER;
     let [yy, yz, zz] = match state.rubs {
         Rubs::No => [0.0; 3],
         Rubs::Sticks => [rho.y, 0.0, rho.z],

@@ -22,8 +22,9 @@ pub(crate) struct Row {
     /// Columns: normal and two tangents.
     pub frame: DMat3,
     pub law: Law,
-    /// Whether nothing is known of it: it then pushes, for a beginning, if it would overlap.
+    /// Whether nothing is known of it: it then pushes, for a beginning, if its gap is less than `eager` (m).
     pub new: bool,
+    pub eager: f64,
     /// Whether it never acts.
     pub idle: bool,
     /// Whether it slid when it had the force it begins with.
@@ -46,6 +47,7 @@ impl Row {
             frame,
             law,
             new: true,
+            eager: 0.0,
             idle: false,
             slid: false,
             b: DVec3::ZERO,
@@ -93,8 +95,7 @@ impl Row {
             }
         }
         let c = compliance.max(DVec3::splat(f64::MIN_POSITIVE)).recip();
-        let tangential = c.y.min(c.z);
-        self.stiffness = DVec3::new(c.x, tangential, tangential);
+        self.stiffness = DVec3::splat(c.min_element());
     }
 
     /// J δ, m.
