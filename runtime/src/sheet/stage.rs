@@ -20,7 +20,7 @@ const MISSED: [f64; 2] = [1e-4, 1e-2];
 /// By how much the incremental potential may rise without contact, as a fraction of its inertial term.
 const SLACK: f64 = 0.02;
 /// A sheet this slow (m/s) carries no energy worth a further round.
-const STILL: f64 = 1e-3;
+const STILL: f64 = 5e-3;
 
 /// Where a sheet is within a stage.
 #[derive(Default)]
