@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::find::thing;
 use super::row::Key;
 
 /// Forces of one contact in the world, N: that of the position solve and that of the velocity solve.
@@ -30,7 +31,7 @@ impl Memory {
     /// What is remembered of `key`, or where there is nothing, of the contact that the same feature had with another place of the
     /// same thing: what slides or trembles goes from triangle to triangle.
     pub fn near(&self, key: &Key) -> Option<Remembered> {
-        let other = |key: &Key| key[1] >> 32 & 0x00ff_ffff;
+        let other = |key: &Key| thing(key[1]);
         self.of(key).or_else(|| {
             let from = self.entries.partition_point(|(k, _)| k[0] < key[0]);
             let same = self.entries[from..].iter().take_while(|(k, _)| k[0] == key[0]);
@@ -53,7 +54,6 @@ impl Memory {
         self.entries.clone_from(&other.entries);
     }
 
-    pub fn len(&self) -> usize { self.entries.len() }
     /// Whether nothing is remembered.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()

@@ -99,7 +99,7 @@ impl Scratch {
         if std::env::var_os("DBG").is_some() {
             let exact=self.chosen.iter().filter(|i| self.memory.of(&self.found.contacts[**i as usize].key).is_some()).count();
             let near=self.chosen.iter().filter(|i| self.memory.near(&self.found.contacts[**i as usize].key).is_some()).count();
-            eprintln!("   chosen {} remembered {} exact {exact} near {near} viol-unremembered {}", self.chosen.len(), self.memory.len(), self.chosen.iter().filter(|i| self.gaps.free[**i as usize] < -1e-6 && self.memory.near(&self.found.contacts[**i as usize].key).is_none()).count());
+            eprintln!("   chosen {} exact {exact} near {near} viol-unremembered {}", self.chosen.len(), self.chosen.iter().filter(|i| self.gaps.free[**i as usize] < -1e-6 && self.memory.near(&self.found.contacts[**i as usize].key).is_none()).count());
         }
         for i in self.chosen.iter().map(|i| *i as usize) {
             let mut row = self.row_of(group, i);
@@ -167,6 +167,12 @@ impl Scratch {
         };
         if first {
             primal.bind(tangent);
+        }
+        if std::env::var_os("DBG7").is_some() { for (k,i) in self.chosen.iter().enumerate() { let c=&self.found.contacts[*i as usize]; if first && self.gaps.free[*i as usize] < -1e-6 && self.memory.near(&c.key).is_none() { eprintln!("   VU row {k} key {:x?} free {:.2e} start {:.2e} n {:?} a {:?} b {:?}", c.key, self.gaps.free[*i as usize], self.gaps.start[*i as usize], c.normal, c.a, c.b); } } }
+        if std::env::var_os("DBG7").is_some() && first { for k in [33usize,37,62,64] { if let Some(i)=self.chosen.get(k) { let c=&self.found.contacts[*i as usize]; eprintln!("   ROW {k} key {:x?} free {:.2e} start {:.2e} n {:?} a {:?} b {:?} p {:?}", c.key, self.gaps.free[*i as usize], self.gaps.start[*i as usize], c.normal, c.a, c.b, primal.force[k]); } }
+          let mut sums=std::collections::BTreeMap::new();
+          for (k,i) in self.chosen.iter().enumerate() { let c=&self.found.contacts[*i as usize]; let f=|s:&Side| match s {Side::Sheet{sheet,..}=>*sheet as i32,_=>-1}; let w=primal.rows[k].frame*primal.force[k]; let e: &mut f64=sums.entry(f(&c.a)).or_default(); *e+=w.y; let e: &mut f64=sums.entry(f(&c.b)).or_default(); *e-=w.y; }
+          eprintln!("   SUMS {:?}", sums.iter().map(|(a,b)| (*a,(*b*1e5).round()/1e5)).collect::<Vec<_>>());
         }
         let settled = primal.solve(tangent, tolerance, updates);
         if std::env::var_os("DBG").is_some() {

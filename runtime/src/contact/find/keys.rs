@@ -16,3 +16,9 @@ pub(super) enum Kind {
 pub(super) fn name(kind: Kind, id: u32, index: u32) -> u64 {
     (kind as u64) << 56 | u64::from(id & 0x00ff_ffff) << 32 | u64::from(index)
 }
+
+/// The sheet or body that the feature called `name` belongs to, as a number that is the same for all its features.
+pub(in crate::contact) fn thing(name: u64) -> u64 {
+    let is_sheet = name >> 56 <= Kind::Triangle as u64;
+    (name >> 32 & 0x00ff_ffff) << 1 | u64::from(is_sheet)
+}

@@ -144,6 +144,11 @@ impl Primal {
             return false;
         }
         let (mut updated, mut exact, mut small, mut small_before) = (0, true, false, true);
+        if std::env::var_os("DBG7").is_some() {
+            let mut list: Vec<(f64, usize)> = (0..self.rows.len()).filter(|i| !self.rows[*i].idle).map(|i| (if self.states[i].pushes { self.u[i].x.abs() } else { -self.u[i].x }, i)).collect();
+            list.sort_by(|a,b| b.0.total_cmp(&a.0));
+            for (m,i) in list.iter().take(4) { eprintln!("   GUESS missed {m:.2e} row {i} pushes {} rubs {:?} p {:?} b {:?} u {:?} new {} c {:.2e}", self.states[*i].pushes, self.states[*i].rubs, self.force[*i], self.rows[*i].b, self.u[*i], self.rows[*i].new, self.rows[*i].stiffness.x); }
+        }
         for round in 0..=PATIENCE {
             let many = round == STEPS_OUTSIDE && !exact && self.changes() > MANY;
             if many || round == PATIENCE {
