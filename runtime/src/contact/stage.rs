@@ -513,7 +513,8 @@ pub(crate) fn solve_rounds(
     h: f64,
     mut find: impl FnMut(&Group, u32, &mut Found),
 ) -> Rounds {
-    let mut touched = false;
+    // What has touched in any round may be met again: without contact it would go through.
+    let mut met = false;
     scratch.short_steps = false;
     for round in 0..ROUNDS {
         group.each(|sheet| {
@@ -526,7 +527,8 @@ pub(crate) fn solve_rounds(
         }
         find(group, round, &mut scratch.found);
         let rough = round == 0 && scratch.is_impact(group);
-        touched = scratch.solve_positions(group, h, rough);
+        let touched = scratch.solve_positions(group, h, rough);
+        met |= touched;
         if scratch.failed {
             return Rounds::Failed;
         }
@@ -540,7 +542,7 @@ pub(crate) fn solve_rounds(
             return if touched { Rounds::Touched } else { Rounds::Free };
         }
     }
-    if touched { Rounds::Failed } else { Rounds::Unsettled }
+    if met { Rounds::Failed } else { Rounds::Unsettled }
 }
 
 /// Takes a group of explicit engines, whose free motions are known, through its contact in a step of `h` s: `find` writes what
