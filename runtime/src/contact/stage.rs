@@ -17,6 +17,7 @@ use super::memory::{Memory, Remembered};
 use super::mover::Mover;
 use super::primal::{Primal, Row, UPDATES};
 use super::row::{Contact, Key, SheetPoint, Side};
+use super::settled::{self, LOOK};
 use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
@@ -30,8 +31,9 @@ const IMPACT: f64 = 2e-3;
 const FAR: f64 = 1e-3;
 /// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
 const ALIKE: f64 = 0.98;
-/// Rounds of a stage.
+/// Rounds of a stage, and how many more there may be to end with one that touches what others touched.
 const ROUNDS: u32 = 10;
+const LAST: u32 = 3;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
 const BOUNCES_ABOVE: f64 = 0.2;
 
@@ -69,8 +71,9 @@ pub(crate) struct Found {
 /// Arrays of a contact problem, kept from step to step.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    /// What may touch in this round.
+    /// What may touch in this round, and what does where it has come to.
     pub found: Found,
+    seen: Found,
     pub memory: Memory,
     pub movers: Vec<Mover>,
     /// Memory of the other stage of a step: forces differ from stage to stage more than from step to step.
@@ -516,7 +519,7 @@ pub(crate) fn solve_rounds(
     // What has touched in any round may be met again: without contact it would go through.
     let mut met = false;
     scratch.short_steps = false;
-    for round in 0..ROUNDS {
+    for round in 0..ROUNDS + LAST {
         group.each(|sheet| {
             if !sheet.work.stage.done && !sheet.free_motion(field) {
                 sheet.work.stage.failed = true;
@@ -538,11 +541,23 @@ pub(crate) fn solve_rounds(
             sheet.accept(field, contact);
             sheet.work.unit = unit;
         });
-        if !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done) {
+        let mut done = !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done);
+        if done && met && settled::has_moved(group) {
+            find(group, LOOK, &mut scratch.seen);
+            let contacts = &scratch.seen.contacts;
+            done = settled::deepest(group, &contacts[..scratch.seen.glue_from]) <= settled::allowed(round);
+            if !done {
+                group.each(|sheet| sheet.work.stage.done = false);
+            }
+        }
+        if done {
             return if touched { Rounds::Touched } else { Rounds::Free };
         }
+        if round + 1 >= ROUNDS && touched == met {
+            return if met { Rounds::Failed } else { Rounds::Unsettled };
+        }
     }
-    if met { Rounds::Failed } else { Rounds::Unsettled }
+    Rounds::Open
 }
 
 /// Takes a group of explicit engines, whose free motions are known, through its contact in a step of `h` s: `find` writes what
@@ -573,6 +588,8 @@ pub(crate) enum Rounds {
     Unsettled,
     /// Not settled, with contact.
     Failed,
+    /// Not settled, with contact in some round, but not in the last.
+    Open,
 }
 
 /// The point of a sheet that is mass `i`.

@@ -150,6 +150,11 @@ impl Sheet {
         });
     }
 
+    /// How far the last round moved the mass that it moved furthest, m.
+    pub(crate) fn last_step(&self) -> f64 {
+        self.work.stage.d.max_squared().sqrt()
+    }
+
     /// Works out the velocity at the end of the stage without contact.
     pub(crate) fn free_velocity(&mut self, field: Field) {
         self.with_scheme(field, |_, scheme, stage, _| {

@@ -77,7 +77,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             finder.find(group, round, found);
         });
         match rounds {
-            Rounds::Failed if part.halvings < HALVINGS => return false,
+            Rounds::Failed | Rounds::Open if part.halvings < HALVINGS => return false,
             Rounds::Unsettled => group.each(|sheet| {
                 if !sheet.work.stage.done {
                     sheet.solve_stage_alone(part.field);

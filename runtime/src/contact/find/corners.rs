@@ -56,8 +56,10 @@ fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) 
     let gap = at(base, point_triangle(corner.place, base)) - corner.place;
     let near = || facing(corner, base).filter(|n| gap.length() <= limits.near() && n.dot(gap) >= -limits.deep);
     let over = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, end)?)?));
+    // Where contact has put it once says better which point touches than where it would be without.
+    let known = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, base)?)?)).filter(|_| base != start);
     // A triangle that met the corner and has slid off it since is held where it met.
-    let (normal, w) = near().and_then(over).or_else(|| {
+    let (normal, w) = near().and_then(|n| known(n).or_else(|| over(n))).or_else(|| {
         let (n, met) = met_on_the_way(corner, start, end, limits)?;
         over(n).or(met.map(|w| (n, w)))
     })?;

@@ -116,10 +116,12 @@ impl Facing {
 
 /// How a sheet's edge that moves through `start`, `base` and `end` touches an edge of a body.
 fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits: &Limits) -> Option<Crossing> {
-    let (normal, met) =
-        near(edge, [start, base, end], side, limits).or_else(|| met_on_the_way(edge, start, end, side, limits))?;
-    // Edges that met and have slid off each other since are held where they met.
-    let (s, t) = above(end, edge.ends, normal).or(met)?;
+    let found = near(edge, [start, base, end], side, limits);
+    let (normal, met) = found.or_else(|| met_on_the_way(edge, start, end, side, limits))?;
+    // Where contact has put them once says better which points touch than where they would be without it. Edges that met
+    // and have slid off each other since are held where they met.
+    let known = met.filter(|_| found.is_some() && base != start);
+    let (s, t) = known.or_else(|| above(end, edge.ends, normal)).or(met)?;
     let gap = normal.dot(apart(end, edge, s, t)) - limits.offset;
     let before = normal.dot(apart(start, edge, s, t));
     (gap <= limits.margin && before >= -limits.deep).then_some(Crossing { normal, s, t })
