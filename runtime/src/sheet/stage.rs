@@ -150,9 +150,10 @@ impl Sheet {
         });
     }
 
-    /// How far the last round moved the mass that it moved furthest, m.
-    pub(crate) fn last_step(&self) -> f64 {
-        self.work.stage.d.max_squared().sqrt()
+    /// Whether the stage has taken some mass further than `by` (m) so far.
+    pub(crate) fn has_moved(&self, by: f64) -> bool {
+        let (from, to) = (self.x.iter(), self.work.stage.iterate.iter());
+        from.zip(to).any(|(p, q)| p.distance_squared(q) > by * by)
     }
 
     /// Works out the velocity at the end of the stage without contact.

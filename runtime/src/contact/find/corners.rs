@@ -63,7 +63,7 @@ fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) 
         let (n, met) = met_on_the_way(corner, start, end, limits)?;
         over(n).or(met.map(|w| (n, w)))
     })?;
-    closes(corner, (normal, w), (start, end), limits)
+    closes(corner, (normal, w), [start, base, end], limits)
 }
 
 /// The same for the triangle that is nearest to a corner at the base, where no triangle is over it in the end: over a fold that
@@ -79,18 +79,20 @@ fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -
     if gap.length() > limits.near() || beside || off || normal.dot(gap) < -limits.deep {
         return None;
     }
-    closes(corner, (normal, w), (start, end), limits)
+    closes(corner, (normal, w), [start, base, end], limits)
 }
 
 /// A touch, if the two come together at the end and were not on each other's far sides at the start.
 fn closes(
     corner: &Corner,
     (normal, w): (DVec3, [f64; 3]),
-    (start, end): ([DVec3; 3], [DVec3; 3]),
+    [start, base, end]: [[DVec3; 3]; 3],
     limits: &Limits,
 ) -> Option<(DVec3, [f64; 3])> {
-    let gap = normal.dot(at(end, w) - corner.place) - limits.offset;
-    let before = normal.dot(at(start, w) - corner.place);
+    let height = |x: [DVec3; 3]| normal.dot(at(x, w) - corner.place);
+    // What would stay clear without contact, contact elsewhere may have pushed in.
+    let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
+    let before = height(start);
     (gap <= limits.margin && before >= -limits.deep).then_some((normal, w))
 }
 

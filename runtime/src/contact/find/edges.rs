@@ -67,8 +67,8 @@ pub(super) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Me
             for side in (0..3).filter(|side| triangle.owns_edge[*side]) {
                 let number = triangle.edges[side];
                 let own = &meeting.skin.edges()[number as usize];
-                let places @ [start, _, end] = local.of(own.masses);
-                if !close.meets(&Cuboid::from(box_of(start.into_iter().chain(end)))) {
+                let places @ [start, base, end] = local.of(own.masses);
+                if !close.meets(&Cuboid::from(box_of(start.into_iter().chain(base).chain(end)))) {
                     continue;
                 }
                 tests += 1;
@@ -122,8 +122,10 @@ fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, lim
     // and have slid off each other since are held where they met.
     let known = met.filter(|_| found.is_some() && base != start);
     let (s, t) = known.or_else(|| above(end, edge.ends, normal)).or(met)?;
-    let gap = normal.dot(apart(end, edge, s, t)) - limits.offset;
-    let before = normal.dot(apart(start, edge, s, t));
+    let height = |x: [DVec3; 2]| normal.dot(apart(x, edge, s, t));
+    // What would stay clear without contact, contact elsewhere may have pushed in.
+    let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
+    let before = height(start);
     (gap <= limits.margin && before >= -limits.deep).then_some(Crossing { normal, s, t })
 }
 
