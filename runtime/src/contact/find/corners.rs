@@ -54,13 +54,18 @@ pub(super) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &
 /// Normal and weights with which a moving triangle touches a corner.
 fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
     let gap = at(base, point_triangle(corner.place, base)) - corner.place;
-    let near = || facing(corner, base).filter(|n| gap.length() <= limits.near() && n.dot(gap) >= -limits.deep);
+    // Of two sides it is on the one where the stage began.
+    let placed = base != start;
+    let near =
+        || facing(corner, base).filter(|n| gap.length() <= limits.near() && (placed || n.dot(gap) >= -limits.deep));
     let over = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, end)?)?));
     // Where contact has put it once says better which point touches than where it would be without.
-    let known = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, base)?)?)).filter(|_| base != start);
+    let known = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, base)?)?)).filter(|_| placed);
     // A triangle that met the corner and has slid off it since is held where it met.
     let (normal, w) = near().and_then(|n| known(n).or_else(|| over(n))).or_else(|| {
-        let (n, met) = met_on_the_way(corner, start, end, limits)?;
+        // What would stay clear without contact, contact elsewhere may have taken right through.
+        let pushed = || met_on_the_way(corner, start, base, limits).filter(|_| placed);
+        let (n, met) = met_on_the_way(corner, start, end, limits).or_else(pushed)?;
         over(n).or(met.map(|w| (n, w)))
     })?;
     closes(corner, (normal, w), [start, base, end], limits)
@@ -76,7 +81,7 @@ fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -
     // Beyond the border of the sheet it is the edges that touch.
     let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + TOUCH;
     let off = base == start && slid > SLIPS;
-    if gap.length() > limits.near() || beside || off || normal.dot(gap) < -limits.deep {
+    if gap.length() > limits.near() || beside || off || (base == start && normal.dot(gap) < -limits.deep) {
         return None;
     }
     closes(corner, (normal, w), [start, base, end], limits)

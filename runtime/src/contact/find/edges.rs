@@ -117,14 +117,17 @@ impl Facing {
 /// How a sheet's edge that moves through `start`, `base` and `end` touches an edge of a body.
 fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits: &Limits) -> Option<Crossing> {
     let found = near(edge, [start, base, end], side, limits);
-    let (normal, met) = found.or_else(|| met_on_the_way(edge, start, end, side, limits))?;
+    let placed = base != start;
+    // What would stay clear without contact, contact elsewhere may have taken right through.
+    let pushed = || met_on_the_way(edge, start, base, side, limits).filter(|_| placed);
+    let (normal, met) = found.or_else(|| met_on_the_way(edge, start, end, side, limits)).or_else(pushed)?;
     // Where contact has put them once says better which points touch than where they would be without it. Edges that met
     // and have slid off each other since are held where they met.
-    let known = met.filter(|_| found.is_some() && base != start);
+    let known = met.filter(|_| found.is_some() && placed);
     let (s, t) = known.or_else(|| above(end, edge.ends, normal)).or(met)?;
     let height = |x: [DVec3; 2]| normal.dot(apart(x, edge, s, t));
     // What would stay clear without contact, contact elsewhere may have pushed in.
-    let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
+    let gap = if placed { height(end).min(height(base)) } else { height(end) } - limits.offset;
     let before = height(start);
     (gap <= limits.margin && before >= -limits.deep).then_some(Crossing { normal, s, t })
 }
@@ -145,7 +148,8 @@ fn near(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits:
     let normal = outward(edge, base[1] - base[0], side)?;
     // Closest at an end of one of them: other features are what touches.
     let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + BESIDE;
-    if normal.dot(gap) < -limits.deep || beside {
+    // Of two sides it is on the one where the stage began.
+    if beside || (base == start && normal.dot(gap) < -limits.deep) {
         return None;
     }
     let slid = (apart(end, edge, s, t) - gap).reject_from_normalized(normal).length();
