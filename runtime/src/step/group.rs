@@ -8,8 +8,8 @@ use crate::contact::Group;
 use crate::contact::stage::{Found, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
 
-/// How often a step may be halved: at 20 m/s onto a needle's tip a sheet moves by its thickness in 25 µs, but by half a millimetre
-/// it bends about as a linear solve says, and then the rounds come together.
+/// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
+/// and went in by millimetres, with five or more seldom, in no more time over all.
 const HALVINGS: u32 = 6;
 
 /// A part of a step.
