@@ -29,6 +29,7 @@ mod primal;
 pub mod response;
 pub mod rigid;
 pub mod row;
+pub(crate) mod settled;
 pub mod skin;
 pub(crate) mod stage;
 pub(crate) mod surroundings;

@@ -2,14 +2,14 @@
 //! the material ends.
 //!
 //! A sheet that follows its material is met at half its thickness on each side of its one layer. Lattices of several layers
-//! are met at the masses of their lowest and highest layers. What a feature touches is the same however the triangles are
+//! are met at the masses of their lowest and highest layers. The triangles are those that are drawn: across a cell that is twisted
+//! the other diagonal is another surface, by millimetres where the grid is coarse. What a feature touches is the same however the triangles are
 //! numbered: every edge and every mass belongs to one triangle, so that a pair of features is looked at once in all pairs
 //! of triangles (Curtis, Tamstorf, Manocha, Fast collision detection for deformable models using representative-triangles,
 //! 2008).
 
 use glam::DVec3;
 
-use crate::lattice::Layer;
 use crate::sheet::{Sheet, Vectors};
 
 /// Stands for no triangle and for no feature.
@@ -67,7 +67,7 @@ impl Skin {
             None => {
                 let count = sheet.layers.len();
                 let outer = sheet.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
-                let triangles: Vec<_> = outer.flat_map(|(_, layer)| halves_of_cells(layer)).collect();
+                let triangles: Vec<_> = outer.flat_map(|(_, layer)| layer.triangles()).collect();
                 Self { stack: count > 1, ..Self::new(&triangles, &sheet.x, offset, count == 1) }
             }
         }
@@ -155,27 +155,6 @@ impl Skin {
     }
 }
 
-/// Cells of a layer, each cut in two. The diagonals alternate, so that the surface has no preferred direction; those of a
-/// triangular layer are the structure's own.
-fn halves_of_cells(layer: &Layer) -> Vec<[u32; 3]> {
-    if layer.triangular {
-        return layer.triangles();
-    }
-    let mut triangles = Vec::with_capacity(2 * layer.len() as usize);
-    for j in 0..layer.nz.saturating_sub(1) {
-        for i in 0..layer.nx.saturating_sub(1) {
-            let (a, b) = (layer.at(i, j), layer.at(i + 1, j));
-            let (c, d) = (layer.at(i, j + 1), layer.at(i + 1, j + 1));
-            if (i + j) % 2 == 0 {
-                triangles.extend([[a, c, d], [a, d, b]]);
-            } else {
-                triangles.extend([[a, c, b], [b, c, d]]);
-            }
-        }
-    }
-    triangles
-}
-
 /// The sides of `triangles`, each once, and which of them each triangle has.
 fn edges_of(triangles: &[[u32; 3]]) -> (Vec<SkinEdge>, Vec<[u32; 3]>) {
     let mut sides: Vec<([u32; 2], usize, usize)> = Vec::with_capacity(3 * triangles.len());
@@ -206,6 +185,7 @@ fn longest_side([a, b, c]: [DVec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lattice::Layer;
 
     fn grid(nx: u32, nz: u32) -> Skin {
         let layer = Layer { first: 0, nx, nz, triangular: false };
@@ -213,7 +193,7 @@ mod tests {
         for j in 0..nz {
             (0..nx).for_each(|i| rest.push(DVec3::new(f64::from(i), 0.0, f64::from(j))));
         }
-        Skin::new(&halves_of_cells(&layer), &rest, 0.1, true)
+        Skin::new(&layer.triangles(), &rest, 0.1, true)
     }
 
     #[test]

@@ -17,14 +17,16 @@ use super::memory::{Memory, Remembered};
 use super::mover::Mover;
 use super::primal::{Joint, Primal};
 use super::row::{Contact, Key, SheetPoint, Side};
+use super::settled::{self, LOOK};
 use crate::sheet::Field;
 
 /// A contact this near is closed, m: its velocities are solved for.
 pub(super) const CLOSED: f64 = 1e-5;
 /// What comes from further apart than this to overlap by more is an impact, m: gravity alone does less in a stage.
 const IMPACT: f64 = 2e-3;
-/// Rounds of a stage.
+/// Rounds of a stage, and how many more there may be to end with one that touches what others touched.
 const ROUNDS: u32 = 10;
+const LAST: u32 = 3;
 /// Pairs nearer than this after the free motion get a row, m: at rest contact moves nothing further in a stage.
 pub(crate) const MARGIN: f64 = 5e-4;
 /// The same at most, and how often it is tried with more.
@@ -67,9 +69,9 @@ pub(crate) struct Found {
 /// Arrays of a contact problem, kept from step to step.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    /// What may touch in this round, and what may where contact moves things further.
+    /// What may touch in this round, and what does where it has come to, or may where contact moves things further.
     pub found: Found,
-    wide: Found,
+    seen: Found,
     pub memory: Memory,
     pub movers: Vec<Mover>,
     /// Memory of the other stage of a step: forces differ from stage to stage more than from step to step.
@@ -263,13 +265,13 @@ impl Scratch {
     /// Takes up what was found in a wider search if some of that now overlaps which was not found before; false if none does.
     fn take_up_wide(&mut self, group: &Group) -> bool {
         let known = |key: &Key| self.found.contacts.binary_search_by(|c| c.key.cmp(key)).is_ok();
-        let new = self.wide.contacts[..self.wide.glue_from].iter().filter(|c| !known(&c.key));
+        let new = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| !known(&c.key));
         let overlaps = new.into_iter().any(|contact| {
             let [a, b] = [&contact.a, &contact.b].map(|side| place(group, side, At::Free) + moved(group, side));
             contact.normal.dot(a - b) < contact.offset
         });
         if overlaps {
-            std::mem::swap(&mut self.found, &mut self.wide);
+            std::mem::swap(&mut self.found, &mut self.seen);
         }
         overlaps
     }
@@ -400,6 +402,32 @@ impl Scratch {
     }
 }
 
+/// Solves for positions, and again with what is found further away when contact has moved something into that. Whether anything
+/// touches; `None` where a solve did not settle.
+fn solve_and_widen(
+    group: &mut Group,
+    scratch: &mut Scratch,
+    h: f64,
+    rough: bool,
+    mut find: impl FnMut(&Group, f64, &mut Found),
+) -> Option<bool> {
+    let mut touched = scratch.solve_positions(group, h, rough);
+    let mut margin = MARGIN;
+    for _ in 0..WIDENINGS {
+        let pushed = if touched && !scratch.failed { furthest(group) } else { 0.0 };
+        if pushed <= margin {
+            break;
+        }
+        margin = (1.5 * pushed).min(WIDEST);
+        find(group, margin, &mut scratch.seen);
+        if !scratch.take_up_wide(group) {
+            break;
+        }
+        touched = scratch.solve_positions(group, h, rough);
+    }
+    (!scratch.failed).then_some(touched)
+}
+
 /// How far contact moves anything of `group`, m.
 fn furthest(group: &Group) -> f64 {
     let of_sheet = |i: &u32| {
@@ -419,9 +447,10 @@ pub(crate) fn solve_rounds(
     h: f64,
     mut find: impl FnMut(&Group, u32, f64, &mut Found),
 ) -> Rounds {
-    let mut touched = false;
+    // What has touched in any round may be met again: without contact it would go through.
+    let mut met = false;
     scratch.short_steps = false;
-    for round in 0..ROUNDS {
+    for round in 0..ROUNDS + LAST {
         group.each(|sheet| {
             if !sheet.work.stage.done && !sheet.free_motion(field) {
                 sheet.work.stage.failed = true;
@@ -432,38 +461,35 @@ pub(crate) fn solve_rounds(
         }
         find(group, round, MARGIN, &mut scratch.found);
         let rough = round == 0 && scratch.is_impact(group);
-        touched = scratch.solve_positions(group, h, rough);
-        let mut margin = MARGIN;
-        for _ in 0..WIDENINGS {
-            if scratch.failed {
-                return Rounds::Failed;
-            }
-            // What contact moves further may have been moved into what was not looked at.
-            let pushed = if touched { furthest(group) } else { 0.0 };
-            if pushed <= margin {
-                break;
-            }
-            margin = (1.5 * pushed).min(WIDEST);
-            find(group, round, margin, &mut scratch.wide);
-            if !scratch.take_up_wide(group) {
-                break;
-            }
-            touched = scratch.solve_positions(group, h, rough);
-        }
-        if scratch.failed {
+        let Some(touched) = solve_and_widen(group, scratch, h, rough, |group, margin, found| {
+            find(group, round, margin, found);
+        }) else {
             return Rounds::Failed;
-        }
+        };
+        met |= touched;
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);
             let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
             sheet.accept(field, contact);
             sheet.work.unit = unit;
         });
-        if !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done) {
+        let mut done = !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done);
+        if done && met && settled::has_moved(group) {
+            find(group, LOOK, MARGIN, &mut scratch.seen);
+            let contacts = &scratch.seen.contacts;
+            done = settled::deepest(group, &contacts[..scratch.seen.glue_from]) <= settled::allowed(round);
+            if !done {
+                group.each(|sheet| sheet.work.stage.done = false);
+            }
+        }
+        if done {
             return if touched { Rounds::Touched } else { Rounds::Free };
         }
+        if round + 1 >= ROUNDS && touched == met {
+            return if met { Rounds::Failed } else { Rounds::Unsettled };
+        }
     }
-    if touched { Rounds::Failed } else { Rounds::Unsettled }
+    Rounds::Open
 }
 
 /// Takes a group of explicit engines, whose free motions are known, through its contact in a step of `h` s: `find` writes what
@@ -494,6 +520,8 @@ pub(crate) enum Rounds {
     Unsettled,
     /// Not settled, with contact.
     Failed,
+    /// Not settled, with contact in some round, but not in the last.
+    Open,
 }
 
 /// The point of a sheet that is mass `i`.

@@ -236,9 +236,10 @@ impl Paths {
         for k in 0..self.solids.len() {
             let now = self.places(world, k);
             let solid = &self.solids[k].1;
-            let gone = self.before[k].iter().zip(&now).position(|(a, b)| solid.crossed(*a, *b));
-            if let Some(place) = gone.filter(|_| found.is_none()) {
-                found = Some(format!("place {place} through body {}", self.solids[k].0));
+            let mut ways = self.before[k].iter().zip(&now).enumerate();
+            let gone = ways.find(|(_, (a, b))| solid.crossed(**a, **b));
+            if let Some((place, (a, b))) = gone.filter(|_| found.is_none()) {
+                found = Some(format!("place {place} through body {}, from {a:.4} to {b:.4} m", self.solids[k].0));
             }
             self.before[k] = now;
         }

@@ -151,6 +151,12 @@ impl Sheet {
         });
     }
 
+    /// Whether the stage has taken some mass further than `by` (m) so far.
+    pub(crate) fn has_moved(&self, by: f64) -> bool {
+        let (from, to) = (self.x.iter(), self.work.stage.iterate.iter());
+        from.zip(to).any(|(p, q)| p.distance_squared(q) > by * by)
+    }
+
     /// Works out the velocity at the end of the stage without contact.
     pub(crate) fn free_velocity(&mut self, field: Field) {
         self.with_scheme(field, |_, scheme, stage, _| {

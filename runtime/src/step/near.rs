@@ -10,6 +10,7 @@ use crate::contact::frame::RigidFrame;
 use crate::contact::mover::{Mover, frame};
 use crate::contact::rigid::{BodyContact, RigidView};
 use crate::contact::row::{Contact, Side};
+use crate::contact::settled::LOOK;
 use crate::contact::skin::Skin;
 use crate::contact::stage::{Found, MARGIN, mass_point};
 use crate::contact::surroundings::Surroundings;
@@ -125,19 +126,24 @@ impl Near<'_> {
             let stage = &sheet.work.stage;
             let begun = stage.free.len() == sheet.masses();
             let base = if round == 0 || !begun { &sheet.x } else { &stage.iterate };
-            let end = if begun { &stage.free } else { &sheet.x };
+            let end = match round {
+                LOOK => &stage.iterate,
+                _ if begun => &stage.free,
+                _ => &sheet.x,
+            };
             sheets.push(SheetMotion { id: self.first + member, skin, start: &sheet.x, base, end, awake: true });
         }
         for (part, body) in self.work.parts.iter().zip(&self.work.of_part) {
             let of = &self.surroundings.parts[*part as usize];
             let mover = &group.movers[*body as usize];
             let base = if round == 0 { frame(&mover.start) } else { mover.end_frame() };
+            let end = if round == LOOK { mover.end_frame() } else { frame(&mover.free) };
             bodies.push(BodyMotion {
                 id: *part,
                 features: &of.features,
                 start: in_world(&frame(&mover.start), &of.frame),
                 base: in_world(&base, &of.frame),
-                end: in_world(&frame(&mover.free), &of.frame),
+                end: in_world(&end, &of.frame),
                 awake: true,
             });
         }

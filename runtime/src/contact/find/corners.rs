@@ -10,7 +10,7 @@ use crate::contact::features::{Corner, Mesh};
 use crate::contact::geometry::{barycentric_along, point_meets_triangle, point_triangle};
 use crate::contact::row::{Contact, SheetPoint};
 
-use super::edges::{BEYOND, SLACK};
+use super::edges::{BEYOND, SLACK, SLIPS};
 
 /// Distance of a point from a triangle it meets, m: rounding.
 const TOUCH: f64 = 1e-9;
@@ -24,12 +24,28 @@ pub(super) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &
         if !(corner.place.cmpge(around.low).all() && corner.place.cmple(around.high).all()) {
             continue;
         }
-        for t in tree.triangles_in(&meeting.swept(corner.place, corner.place)) {
-            let masses = meeting.skin.triangles()[t as usize].masses;
-            tests += 1;
-            let Some((normal, weights)) = touch(corner, local.of(masses), &limits) else { continue };
-            let point = SheetPoint { masses, weights };
+        let mut nearest: Option<(f64, u32, bool)> = None;
+        let mut put = |t: u32, (normal, weights): (DVec3, [f64; 3])| {
+            let point = SheetPoint { masses: meeting.skin.triangles()[t as usize].masses, weights };
             rows.push(meeting.row((point, Kind::Triangle, t), (corner.place, Kind::Corner, index as u32), normal));
+        };
+        for t in tree.triangles_in(&meeting.swept(corner.place, corner.place)) {
+            let places = local.of(meeting.skin.triangles()[t as usize].masses);
+            tests += 1;
+            let found = touch(corner, places, &limits);
+            let distance = at(places[1], point_triangle(corner.place, places[1])).distance(corner.place);
+            if nearest.is_none_or(|(least, other, _)| distance < least || (distance == least && t < other)) {
+                nearest = Some((distance, t, found.is_some()));
+            }
+            if let Some(found) = found {
+                put(t, found);
+            }
+        }
+        if let Some((_, t, false)) = nearest {
+            let places = local.of(meeting.skin.triangles()[t as usize].masses);
+            if let Some(found) = held(corner, places, &limits) {
+                put(t, found);
+            }
         }
     }
     tests
@@ -37,17 +53,51 @@ pub(super) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &
 
 /// Normal and weights with which a moving triangle touches a corner.
 fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
+    let gap = at(base, point_triangle(corner.place, base)) - corner.place;
+    // Of two sides it is on the one where the stage began.
+    let placed = base != start;
+    let near =
+        || facing(corner, base).filter(|n| gap.length() <= limits.near() && (placed || n.dot(gap) >= -limits.deep));
+    let over = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, end)?)?));
+    // Where contact has put it once says better which point touches than where it would be without.
+    let known = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, base)?)?)).filter(|_| placed);
+    // A triangle that met the corner and has slid off it since is held where it met.
+    let (normal, w) = near().and_then(|n| known(n).or_else(|| over(n))).or_else(|| {
+        // What would stay clear without contact, contact elsewhere may have taken right through.
+        let pushed = || met_on_the_way(corner, start, base, limits).filter(|_| placed);
+        let (n, met) = met_on_the_way(corner, start, end, limits).or_else(pushed)?;
+        over(n).or(met.map(|w| (n, w)))
+    })?;
+    closes(corner, (normal, w), [start, base, end], limits)
+}
+
+/// The same for the triangle that is nearest to a corner at the base, where no triangle is over it in the end: over a fold that
+/// bends away from it none may be, and what the free motion slides off, contact and friction may hold.
+fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
     let w = point_triangle(corner.place, base);
     let gap = at(base, w) - corner.place;
-    let (normal, met) = if gap.length() <= limits.near() {
-        (facing(corner, base).filter(|n| n.dot(gap) >= -limits.deep)?, None)
-    } else {
-        met_on_the_way(corner, start, end, limits)?
-    };
-    // A triangle that met the corner and has slid off it since is held where it met.
-    let w = barycentric_along(corner.place, normal, end).and_then(within).or(met)?;
-    let gap = normal.dot(at(end, w) - corner.place) - limits.offset;
-    let before = normal.dot(at(start, w) - corner.place) - limits.offset;
+    let normal = facing(corner, base)?;
+    let slid = (at(end, w) - at(base, w)).reject_from_normalized(normal).length();
+    // Beyond the border of the sheet it is the edges that touch.
+    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + TOUCH;
+    let off = base == start && slid > SLIPS;
+    if gap.length() > limits.near() || beside || off || (base == start && normal.dot(gap) < -limits.deep) {
+        return None;
+    }
+    closes(corner, (normal, w), [start, base, end], limits)
+}
+
+/// A touch, if the two come together at the end and were not on each other's far sides at the start.
+fn closes(
+    corner: &Corner,
+    (normal, w): (DVec3, [f64; 3]),
+    [start, base, end]: [[DVec3; 3]; 3],
+    limits: &Limits,
+) -> Option<(DVec3, [f64; 3])> {
+    let height = |x: [DVec3; 3]| normal.dot(at(x, w) - corner.place);
+    // What would stay clear without contact, contact elsewhere may have pushed in.
+    let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
+    let before = height(start);
     (gap <= limits.margin && before >= -limits.deep).then_some((normal, w))
 }
 

@@ -39,6 +39,12 @@ const BESIDE: f64 = 1e-7;
 /// Distance of lines that meet, m: rounding.
 const TOUCH: f64 = 1e-9;
 
+/// What slides off an edge by more than this from where the stage began is off, m, unless a round has shown that contact holds it.
+pub(super) const SLIPS: f64 = 3e-3;
+
+/// Parameters on both edges where a pair met.
+type Met = Option<(f64, f64)>;
+
 /// How two edges touch: direction, and parameters on the sheet's and on the other edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Crossing {
@@ -61,8 +67,8 @@ pub(super) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Me
             for side in (0..3).filter(|side| triangle.owns_edge[*side]) {
                 let number = triangle.edges[side];
                 let own = &meeting.skin.edges()[number as usize];
-                let places @ [start, _, end] = local.of(own.masses);
-                if !close.meets(&Cuboid::from(box_of(start.into_iter().chain(end)))) {
+                let places @ [start, base, end] = local.of(own.masses);
+                if !close.meets(&Cuboid::from(box_of(start.into_iter().chain(base).chain(end)))) {
                     continue;
                 }
                 tests += 1;
@@ -110,25 +116,44 @@ impl Facing {
 
 /// How a sheet's edge that moves through `start`, `base` and `end` touches an edge of a body.
 fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits: &Limits) -> Option<Crossing> {
-    let apart = |x: [DVec3; 2], s: f64, t: f64| x[0].lerp(x[1], s) - edge.ends[0].lerp(edge.ends[1], t);
-    let (s, t) = segment_segment(base, edge.ends);
-    let gap = apart(base, s, t);
-    let (normal, met) = if gap.length() <= limits.near() {
-        let normal = outward(edge, base[1] - base[0], side)?;
-        // Closest at an end of one of them: other features are what touches.
-        let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + BESIDE;
-        if normal.dot(gap) < -limits.deep || beside {
-            return None;
-        }
-        (normal, None)
-    } else {
-        met_on_the_way(edge, start, end, side, limits)?
-    };
-    // Edges that met and have slid off each other since are held where they met.
-    let (s, t) = above(end, edge.ends, normal).or(met)?;
-    let gap = normal.dot(apart(end, s, t)) - limits.offset;
-    let before = normal.dot(apart(start, s, t)) - limits.offset;
+    let found = near(edge, [start, base, end], side, limits);
+    let placed = base != start;
+    // What would stay clear without contact, contact elsewhere may have taken right through.
+    let pushed = || met_on_the_way(edge, start, base, side, limits).filter(|_| placed);
+    let (normal, met) = found.or_else(|| met_on_the_way(edge, start, end, side, limits)).or_else(pushed)?;
+    // Where contact has put them once says better which points touch than where they would be without it. Edges that met
+    // and have slid off each other since are held where they met.
+    let known = met.filter(|_| found.is_some() && placed);
+    let (s, t) = known.or_else(|| above(end, edge.ends, normal)).or(met)?;
+    let height = |x: [DVec3; 2]| normal.dot(apart(x, edge, s, t));
+    // What would stay clear without contact, contact elsewhere may have pushed in.
+    let gap = if placed { height(end).min(height(base)) } else { height(end) } - limits.offset;
+    let before = height(start);
     (gap <= limits.margin && before >= -limits.deep).then_some(Crossing { normal, s, t })
+}
+
+/// From a point of the edge to one of a sheet's edge with its ends at `x`.
+fn apart(x: [DVec3; 2], edge: &Edge, s: f64, t: f64) -> DVec3 {
+    x[0].lerp(x[1], s) - edge.ends[0].lerp(edge.ends[1], t)
+}
+
+/// The normal of a pair that is close at the base, and where it touches there: what the free motion slides off, contact and
+/// friction may hold.
+fn near(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits: &Limits) -> Option<(DVec3, Met)> {
+    let (s, t) = segment_segment(base, edge.ends);
+    let gap = apart(base, edge, s, t);
+    if gap.length() > limits.near() {
+        return None;
+    }
+    let normal = outward(edge, base[1] - base[0], side)?;
+    // Closest at an end of one of them: other features are what touches.
+    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + BESIDE;
+    // Of two sides it is on the one where the stage began.
+    if beside || (base == start && normal.dot(gap) < -limits.deep) {
+        return None;
+    }
+    let slid = (apart(end, edge, s, t) - gap).reject_from_normalized(normal).length();
+    Some((normal, (base != start || slid < SLIPS).then_some((s, t))))
 }
 
 /// The normal of a pair that was far, and where it met: when it meets, or as it ends if it ends close.
@@ -138,7 +163,7 @@ fn met_on_the_way(
     end: [DVec3; 2],
     side: &Facing,
     limits: &Limits,
-) -> Option<(DVec3, Option<(f64, f64)>)> {
+) -> Option<(DVec3, Met)> {
     let [q, r] = edge.ends;
     if let Some(hit) = edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH) {
         let at = [0, 1].map(|i: usize| start[i].lerp(end[i], hit.time));

@@ -32,7 +32,7 @@ const GRAZE: f64 = 1e-3;
 pub(super) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: &mut Vec<Contact>) {
     for (i, p) in local.end.iter().enumerate() {
         let height = normal.dot(*p);
-        if height <= meeting.offset + meeting.margin {
+        if height.min(normal.dot(local.put(i))) <= meeting.offset + meeting.margin {
             let i = i as u32;
             let foot = *p - normal * height;
             rows.push(meeting.row((SheetPoint::mass(i), Kind::Mass, i), (foot, Kind::Face, 0), normal));
@@ -49,16 +49,21 @@ pub(super) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
     let few = mesh.has_few_faces();
     let mut tests = 0;
     for i in 0..local.end.len() {
-        let (a, b) = (local.start[i], local.end[i]);
-        if !(a.min(b).cmple(high).all() && a.max(b).cmpge(low).all()) {
+        let (a, b, put) = (local.start[i], local.end[i], local.put(i));
+        if !(a.min(b).min(put).cmple(high).all() && a.max(b).max(put).cmpge(low).all()) {
             continue;
         }
         tests += 1;
+        let first = a;
         let a = if few { last_outside(mesh, a, local.base[i], &limits) } else { a };
         // Asked for at rims only.
         let lies = || meeting.at_base(tree.mass_normal(i));
-        let face = if few { entered(mesh, a, b, &lies, &limits) } else { entered_by_query(mesh, a, b, &lies, &limits) };
-        let Some(index) = face else { continue };
+        let face = |a, b| {
+            if few { entered(mesh, a, b, &lies, &limits) } else { entered_by_query(mesh, a, b, &lies, &limits) }
+        };
+        // What would stay clear without contact, contact elsewhere may have pushed in.
+        let pushed = || Some(put).filter(|p| *p != b).and_then(|p| face(first, p));
+        let Some(index) = face(a, b).or_else(pushed) else { continue };
         let face = &mesh.faces()[index as usize];
         let foot = b - face.normal * face.height(b);
         let i = i as u32;

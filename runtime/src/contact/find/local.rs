@@ -17,8 +17,10 @@ pub(super) struct Local {
     pub start: Vec<DVec3>,
     pub base: Vec<DVec3>,
     pub end: Vec<DVec3>,
-    /// Box around start and end.
+    /// Box around all of them.
     pub around: Cuboid,
+    /// Whether the base is where contact has put the sheet in an earlier round of the stage.
+    pub placed: bool,
 }
 
 impl Local {
@@ -31,7 +33,14 @@ impl Local {
         seen(&mut self.start, sheet.start, &body.start);
         seen(&mut self.base, sheet.base, &body.base);
         seen(&mut self.end, sheet.end, &body.end);
-        self.around = Cuboid::from(super::box_of(self.start.iter().chain(&self.end).copied()));
+        let all = self.start.iter().chain(&self.base).chain(&self.end);
+        self.around = Cuboid::from(super::box_of(all.copied()));
+        self.placed = !std::ptr::eq(sheet.base, sheet.start);
+    }
+
+    /// Where contact has put mass `i` in an earlier round; where it would be now before that.
+    pub fn put(&self, i: usize) -> DVec3 {
+        if self.placed { self.base[i] } else { self.end[i] }
     }
 
     /// The places of some masses at the three times.

@@ -147,9 +147,9 @@ impl SkinTree {
         let by = DVec3::splat(sheet.skin.offset() + margin);
         let mut furthest = 0.0_f64;
         for (i, around) in self.boxes.iter_mut().enumerate() {
-            let (p, q) = (sheet.start.get(i), sheet.end.get(i));
-            furthest = furthest.max(p.distance_squared(q)).max(p.distance_squared(sheet.base.get(i)));
-            *around = Cuboid { low: p.min(q) - by, high: p.max(q) + by };
+            let (p, base, q) = (sheet.start.get(i), sheet.base.get(i), sheet.end.get(i));
+            furthest = furthest.max(p.distance_squared(q)).max(p.distance_squared(base));
+            *around = Cuboid { low: p.min(q).min(base) - by, high: p.max(q).max(base) + by };
         }
         // To the end by way of the start, from wherever the base is: twice the longer of both ways is enough.
         self.travel = 2.0 * furthest.sqrt();

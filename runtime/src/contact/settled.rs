@@ -1,0 +1,47 @@
+//! Whether a stage has come to rest where nothing overlaps.
+//!
+//! Rounds stop when the strain that comes of one is what its linear solve had predicted. Rows are linear too: where a triangle
+//! turns under a needle's tip, or the point that touches moves on to another, they may be satisfied and the surfaces overlap
+//! all the same. So what is there at the place that was reached is looked at once more, unless the stage hardly moved
+//! anything. Lengths in m.
+
+use super::delassus::Group;
+use super::row::{Contact, Side};
+
+/// Number of the round that looks at what there is where the sheets are, not where they would be without contact.
+pub(crate) const LOOK: u32 = u32::MAX;
+
+/// A stage that moved no mass further than this left no contact elsewhere than it was solved for, m.
+const STILL: f64 = 2e-5;
+
+/// Overlap that is let pass, m: as long as there are rounds to spare, and then.
+const FINE: f64 = 1e-5;
+const ENOUGH: f64 = 6e-5;
+
+/// Rounds within which the finer limit is asked for.
+const SPARE: u32 = 5;
+
+/// Overlap (m) that is let pass after round number `round`.
+pub(super) fn allowed(round: u32) -> f64 {
+    if round < SPARE { FINE } else { ENOUGH }
+}
+
+/// Whether the stage has moved some mass by enough to look again.
+pub(super) fn has_moved(group: &Group) -> bool {
+    group.members.iter().any(|i| group.sheets[*i as usize].has_moved(STILL))
+}
+
+/// Deepest overlap with a body among `contacts` where the rounds have come to, m; 0 where there is none. Of sheets with each
+/// other not all that touch are solved for, and more rounds would not change that.
+pub(super) fn deepest(group: &Group, contacts: &[Contact]) -> f64 {
+    let place = |side: &Side| match side {
+        Side::Sheet { sheet, point } => point.of(&group.sheet(*sheet).work.stage.iterate),
+        Side::Body { body, local } => {
+            let mover = &group.movers[*body as usize];
+            mover.free.place(*local) + mover.moved(mover.free.place(*local) - mover.free.centre())
+        }
+    };
+    let overlap = |c: &Contact| c.offset - c.normal.dot(place(&c.a) - place(&c.b));
+    let on_body = contacts.iter().filter(|c| matches!(c.b, Side::Body { .. }));
+    on_body.map(overlap).fold(0.0, f64::max)
+}
