@@ -39,12 +39,12 @@ impl Memory {
         })
     }
 
-    /// Replaces everything: contacts without a position force are forgotten.
+    /// Replaces everything: contacts without a force are forgotten.
     pub fn replace(&mut self, mut entries: impl FnMut(&Self, &mut Vec<(Key, Remembered)>)) {
         let mut next = std::mem::take(&mut self.next);
         next.clear();
         entries(self, &mut next);
-        next.retain(|(_, f)| f.position != DVec3::ZERO);
+        next.retain(|(_, f)| f.position != DVec3::ZERO || f.velocity != DVec3::ZERO);
         next.sort_by_key(|(key, _)| *key);
         self.next = std::mem::replace(&mut self.entries, next);
     }
