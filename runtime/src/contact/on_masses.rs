@@ -21,6 +21,8 @@ const FAR: f64 = 1e-3;
 const NEAR: f64 = 5e-5;
 /// The same as a fraction of the deepest overlap there would be.
 const BEHIND: f64 = 0.05;
+/// What may be moved into, m: more than this and the solve is as good done twice.
+const FURTHEST: f64 = 1e-4;
 /// Times that contacts are chosen.
 const GROWING: u32 = 4;
 /// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
@@ -43,13 +45,6 @@ impl Scratch {
             self.take_displacements(&primal, group);
             self.remember_positions(&primal);
             self.gaps.update(&self.found.contacts, group);
-            if std::env::var_os("DBG").is_some() {
-                let worst=(0..self.gaps.now.len()).min_by(|a,b|self.gaps.now[*a].total_cmp(&self.gaps.now[*b]));
-                if let Some(w)=worst { eprintln!("   worst now {:.3e} free {:.3e} start {:.3e} chosen {} of {} {:x?}", self.gaps.now[w], self.gaps.free[w], self.gaps.start[w], self.chosen.len(), self.gaps.now.len(), self.found.contacts[w].key); }
-                let mut per=std::collections::BTreeMap::new();
-                for c in &self.found.contacts { let f=|s:&Side| match s {Side::Sheet{sheet,..}=>*sheet as i32,_=>-1}; let n: &mut i32=per.entry((f(&c.a),f(&c.b))).or_default(); *n+=1; }
-                eprintln!("   {per:?}");
-            }
             if !self.choose_more() {
                 break;
             }
@@ -64,8 +59,9 @@ impl Scratch {
         self.is_chosen.clear();
         // What comes down on something deeply closes the gaps behind it too.
         let deepest = self.gaps.free.iter().fold(0.0_f64, |least, gap| least.min(*gap));
-        let reach = if sheets > 1 { NEAR.max(-BEHIND * deepest) } else { f64::INFINITY };
-        self.eager = if reach > NEAR && sheets > 1 && self.memory.is_empty() { reach } else { 0.0 };
+        let behind = -BEHIND * deepest;
+        let reach = if sheets > 1 { NEAR.max((10.0 * behind).min(FURTHEST)).max(behind) } else { f64::INFINITY };
+        self.eager = if behind > NEAR && sheets > 1 && self.memory.is_empty() { behind } else { 0.0 };
         for (i, contact) in self.found.contacts.iter().enumerate() {
             // One sheet's pattern has them all already.
             let near = self.gaps.free[i] < reach;
@@ -96,11 +92,6 @@ impl Scratch {
     /// Puts the chosen contacts to the solver.
     fn lay_rows(&mut self, primal: &mut Primal, group: &mut Group, h: f64) {
         primal.clear();
-        if std::env::var_os("DBG").is_some() {
-            let exact=self.chosen.iter().filter(|i| self.memory.of(&self.found.contacts[**i as usize].key).is_some()).count();
-            let near=self.chosen.iter().filter(|i| self.memory.near(&self.found.contacts[**i as usize].key).is_some()).count();
-            eprintln!("   chosen {} exact {exact} near {near} viol-unremembered {}", self.chosen.len(), self.chosen.iter().filter(|i| self.gaps.free[**i as usize] < -1e-6 && self.memory.near(&self.found.contacts[**i as usize].key).is_none()).count());
-        }
         for i in self.chosen.iter().map(|i| *i as usize) {
             let mut row = self.row_of(group, i);
             let known = self.memory.near(&self.found.contacts[i].key).unwrap_or_default();
@@ -168,16 +159,7 @@ impl Scratch {
         if first {
             primal.bind(tangent);
         }
-        if std::env::var_os("DBG7").is_some() { for (k,i) in self.chosen.iter().enumerate() { let c=&self.found.contacts[*i as usize]; if first && self.gaps.free[*i as usize] < -1e-6 && self.memory.near(&c.key).is_none() { eprintln!("   VU row {k} key {:x?} free {:.2e} start {:.2e} n {:?} a {:?} b {:?}", c.key, self.gaps.free[*i as usize], self.gaps.start[*i as usize], c.normal, c.a, c.b); } } }
-        if std::env::var_os("DBG7").is_some() && first { for k in [33usize,37,62,64] { if let Some(i)=self.chosen.get(k) { let c=&self.found.contacts[*i as usize]; eprintln!("   ROW {k} key {:x?} free {:.2e} start {:.2e} n {:?} a {:?} b {:?} p {:?}", c.key, self.gaps.free[*i as usize], self.gaps.start[*i as usize], c.normal, c.a, c.b, primal.force[k]); } }
-          let mut sums=std::collections::BTreeMap::new();
-          for (k,i) in self.chosen.iter().enumerate() { let c=&self.found.contacts[*i as usize]; let f=|s:&Side| match s {Side::Sheet{sheet,..}=>*sheet as i32,_=>-1}; let w=primal.rows[k].frame*primal.force[k]; let e: &mut f64=sums.entry(f(&c.a)).or_default(); *e+=w.y; let e: &mut f64=sums.entry(f(&c.b)).or_default(); *e-=w.y; }
-          eprintln!("   SUMS {:?}", sums.iter().map(|(a,b)| (*a,(*b*1e5).round()/1e5)).collect::<Vec<_>>());
-        }
         let settled = primal.solve(tangent, tolerance, updates);
-        if std::env::var_os("DBG").is_some() {
-            eprintln!("   {} rows {} rough {rough} steps {} factors {} settled {settled} analyses {} alone {}", if first {"pos"} else {"vel"}, primal.rows.len(), primal.steps-before.0, primal.factors-before.1, self.joint.analyses, self.alone);
-        }
         self.counters.unsettled += u64::from(!settled);
         self.counters.newton += primal.steps - before.0;
         self.counters.factors += primal.factors - before.1;
@@ -287,7 +269,8 @@ impl Scratch {
         for (body, mover) in group.movers.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
                 let at = 3 * first as usize;
-                (mover.kick, mover.twist) = (DVec3::from_slice(&delta[at..]) / h, DVec3::from_slice(&delta[at + 3..]) / h);
+                (mover.kick, mover.twist) =
+                    (DVec3::from_slice(&delta[at..]) / h, DVec3::from_slice(&delta[at + 3..]) / h);
             }
         }
     }

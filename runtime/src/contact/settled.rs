@@ -17,13 +17,21 @@ const STILL: f64 = 2e-5;
 /// Overlap that is let pass, m: as long as there are rounds to spare, and then.
 const FINE: f64 = 1e-5;
 const ENOUGH: f64 = 6e-5;
+/// The same for several sheets, of which one or another is always in motion.
+const TOGETHER: f64 = 2e-4;
 
 /// Rounds within which the finer limit is asked for.
 const SPARE: u32 = 5;
 
-/// Overlap (m) that is let pass after round number `round`.
-pub(super) fn allowed(round: u32) -> f64 {
-    if round < SPARE { FINE } else { ENOUGH }
+/// Overlap (m) that is let pass after round number `round` of `sheets` sheets.
+pub(super) fn allowed(round: u32, sheets: usize) -> f64 {
+    if sheets > 1 {
+        TOGETHER
+    } else if round < SPARE {
+        FINE
+    } else {
+        ENOUGH
+    }
 }
 
 /// Whether the stage has moved some mass by enough to look again.

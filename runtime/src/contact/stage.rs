@@ -27,6 +27,11 @@ const IMPACT: f64 = 2e-3;
 /// Rounds of a stage, and how many more there may be to end with one that touches what others touched.
 const ROUNDS: u32 = 10;
 const LAST: u32 = 3;
+/// The same for several sheets, of which one or another always has something to settle where much happens.
+const TOGETHER: (u32, u32) = (4, 1);
+/// Rounds after which a stage whose strain is still mispredicted by this many times what is let pass is left to shorter steps.
+const PATIENCE: u32 = 2;
+const HOPELESS: f64 = 100.0;
 /// Pairs nearer than this after the free motion get a row, m: at rest contact moves nothing further in a stage.
 pub(crate) const MARGIN: f64 = 5e-4;
 /// The same at most, and how often it is tried with more.
@@ -450,7 +455,8 @@ pub(crate) fn solve_rounds(
     // What has touched in any round may be met again: without contact it would go through.
     let mut met = false;
     scratch.short_steps = false;
-    for round in 0..ROUNDS + LAST {
+    let (rounds, last) = if group.members.len() > 1 { TOGETHER } else { (ROUNDS, LAST) };
+    for round in 0..rounds + last {
         group.each(|sheet| {
             if !sheet.work.stage.done && !sheet.free_motion(field) {
                 sheet.work.stage.failed = true;
@@ -473,11 +479,17 @@ pub(crate) fn solve_rounds(
             sheet.accept(field, contact);
             sheet.work.unit = unit;
         });
+        let excess = group.members.iter().map(|i| &group.sheets[*i as usize].work.stage);
+        let worst = excess.filter(|s| !s.done).map(|s| s.excess).fold(0.0, f64::max);
+        if round >= PATIENCE && worst > HOPELESS && met && !scratch.last_resort {
+            return Rounds::Failed;
+        }
         let mut done = !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done);
         if done && met && settled::has_moved(group) {
             find(group, LOOK, MARGIN, &mut scratch.seen);
             let contacts = &scratch.seen.contacts;
-            done = settled::deepest(group, &contacts[..scratch.seen.glue_from]) <= settled::allowed(round);
+            done = settled::deepest(group, &contacts[..scratch.seen.glue_from])
+                <= settled::allowed(round, group.members.len());
             if !done {
                 group.each(|sheet| sheet.work.stage.done = false);
             }
@@ -485,7 +497,7 @@ pub(crate) fn solve_rounds(
         if done {
             return if touched { Rounds::Touched } else { Rounds::Free };
         }
-        if round + 1 >= ROUNDS && touched == met {
+        if round + 1 >= rounds && touched == met {
             return if met { Rounds::Failed } else { Rounds::Unsettled };
         }
     }

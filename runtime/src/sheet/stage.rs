@@ -31,6 +31,8 @@ pub(crate) struct StageWork {
     pub free: Vectors,
     /// Whether another round would change nothing that matters.
     pub done: bool,
+    /// Energy of mispredicted strain in the last round, over what is let pass.
+    pub excess: f64,
     /// Whether it could not be solved for.
     pub failed: bool,
     /// Velocity at the end of the stage without contact, m/s.
@@ -140,7 +142,7 @@ impl Sheet {
             stage.iterate.add_scaled(1.0, &stage.d);
             let limit = MISSED[usize::from(contact.is_some())] * stage.scale;
             let near = missed <= limit;
-            if std::env::var_os("DBG5").is_some() && !near { eprintln!("     accept: missed {missed:.2e} limit {limit:.2e}"); }
+            stage.excess = missed / limit;
             stage.done = match contact {
                 Some(_) => near,
                 None => {

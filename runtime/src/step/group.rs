@@ -11,7 +11,7 @@ use crate::sheet::Field;
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
 /// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets have no time for more than a few.
 const HALVINGS: u32 = 6;
-const HALVINGS_TOGETHER: u32 = 3;
+const HALVINGS_TOGETHER: u32 = 2;
 
 /// A part of a step.
 #[derive(Clone, Copy)]
@@ -72,7 +72,6 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
     scratch.last_resort = part.halvings >= most_halvings(group);
-    if std::env::var_os("DBG").is_some() { eprintln!("part {} dt {} halvings {}", part.time, part.dt, part.halvings); }
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {

@@ -27,7 +27,9 @@ pub(super) fn prune(problem: &Problem, rows: &mut Vec<Contact>, keep: &mut Vec<b
         let count = rows[first..].iter().take_while(|row| row.key[0] == key).count();
         for i in first..first + count {
             let Some((sheet, on)) = mass_on_sheet(&rows[i]) else { continue };
-            let again = |j: usize| keep[j] && mass_on_sheet(&rows[j]).is_some_and(|(s, _)| s == sheet) && same(problem, &rows[i], &rows[j]);
+            let again = |j: usize| {
+                keep[j] && mass_on_sheet(&rows[j]).is_some_and(|(s, _)| s == sheet) && same(problem, &rows[i], &rows[j])
+            };
             let twice = (first..i).any(again) || is_told_by_other(problem, rows, keep, i, (sheet, &on));
             keep[i] = !twice;
         }
@@ -58,7 +60,13 @@ fn same(problem: &Problem, row: &Contact, other: &Contact) -> bool {
 }
 
 /// Whether row `i`, of a mass at a mass of `sheet`, is there the other way round, and that is the one to keep.
-fn is_told_by_other(problem: &Problem, rows: &[Contact], keep: &[bool], i: usize, (sheet, on): (u32, &SheetPoint)) -> bool {
+fn is_told_by_other(
+    problem: &Problem,
+    rows: &[Contact],
+    keep: &[bool],
+    i: usize,
+    (sheet, on): (u32, &SheetPoint),
+) -> bool {
     let Side::Sheet { sheet: own, point } = rows[i].a else { return false };
     let Some(at) = (0..3).find(|k| on.weights[*k] > MASS).map(|k| on.masses[k]) else { return false };
     let Some(id) = problem.sheets.get(sheet as usize).map(|s| s.id) else { return false };

@@ -21,7 +21,7 @@ const STEPS: u32 = 25;
 /// How far down m must come, as a fraction of where it began.
 const DOWN: f64 = 1e-9;
 /// What will do if it does not.
-const ENOUGH: f64 = 1e-6;
+const ENOUGH: f64 = 1e-3;
 /// Power of the fraction of m with which ε falls.
 const SMOOTHER: f64 = 0.75;
 /// Fraction of the way to the border that a step may go.
@@ -54,8 +54,7 @@ impl Primal {
         inner.begin(self);
         let first = inner.mean(self);
         let mut fine = true;
-        for _k in 0..STEPS {
-            if std::env::var_os("DBG4").is_some() { eprintln!("     ipm {_k} mean {:.2e} smooth {:.1e} missed {:.1e}", inner.mean(self)/first, inner.smooth, inner.missed(self)); }
+        for _ in 0..STEPS {
             let mean = inner.mean(self);
             inner.smooth = (inner.scale * (mean / first).powf(SMOOTHER)).max(1e-9);
             if mean <= DOWN * first && inner.missed(self) <= 1e-8 {
@@ -89,11 +88,6 @@ impl Primal {
                 let friction = inner.slip[i] * -self.limits[i];
                 self.force[i] = DVec3::new(normal, friction.x, friction.y);
             }
-        }
-        if std::env::var_os("DBG").is_some() {
-            let pushing=self.force.iter().filter(|p| p.x>0.0).count();
-            let closed=(0..self.rows.len()).filter(|i| self.is_inner(*i) && inner.gap[*i]<1e-6).count();
-            eprintln!("     inside ended: mean {:.1e} missed {:.1e} pushing {pushing} closed {closed}", inner.mean(self)/first, inner.missed(self));
         }
         self.aim();
         self.factored.clear();
@@ -232,7 +226,8 @@ impl Interior {
     /// How much of the step leaves gaps and forces positive, times `within`; at most 1.
     fn reach(&self, within: f64) -> (f64, f64) {
         let most = |values: &[f64], steps: &[f64]| {
-            let each = values.iter().zip(steps).filter(|(_, step)| **step < 0.0).map(|(value, step)| -within * value / step);
+            let each =
+                values.iter().zip(steps).filter(|(_, step)| **step < 0.0).map(|(value, step)| -within * value / step);
             each.fold(1.0, f64::min)
         };
         (most(&self.gap, &self.gap_step), most(&self.force, &self.force_step))

@@ -131,7 +131,8 @@ impl Joint {
         self.slots.clear();
         for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
             if let Some(tangent) = group.sheet(local).tangent() {
-                let slot = |(_, row, column): (usize, u32, u32)| self.pattern.slot(first + row, first + column).unwrap_or(0);
+                let slot =
+                    |(_, row, column): (usize, u32, u32)| self.pattern.slot(first + row, first + column).unwrap_or(0);
                 self.slots.extend(tangent.pattern().iter().map(slot));
             }
         }
