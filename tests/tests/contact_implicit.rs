@@ -7,6 +7,7 @@ use sheetwork::World;
 use sheetwork::measure::drops::throw;
 use sheetwork::measure::{Setup, measure};
 use sheetwork::scene::Material;
+use sheetwork::sheet::Status;
 use sheetwork_tests::shipped;
 
 /// Energy may rise by this over its start, relative to what the situation brings: rounding.
@@ -225,4 +226,48 @@ fn a_needle_never_shows_through() {
     let world = played("needle");
     let sheet = &world.sheets()[0];
     assert!(sheet.centre_of_mass().y < 0.09, "{}", sheet.centre_of_mass());
+}
+
+#[test]
+fn a_pile_of_sheets_lies_still_one_on_another() {
+    let setup = Setup { grid: (11, 11), sheets: 5, ..limp_landing() };
+    let found = measured("stack", &setup);
+    assert_eq!(found["in_order"], true, "{found}");
+    assert!(number(&found, "overlap_at_rest_m") < 1e-6, "{found}");
+    assert!(number(&found, "max_sheet_overlap_m") < 1e-4, "{found}");
+    assert!(number(&found, "drift_m") < 1e-3, "{found}");
+    assert!(number(&found, "energy_gain") <= ENERGY, "{found}");
+    assert!(found["asleep_s"].is_f64(), "{found}");
+}
+
+#[test]
+fn a_pack_of_cards_comes_to_rest_and_no_card_is_within_another() {
+    let found = measured("card-pack", &Setup::default());
+    assert_eq!(found["in_order"], true, "{found}");
+    assert!(number(&found, "overlap_ratio") < 0.1, "{found}");
+    assert!(number(&found, "energy_gain") <= ENERGY, "{found}");
+    assert!(number(&found, "asleep_s") < 4.0, "{found}");
+}
+
+#[test]
+fn a_house_of_cards_stands_until_a_ball_hits_it() {
+    let scene = shipped("cards_house");
+    let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
+    let top = |world: &World| world.sheets().iter().flat_map(|s| s.x.y.iter().copied()).fold(0.0, f64::max);
+    let start = top(&world);
+    while world.time() < scene.duration {
+        world.step();
+    }
+    assert!(world.unstable().is_none());
+    assert!((top(&world) - start).abs() < 1e-4, "{start} m, then {} m", top(&world));
+    assert!(world.sheets().iter().all(|s| s.status == Status::Asleep));
+    // What a ball does to it takes long to work out: the beginning of its fall will do.
+    let ball = shipped("cards_house_ball").bodies.remove(0);
+    world.add_body(&ball).unwrap_or_else(|e| panic!("{e}"));
+    while world.time() < scene.duration + 0.34 {
+        world.step();
+    }
+    assert!(world.unstable().is_none());
+    let moved = world.sheets().iter().any(|s| s.max_speed() > 0.5);
+    assert!(moved, "the ball has met the house");
 }
