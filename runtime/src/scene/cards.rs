@@ -124,7 +124,7 @@ impl Cards {
             Self::House => (
                 "house of cards",
                 "Fifteen playing cards stand as a house of three storeys, by friction alone.",
-                "(eye: (0.2, 0.2, 0.42), target: (0, 0.12, 0))",
+                "(eye: (0.24, 0.2, 0.47), target: (0, 0.13, 0))",
                 "(6, 1, 5)",
                 10,
             ),

@@ -22,6 +22,9 @@ const STEPS: u32 = 25;
 const DOWN: f64 = 1e-9;
 /// What will do if it does not.
 const ENOUGH: f64 = 1e-3;
+/// By how much gaps and slips may be off at the end, m, and what will do.
+const MISS: f64 = 1e-8;
+const MISS_ENOUGH: f64 = 1e-6;
 /// Power of the fraction of m with which ε falls.
 const SMOOTHER: f64 = 0.75;
 /// Fraction of the way to the border that a step may go.
@@ -57,7 +60,7 @@ impl Primal {
         for _ in 0..STEPS {
             let mean = inner.mean(self);
             inner.smooth = (inner.scale * (mean / first).powf(SMOOTHER)).max(1e-9);
-            if mean <= DOWN * first && inner.missed(self) <= 1e-8 {
+            if mean <= DOWN * first && inner.missed(self) <= MISS && inner.unturned(self) <= MISS {
                 break;
             }
             fine = self.factorize_inside(tangent, &inner);
@@ -91,7 +94,7 @@ impl Primal {
         }
         self.aim();
         self.factored.clear();
-        fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self) <= 1e-6;
+        fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self).max(inner.unturned(self)) <= MISS_ENOUGH;
         self.interior = inner;
         fine
     }
@@ -221,6 +224,18 @@ impl Interior {
     fn missed(&self, primal: &Primal) -> f64 {
         let inner = (0..self.gap.len()).filter(|i| primal.is_inner(*i));
         inner.map(|i| (primal.u[i].x - self.gap[i]).abs()).fold(0.0, f64::max)
+    }
+
+    /// By how much slips are not yet those that go with the directions of friction, m.
+    fn unturned(&self, primal: &Primal) -> f64 {
+        let inner = (0..self.gap.len()).filter(|i| primal.is_inner(*i));
+        let each = inner.map(|i| {
+            let slip = DVec2::new(primal.u[i].y, primal.u[i].z);
+            // Where nothing pushes nothing rubs.
+            let rubs = self.force[i] > self.gap[i] * primal.rows[i].stiffness.x;
+            if rubs { (self.slip[i] * self.length(slip) - slip).length() } else { 0.0 }
+        });
+        each.fold(0.0, f64::max)
     }
 
     /// How much of the step leaves gaps and forces positive, times `within`; at most 1.

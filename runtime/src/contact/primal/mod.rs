@@ -30,12 +30,12 @@ pub(super) use row::Row;
 
 /// ρ over the sheet's own stiffness at the contact: with it a contact closes to a hundredth of its depth in a step. Friction
 /// needs less, since it changes over from holding to sliding.
-const STIFFER: DVec3 = DVec3::new(100.0, 30.0, 30.0);
+const STIFFER: DVec3 = DVec3::new(100.0, 10.0, 10.0);
 /// Steps after which, if this share of the contacts still would act otherwise, those that push are found from within.
 const STEPS_OUTSIDE: u32 = 3;
 const MANY: f64 = 0.03;
 /// Steps after which they are found from within in any case.
-const PATIENCE: u32 = 14;
+const PATIENCE: u32 = 20;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A contact with less than this fraction of all normal force does not rub.
