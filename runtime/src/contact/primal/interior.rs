@@ -25,6 +25,8 @@ const ENOUGH: f64 = 1e-3;
 /// By how much gaps and slips may be off at the end, m, and what will do.
 const MISS: f64 = 1e-8;
 const MISS_ENOUGH: f64 = 1e-6;
+/// By what fraction of their sum forces may be short of holding the displacement.
+const UNBALANCED: f64 = 1e-3;
 /// Power of the fraction of m with which ε falls.
 const SMOOTHER: f64 = 0.75;
 /// Fraction of the way to the border that a step may go.
@@ -60,7 +62,8 @@ impl Primal {
         for _ in 0..STEPS {
             let mean = inner.mean(self);
             inner.smooth = (inner.scale * (mean / first).powf(SMOOTHER)).max(1e-9);
-            if mean <= DOWN * first && inner.missed(self) <= MISS && inner.unturned(self) <= MISS {
+            let ended = mean <= DOWN * first && inner.missed(self).max(inner.unturned(self)) <= MISS;
+            if ended && inner.unbalanced(self) <= super::BALANCE {
                 break;
             }
             fine = self.factorize_inside(tangent, &inner);
@@ -95,6 +98,7 @@ impl Primal {
         self.aim();
         self.factored.clear();
         fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self).max(inner.unturned(self)) <= MISS_ENOUGH;
+        fine &= inner.unbalanced(self) <= UNBALANCED;
         self.interior = inner;
         fine
     }
@@ -224,6 +228,25 @@ impl Interior {
     fn missed(&self, primal: &Primal) -> f64 {
         let inner = (0..self.gap.len()).filter(|i| primal.is_inner(*i));
         inner.map(|i| (primal.u[i].x - self.gap[i]).abs()).fold(0.0, f64::max)
+    }
+
+    /// What the forces are short of holding the displacement, as a fraction of their sum.
+    fn unbalanced(&self, primal: &mut Primal) -> f64 {
+        for (to, from) in primal.step.iter_mut().zip(&primal.pull) {
+            *to = -from;
+        }
+        let mut all = 0.0;
+        for (i, row) in primal.rows.iter().enumerate().filter(|(_, row)| !row.idle) {
+            let p = if row.law == Law::Glue {
+                primal.force[i] - row.stiffness * super::STIFFER * primal.u[i]
+            } else {
+                let friction = self.slip[i] * -self.limit(row, self.force[i]);
+                DVec3::new(self.force[i], friction.x, friction.y)
+            };
+            row.push(p, &mut primal.step);
+            all += p.abs().element_sum();
+        }
+        primal.step.iter().map(|r| r.abs()).sum::<f64>() / all.max(f64::MIN_POSITIVE)
     }
 
     /// By how much slips are not yet those that go with the directions of friction, m.

@@ -38,6 +38,8 @@ const MANY: f64 = 0.03;
 const PATIENCE: u32 = 20;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
+/// Forces hold the displacement when they are short by this fraction of their sum: stiff contacts hide in small gaps what is not held.
+const BALANCE: f64 = 1e-5;
 /// A contact with less than this fraction of all normal force does not rub.
 const NEGLIGIBLE: f64 = 1e-6;
 /// The same as a fraction of STICKS of all friction there may be, for contacts that carry little.
@@ -143,14 +145,15 @@ impl Primal {
         if !self.guess(tangent) {
             return false;
         }
-        let (mut updated, mut exact, mut small, mut small_before) = (0, true, false, true);
+        let (mut updated, mut exact, mut small, mut trusted) = (0, true, false, true);
         for round in 0..=PATIENCE {
             let many = round == STEPS_OUTSIDE && !exact && self.changes() > MANY;
             if many || round == PATIENCE {
                 return self.go_inside(tangent);
             }
             let same = self.aim() || small;
-            if exact && same {
+            let balanced = self.load() <= BALANCE;
+            if exact && same && balanced {
                 let missed = self.missed();
                 self.project();
                 if missed <= tolerance {
@@ -160,16 +163,16 @@ impl Primal {
                     updated += 1;
                 }
                 self.aim();
+                self.load();
             }
-            self.load();
             // Friction that has changed often makes no difference, and the factor at hand can tell.
-            let will_do = small_before && self.pushes_alike();
+            let will_do = trusted && self.pushes_alike();
             if !will_do && !self.factorize(tangent) {
                 return false;
             }
             self.solve_step(tangent);
             small = self.du.iter().all(|du| du.abs().max_element() <= tolerance);
-            small_before = small || !will_do;
+            trusted = !will_do || (small && balanced);
             exact = self.advance() || small;
         }
         false
@@ -287,15 +290,19 @@ impl Primal {
         changed
     }
 
-    /// Makes the right side of a Newton step.
-    fn load(&mut self) {
+    /// Makes the right side of a Newton step: what the forces are short of holding the displacement. Returns its sum as a fraction of
+    /// that of all forces.
+    fn load(&mut self) -> f64 {
+        let mut all = 0.0;
         for (to, from) in self.step.iter_mut().zip(&self.pull) {
             *to = -from;
         }
         for (i, row) in self.rows.iter().enumerate().filter(|(i, _)| self.states[*i].acts()) {
             let p = projected(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
             row.push(p, &mut self.step);
+            all += p.abs().element_sum();
         }
+        self.step.iter().map(|r| r.abs()).sum::<f64>() / all.max(f64::MIN_POSITIVE)
     }
 
     /// Whether the factor at hand is of contacts of which the same push.
