@@ -94,6 +94,8 @@ impl Row {
                 }
             }
         }
+        // What is held along the normal does not give way to any force.
+        self.idle |= compliance.x <= 0.0;
         let c = compliance.max(DVec3::splat(f64::MIN_POSITIVE)).recip();
         self.stiffness = DVec3::splat(c.min_element());
     }
