@@ -28,7 +28,7 @@ const IMPACT: f64 = 2e-3;
 const ROUNDS: u32 = 10;
 const LAST: u32 = 3;
 /// The same for several sheets, of which one or another always has something to settle where much happens.
-const TOGETHER: (u32, u32) = (4, 1);
+const TOGETHER: u32 = 4;
 /// Rounds after which a stage whose strain is still mispredicted by this many times what is let pass is left to shorter steps.
 const PATIENCE: u32 = 2;
 const HOPELESS: f64 = 100.0;
@@ -96,7 +96,7 @@ pub(crate) struct Scratch {
     pub(super) eager: f64,
     on_masses: bool,
     /// Whether the problem is one sheet's with bodies that do not give way.
-    pub(super) alone: bool,
+    pub alone: bool,
     pub(super) normals: Vec<DVec3>,
     /// Whether a solve did not settle, and whether there is no shorter step to try then.
     pub failed: bool,
@@ -243,8 +243,10 @@ impl Scratch {
         if self.found.glue_from >= self.found.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
             return false;
         }
-        // Masses of explicit engines answer each for itself, and forces between them are few.
-        self.on_masses = !self.short_steps;
+        // Masses of explicit engines answer each for itself, and forces between them are few, as those within a sheet that is folded.
+        let within = |c: &Contact| matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. }));
+        let is_folded = group.members.len() == 1 && self.found.contacts.iter().any(within);
+        self.on_masses = !self.short_steps && !is_folded;
         let mut count = self.found.contacts.len();
         let settled = self.on_masses && self.positions_on_masses(group, h, rough);
         if self.on_masses && !settled && !self.last_resort {
@@ -455,8 +457,7 @@ pub(crate) fn solve_rounds(
     // What has touched in any round may be met again: without contact it would go through.
     let mut met = false;
     scratch.short_steps = false;
-    let (rounds, last) = if group.members.len() > 1 { TOGETHER } else { (ROUNDS, LAST) };
-    for round in 0..rounds + last {
+    for round in 0..ROUNDS + LAST {
         group.each(|sheet| {
             if !sheet.work.stage.done && !sheet.free_motion(field) {
                 sheet.work.stage.failed = true;
@@ -497,8 +498,12 @@ pub(crate) fn solve_rounds(
         if done {
             return if touched { Rounds::Touched } else { Rounds::Free };
         }
+        let rounds = if scratch.alone || !met { ROUNDS } else { TOGETHER };
         if round + 1 >= rounds && touched == met {
             return if met { Rounds::Failed } else { Rounds::Unsettled };
+        }
+        if round + 1 >= rounds + LAST {
+            break;
         }
     }
     Rounds::Open

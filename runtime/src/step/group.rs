@@ -9,7 +9,8 @@ use crate::contact::stage::{Found, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
-/// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets have no time for more than a few.
+/// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets, and one
+/// that is folded on itself, have no time for more than a few.
 const HALVINGS: u32 = 6;
 const HALVINGS_TOGETHER: u32 = 2;
 
@@ -52,7 +53,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         sheet.keep();
     });
     scratch.keep(&group.movers);
-    if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group) {
+    if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(scratch) {
         return;
     }
     scratch.counters.halved += 1;
@@ -63,15 +64,16 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
 }
 
-fn most_halvings(group: &Group) -> u32 {
-    if group.members.len() > 1 { HALVINGS_TOGETHER } else { HALVINGS }
+/// How often a step may be halved.
+fn most_halvings(scratch: &Scratch) -> u32 {
+    if scratch.alone { HALVINGS } else { HALVINGS_TOGETHER }
 }
 
 /// Takes the stages of a part; false when one did not settle and there is something left to try.
 fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
-    scratch.last_resort = part.halvings >= most_halvings(group);
+    scratch.last_resort = part.halvings >= most_halvings(scratch);
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
@@ -84,7 +86,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             finder.find(group, round, margin, found);
         });
         match rounds {
-            Rounds::Failed | Rounds::Open if part.halvings < most_halvings(group) => return false,
+            Rounds::Failed | Rounds::Open if part.halvings < most_halvings(scratch) => return false,
             Rounds::Unsettled => group.each(|sheet| {
                 if !sheet.work.stage.done {
                     sheet.solve_stage_alone(part.field);

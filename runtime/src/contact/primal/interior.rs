@@ -25,7 +25,8 @@ const ENOUGH: f64 = 1e-3;
 /// By how much gaps and slips may be off at the end, m, and what will do.
 const MISS: f64 = 1e-8;
 const MISS_ENOUGH: f64 = 1e-6;
-/// By what fraction of their sum forces may be short of holding the displacement.
+/// By what fraction of their sum forces may be short of holding the displacement, and what will do.
+const BALANCED: f64 = 1e-5;
 const UNBALANCED: f64 = 1e-3;
 /// Power of the fraction of m with which ε falls.
 const SMOOTHER: f64 = 0.75;
@@ -63,7 +64,7 @@ impl Primal {
             let mean = inner.mean(self);
             inner.smooth = (inner.scale * (mean / first).powf(SMOOTHER)).max(1e-9);
             let ended = mean <= DOWN * first && inner.missed(self).max(inner.unturned(self)) <= MISS;
-            if ended && inner.unbalanced(self) <= super::BALANCE {
+            if ended && inner.unbalanced(self) <= BALANCED {
                 break;
             }
             fine = self.factorize_inside(tangent, &inner);

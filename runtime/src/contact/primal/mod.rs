@@ -39,7 +39,7 @@ const PATIENCE: u32 = 20;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// Forces hold the displacement when they are short by this fraction of their sum: stiff contacts hide in small gaps what is not held.
-const BALANCE: f64 = 1e-5;
+const BALANCE: f64 = 1e-7;
 /// A contact with less than this fraction of all normal force does not rub.
 const NEGLIGIBLE: f64 = 1e-6;
 /// The same as a fraction of STICKS of all friction there may be, for contacts that carry little.
