@@ -84,52 +84,98 @@ fn sliding(a: &DMat3, b: DVec3, friction: f64, before: DVec3, frictionless: f64)
     None
 }
 
-/// The normal force at which the gap closes, by bisection; `high` is where the search begins.
+/// The normal force at which the gap closes; `high` is where the search begins. By regula falsi that halves the value of an end
+/// which stays (Dowell and Jarratt, "A modified regula falsi method", BIT 11, 1971).
 fn bisect(a: &DMat3, b: DVec3, friction: f64, mut high: f64) -> DVec3 {
-    let mut low = 0.0;
-    let gap = |p: DVec3| a.x_axis.x * p.x + a.y_axis.x * p.y + a.z_axis.x * p.z + b.x;
+    let disc = Disc::new(a);
+    let mut found = DVec3::ZERO;
+    let mut gap = |normal: f64| {
+        found = disc.rubbing(a, b, friction, normal);
+        (a.x_axis.x * found.x + a.y_axis.x * found.y + a.z_axis.x * found.z + b.x, found)
+    };
+    let (mut low, mut below) = (0.0, b.x);
+    let (mut above, mut p) = gap(high);
     for _ in 0..40 {
-        if gap(rubbing(a, b, friction, high)) >= 0.0 {
+        if above >= 0.0 {
             break;
         }
+        (low, below) = (high, above);
         high *= 2.0;
+        (above, p) = gap(high);
     }
-    for _ in 0..48 {
-        let middle = 0.5 * (low + high);
-        if gap(rubbing(a, b, friction, middle)) >= 0.0 {
-            high = middle;
-        } else {
-            low = middle;
+    let mut last = 0.0_f64;
+    for _ in 0..60 {
+        if above <= 1e-15 * b.x.abs() || high - low <= 1e-15 * high {
+            break;
         }
+        let middle = (high - above * (high - low) / (above - below)).clamp(low, high);
+        let (value, there) = gap(middle);
+        if value >= 0.0 {
+            (high, above, p) = (middle, value, there);
+            below *= if last > 0.0 { 0.5 } else { 1.0 };
+        } else {
+            (low, below) = (middle, value);
+            above *= if last < 0.0 { 0.5 } else { 1.0 };
+        }
+        last = value;
     }
-    rubbing(a, b, friction, high)
+    p
 }
 
-/// For normal force `normal`, the p_t of |p_t| ≤ μ `normal` that does the most against sliding: the minimum of
-/// ½ p_tᵀ A_tt p_t + (b_t + A_tn p_n)·p_t over the disc.
-fn rubbing(a: &DMat3, b: DVec3, friction: f64, normal: f64) -> DVec3 {
-    let c = DVec2::new(b.y + a.x_axis.y * normal, b.z + a.x_axis.z * normal);
-    let radius = friction * normal;
-    let tt = DMat2::from_cols(DVec2::new(a.y_axis.y, a.y_axis.z), DVec2::new(a.z_axis.y, a.z_axis.z));
-    let with = |shift: f64| {
-        let m = tt + DMat2::from_diagonal(DVec2::splat(shift));
-        -(m.inverse() * c)
-    };
-    let mut p = with(0.0);
-    if p.length() > radius || !p.is_finite() {
-        // |p| falls as the shift grows, and is at most the radius at |c|/radius.
-        let (mut low, mut high) = (0.0, c.length() / radius.max(f64::MIN_POSITIVE));
-        for _ in 0..48 {
-            let middle = 0.5 * (low + high);
-            if with(middle).length() > radius {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        p = with(high).clamp_length_max(radius);
+/// The tangential compliance by its principal directions.
+struct Disc {
+    turned: DMat2,
+    compliance: DVec2,
+}
+
+impl Disc {
+    fn new(a: &DMat3) -> Self {
+        let (turned, compliance) = principal(a.y_axis.y, a.y_axis.z, a.z_axis.z);
+        Self { turned, compliance: compliance.max(DVec2::ZERO) }
     }
-    DVec3::new(normal, p.x, p.y)
+
+    /// For normal force `normal`, the p_t of |p_t| ≤ μ `normal` that does the most against sliding: the minimum of
+    /// ½ p_tᵀ A_tt p_t + (b_t + A_tn p_n)·p_t over the disc. On its border p_t = -(A_tt + s)⁻¹ c with s found by Newton's method on
+    /// 1/|p_t|, which comes from below (J. J. Moré, "The Levenberg-Marquardt algorithm", Lecture Notes in Mathematics 630, 1978).
+    fn rubbing(&self, a: &DMat3, b: DVec3, friction: f64, normal: f64) -> DVec3 {
+        let c = self.turned.transpose() * DVec2::new(b.y + a.x_axis.y * normal, b.z + a.x_axis.z * normal);
+        let radius = friction * normal;
+        let with = |shift: f64| -c / (self.compliance + DVec2::splat(shift));
+        let (mut shift, mut p) = (0.0, with(0.0));
+        if !p.is_finite() {
+            shift = 1e-12 * c.length() / radius.max(f64::MIN_POSITIVE);
+            p = with(shift);
+        }
+        if p.length() > radius {
+            for _ in 0..40 {
+                let length = p.length();
+                if length <= radius * (1.0 + 1e-15) {
+                    break;
+                }
+                let fall = (p * p / (self.compliance + DVec2::splat(shift))).element_sum() / length;
+                shift += (length / radius - 1.0) * length / fall;
+                p = with(shift);
+            }
+            p = p.clamp_length_max(radius);
+        }
+        let p = self.turned * if p.is_finite() { p } else { DVec2::ZERO };
+        DVec3::new(normal, p.x, p.y)
+    }
+}
+
+/// Principal directions, and values, the larger first, of the symmetric matrix with `a` and `c` on its diagonal and `b` off it.
+pub(super) fn principal(a: f64, b: f64, c: f64) -> (DMat2, DVec2) {
+    let (mean, half) = (0.5 * (a + c), 0.5 * (a - c));
+    let radius = half.hypot(b);
+    // Of the two ways to write the direction the one that does not cancel.
+    let first = if radius == 0.0 {
+        DVec2::X
+    } else if half >= 0.0 {
+        DVec2::new(half + radius, b).normalize()
+    } else {
+        DVec2::new(b, radius - half).normalize()
+    };
+    (DMat2::from_cols(first, first.perp()), DVec2::new(mean + radius, mean - radius))
 }
 
 #[cfg(test)]

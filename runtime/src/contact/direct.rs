@@ -48,21 +48,31 @@ impl Direct {
     /// Solves for the step of forces in the `ways` that each contact has left, given the blocks of W by columns and on its
     /// diagonal, and u. False where rounding leaves no factor.
     pub fn solve(&mut self, columns: &[Vec<(u32, DMat3)>], diagonal: &[DMat3], ways: &[Ways], u: &[DVec3]) -> bool {
+        let done = self.factorize(columns, diagonal, ways);
+        if done {
+            self.solve_with(ways, u);
+        }
+        done
+    }
+
+    /// Makes the factor for `ways`; false where rounding leaves none.
+    pub fn factorize(&mut self, columns: &[Vec<(u32, DMat3)>], diagonal: &[DMat3], ways: &[Ways]) -> bool {
         self.size.clear();
         self.size.extend(ways.iter().map(|w| w.count));
         self.arrange(columns);
         self.shape(columns);
         self.assemble(columns, diagonal, ways);
-        if !self.factorize() {
-            return false;
-        }
+        self.eliminate()
+    }
+
+    /// Solves with the last factor, which was for these `ways`.
+    pub fn solve_with(&mut self, ways: &[Ways], u: &[DVec3]) {
         self.x.clear();
         for i in &self.order {
             let (ways, u) = (&ways[*i as usize], u[*i as usize]);
             self.x.extend((0..ways.count as usize).map(|k| -ways.basis.col(k).dot(u)));
         }
         self.substitute();
-        true
     }
 
     /// The step of contact `i`, N.
@@ -163,7 +173,7 @@ impl Direct {
         }
     }
 
-    fn factorize(&mut self) -> bool {
+    fn eliminate(&mut self) -> bool {
         for i in 0..self.first.len() {
             let (before, rest) = self.values.split_at_mut(self.offset[i]);
             let first = self.first[i] as usize;

@@ -1,4 +1,5 @@
-//! Contact problems of implicit engines put to the solver on masses (`primal`), and its answers taken back.
+//! Contact problems of implicit engines put to the solver on masses (`primal`), and its answers taken back: where contacts are
+//! many.
 //!
 //! One sheet on bodies that do not give way is solved on its own tangent, several sheets or bodies that do on a joint one.
 
@@ -6,15 +7,15 @@ use glam::{DMat3, DVec3};
 
 use super::delassus::{Group, frame_of};
 use super::memory::Remembered;
-use super::primal::{Primal, Row, Tangent, covers};
-use super::row::{Contact, Side};
-use super::stage::{CLOSED, Scratch};
+use super::primal::{OnMasses, Primal, Row, Space, Tangent, covers};
+use super::row::Side;
+use super::stage::{CLOSED, ContactCounters, Scratch};
 
 /// Accuracy of gaps, m: at the end, and while the sheets are still far from where they will be.
-const SETTLED: f64 = 2e-7;
-const ROUGH: f64 = 1e-5;
+pub(super) const SETTLED: f64 = 2e-7;
+pub(super) const ROUGH: f64 = 1e-5;
 /// Times that the limits of friction follow the normal forces, at most.
-const UPDATES: u32 = 5;
+pub(super) const UPDATES: u32 = 5;
 /// What was further apart than this has not been met in the stages before, m.
 const FAR: f64 = 1e-3;
 /// Contacts of several sheets that are further apart than this after the free motion are not expected to act, m.
@@ -32,11 +33,9 @@ impl Scratch {
     /// Solves for the places of what would overlap; false where the solve did not settle.
     pub(super) fn positions_on_masses(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
         let mut primal = std::mem::take(&mut self.primal);
-        self.joint.lay_out(group);
-        self.note_masses(group);
         self.choose(group.members.len());
         let mut settled = false;
-        for _ in 0..GROWING {
+        for time in 1..=GROWING {
             self.lay_rows(&mut primal, group, h);
             settled = self.solve_on_masses(&mut primal, group, true, rough);
             if !settled && !self.last_resort {
@@ -45,7 +44,7 @@ impl Scratch {
             self.take_displacements(&primal, group);
             self.remember_positions(&primal);
             self.gaps.update(&self.found.contacts, group);
-            if !self.choose_more() {
+            if time == GROWING || !self.choose_more() {
                 break;
             }
         }
@@ -93,22 +92,21 @@ impl Scratch {
     fn lay_rows(&mut self, primal: &mut Primal, group: &mut Group, h: f64) {
         primal.clear();
         for i in self.chosen.iter().map(|i| *i as usize) {
-            let mut row = self.row_of(group, i);
-            let known = self.memory.near(&self.found.contacts[i].key).unwrap_or_default();
-            row.slid = known.slides[0];
-            primal.force.push(row.frame.transpose() * known.position);
+            let (row, force) = self.row_of(group, i, h);
+            primal.force.push(force);
             primal.rows.push(row);
         }
-        self.alone = group.members.len() == 1 && group.movers.iter().all(|m| !m.gives());
+        self.on_own = self.alone;
         if let Some(system) = group.sheet_mut(0).system_mut().filter(|_| self.alone) {
-            self.alone = primal.rows.iter().all(|row| covers(system.pattern(), row));
+            self.on_own = primal.rows.iter().all(|row| covers(system.pattern(), row));
         }
-        if !self.alone {
+        if !self.on_own {
             self.joint.fill(group, &primal.rows, h);
         }
     }
 
-    fn remember_positions(&mut self, primal: &Primal) {
+    /// Remembers the forces of the position solve.
+    pub(super) fn remember_positions(&mut self, primal: &Primal) {
         let (contacts, chosen) = (&self.found.contacts, &self.chosen);
         self.memory.replace(|old, new| {
             for (k, i) in chosen.iter().enumerate() {
@@ -136,38 +134,39 @@ impl Scratch {
         let settled = self.solve_on_masses(&mut primal, group, false, false);
         if settled || self.last_resort {
             self.take_jumps(&primal, group, h);
-            let (contacts, chosen) = (&self.found.contacts, &self.chosen);
-            self.memory.replace(|old, new| {
-                for (k, i) in chosen.iter().enumerate() {
-                    let (key, velocity) = (contacts[*i as usize].key, primal.rows[k].frame * primal.force[k]);
-                    let known = old.near(&key).unwrap_or_default();
-                    new.push((key, Remembered { velocity, slides: [known.slides[0], primal.slides(k)], ..known }));
-                }
-            });
+            self.remember_velocities(&primal);
         }
         self.primal = primal;
         settled
     }
 
+    /// Remembers the forces of the velocity solve.
+    pub(super) fn remember_velocities(&mut self, primal: &Primal) {
+        let (contacts, chosen) = (&self.found.contacts, &self.chosen);
+        self.memory.replace(|old, new| {
+            for (k, i) in chosen.iter().enumerate() {
+                let (key, velocity) = (contacts[*i as usize].key, primal.rows[k].frame * primal.force[k]);
+                let known = old.near(&key).unwrap_or_default();
+                new.push((key, Remembered { velocity, slides: [known.slides[0], primal.slides(k)], ..known }));
+            }
+        });
+    }
+
     fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
-        let before = (primal.steps, primal.factors);
-        let (tolerance, updates) = if rough { (ROUGH, 0) } else { (SETTLED, UPDATES) };
-        let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.alone) {
+        let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.on_own) {
             Some(system) => system,
             None => &mut self.joint,
         };
         if first {
-            primal.bind(tangent);
+            self.slots.clear();
+            primal.rows.iter_mut().for_each(|row| row.bind(tangent.pattern(), &mut self.slots));
         }
-        let settled = primal.solve(tangent, tolerance, updates);
-        self.counters.unsettled += u64::from(!settled);
-        self.counters.newton += primal.steps - before.0;
-        self.counters.factors += primal.factors - before.1;
-        settled
+        let mut space = OnMasses { tangent, slots: &self.slots };
+        solve_counted(primal, &mut space, &mut self.counters, rough)
     }
 
-    /// Contact `i` as the unknowns see it.
-    fn row_of(&self, group: &Group, i: usize) -> Row {
+    /// Contact `i` as the unknowns see it, and the force it had (N, in its frame), in a stage of weight `h` (s).
+    pub(super) fn row_of(&self, group: &Group, i: usize, h: f64) -> (Row, DVec3) {
         let contact = &self.found.contacts[i];
         let mut row = Row::new(frame_of(contact.normal), self.law(i));
         for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
@@ -193,12 +192,15 @@ impl Scratch {
         row.b = self.position_of(group, i, &row.frame);
         row.new = self.memory.is_empty() || self.gaps.start[i] > FAR;
         row.eager = self.eager;
-        row.idle = i < self.found.glue_from && self.is_doubled(group, contact);
-        row
+        row.idle = self.is_doubled(group, i);
+        row.weigh(|block| self.joint.diagonal_of(group, block, h));
+        let known = self.memory.near(&contact.key).unwrap_or_default();
+        row.slid = known.slides[0];
+        (row, row.frame.transpose() * known.position)
     }
 
     /// Notes along which normal each mass is itself in contact with a body.
-    fn note_masses(&mut self, group: &Group) {
+    pub(super) fn note_masses(&mut self, group: &Group) {
         self.normals.clear();
         self.normals.resize(self.joint.size(), DVec3::ZERO);
         for contact in &self.found.contacts {
@@ -211,9 +213,13 @@ impl Scratch {
         }
     }
 
-    /// Whether a contact with a body only says again what one of its masses says: two such rows would share a force in no
+    /// Whether contact `i`, with a body, only says again what one of its masses says: two such rows would share a force in no
     /// certain way.
-    fn is_doubled(&self, group: &Group, contact: &Contact) -> bool {
+    pub(super) fn is_doubled(&self, group: &Group, i: usize) -> bool {
+        let contact = &self.found.contacts[i];
+        if i >= self.found.glue_from {
+            return false;
+        }
         let (Side::Sheet { sheet, point }, Side::Body { .. }) = (contact.a, contact.b) else { return false };
         let first = self.joint.sheet(sheet);
         let doubles = |(mass, weight): (u32, f64)| {
@@ -274,6 +280,22 @@ impl Scratch {
             }
         }
     }
+}
+
+/// Solves, and counts what it took.
+pub(super) fn solve_counted(
+    primal: &mut Primal,
+    space: &mut dyn Space,
+    counters: &mut ContactCounters,
+    rough: bool,
+) -> bool {
+    let before = (primal.steps, primal.factors);
+    let (tolerance, updates) = if rough { (ROUGH, 0) } else { (SETTLED, UPDATES) };
+    let settled = primal.solve(space, tolerance, updates);
+    counters.unsettled += u64::from(!settled);
+    counters.newton += primal.steps - before.0;
+    counters.factors += primal.factors - before.1;
+    settled
 }
 
 /// [r]×, the matrix of r × .

@@ -15,6 +15,7 @@ use super::delassus::Group;
 use super::dual::{ACCURACY, Dual};
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
+use super::on_forces::Few;
 use super::primal::{Joint, Primal};
 use super::row::{Contact, Key, SheetPoint, Side};
 use super::settled::{self, LOOK};
@@ -61,6 +62,18 @@ pub struct ContactCounters {
     pub halved: u64,
 }
 
+/// How positions were solved for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Solved {
+    /// On the forces of few contacts.
+    #[default]
+    OnForces,
+    /// On the masses.
+    OnMasses,
+    /// By sweeps over contacts.
+    BySweeps,
+}
+
 /// What detection found.
 #[derive(Default)]
 pub(crate) struct Found {
@@ -94,9 +107,15 @@ pub(crate) struct Scratch {
     pub(super) is_chosen: Vec<bool>,
     /// Gap up to which what is new pushes for a beginning, m.
     pub(super) eager: f64,
-    on_masses: bool,
-    /// Whether the problem is one sheet's with bodies that do not give way.
-    pub alone: bool,
+    pub(super) solved: Solved,
+    pub(super) few: Few,
+    /// Where in the matrix the pairs of every row are.
+    pub(super) slots: Vec<u32>,
+    /// Whether the problem is of one sheet.
+    pub single: bool,
+    /// Whether its bodies do not give way either, and whether it is on the sheet's own matrix.
+    pub(super) alone: bool,
+    pub(super) on_own: bool,
     pub(super) normals: Vec<DVec3>,
     /// Whether a solve did not settle, and whether there is no shorter step to try then.
     pub failed: bool,
@@ -241,32 +260,49 @@ impl Scratch {
     fn solve_positions(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
         self.gaps.measure(&self.found.contacts, group);
         if self.found.glue_from >= self.found.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
+            if !self.short_steps {
+                self.forget_solution(group);
+            }
             return false;
         }
-        // Masses of explicit engines answer each for itself, and forces between them are few, as those within a sheet that is folded.
-        let within = |c: &Contact| matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. }));
-        let is_folded = group.members.len() == 1 && self.found.contacts.iter().any(within);
-        self.on_masses = !self.short_steps && !is_folded;
-        let mut count = self.found.contacts.len();
-        let settled = self.on_masses && self.positions_on_masses(group, h, rough);
-        if self.on_masses && !settled && !self.last_resort {
-            self.failed = true;
-            return true;
-        }
-        // What several sheets came to without settling is near enough to go on from, and another way would take too long.
-        self.on_masses &= settled || !self.alone;
-        if !self.on_masses {
-            if !self.short_steps {
+        if self.short_steps {
+            self.positions_between(group, h);
+            self.solved = Solved::BySweeps;
+        } else if !self.positions_by_newton(group, h, rough) {
+            if !self.last_resort {
+                self.failed = true;
+                return true;
+            }
+            // What several sheets came to without settling is near enough to go on from, and another way would take too long.
+            if self.alone {
                 // Contact stands in the factor.
                 group.each(|sheet| sheet.restore_factor());
+                self.positions_between(group, h);
+                self.solved = Solved::BySweeps;
             }
-            count = self.positions_between(group, h);
         }
+        let count = match self.solved {
+            Solved::BySweeps => self.dual.delassus.problem.len(),
+            _ => self.chosen.len(),
+        };
         self.gaps.update(&self.found.contacts, group);
         self.counters.rounds += 1;
         self.counters.contacts += count as u64;
         self.counters.most = self.counters.most.max(count as u64);
         true
+    }
+
+    /// Solves for positions on forces, or where those are many, on masses; false where that did not settle.
+    fn positions_by_newton(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
+        self.single = group.members.len() == 1;
+        self.alone = self.single && group.movers.iter().all(|m| !m.gives());
+        self.joint.lay_out(group);
+        self.note_masses(group);
+        self.solved = Solved::OnForces;
+        self.positions_on_forces(group, h, rough).unwrap_or_else(|| {
+            self.solved = Solved::OnMasses;
+            self.positions_on_masses(group, h, rough)
+        })
     }
 
     /// Takes up what was found in a wider search if some of that now overlaps which was not found before; false if none does.
@@ -324,7 +360,7 @@ impl Scratch {
         Some(u)
     }
 
-    fn positions_between(&mut self, group: &mut Group, h: f64) -> usize {
+    fn positions_between(&mut self, group: &mut Group, h: f64) {
         let mut dual = std::mem::take(&mut self.dual);
         dual.begin(self, group, h);
         let mut rough = true;
@@ -355,7 +391,6 @@ impl Scratch {
             }));
         });
         self.dual = dual;
-        self.dual.delassus.problem.len()
     }
 
     /// Active contacts of [`Scratch::positions_between`] as they were, solved for velocities.
@@ -386,8 +421,11 @@ impl Scratch {
 
     /// Solves for the velocities of what is closed after the last position solve; leaves jumps in the units and movers.
     pub fn solve_velocities(&mut self, group: &mut Group, h: f64) {
-        if self.on_masses {
-            let settled = self.velocities_on_masses(group, h);
+        if self.solved != Solved::BySweeps {
+            let settled = match self.solved {
+                Solved::OnForces => self.velocities_on_forces(group, h),
+                _ => self.velocities_on_masses(group, h),
+            };
             if settled || !self.last_resort || !self.alone {
                 self.failed = !settled && !self.last_resort;
                 return;
@@ -498,7 +536,7 @@ pub(crate) fn solve_rounds(
         if done {
             return if touched { Rounds::Touched } else { Rounds::Free };
         }
-        let rounds = if scratch.alone || !met { ROUNDS } else { TOGETHER };
+        let rounds = if scratch.single || !met { ROUNDS } else { TOGETHER };
         if round + 1 >= rounds && touched == met {
             return if met { Rounds::Failed } else { Rounds::Unsettled };
         }

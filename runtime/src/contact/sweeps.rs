@@ -39,8 +39,8 @@ pub struct Problem {
     /// Contacts there are; the vectors below may hold memory for more.
     count: usize,
     /// Of each contact, the contacts that a force at it moves (itself too), with their 3x3 blocks.
-    columns: Vec<Vec<(u32, DMat3)>>,
-    diagonal: Vec<DMat3>,
+    pub(super) columns: Vec<Vec<(u32, DMat3)>>,
+    pub(super) diagonal: Vec<DMat3>,
     /// Blocks of W + ε diag W on the diagonal.
     own: Vec<DMat3>,
     laws: Vec<Law>,
@@ -103,6 +103,18 @@ impl Problem {
         } else {
             self.columns[j].push((i as u32, block));
             self.columns[i].push((j as u32, block.transpose()));
+        }
+    }
+
+    /// u = W p.
+    pub fn answer(&self, p: &[DVec3], u: &mut [DVec3]) {
+        for (u, (p, diagonal)) in u.iter_mut().zip(p.iter().zip(&self.diagonal)) {
+            *u = *diagonal * *p;
+        }
+        for (p, column) in p.iter().zip(&self.columns).filter(|(p, _)| **p != DVec3::ZERO) {
+            for (i, block) in column {
+                u[*i as usize] += *block * *p;
+            }
         }
     }
 

@@ -31,6 +31,8 @@ pub(crate) struct System {
     constant: Vec<f64>,
     constant_at: Option<f64>,
     values: Vec<f64>,
+    /// Whether the factor is of the tangent without contact.
+    is_plain: bool,
     /// The tangent with contact in it.
     augmented: Vec<f64>,
     right: Vec<f64>,
@@ -89,6 +91,7 @@ impl System {
             constant: vec![0.0; numbers],
             constant_at: None,
             values: vec![0.0; numbers],
+            is_plain: false,
             augmented: Vec::new(),
             masses,
             row,
@@ -151,9 +154,17 @@ impl System {
 
     /// Factorises the tangent as it was last filled in with what `add` adds to it; false when that has no factor.
     pub fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
+        self.is_plain = false;
         self.augmented.clone_from(&self.values);
         add(&mut self.augmented);
         self.factor.factorize(&self.augmented).is_ok()
+    }
+
+    /// Factorises the tangent as it was last filled in, unless that is the factor there is.
+    pub fn restore_factor(&mut self) {
+        if !self.is_plain {
+            self.is_plain = self.factorize_with(&mut |_| {});
+        }
     }
 
     /// Solves with the last factor, in place.
@@ -284,6 +295,7 @@ impl ImplicitSheet<'_> {
     /// When it is not positive definite.
     pub fn factorize(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) -> Result<(), NotPositive> {
         self.assemble(stage, x, geometric);
+        self.system.is_plain = true;
         self.system.factor.factorize(&self.system.values)
     }
 
@@ -378,6 +390,7 @@ impl Implicit for ImplicitSheet<'_> {
         for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
             right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
         }
+        system.is_plain = true;
         if system.factor.factorize_and_solve(&system.values, &mut system.right).is_err() {
             // An equilibrium need not be stable for Newton's method to find it.
             if stage.per_time > 0.0 || geometric == Geometric::Clipped {

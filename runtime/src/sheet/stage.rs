@@ -230,10 +230,10 @@ impl Sheet {
         self.system.as_deref_mut()
     }
 
-    /// Factorises the tangent at hand, which contact may have been added to.
+    /// Makes the factor at hand that of the tangent, without contact.
     pub(crate) fn restore_factor(&mut self) {
         if let Some(system) = &mut self.system {
-            system.factorize_with(&mut |_| {});
+            system.restore_factor();
         }
     }
 

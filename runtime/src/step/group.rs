@@ -9,8 +9,8 @@ use crate::contact::stage::{Found, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
-/// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets, and one
-/// that is folded on itself, have no time for more than a few.
+/// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets have no time for more than
+/// a few.
 const HALVINGS: u32 = 6;
 const HALVINGS_TOGETHER: u32 = 2;
 
@@ -66,7 +66,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
 
 /// How often a step may be halved.
 fn most_halvings(scratch: &Scratch) -> u32 {
-    if scratch.alone { HALVINGS } else { HALVINGS_TOGETHER }
+    if scratch.single { HALVINGS } else { HALVINGS_TOGETHER }
 }
 
 /// Takes the stages of a part; false when one did not settle and there is something left to try.

@@ -13,7 +13,7 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-use super::{Primal, Tangent};
+use super::{Primal, Space};
 use crate::contact::coulomb::Law;
 
 /// Steps, at most.
@@ -55,7 +55,7 @@ impl Primal {
     }
 
     /// Goes along the path to its end, from u and δ as they are; leaves δ, u and the forces there. False when that is not reached.
-    pub(super) fn go_inside(&mut self, tangent: &mut dyn Tangent) -> bool {
+    pub(super) fn go_inside(&mut self, space: &mut dyn Space) -> bool {
         let mut inner = std::mem::take(&mut self.interior);
         inner.begin(self);
         let first = inner.mean(self);
@@ -64,22 +64,22 @@ impl Primal {
             let mean = inner.mean(self);
             inner.smooth = (inner.scale * (mean / first).powf(SMOOTHER)).max(1e-9);
             let ended = mean <= DOWN * first && inner.missed(self).max(inner.unturned(self)) <= MISS;
-            if ended && inner.unbalanced(self) <= BALANCED {
+            if ended && inner.unbalanced(self, space) <= BALANCED {
                 break;
             }
-            fine = self.factorize_inside(tangent, &inner);
+            fine = self.factorize_inside(space, &inner);
             if !fine {
                 break;
             }
             inner.product.iter_mut().for_each(|q| *q = 0.0);
-            self.step_inside(tangent, &mut inner);
+            self.step_inside(space, &mut inner);
             let (by_gap, by_force) = inner.reach(1.0);
             let ahead = inner.mean_ahead(self, by_gap.min(by_force));
             let sigma = (ahead / mean).powi(3);
             for i in 0..inner.product.len() {
                 inner.product[i] = sigma * mean - inner.gap_step[i] * inner.force_step[i];
             }
-            self.step_inside(tangent, &mut inner);
+            self.step_inside(space, &mut inner);
             let (by_gap, by_force) = inner.reach(WITHIN);
             let part = by_gap.min(by_force);
             inner.turn(self, part);
@@ -99,32 +99,32 @@ impl Primal {
         self.aim();
         self.factored.clear();
         fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self).max(inner.unturned(self)) <= MISS_ENOUGH;
-        fine &= inner.unbalanced(self) <= UNBALANCED;
+        fine &= inner.unbalanced(self, space) <= UNBALANCED;
         self.interior = inner;
         fine
     }
 
     /// Factorises with p/s at every contact.
-    fn factorize_inside(&mut self, tangent: &mut dyn Tangent, inner: &Interior) -> bool {
+    fn factorize_inside(&mut self, space: &mut dyn Space, inner: &Interior) -> bool {
         self.factored.clear();
         self.factors += 1;
-        let (rows, slots, u) = (&self.rows, &self.slots, &self.u);
-        tangent.factorize_with(&mut |values| {
-            for (i, row) in rows.iter().enumerate().filter(|(_, row)| !row.idle) {
-                row.stiffen(&inner.weight(row, i, u[i]), slots, values);
-            }
-        })
+        let weight = |(i, row): (usize, &super::Row)| {
+            if row.idle { DMat3::ZERO } else { inner.weight(row, i, self.u[i]) }
+        };
+        self.weights.clear();
+        self.weights.extend(self.rows.iter().enumerate().map(weight));
+        space.factorize(&self.rows, &self.weights)
     }
 
     /// Solves for the step that makes s p what `product` says, with the factor at hand.
-    fn step_inside(&mut self, tangent: &mut dyn Tangent, inner: &mut Interior) {
+    fn step_inside(&mut self, space: &mut dyn Space, inner: &mut Interior) {
         self.steps += 1;
         for (to, from) in self.step.iter_mut().zip(&self.pull) {
             *to = -from;
         }
         for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| !row.idle) {
             let p = if row.law == Law::Glue {
-                self.force[i] - inner.weight(row, i, self.u[i]) * self.u[i]
+                self.force[i] - self.weights[i] * self.u[i]
             } else {
                 let (s, p) = (inner.gap[i], inner.force[i]);
                 let missed = self.u[i].x - s;
@@ -133,19 +133,11 @@ impl Primal {
                 let friction = slip * (-inner.limit(row, p) / inner.length(slip));
                 DVec3::new(normal, friction.x, friction.y)
             };
-            row.push(p, &mut self.step);
+            space.push(i, row, p, &mut self.step);
         }
-        self.step_pull.clone_from(&self.step);
-        tangent.solve(&mut self.step);
-        for (i, row) in self.rows.iter().enumerate() {
-            let du = row.moved(&self.step);
-            self.du[i] = du;
-            if row.idle {
-                continue;
-            }
-            let weight = inner.weight(row, i, self.u[i]);
-            row.push(-(weight * du), &mut self.step_pull);
-            if row.law != Law::Glue {
+        space.solve(&self.rows, &self.weights, (&mut self.step, &mut self.step_pull), &mut self.du);
+        for (i, du) in self.du.iter().enumerate() {
+            if self.is_inner(i) {
                 let (s, p) = (inner.gap[i], inner.force[i]);
                 inner.gap_step[i] = du.x + self.u[i].x - s;
                 inner.force_step[i] = -(s * p - inner.product[i]) / s - p / s * inner.gap_step[i];
@@ -232,7 +224,7 @@ impl Interior {
     }
 
     /// What the forces are short of holding the displacement, as a fraction of their sum.
-    fn unbalanced(&self, primal: &mut Primal) -> f64 {
+    fn unbalanced(&self, primal: &mut Primal, space: &dyn Space) -> f64 {
         for (to, from) in primal.step.iter_mut().zip(&primal.pull) {
             *to = -from;
         }
@@ -244,10 +236,10 @@ impl Interior {
                 let friction = self.slip[i] * -self.limit(row, self.force[i]);
                 DVec3::new(self.force[i], friction.x, friction.y)
             };
-            row.push(p, &mut primal.step);
+            space.push(i, row, p, &mut primal.step);
             all += p.abs().element_sum();
         }
-        primal.step.iter().map(|r| r.abs()).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+        primal.shortage(all)
     }
 
     /// By how much slips are not yet those that go with the directions of friction, m.

@@ -21,9 +21,6 @@ pub(crate) trait Tangent {
     /// Where its blocks are.
     fn pattern(&self) -> &Pattern;
 
-    /// Diagonal block of `row`, N/m.
-    fn diagonal(&self, row: u32) -> DMat3;
-
     /// Factorises it with what `add` adds to its values; false when that has no factor.
     fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool;
 
@@ -86,6 +83,23 @@ impl Joint {
     /// First block row of body number `body` of a group of `sheets` sheets, if it gives way.
     pub fn body(&self, sheets: usize, body: u32) -> Option<u32> {
         Some(self.first[sheets + body as usize]).filter(|f| *f != NO_ROWS)
+    }
+
+    /// Diagonal block of `row` in a stage of weight `h` (s), N/m.
+    pub fn diagonal_of(&self, group: &Group, row: u32, h: f64) -> DMat3 {
+        let sheets = group.members.len();
+        let local = self.first[..sheets].partition_point(|first| *first <= row) - 1;
+        let within = row - self.first[local];
+        let tangent = group.sheet(local as u32).tangent();
+        if let Some(tangent) = tangent.filter(|t| (within as usize) < t.pattern().size()) {
+            return tangent.diagonal(within);
+        }
+        let bodies = self.first[sheets..].iter().zip(&group.movers);
+        let of = bodies.into_iter().find(|(first, _)| **first != NO_ROWS && row.wrapping_sub(**first) < 2);
+        of.map_or(DMat3::IDENTITY, |(first, mover)| {
+            let (mass, inertia) = weight_of(mover, h);
+            if row == *first { mass } else { inertia }
+        })
     }
 
     /// Fills in the tangents of the sheets and the masses of the bodies in a stage of weight `h` (s), in a pattern that has what
@@ -169,11 +183,6 @@ impl Tangent for Joint {
         &self.pattern
     }
 
-    fn diagonal(&self, row: u32) -> DMat3 {
-        let at = 9 * self.pattern.starts[row as usize] as usize;
-        DMat3::from_cols_slice(&self.base[at..at + 9])
-    }
-
     fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
         self.values.clone_from(&self.base);
         add(&mut self.values);
@@ -190,10 +199,6 @@ impl Tangent for Joint {
 impl Tangent for System {
     fn pattern(&self) -> &Pattern {
         self.pattern()
-    }
-
-    fn diagonal(&self, row: u32) -> DMat3 {
-        self.tangent().diagonal(row)
     }
 
     fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {

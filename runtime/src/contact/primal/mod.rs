@@ -21,12 +21,14 @@
 mod interior;
 mod joint;
 mod row;
+mod space;
 
 use glam::{DMat3, DVec2, DVec3};
 
 use super::coulomb::Law;
 pub(super) use joint::{Joint, Tangent, covers};
 pub(super) use row::Row;
+pub(super) use space::{OnForces, OnMasses, Space};
 
 /// ρ over the sheet's own stiffness at the contact: with it a contact closes to a hundredth of its depth in a step. Friction
 /// needs less, since it changes over from holding to sliding.
@@ -40,6 +42,8 @@ const PATIENCE: u32 = 20;
 const STICKS: f64 = 1e-3;
 /// Forces hold the displacement when they are short by this fraction of their sum: stiff contacts hide in small gaps what is not held.
 const BALANCE: f64 = 1e-7;
+/// Sum of forces, as a fraction of the largest there was on the way, below which they are what rounding has left.
+const ROUNDING: f64 = 1e-6;
 /// A contact with less than this fraction of all normal force does not rub.
 const NEGLIGIBLE: f64 = 1e-6;
 /// The same as a fraction of STICKS of all friction there may be, for contacts that carry little.
@@ -97,8 +101,8 @@ pub(crate) struct Primal {
     limits: Vec<f64>,
     states: Vec<State>,
     factored: Vec<State>,
-    /// Where in the matrix the pairs of every row are.
-    slots: Vec<u32>,
+    /// D of every row in the factor.
+    weights: Vec<DMat3>,
     /// J δ + b, and its change along the step.
     u: Vec<DVec3>,
     du: Vec<DVec3>,
@@ -108,6 +112,8 @@ pub(crate) struct Primal {
     step: Vec<f64>,
     step_pull: Vec<f64>,
     interior: interior::Interior,
+    /// The largest sum of forces in this solve, N.
+    most: f64,
     /// Newton steps and factors so far.
     pub steps: u64,
     pub factors: u64,
@@ -118,15 +124,17 @@ impl Primal {
     pub fn clear(&mut self) {
         self.rows.clear();
         self.force.clear();
+        self.states.clear();
         self.factored.clear();
     }
 
-    /// Finds the rows in the matrix of `tangent`, and how stiff it is against each.
-    pub fn bind(&mut self, tangent: &dyn Tangent) {
-        self.slots.clear();
-        for row in &mut self.rows {
-            row.bind(tangent.pattern(), |i| tangent.diagonal(i), &mut self.slots);
+    /// Takes the rows solved for as known: what is added now is new to them.
+    pub fn go_on(&mut self) {
+        for (row, state) in self.rows.iter_mut().zip(&self.states) {
+            row.new = false;
+            row.slid = state.rubs == Rubs::Slides;
         }
+        self.factored.clear();
     }
 
     /// Displacement of each block row, m.
@@ -141,18 +149,21 @@ impl Primal {
 
     /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps, and the limits of friction
     /// follow up to `updates` times. True if it settled.
-    pub fn solve(&mut self, tangent: &mut dyn Tangent, tolerance: f64, updates: u32) -> bool {
-        if !self.guess(tangent) {
+    pub fn solve(&mut self, space: &mut dyn Space, tolerance: f64, updates: u32) -> bool {
+        if !self.guess(space) {
             return false;
         }
         let (mut updated, mut exact, mut small, mut trusted) = (0, true, false, true);
         for round in 0..=PATIENCE {
-            let many = round == STEPS_OUTSIDE && !exact && self.changes() > MANY;
+            let many = round == STEPS_OUTSIDE && !exact && !space.is_cheap() && self.changes() > MANY;
+            if space.is_cheap() && round == PATIENCE {
+                return false;
+            }
             if many || round == PATIENCE {
-                return self.go_inside(tangent);
+                return self.go_inside(space);
             }
             let same = self.aim() || small;
-            let balanced = self.load() <= BALANCE;
+            let balanced = self.load(space) <= BALANCE;
             if exact && same && balanced {
                 let missed = self.missed();
                 self.project();
@@ -163,24 +174,25 @@ impl Primal {
                     updated += 1;
                 }
                 self.aim();
-                self.load();
+                self.load(space);
             }
             // Friction that has changed often makes no difference, and the factor at hand can tell.
             let will_do = trusted && self.pushes_alike();
-            if !will_do && !self.factorize(tangent) {
+            if !will_do && !self.factorize(space) {
                 return false;
             }
-            self.solve_step(tangent);
+            self.solve_step(space);
             small = self.du.iter().all(|du| du.abs().max_element() <= tolerance);
             trusted = !will_do || (small && balanced);
-            exact = self.advance() || small;
+            exact = self.advance(space) || small;
         }
         false
     }
 
     /// Begins with the displacement for contacts that act as they did when they had their forces.
-    fn guess(&mut self, tangent: &mut dyn Tangent) -> bool {
-        let n = 3 * tangent.pattern().size();
+    fn guess(&mut self, space: &mut dyn Space) -> bool {
+        self.most = 0.0;
+        let n = space.size(&self.rows);
         for vector in [&mut self.delta, &mut self.pull, &mut self.step, &mut self.step_pull] {
             vector.clear();
             vector.resize(n, 0.0);
@@ -196,13 +208,15 @@ impl Primal {
                 let d = stiffness(row, state);
                 let p = self.force[i];
                 let normal = if state.pushes { p.x } else { 0.0 };
-                row.push(DVec3::new(normal, p.y, p.z) - d * row.b, &mut self.step);
+                let held = DVec3::new(normal, p.y, p.z) - d * row.b;
+                space.push(i, row, held, &mut self.step);
+                self.most += held.abs().element_sum();
             }
         }
-        if !self.factorize(tangent) {
+        if !self.factorize(space) {
             return false;
         }
-        self.solve_step(tangent);
+        self.solve_step(space);
         self.go(1.0);
         true
     }
@@ -292,17 +306,24 @@ impl Primal {
 
     /// Makes the right side of a Newton step: what the forces are short of holding the displacement. Returns its sum as a fraction of
     /// that of all forces.
-    fn load(&mut self) -> f64 {
+    fn load(&mut self, space: &dyn Space) -> f64 {
         let mut all = 0.0;
         for (to, from) in self.step.iter_mut().zip(&self.pull) {
             *to = -from;
         }
         for (i, row) in self.rows.iter().enumerate().filter(|(i, _)| self.states[*i].acts()) {
             let p = projected(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
-            row.push(p, &mut self.step);
+            space.push(i, row, p, &mut self.step);
             all += p.abs().element_sum();
         }
-        self.step.iter().map(|r| r.abs()).sum::<f64>() / all.max(f64::MIN_POSITIVE)
+        self.shortage(all)
+    }
+
+    /// The sum of what is in the step's right side, as a fraction of `all` forces; where all contacts open in the end, of a
+    /// fraction of the most there were in this solve: rounding is not to be measured by itself.
+    fn shortage(&mut self, all: f64) -> f64 {
+        self.most = self.most.max(all);
+        self.step.iter().map(|r| r.abs()).sum::<f64>() / all.max(ROUNDING * self.most).max(f64::MIN_POSITIVE)
     }
 
     /// Whether the factor at hand is of contacts of which the same push.
@@ -312,17 +333,14 @@ impl Primal {
     }
 
     /// Makes the factor that the states ask for; false when there is none.
-    fn factorize(&mut self, tangent: &mut dyn Tangent) -> bool {
+    fn factorize(&mut self, space: &mut dyn Space) -> bool {
         let alike = self.factored.len() == self.states.len();
         if alike && self.factored.iter().zip(&self.states).all(|(a, b)| a.is_near(b)) {
             return true;
         }
-        let (rows, states, slots) = (&self.rows, &self.states, &self.slots);
-        let done = tangent.factorize_with(&mut |values| {
-            for (row, state) in rows.iter().zip(states).filter(|(_, state)| state.acts()) {
-                row.stiffen(&stiffness(row, state), slots, values);
-            }
-        });
+        self.weights.clear();
+        self.weights.extend(self.rows.iter().zip(&self.states).map(|(row, state)| stiffness(row, state)));
+        let done = space.factorize(&self.rows, &self.weights);
         self.factored.clear();
         if done {
             self.factors += 1;
@@ -332,28 +350,20 @@ impl Primal {
     }
 
     /// Solves for the step from its right side, and what it does to every contact.
-    fn solve_step(&mut self, tangent: &mut dyn Tangent) {
+    fn solve_step(&mut self, space: &mut dyn Space) {
         self.steps += 1;
-        self.step_pull.clone_from(&self.step);
-        tangent.solve(&mut self.step);
-        for (i, row) in self.rows.iter().enumerate() {
-            self.du[i] = row.moved(&self.step);
-            let state = &self.factored[i];
-            if state.acts() {
-                row.push(-(stiffness(row, state) * self.du[i]), &mut self.step_pull);
-            }
-        }
+        space.solve(&self.rows, &self.weights, (&mut self.step, &mut self.step_pull), &mut self.du);
     }
 
     /// Goes along the step as far as that lowers Φ; true where contacts then act as the step supposed.
-    fn advance(&mut self) -> bool {
+    fn advance(&mut self, space: &dyn Space) -> bool {
         let supposed = |(i, row): (usize, &Row)| {
             let trial = self.force[i] - row.stiffness * STIFFER * (self.u[i] + self.du[i]);
             state_of(row, trial, self.limits[i]).is_near(&self.factored[i])
         };
         // Φ is then one parabola along the step.
         let exact = self.rows.iter().enumerate().all(supposed);
-        self.go(if exact { 1.0 } else { self.search() });
+        self.go(if exact { 1.0 } else { self.search(space) });
         exact
     }
 
@@ -370,9 +380,9 @@ impl Primal {
     }
 
     /// The part of the step at which Φ is least, nearly.
-    fn search(&self) -> f64 {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let (constant, linear) = (dot(&self.step, &self.pull), dot(&self.step, &self.step_pull));
+    fn search(&self, space: &dyn Space) -> f64 {
+        let work = |forces: &[f64]| space.work(&self.step, &self.du, forces);
+        let (constant, linear) = (work(&self.pull), work(&self.step_pull));
         let slope = |part: f64| {
             let each = self.rows.iter().enumerate().map(|(i, row)| {
                 let trial = self.force[i] - row.stiffness * STIFFER * (self.u[i] + self.du[i] * part);

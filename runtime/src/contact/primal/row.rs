@@ -78,10 +78,14 @@ impl Row {
         rows.iter().enumerate().flat_map(move |(k, a)| rows[..=k].iter().map(move |b| (*a.max(b), *a.min(b))))
     }
 
-    /// Looks up where its pairs are in `pattern`, and how stiff the unknowns are against it.
-    pub fn bind(&mut self, pattern: &Pattern, diagonal: impl Fn(u32) -> DMat3, slots: &mut Vec<u32>) {
+    /// Looks up where its pairs are in `pattern`.
+    pub fn bind(&mut self, pattern: &Pattern, slots: &mut Vec<u32>) {
         self.first_slot = slots.len() as u32;
         slots.extend(self.pairs().map(|(row, column)| pattern.slot(row, column).unwrap_or(u32::MAX)));
+    }
+
+    /// Works out how stiff the unknowns are against it, by the diagonal blocks of their matrix (N/m).
+    pub fn weigh(&mut self, diagonal: impl Fn(u32) -> DMat3) {
         let mut compliance = DVec3::ZERO;
         for (row, part) in self.terms() {
             let (stiffness, across) = (diagonal(row), part.transpose());

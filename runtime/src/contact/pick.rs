@@ -1,0 +1,138 @@
+//! Which contacts are solved for on their forces: a few at a time for each pair of things that touch, the deepest first and far from each
+//! other. A lying sheet needs some forty of its hundreds, and each costs what all those before it did. Gaps in m.
+
+use super::row::{Contact, Side};
+use super::stage::{Gaps, Scratch};
+
+/// Contacts of a pair picked at a time, at least.
+const FEW: usize = 6;
+
+/// Picks contacts.
+#[derive(Default)]
+pub(super) struct Picker {
+    is_active: Vec<bool>,
+    /// Those picked last, by number among the contacts found.
+    pub new: Vec<u32>,
+    reach: Vec<f64>,
+    /// Contacts that are violated, and active ones, by the pair they are of.
+    violated: Vec<(u64, u32)>,
+    held: Vec<(u64, u32)>,
+}
+
+impl Picker {
+    /// Begins, with nothing picked of `count` contacts.
+    pub fn begin(&mut self, count: usize) {
+        self.is_active.clear();
+        self.is_active.resize(count, false);
+        self.new.clear();
+    }
+
+    /// Takes what is picked for active.
+    pub fn activate(&mut self) {
+        self.new.iter().for_each(|i| self.is_active[*i as usize] = true);
+    }
+
+    /// Whether contact `i` is active, or never to be picked.
+    pub fn is_active(&self, i: usize) -> bool {
+        self.is_active[i]
+    }
+
+    /// Never picks contact `i`.
+    pub fn leave_out(&mut self, i: usize) {
+        self.is_active[i] = true;
+    }
+
+    /// Picks glue, and what had a force before and still would overlap.
+    pub fn pick_known(&mut self, scratch: &Scratch) {
+        for (i, contact) in scratch.found.contacts.iter().enumerate() {
+            let was = scratch.gaps.free[i] < 0.0 && scratch.remembered(&contact.key).is_some();
+            if (i >= scratch.found.glue_from || was) && !self.is_active[i] {
+                self.new.push(i as u32);
+            }
+        }
+    }
+
+    /// Picks the deepest: shallower than what is let pass, but a beginning.
+    pub fn pick_deepest(&mut self, gap: &[f64]) {
+        let all = (0..gap.len()).filter(|i| !self.is_active[*i]);
+        self.new.extend(all.min_by(|a, b| gap[*a].total_cmp(&gap[*b])).map(|i| i as u32));
+    }
+
+    /// Picks contacts that are violated by more than `depth` and not active: of every pair of things the deepest, then those deep
+    /// and far from the ones picked, and from the `active`.
+    pub fn pick_violated(&mut self, scratch: &Scratch, gap: &[f64], depth: f64, active: impl Iterator<Item = usize>) {
+        let contacts = &scratch.found.contacts;
+        self.new.clear();
+        self.violated.clear();
+        for (i, contact) in contacts.iter().enumerate() {
+            if gap[i] < -depth && !self.is_active[i] {
+                self.violated.push((pair_of(contact), i as u32));
+            }
+        }
+        if self.violated.is_empty() {
+            return;
+        }
+        self.violated.sort_unstable();
+        self.held.clear();
+        self.held.extend(active.map(|i| (pair_of(&contacts[i]), i as u32)));
+        self.held.sort_unstable();
+        let (mut violated, mut held) = (self.violated.as_slice(), self.held.as_slice());
+        while let Some((pair, _)) = violated.first().copied() {
+            let here = violated.partition_point(|v| v.0 == pair);
+            let passed = held.partition_point(|v| v.0 < pair);
+            held = &held[passed..];
+            let own = held.partition_point(|v| v.0 == pair);
+            let of_pair = (&violated[..here], &held[..own]);
+            pick(of_pair, gap, &scratch.gaps, (&mut self.reach, &mut self.new));
+            violated = &violated[here..];
+        }
+        self.new.sort_unstable();
+    }
+}
+
+/// A number for the two things that a contact joins.
+fn pair_of(contact: &Contact) -> u64 {
+    let thing = |side: &Side| match side {
+        Side::Sheet { sheet, .. } => u64::from(*sheet) << 1,
+        Side::Body { body, .. } => u64::from(*body) << 1 | 1,
+    };
+    let (a, b) = (thing(&contact.a), thing(&contact.b));
+    a.min(b) << 32 | a.max(b)
+}
+
+/// Picks some of the `violated` contacts of a pair, of which those in `held` are active, and appends them to `picks`.
+fn pick(
+    (violated, held): (&[(u64, u32)], &[(u64, u32)]),
+    gap: &[f64],
+    gaps: &Gaps,
+    (reach, picks): (&mut Vec<f64>, &mut Vec<u32>),
+) {
+    let most = FEW.max(held.len() / 2);
+    let depth = |k: usize| -gap[violated[k].1 as usize];
+    let apart =
+        |k: usize, other: u32| gaps.places[violated[k].1 as usize].distance_squared(gaps.places[other as usize]);
+    reach.clear();
+    reach.resize(violated.len(), f64::INFINITY);
+    for (k, reach) in reach.iter_mut().enumerate() {
+        *reach = held.iter().fold(*reach, |least, (_, other)| least.min(apart(k, *other)));
+    }
+    let deeper = |a: &usize, b: &usize| depth(*a).total_cmp(&depth(*b)).then(b.cmp(a));
+    let mut next = (0..violated.len()).max_by(deeper);
+    let first = picks.len();
+    while let Some(picked) = next {
+        let contact = violated[picked].1;
+        picks.push(contact);
+        if picks.len() - first >= most {
+            break;
+        }
+        let mut best = (0.0, None);
+        for (k, reach) in reach.iter_mut().enumerate() {
+            *reach = reach.min(apart(k, contact));
+            let score = *reach * depth(k);
+            if score > best.0 {
+                best = (score, Some(k));
+            }
+        }
+        next = best.1;
+    }
+}
