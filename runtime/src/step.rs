@@ -7,6 +7,7 @@
 //! sized the working arrays. Sheets that do not touch do not see one another, so they can be stepped on any number of threads
 //! with the same result. The step of an implicit engine is in `group`.
 
+mod energy;
 mod explicit;
 pub(crate) mod group;
 pub(crate) mod groups;

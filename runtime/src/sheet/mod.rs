@@ -291,6 +291,11 @@ impl Sheet {
         (0..self.masses()).map(|i| (self.x.get(i) - centre).cross(self.v.get(i)) * self.mass[i]).sum()
     }
 
+    /// Whether forces of the scene pull at it.
+    pub(crate) fn is_pulled(&self) -> bool {
+        self.applied.max_squared() > 0.0
+    }
+
     /// Energies under `gravity` (m/s²), J. The potential energy of gravity is zero at the origin.
     pub fn energy(&self, gravity: DVec3) -> Energy {
         Energy::of(self, gravity)

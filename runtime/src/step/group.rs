@@ -4,6 +4,7 @@
 //!
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
+use super::energy::Energies;
 use crate::contact::Group;
 use crate::contact::stage::{Found, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
@@ -74,6 +75,8 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
     scratch.last_resort = part.halvings >= most_halvings(scratch);
+    let before = Energies::before(group, part);
+    let mut met = false;
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
@@ -95,6 +98,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             _ => {}
         }
         let touched = matches!(rounds, Rounds::Touched | Rounds::Failed);
+        met |= touched;
         if touched {
             group.each(|sheet| sheet.free_velocity(part.field));
             scratch.solve_velocities(group, h);
@@ -111,5 +115,6 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         finder.end_stage(group);
         at += length;
     }
-    true
+    let last = part.halvings >= most_halvings(scratch);
+    !met || before.is_none_or(|before| before.allow(group, &part.field, last))
 }

@@ -1,0 +1,92 @@
+//! Energy that a step of an implicit engine may have at its end, of sheets and the bodies they meet.
+//!
+//! Contact gives no energy, nor do air at rest and pins that hold; with those alone
+//!
+//!   T + V ≤ T₀ + V₀,
+//!
+//! T kinetic energy, V that of strain and of gravity. A linear solve over a large motion can break this: where a sheet is struck hard
+//! its masses are taken along the tangent, not around the arc. Such a step is taken again as two, and where steps are as short as they
+//! may be, velocities lose what there is too much. Energies in J.
+
+use crate::contact::Group;
+use crate::sheet::Field;
+
+use super::group::Part;
+
+/// Energy gained, as a fraction of what could be turned into motion at the start, beyond which a step is taken again.
+const GAIN: f64 = 0.1;
+/// The same below which it is left: what engines do without contact, too.
+const SLIGHT: f64 = 1e-6;
+/// What moves slower than this (m/s) has no energy worth another step.
+const STILL: f64 = 5e-3;
+/// Part of its speed that a sheet keeps when it stays where it was, for want of a step that does not gain.
+const KEPT: f64 = 0.5;
+
+/// Energies of a group.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Energies {
+    /// Of the motion of the sheets and of the bodies that give way, of strain and of gravity.
+    sheets: f64,
+    bodies: f64,
+    strain: f64,
+    gravity: f64,
+    /// What the sheets would have at the speed that counts as still.
+    still: f64,
+}
+
+impl Energies {
+    fn of(group: &Group, field: &Field) -> Self {
+        let mut all = Self::default();
+        for i in group.members {
+            let energy = group.sheets[*i as usize].energy(field.gravity);
+            all.sheets += energy.kinetic;
+            all.strain += energy.elastic;
+            all.gravity += energy.gravity;
+            all.still += 0.5 * STILL * STILL * group.sheets[*i as usize].mass.iter().sum::<f64>();
+        }
+        for mover in group.movers.iter().filter(|m| m.gives()) {
+            all.bodies += mover.start.kinetic_energy();
+            all.gravity += mover.start.gravity_energy(field.gravity);
+        }
+        all
+    }
+
+    fn total(&self) -> f64 {
+        self.sheets + self.bodies + self.strain + self.gravity
+    }
+
+    /// Those at the start of `part`; `None` where something else than contact may do work in it.
+    pub fn before(group: &Group, part: &Part) -> Option<Self> {
+        let led = group.movers.iter().any(|m| !m.gives() && m.start.moves());
+        let moved = |i: &u32| {
+            let sheet = &group.sheets[*i as usize];
+            sheet.is_pulled() || sheet.pins.moving(part.time, part.time + part.dt)
+        };
+        let blown = part.field.wind != glam::DVec3::ZERO;
+        (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
+    }
+
+    /// Compares with those now: whether the step may stand. With `last`, it is made so that it may.
+    pub fn allow(&self, group: &mut Group, field: &Field, last: bool) -> bool {
+        let now = Self::of(group, field);
+        let free = self.sheets + self.bodies + self.strain + self.still;
+        let gain = now.total() - self.total();
+        if gain <= SLIGHT * free {
+            return true;
+        }
+        if gain > GAIN * free && !last {
+            return false;
+        }
+        if gain <= now.sheets {
+            let part = (1.0 - gain / now.sheets).sqrt();
+            group.each(|sheet| sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
+        } else if last {
+            group.each(|sheet| {
+                sheet.put_back();
+                sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
+                sheet.restart_engine();
+            });
+        }
+        true
+    }
+}
