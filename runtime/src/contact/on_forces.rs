@@ -6,9 +6,9 @@
 use glam::DVec3;
 
 use super::delassus::{Group, frame_of};
-use super::on_masses::solve_counted;
+use super::on_masses::{accuracy, solve_counted};
 use super::pick::Picker;
-use super::primal::{OnForces, Primal};
+use super::primal::{Accuracy, OnForces, Primal};
 use super::row::Side;
 use super::stage::{ContactCounters, Scratch, Solved};
 
@@ -36,9 +36,9 @@ pub(super) struct Few {
 
 impl Few {
     /// Solves, if need be from where sweeps over the contacts come to.
-    fn solve(&mut self, primal: &mut Primal, counters: &mut ContactCounters, rough: bool) -> bool {
+    fn solve(&mut self, primal: &mut Primal, counters: &mut ContactCounters, accuracy: &Accuracy) -> bool {
         self.begun.clone_from(&primal.force);
-        if primal.rows.is_empty() || solve_counted(primal, &mut self.space, counters, rough) {
+        if primal.rows.is_empty() || solve_counted(primal, &mut self.space, counters, accuracy) {
             return true;
         }
         self.b.clear();
@@ -49,7 +49,7 @@ impl Few {
         counters.sweeps += u64::from(swept.sweeps);
         self.begun.clone_from(&problem.force);
         primal.force.clone_from(&self.begun);
-        if solve_counted(primal, &mut self.space, counters, rough) {
+        if solve_counted(primal, &mut self.space, counters, accuracy) {
             return true;
         }
         primal.force.clone_from(&self.begun);
@@ -83,7 +83,7 @@ impl Scratch {
                 break;
             }
             self.activate(&mut few, &mut primal, group, h);
-            let done = few.solve(&mut primal, &mut self.counters, rough);
+            let done = few.solve(&mut primal, &mut self.counters, &accuracy(rough, group.members.len()));
             settled = Some(done);
             if !done && !self.last_resort {
                 break;
@@ -143,7 +143,7 @@ impl Scratch {
                 primal.force[k] = if u.is_some() { row.frame.transpose() * known.velocity } else { DVec3::ZERO };
             }
             begun = self.chosen.len();
-            settled = few.solve(&mut primal, &mut self.counters, false);
+            settled = few.solve(&mut primal, &mut self.counters, &accuracy(false, group.members.len()));
             if !settled && !self.last_resort {
                 break;
             }

@@ -7,15 +7,10 @@ use glam::{DMat3, DVec3};
 
 use super::delassus::{Group, frame_of};
 use super::memory::Remembered;
-use super::primal::{OnMasses, Primal, Row, Space, Tangent, covers};
+use super::primal::{Accuracy, OnMasses, Primal, Row, Space, Tangent, covers};
 use super::row::Side;
 use super::stage::{CLOSED, ContactCounters, Scratch};
 
-/// Accuracy of gaps, m: at the end, and while the sheets are still far from where they will be.
-pub(super) const SETTLED: f64 = 2e-7;
-pub(super) const ROUGH: f64 = 1e-5;
-/// Times that the limits of friction follow the normal forces, at most.
-pub(super) const UPDATES: u32 = 5;
 /// What was further apart than this has not been met in the stages before, m.
 const FAR: f64 = 1e-3;
 /// Contacts of several sheets that are further apart than this after the free motion are not expected to act, m.
@@ -153,6 +148,7 @@ impl Scratch {
     }
 
     fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
+        let accuracy = accuracy(rough, group.members.len());
         let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.on_own) {
             Some(system) => system,
             None => &mut self.joint,
@@ -162,7 +158,7 @@ impl Scratch {
             primal.rows.iter_mut().for_each(|row| row.bind(tangent.pattern(), &mut self.slots));
         }
         let mut space = OnMasses { tangent, slots: &self.slots };
-        solve_counted(primal, &mut space, &mut self.counters, rough)
+        solve_counted(primal, &mut space, &mut self.counters, &accuracy)
     }
 
     /// Contact `i` as the unknowns see it, and the force it had (N, in its frame), in a stage of weight `h` (s).
@@ -282,16 +278,31 @@ impl Scratch {
     }
 }
 
+/// How accurate a solve for `sheets` sheets is to be.
+pub(super) fn accuracy(rough: bool, sheets: usize) -> Accuracy {
+    match rough {
+        true => Accuracy::ROUGH,
+        false if sheets > 1 => Accuracy::TOGETHER,
+        false => Accuracy::FINE,
+    }
+}
+
 /// Solves, and counts what it took.
 pub(super) fn solve_counted(
     primal: &mut Primal,
     space: &mut dyn Space,
     counters: &mut ContactCounters,
-    rough: bool,
+    accuracy: &Accuracy,
 ) -> bool {
     let before = (primal.steps, primal.factors);
-    let (tolerance, updates) = if rough { (ROUGH, 0) } else { (SETTLED, UPDATES) };
-    let settled = primal.solve(space, tolerance, updates);
+    let settled = primal.solve(space, accuracy);
+    eprintln!(
+        "  solve rows={} acc={accuracy:?} settled={settled} steps={} factors={} acting={}",
+        primal.rows.len(),
+        primal.steps - before.0,
+        primal.factors - before.1,
+        primal.force.iter().filter(|p| p.x > 0.0).count()
+    );
     counters.unsettled += u64::from(!settled);
     counters.newton += primal.steps - before.0;
     counters.factors += primal.factors - before.1;

@@ -16,9 +16,11 @@ use super::group::Part;
 /// Energy gained, as a fraction of what could be turned into motion at the start, beyond which a step is taken again.
 const GAIN: f64 = 0.1;
 /// The same below which it is left: what engines do without contact, too.
-const SLIGHT: f64 = 1e-6;
-/// What moves slower than this (m/s) has no energy worth another step.
+const SLIGHT: f64 = 1e-3;
+/// What moves slower than this (m/s), or is lifted by less than this (m), has no energy worth another step: a contact solve is
+/// accurate to a fraction of a micrometre.
 const STILL: f64 = 5e-3;
+const LIFT: f64 = 1e-4;
 /// Part of its speed that a sheet keeps when it stays where it was, for want of a step that does not gain.
 const KEPT: f64 = 0.5;
 
@@ -30,7 +32,7 @@ pub(super) struct Energies {
     bodies: f64,
     strain: f64,
     gravity: f64,
-    /// What the sheets would have at the speed that counts as still.
+    /// What the sheets have when they are all but still.
     still: f64,
 }
 
@@ -42,7 +44,8 @@ impl Energies {
             all.sheets += energy.kinetic;
             all.strain += energy.elastic;
             all.gravity += energy.gravity;
-            all.still += 0.5 * STILL * STILL * group.sheets[*i as usize].mass.iter().sum::<f64>();
+            let mass: f64 = group.sheets[*i as usize].mass.iter().sum();
+            all.still += mass * (0.5 * STILL * STILL + LIFT * field.gravity.length());
         }
         for mover in group.movers.iter().filter(|m| m.gives()) {
             all.bodies += mover.start.kinetic_energy();

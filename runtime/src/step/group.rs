@@ -73,6 +73,7 @@ fn most_halvings(scratch: &Scratch) -> u32 {
 /// Takes the stages of a part; false when one did not settle and there is something left to try.
 fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     let Some(first) = group.members.first() else { return true };
+    eprintln!("attempt t={} halvings={}", part.time, part.halvings);
     scratch.failed = false;
     scratch.last_resort = part.halvings >= most_halvings(scratch);
     let before = Energies::before(group, part);
@@ -88,6 +89,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         let rounds = solve_rounds(group, scratch, part.field, h, |group, round, margin, found| {
             finder.find(group, round, margin, found);
         });
+        eprintln!(" stage {k} rounds {rounds:?} last {}", scratch.last_resort);
         match rounds {
             Rounds::Failed | Rounds::Open if part.halvings < most_halvings(scratch) => return false,
             Rounds::Unsettled => group.each(|sheet| {
@@ -112,6 +114,9 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             sheet.finish_stage(part.field, k, part.dt, jump);
             sheet.work.unit = unit;
         });
+        for i in group.members {
+            eprintln!(" stage end energy {:?}", group.sheets[*i as usize].energy(part.field.gravity));
+        }
         finder.end_stage(group);
         at += length;
     }

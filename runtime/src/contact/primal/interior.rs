@@ -25,9 +25,8 @@ const ENOUGH: f64 = 1e-3;
 /// By how much gaps and slips may be off at the end, m, and what will do.
 const MISS: f64 = 1e-8;
 const MISS_ENOUGH: f64 = 1e-6;
-/// By what fraction of their sum forces may be short of holding the displacement, and what will do.
+/// By what fraction of their sum forces may be short of holding the displacement.
 const BALANCED: f64 = 1e-5;
-const UNBALANCED: f64 = 1e-3;
 /// Power of the fraction of m with which ε falls.
 const SMOOTHER: f64 = 0.75;
 /// Fraction of the way to the border that a step may go.
@@ -55,7 +54,7 @@ impl Primal {
     }
 
     /// Goes along the path to its end, from u and δ as they are; leaves δ, u and the forces there. False when that is not reached.
-    pub(super) fn go_inside(&mut self, space: &mut dyn Space) -> bool {
+    pub(super) fn go_inside(&mut self, space: &mut dyn Space, balance: f64) -> bool {
         let mut inner = std::mem::take(&mut self.interior);
         inner.begin(self);
         let first = inner.mean(self);
@@ -86,6 +85,14 @@ impl Primal {
             self.go(part);
             inner.go(part);
         }
+        eprintln!(
+            "   inside mean {:.1e} of {:.1e} missed {:.1e} unturned {:.1e} unbalanced {:.1e} fine {fine}",
+            inner.mean(self),
+            first,
+            inner.missed(self),
+            inner.unturned(self),
+            inner.unbalanced(self, space)
+        );
         for i in 0..self.rows.len() {
             if self.is_inner(i) {
                 // Of the two the one that counts.
@@ -99,7 +106,7 @@ impl Primal {
         self.aim();
         self.factored.clear();
         fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self).max(inner.unturned(self)) <= MISS_ENOUGH;
-        fine &= inner.unbalanced(self, space) <= UNBALANCED;
+        fine &= inner.unbalanced(self, space) <= balance;
         self.interior = inner;
         fine
     }

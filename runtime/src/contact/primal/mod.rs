@@ -36,12 +36,12 @@ const STIFFER: DVec3 = DVec3::new(100.0, 10.0, 10.0);
 /// Steps after which, if this share of the contacts still would act otherwise, those that push are found from within.
 const STEPS_OUTSIDE: u32 = 3;
 const MANY: f64 = 0.03;
-/// Steps after which they are found from within in any case.
-const PATIENCE: u32 = 20;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
-/// Forces hold the displacement when they are short by this fraction of their sum: stiff contacts hide in small gaps what is not held.
-const BALANCE: f64 = 1e-7;
+/// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
+/// one that contacts which contradict one another leave.
+const STALLED: f64 = 0.1;
+const CONTRADICTED: f64 = 10.0;
 /// Sum of forces, as a fraction of the largest there was on the way, below which they are what rounding has left.
 const ROUNDING: f64 = 1e-6;
 /// A contact with less than this fraction of all normal force does not rub.
@@ -51,6 +51,31 @@ const SLIGHT: f64 = 0.1;
 /// Halvings and secants of a search along a step, and how much of the slope of Φ may be left.
 const TRIALS: u32 = 12;
 const FLAT: f64 = 0.1;
+
+/// How accurate a solve is to be.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Accuracy {
+    /// Gaps, m.
+    pub gap: f64,
+    /// By what fraction of their sum forces may be short of holding the displacement: stiff contacts hide in small gaps what is
+    /// not held.
+    pub balance: f64,
+    /// The same of forces found from within, which close in on friction slowly.
+    pub balance_inside: f64,
+    /// Times that the limits of friction follow the normal forces, at most.
+    pub updates: u32,
+    /// Steps after which forces are found from within in any case.
+    pub patience: u32,
+}
+
+impl Accuracy {
+    /// Of one sheet: what sticks must not creep, and momentum be kept.
+    pub const FINE: Self = Self { gap: 2e-7, balance: 1e-7, balance_inside: 1e-3, updates: 5, patience: 20 };
+    /// Of several sheets, of which some contact always changes from holding to sliding.
+    pub const TOGETHER: Self = Self { gap: 5e-7, balance: 1e-5, balance_inside: 1e-2, updates: 5, patience: 10 };
+    /// Where sheets are still far from where they will be.
+    pub const ROUGH: Self = Self { gap: 1e-5, balance: 1e-3, balance_inside: 1e-2, updates: 0, patience: 20 };
+}
 
 /// How a contact acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,28 +172,39 @@ impl Primal {
         self.states[i].rubs == Rubs::Slides
     }
 
-    /// Solves from the forces in `force`; leaves the forces there. `tolerance` (m) is for gaps, and the limits of friction
-    /// follow up to `updates` times. True if it settled.
-    pub fn solve(&mut self, space: &mut dyn Space, tolerance: f64, updates: u32) -> bool {
+    /// Solves from the forces in `force`; leaves the forces there. True if it settled.
+    pub fn solve(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
         if !self.guess(space) {
             return false;
         }
+        let tolerance = accuracy.gap;
         let (mut updated, mut exact, mut small, mut trusted) = (0, true, false, true);
-        for round in 0..=PATIENCE {
+        let mut before = f64::INFINITY;
+        for round in 0..=accuracy.patience {
             let many = round == STEPS_OUTSIDE && !exact && !space.is_cheap() && self.changes() > MANY;
-            if space.is_cheap() && round == PATIENCE {
+            if space.is_cheap() && round == accuracy.patience {
                 return false;
             }
-            if many || round == PATIENCE {
-                return self.go_inside(space);
+            if many || round == accuracy.patience {
+                return self.go_inside(space, accuracy.balance_inside);
             }
             let same = self.aim() || small;
-            let balanced = self.load(space) <= BALANCE;
+            let balanced = self.load(space) <= accuracy.balance;
+            eprintln!(
+                "   round {round} exact {exact} same {same} balanced {balanced} small {small} missed {:.1e} pushing {} sticking {} sliding {} updated {updated} du {:.1e}",
+                self.missed(),
+                self.states.iter().filter(|s| s.pushes).count(),
+                self.states.iter().filter(|s| s.rubs == Rubs::Sticks).count(),
+                self.states.iter().filter(|s| s.rubs == Rubs::Slides).count(),
+                self.du.iter().map(|d| d.abs().max_element()).fold(0.0, f64::max)
+            );
             if exact && same && balanced {
                 let missed = self.missed();
                 self.project();
-                if missed <= tolerance {
-                    if updated >= updates || !self.limit_friction() {
+                let stalled = missed > (1.0 - STALLED) * before && missed <= CONTRADICTED * tolerance;
+                before = missed;
+                if missed <= tolerance || stalled {
+                    if updated >= accuracy.updates || !self.limit_friction() {
                         return true;
                     }
                     updated += 1;
