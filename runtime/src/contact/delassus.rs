@@ -41,6 +41,12 @@ impl Unit {
         self.jump.dx.clear();
     }
 
+    /// Takes all contacts off this sheet.
+    pub fn release(&mut self) {
+        self.touched = false;
+        self.list.clear();
+    }
+
     /// Whether any contact is on this sheet.
     pub fn is_touched(&self) -> bool {
         self.touched || !self.list.is_empty()

@@ -105,8 +105,7 @@ impl Scratch {
 
     /// Forgets what was solved for: it was of contacts that are no more.
     pub(super) fn forget_solution(&mut self, group: &mut Group) {
-        self.few.space.delassus.clear(group);
-        self.few.picker.begin(self.found.contacts.len());
+        group.each(|sheet| sheet.work.unit.release());
         self.primal.clear();
         self.chosen.clear();
         self.solved = Solved::OnForces;
@@ -129,6 +128,9 @@ impl Scratch {
 
     /// Solves for the velocities of what is closed; false where the solve did not settle.
     pub(super) fn velocities_on_forces(&mut self, group: &mut Group, h: f64) -> bool {
+        if self.chosen.is_empty() {
+            return true;
+        }
         let (mut few, mut primal) = (std::mem::take(&mut self.few), std::mem::take(&mut self.primal));
         let mut begun = 0;
         let mut settled = true;

@@ -296,13 +296,6 @@ pub(super) fn solve_counted(
 ) -> bool {
     let before = (primal.steps, primal.factors);
     let settled = primal.solve(space, accuracy);
-    eprintln!(
-        "  solve rows={} acc={accuracy:?} settled={settled} steps={} factors={} acting={}",
-        primal.rows.len(),
-        primal.steps - before.0,
-        primal.factors - before.1,
-        primal.force.iter().filter(|p| p.x > 0.0).count()
-    );
     counters.unsettled += u64::from(!settled);
     counters.newton += primal.steps - before.0;
     counters.factors += primal.factors - before.1;

@@ -438,6 +438,12 @@ impl Scratch {
         self.velocities_between(group, h);
     }
 
+    /// Deepest overlap with a body where the rounds have come to, m, of what `find` writes.
+    pub fn overlap(&mut self, group: &Group, find: impl FnOnce(&Group, &mut Found)) -> f64 {
+        find(group, &mut self.seen);
+        settled::deepest(group, &self.seen.contacts[..self.seen.glue_from])
+    }
+
     /// Calls `touched` for every contact that is closed, with the part of the group it is with.
     pub fn closed(&self, mut touched: impl FnMut(&Contact, u32)) {
         let all = self.found.contacts.iter().zip(&self.gaps.now).zip(&self.found.parts);
@@ -525,10 +531,8 @@ pub(crate) fn solve_rounds(
         }
         let mut done = !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done);
         if done && met && settled::has_moved(group) {
-            find(group, LOOK, MARGIN, &mut scratch.seen);
-            let contacts = &scratch.seen.contacts;
-            done = settled::deepest(group, &contacts[..scratch.seen.glue_from])
-                <= settled::allowed(round, group.members.len());
+            let overlap = scratch.overlap(group, |group, found| find(group, LOOK, MARGIN, found));
+            done = overlap <= settled::allowed(round, group.members.len());
             if !done {
                 group.each(|sheet| sheet.work.stage.done = false);
             }

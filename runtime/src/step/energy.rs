@@ -1,4 +1,4 @@
-//! Energy that a step of an implicit engine may have at its end, of sheets and the bodies they meet.
+//! What a step of an implicit engine may not end with: energy from nowhere, or a sheet within a body.
 //!
 //! Contact gives no energy, nor do air at rest and pins that hold; with those alone
 //!
@@ -6,7 +6,8 @@
 //!
 //! T kinetic energy, V that of strain and of gravity. A linear solve over a large motion can break this: where a sheet is struck hard
 //! its masses are taken along the tangent, not around the arc. Such a step is taken again as two, and where steps are as short as they
-//! may be, velocities lose what there is too much. Energies in J.
+//! may be, velocities lose what there is too much. Where it ends within a body all the same, the sheet stays where it was, slower: time
+//! is lost, and the next step has less to cope with. Energies in J.
 
 use crate::contact::Group;
 use crate::sheet::Field;
@@ -21,8 +22,10 @@ const SLIGHT: f64 = 1e-3;
 /// accurate to a fraction of a micrometre.
 const STILL: f64 = 5e-3;
 const LIFT: f64 = 1e-4;
-/// Part of its speed that a sheet keeps when it stays where it was, for want of a step that does not gain.
+/// Part of its speed that a sheet keeps when it stays where it was, for want of a step that may stand.
 const KEPT: f64 = 0.5;
+/// Overlap with a body that a step may end with where its rounds did not come together, m.
+pub(super) const WITHIN: f64 = 3e-4;
 
 /// Energies of a group.
 #[derive(Clone, Copy, Debug, Default)]
@@ -84,12 +87,17 @@ impl Energies {
             let part = (1.0 - gain / now.sheets).sqrt();
             group.each(|sheet| sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
         } else if last {
-            group.each(|sheet| {
-                sheet.put_back();
-                sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
-                sheet.restart_engine();
-            });
+            self.stay(group);
         }
         true
+    }
+
+    /// Leaves the sheets where they were at the start; bodies that give way go on.
+    pub fn stay(&self, group: &mut Group) {
+        group.each(|sheet| {
+            sheet.put_back();
+            sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
+            sheet.restart_engine();
+        });
     }
 }

@@ -4,9 +4,10 @@
 //!
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
-use super::energy::Energies;
+use super::energy::{Energies, WITHIN};
 use crate::contact::Group;
-use crate::contact::stage::{Found, Rounds, Scratch, solve_rounds};
+use crate::contact::settled::LOOK;
+use crate::contact::stage::{Found, MARGIN, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
@@ -73,11 +74,10 @@ fn most_halvings(scratch: &Scratch) -> u32 {
 /// Takes the stages of a part; false when one did not settle and there is something left to try.
 fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     let Some(first) = group.members.first() else { return true };
-    eprintln!("attempt t={} halvings={}", part.time, part.halvings);
     scratch.failed = false;
     scratch.last_resort = part.halvings >= most_halvings(scratch);
     let before = Energies::before(group, part);
-    let mut met = false;
+    let (mut met, mut overlap) = (false, 0.0_f64);
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
@@ -89,7 +89,6 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         let rounds = solve_rounds(group, scratch, part.field, h, |group, round, margin, found| {
             finder.find(group, round, margin, found);
         });
-        eprintln!(" stage {k} rounds {rounds:?} last {}", scratch.last_resort);
         match rounds {
             Rounds::Failed | Rounds::Open if part.halvings < most_halvings(scratch) => return false,
             Rounds::Unsettled => group.each(|sheet| {
@@ -98,6 +97,9 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
                 }
             }),
             _ => {}
+        }
+        if matches!(rounds, Rounds::Failed | Rounds::Open) {
+            overlap = overlap.max(scratch.overlap(group, |group, found| finder.find(group, LOOK, MARGIN, found)));
         }
         let touched = matches!(rounds, Rounds::Touched | Rounds::Failed);
         met |= touched;
@@ -114,12 +116,13 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             sheet.finish_stage(part.field, k, part.dt, jump);
             sheet.work.unit = unit;
         });
-        for i in group.members {
-            eprintln!(" stage end energy {:?}", group.sheets[*i as usize].energy(part.field.gravity));
-        }
         finder.end_stage(group);
         at += length;
     }
     let last = part.halvings >= most_halvings(scratch);
+    if let Some(before) = before.filter(|_| overlap > WITHIN && group.movers.iter().all(|m| !m.gives())) {
+        before.stay(group);
+        return true;
+    }
     !met || before.is_none_or(|before| before.allow(group, &part.field, last))
 }

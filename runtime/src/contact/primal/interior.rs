@@ -85,14 +85,6 @@ impl Primal {
             self.go(part);
             inner.go(part);
         }
-        eprintln!(
-            "   inside mean {:.1e} of {:.1e} missed {:.1e} unturned {:.1e} unbalanced {:.1e} fine {fine}",
-            inner.mean(self),
-            first,
-            inner.missed(self),
-            inner.unturned(self),
-            inner.unbalanced(self, space)
-        );
         for i in 0..self.rows.len() {
             if self.is_inner(i) {
                 // Of the two the one that counts.

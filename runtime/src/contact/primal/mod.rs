@@ -190,14 +190,6 @@ impl Primal {
             }
             let same = self.aim() || small;
             let balanced = self.load(space) <= accuracy.balance;
-            eprintln!(
-                "   round {round} exact {exact} same {same} balanced {balanced} small {small} missed {:.1e} pushing {} sticking {} sliding {} updated {updated} du {:.1e}",
-                self.missed(),
-                self.states.iter().filter(|s| s.pushes).count(),
-                self.states.iter().filter(|s| s.rubs == Rubs::Sticks).count(),
-                self.states.iter().filter(|s| s.rubs == Rubs::Slides).count(),
-                self.du.iter().map(|d| d.abs().max_element()).fold(0.0, f64::max)
-            );
             if exact && same && balanced {
                 let missed = self.missed();
                 self.project();
