@@ -72,7 +72,7 @@ impl Accuracy {
     /// Of one sheet: what sticks must not creep, and momentum be kept.
     pub const FINE: Self = Self { gap: 2e-7, balance: 1e-7, balance_inside: 1e-3, updates: 5, patience: 20 };
     /// Of several sheets, of which some contact always changes from holding to sliding.
-    pub const TOGETHER: Self = Self { gap: 5e-7, balance: 1e-5, balance_inside: 1e-2, updates: 5, patience: 10 };
+    pub const TOGETHER: Self = Self { gap: 5e-7, balance: 1e-3, balance_inside: 1e-2, updates: 5, patience: 20 };
     /// Where sheets are still far from where they will be.
     pub const ROUGH: Self = Self { gap: 1e-5, balance: 1e-3, balance_inside: 1e-2, updates: 0, patience: 20 };
 }
