@@ -1,8 +1,7 @@
-//! Contacts between sheets and with bodies that give way, solved by their forces.
+//! Contacts solved by sweeps over their forces: masses of explicit engines, and what else is left where nothing settles.
 //!
-//! Contacts are made active a few at a time for each pair of things that touch, the deepest first and far from each other: a lying
-//! sheet needs some forty of its hundreds.
-//! The forces of those come from sweeps over the Delassus operator; then whatever is still violated joins.
+//! A few contacts are picked at a time (`pick`); their forces come from sweeps over the Delassus operator (`sweeps`); then whatever is
+//! still violated joins.
 
 use glam::DVec3;
 

@@ -1,9 +1,10 @@
 //! What a sheet touches: Rapier's rigid bodies, other sheets, itself.
 //!
 //! `skin` and `features` are the surfaces, `find` says which of their parts may touch, as rows (`row`). Of implicit engines `stage`
-//! puts apart what would overlap and solves for velocities, by `primal` (displacements of masses and bodies) or, where masses answer
-//! each for itself, `dual` (forces, on the operator of `delassus`); `coulomb` is friction at one contact. Contact knows of a sheet its positions,
-//! velocities, masses and how its tangent answers a force, and no springs.
+//! puts apart what would overlap and solves for velocities, by `primal`: on the forces of few contacts (`on_forces`, with the operator
+//! of `delassus`) or on the displacements of masses and bodies (`on_masses`). Where masses answer each for itself, sweeps do (`dual`).
+//! `coulomb` is friction at one contact. Contact knows of a sheet its positions, velocities, masses and how its tangent answers a
+//! force, and no springs.
 //!
 //! Masses of explicit engines meet bodies that do not give way each for itself (`detect`, `response`; thesis 4.6 and appendix B), with who
 //! lies above whom (`through_thickness`); the rest of theirs are rows too.

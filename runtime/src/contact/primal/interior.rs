@@ -118,22 +118,19 @@ impl Primal {
     /// Solves for the step that makes s p what `product` says, with the factor at hand.
     fn step_inside(&mut self, space: &mut dyn Space, inner: &mut Interior) {
         self.steps += 1;
-        for (to, from) in self.step.iter_mut().zip(&self.pull) {
-            *to = -from;
-        }
-        for (i, row) in self.rows.iter().enumerate().filter(|(_, row)| !row.idle) {
-            let p = if row.law == Law::Glue {
-                self.force[i] - self.weights[i] * self.u[i]
-            } else {
-                let (s, p) = (inner.gap[i], inner.force[i]);
-                let missed = self.u[i].x - s;
-                let normal = p - (s * p - inner.product[i]) / s - p / s * missed;
-                let slip = DVec2::new(self.u[i].y, self.u[i].z);
+        self.fall_short(space, |all, i, row| {
+            if row.law == Law::Glue {
+                return Some(all.force[i] - all.weights[i] * all.u[i]);
+            }
+            let (s, p) = (inner.gap[i], inner.force[i]);
+            let forces = || {
+                let normal = p - (s * p - inner.product[i]) / s - p / s * (all.u[i].x - s);
+                let slip = DVec2::new(all.u[i].y, all.u[i].z);
                 let friction = slip * (-inner.limit(row, p) / inner.length(slip));
                 DVec3::new(normal, friction.x, friction.y)
             };
-            space.push(i, row, p, &mut self.step);
-        }
+            (!row.idle).then(forces)
+        });
         space.solve(&self.rows, &self.weights, (&mut self.step, &mut self.step_pull), &mut self.du);
         for (i, du) in self.du.iter().enumerate() {
             if self.is_inner(i) {
@@ -224,21 +221,13 @@ impl Interior {
 
     /// What the forces are short of holding the displacement, as a fraction of their sum.
     fn unbalanced(&self, primal: &mut Primal, space: &dyn Space) -> f64 {
-        for (to, from) in primal.step.iter_mut().zip(&primal.pull) {
-            *to = -from;
-        }
-        let mut all = 0.0;
-        for (i, row) in primal.rows.iter().enumerate().filter(|(_, row)| !row.idle) {
-            let p = if row.law == Law::Glue {
-                primal.force[i] - row.stiffness * super::STIFFER * primal.u[i]
-            } else {
-                let friction = self.slip[i] * -self.limit(row, self.force[i]);
-                DVec3::new(self.force[i], friction.x, friction.y)
-            };
-            space.push(i, row, p, &mut primal.step);
-            all += p.abs().element_sum();
-        }
-        primal.shortage(all)
+        primal.fall_short(space, |all, i, row| {
+            if row.law == Law::Glue {
+                return Some(all.force[i] - row.stiffness * super::STIFFER * all.u[i]);
+            }
+            let friction = self.slip[i] * -self.limit(row, self.force[i]);
+            (!row.idle).then(|| DVec3::new(self.force[i], friction.x, friction.y))
+        })
     }
 
     /// By how much slips are not yet those that go with the directions of friction, m.

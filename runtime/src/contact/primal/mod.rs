@@ -1,8 +1,7 @@
-//! Contacts of sheets and bodies, solved on their masses.
+//! Contacts of sheets and bodies, solved by Newton steps.
 //!
-//! Wanted is the displacement δ with H δ = Jᵀ p, u = J δ + b, and Coulomb's law between u and p at every contact. In place
-//! of W = J H⁻¹ Jᵀ, dense in the contacts, this keeps to the sparse matrix of the sheets (`joint`). With the limits of friction
-//! held, the problem is convex, and an augmented Lagrangian with weights ρ,
+//! Wanted is the displacement δ with H δ = Jᵀ p, u = J δ + b, and Coulomb's law between u and p at every contact. With the limits of
+//! friction held, the problem is convex, and an augmented Lagrangian with weights ρ,
 //!
 //!   Φ(δ) = ½ δᵀ H δ + Σ |P(p - ρ u)|²/2ρ (in parts),  p⁺ = P(p - ρ u),
 //!
@@ -12,8 +11,7 @@
 //!
 //! each followed along s as far as that lowers Φ; where contacts act (open, stuck, sliding) as the step supposed, it is exact and
 //! the forces are brought up to date. Then the limits of friction follow the normal forces. A step needs a new factor only when a
-//! contact acts otherwise than before, and its cost hardly grows with the number of contacts: a slap of all masses costs what
-//! an edge does.
+//! contact acts otherwise than before: of the masses' matrix (`joint`), or of one in the contacts (`space`).
 //! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92,
 //! 1991; Li, Sun, Toh, "A highly efficient semismooth Newton augmented Lagrangian method", SIAM J. Optim. 28, 2018; Haslinger,
 //! "Approximation of the Signorini problem with friction, obeying the Coulomb law", Math. Meth. Appl. Sci. 5, 1983.)
@@ -332,26 +330,33 @@ impl Primal {
         changed
     }
 
-    /// Makes the right side of a Newton step: what the forces are short of holding the displacement. Returns its sum as a fraction of
-    /// that of all forces.
+    /// Makes the right side of a Newton step for contacts that act as they do. Returns what [`Primal::fall_short`] does.
     fn load(&mut self, space: &dyn Space) -> f64 {
-        let mut all = 0.0;
-        for (to, from) in self.step.iter_mut().zip(&self.pull) {
-            *to = -from;
-        }
-        for (i, row) in self.rows.iter().enumerate().filter(|(i, _)| self.states[*i].acts()) {
-            let p = projected(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
-            space.push(i, row, p, &mut self.step);
-            all += p.abs().element_sum();
-        }
-        self.shortage(all)
+        self.fall_short(space, |all, i, row| {
+            let p = || projected(row, all.force[i] - row.stiffness * STIFFER * all.u[i], all.limits[i]);
+            all.states[i].acts().then(p)
+        })
     }
 
-    /// The sum of what is in the step's right side, as a fraction of `all` forces; where all contacts open in the end, of a
-    /// fraction of the most there were in this solve: rounding is not to be measured by itself.
-    fn shortage(&mut self, all: f64) -> f64 {
+    /// Puts on the right side of a step what the forces that `force` gives, of the contacts which have one, are short of holding the
+    /// displacement. Returns its sum as a fraction of that of all forces; where all contacts open in the end, of a fraction of
+    /// the most there were in this solve: rounding is not to be measured by itself.
+    fn fall_short(&mut self, space: &dyn Space, force: impl Fn(&Self, usize, &Row) -> Option<DVec3>) -> f64 {
+        let mut step = std::mem::take(&mut self.step);
+        for (to, from) in step.iter_mut().zip(&self.pull) {
+            *to = -from;
+        }
+        let mut all = 0.0;
+        for (i, row) in self.rows.iter().enumerate() {
+            if let Some(p) = force(self, i, row) {
+                space.push(i, row, p, &mut step);
+                all += p.abs().element_sum();
+            }
+        }
         self.most = self.most.max(all);
-        self.step.iter().map(|r| r.abs()).sum::<f64>() / all.max(ROUNDING * self.most).max(f64::MIN_POSITIVE)
+        let short: f64 = step.iter().map(|r| r.abs()).sum();
+        self.step = step;
+        short / all.max(ROUNDING * self.most).max(f64::MIN_POSITIVE)
     }
 
     /// Whether the factor at hand is of contacts of which the same push.
