@@ -20,6 +20,8 @@ mod interior;
 mod joint;
 mod row;
 mod space;
+#[cfg(test)]
+mod tests;
 
 use glam::{DMat3, DVec2, DVec3};
 
