@@ -122,7 +122,7 @@ fn is_unstable(sheet: &Sheet) -> bool {
     // Written so that a NaN is unstable too.
     let slow = sheet.v.max_squared() < SPEED_LIMIT * SPEED_LIMIT;
     let together = sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < SPREAD_LIMIT * sheet.spread);
-    !(slow && together)
+    sheet.work.stage.astray || !(slow && together)
 }
 
 /// Stops an unstable sheet where it was before the step, and says so.

@@ -111,7 +111,7 @@ pub(crate) struct Scratch {
     pub(super) few: Few,
     /// Where in the matrix the pairs of every row are.
     pub(super) slots: Vec<u32>,
-    /// Whether the problem is of one sheet.
+    /// Whether the problem is of one sheet that is not folded on itself.
     pub single: bool,
     /// Whether its bodies do not give way either, and whether it is on the sheet's own matrix.
     pub(super) alone: bool,
@@ -120,6 +120,8 @@ pub(crate) struct Scratch {
     /// Whether a solve did not settle, and whether there is no shorter step to try then.
     pub failed: bool,
     pub last_resort: bool,
+    /// Whether the step has thrown a sheet about beyond help.
+    pub runaway: bool,
     /// Whether the group is of explicit engines.
     pub(super) short_steps: bool,
 }
@@ -294,8 +296,10 @@ impl Scratch {
 
     /// Solves for positions on forces, or where those are many, on masses; false where that did not settle.
     fn positions_by_newton(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
-        self.single = group.members.len() == 1;
-        self.alone = self.single && group.movers.iter().all(|m| !m.gives());
+        let within = |c: &Contact| matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. }));
+        let is_folded = group.members.len() == 1 && self.found.contacts.iter().any(within);
+        self.single = group.members.len() == 1 && !is_folded;
+        self.alone = group.members.len() == 1 && group.movers.iter().all(|m| !m.gives());
         self.joint.lay_out(group);
         self.note_masses(group);
         self.solved = Solved::OnForces;

@@ -35,6 +35,8 @@ pub(crate) struct StageWork {
     pub excess: f64,
     /// Whether it could not be solved for.
     pub failed: bool,
+    /// Whether the step gave the sheet energy beyond all measure.
+    pub astray: bool,
     /// Velocity at the end of the stage without contact, m/s.
     pub velocity: Vectors,
     /// How long the stage is, and its weight of the new acceleration, s.

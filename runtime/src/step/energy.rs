@@ -22,10 +22,22 @@ const SLIGHT: f64 = 1e-3;
 /// accurate to a fraction of a micrometre.
 const STILL: f64 = 5e-3;
 const LIFT: f64 = 1e-4;
+/// The same beyond which a sheet is not to be helped: as one that begins deep within a body, and is thrown out of it.
+const RUNAWAY: f64 = 1e6;
 /// Part of its speed that a sheet keeps when it stays where it was, for want of a step that may stand.
 const KEPT: f64 = 0.5;
 /// Overlap with a body that a step may end with where its rounds did not come together, m.
 pub(super) const WITHIN: f64 = 3e-4;
+
+/// Whether a step may stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    Stands,
+    /// It is to be taken again as two.
+    Again,
+    /// What comes after need not be computed: the sheet is unstable.
+    Runaway,
+}
 
 /// Energies of a group.
 #[derive(Clone, Copy, Debug, Default)]
@@ -72,16 +84,19 @@ impl Energies {
         (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
     }
 
-    /// Compares with those now: whether the step may stand. With `last`, it is made so that it may.
-    pub fn allow(&self, group: &mut Group, field: &Field, last: bool) -> bool {
+    /// Compares with those now. With `last`, the step is made so that it may stand.
+    pub fn judge(&self, group: &mut Group, field: &Field, last: bool) -> Verdict {
         let now = Self::of(group, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
         let gain = now.total() - self.total();
         if gain <= SLIGHT * free {
-            return true;
+            return Verdict::Stands;
         }
         if gain > GAIN * free && !last {
-            return false;
+            return Verdict::Again;
+        }
+        if gain.is_nan() || gain > RUNAWAY * free {
+            return Verdict::Runaway;
         }
         if gain <= now.sheets {
             let part = (1.0 - gain / now.sheets).sqrt();
@@ -89,7 +104,7 @@ impl Energies {
         } else if last {
             self.stay(group);
         }
-        true
+        Verdict::Stands
     }
 
     /// Leaves the sheets where they were at the start; bodies that give way go on.

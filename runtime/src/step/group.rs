@@ -4,15 +4,16 @@
 //!
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
-use super::energy::{Energies, WITHIN};
+use super::energy::{Energies, Verdict, WITHIN};
+use super::is_unstable;
 use crate::contact::Group;
 use crate::contact::settled::LOOK;
 use crate::contact::stage::{Found, MARGIN, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
-/// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets have no time for more than
-/// a few.
+/// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets, and one that is folded
+/// on itself, have no time for more than a few.
 const HALVINGS: u32 = 6;
 const HALVINGS_TOGETHER: u32 = 2;
 
@@ -46,6 +47,11 @@ pub(crate) trait Find {
 
 /// Steps a group.
 pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: Part) {
+    if part.halvings == 0 {
+        scratch.runaway = false;
+    } else if scratch.runaway {
+        return;
+    }
     // One state is enough to keep: a half begins where it would come back to.
     group.each(|sheet| {
         if !sheet.pins.is_empty() {
@@ -116,13 +122,22 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             sheet.finish_stage(part.field, k, part.dt, jump);
             sheet.work.unit = unit;
         });
+        if group.members.iter().any(|i| is_unstable(&group.sheets[*i as usize])) {
+            scratch.runaway = scratch.last_resort;
+            return scratch.last_resort;
+        }
         finder.end_stage(group);
         at += length;
     }
     let last = part.halvings >= most_halvings(scratch);
-    if let Some(before) = before.filter(|_| overlap > WITHIN && group.movers.iter().all(|m| !m.gives())) {
+    let verdict = before.filter(|_| met).map_or(Verdict::Stands, |before| before.judge(group, &part.field, last));
+    let gives = group.movers.iter().any(|m| m.gives());
+    if let Some(before) = before.filter(|_| overlap > WITHIN && verdict == Verdict::Stands && !gives) {
         before.stay(group);
-        return true;
     }
-    !met || before.is_none_or(|before| before.allow(group, &part.field, last))
+    if verdict == Verdict::Runaway {
+        scratch.runaway = true;
+        group.each(|sheet| sheet.work.stage.astray = true);
+    }
+    verdict != Verdict::Again
 }
