@@ -22,7 +22,8 @@ const SLIGHT: f64 = 1e-3;
 /// accurate to a fraction of a micrometre.
 const STILL: f64 = 5e-3;
 const LIFT: f64 = 1e-4;
-/// The same beyond which a sheet is not to be helped: as one that begins deep within a body, and is thrown out of it.
+/// The same beyond which a sheet is not to be helped: as one that begins deep within a body, and is thrown out of it. Of several
+/// sheets one would take the others with it, so those stay where they were.
 const RUNAWAY: f64 = 1e6;
 /// Part of its speed that a sheet keeps when it stays where it was, for want of a step that may stand.
 const KEPT: f64 = 0.5;
@@ -95,7 +96,7 @@ impl Energies {
         if gain > GAIN * free && !last {
             return Verdict::Again;
         }
-        if gain.is_nan() || gain > RUNAWAY * free {
+        if group.members.len() == 1 && (gain.is_nan() || gain > RUNAWAY * free) {
             return Verdict::Runaway;
         }
         if gain <= now.sheets {

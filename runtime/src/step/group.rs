@@ -122,7 +122,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             sheet.finish_stage(part.field, k, part.dt, jump);
             sheet.work.unit = unit;
         });
-        if group.members.iter().any(|i| is_unstable(&group.sheets[*i as usize])) {
+        if group.members.len() == 1 && is_unstable(group.sheet(0)) {
             scratch.runaway = scratch.last_resort;
             return scratch.last_resort;
         }
