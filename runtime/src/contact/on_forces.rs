@@ -9,8 +9,7 @@ use super::delassus::{Group, frame_of};
 use super::on_masses::{accuracy, solve_counted};
 use super::pick::Picker;
 use super::primal::{Accuracy, OnForces, Primal};
-use super::row::Side;
-use super::stage::{ContactCounters, Scratch, Solved};
+use super::stage::{ContactCounters, Scratch, Solved, jumped};
 
 /// Block rows for each contact, from which on it is for `on_masses`: W is dense in the contacts of a sheet.
 const FEW: usize = 7;
@@ -173,20 +172,6 @@ impl Scratch {
                 let jump = jumped(group, &contact.a) - jumped(group, &contact.b);
                 (free.x + contact.normal.dot(jump)) * h
             }));
-        }
-    }
-}
-
-/// By how much contact changes the velocity of a side, m/s.
-fn jumped(group: &Group, side: &Side) -> DVec3 {
-    match side {
-        Side::Sheet { sheet, point } => {
-            let sheet = group.sheet(*sheet);
-            if sheet.work.unit.is_touched() { point.of(&sheet.work.unit.jump.dv) } else { DVec3::ZERO }
-        }
-        Side::Body { body, local } => {
-            let mover = &group.movers[*body as usize];
-            mover.kick + mover.twist.cross(mover.free.place(*local) - mover.free.centre())
         }
     }
 }

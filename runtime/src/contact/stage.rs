@@ -19,7 +19,8 @@ use super::on_forces::Few;
 use super::primal::{Joint, Primal};
 use super::row::{Contact, Key, SheetPoint, Side};
 use super::settled::{self, LOOK};
-use crate::sheet::Field;
+use crate::engine::implicit::staged::Jump;
+use crate::sheet::{Field, Vectors};
 
 /// A contact this near is closed, m: its velocities are solved for.
 pub(super) const CLOSED: f64 = 1e-5;
@@ -190,14 +191,28 @@ fn place(group: &Group, side: &Side, at: At) -> DVec3 {
 
 /// How far contact moves a side, m.
 fn moved(group: &Group, side: &Side) -> DVec3 {
+    by_contact(group, side, |jump| &jump.dx, Mover::moved)
+}
+
+/// By how much contact changes the velocity of a side, m/s.
+pub(super) fn jumped(group: &Group, side: &Side) -> DVec3 {
+    by_contact(group, side, |jump| &jump.dv, |mover, arm| mover.kick + mover.twist.cross(arm))
+}
+
+fn by_contact(
+    group: &Group,
+    side: &Side,
+    of_sheet: impl Fn(&Jump) -> &Vectors,
+    of_body: impl Fn(&Mover, DVec3) -> DVec3,
+) -> DVec3 {
     match side {
         Side::Sheet { sheet, point } => {
-            let sheet = group.sheet(*sheet);
-            if sheet.work.unit.is_touched() { point.of(&sheet.work.unit.jump.dx) } else { DVec3::ZERO }
+            let unit = &group.sheet(*sheet).work.unit;
+            if unit.is_touched() { point.of(of_sheet(&unit.jump)) } else { DVec3::ZERO }
         }
         Side::Body { body, local } => {
             let mover = &group.movers[*body as usize];
-            mover.moved(mover.free.place(*local) - mover.free.centre())
+            of_body(mover, mover.free.place(*local) - mover.free.centre())
         }
     }
 }
