@@ -57,6 +57,11 @@ impl Few {
 }
 
 impl Scratch {
+    /// Whether those that would overlap between several sheets are few; of one sheet a few hold up many.
+    pub(super) fn are_few(&self, group: &Group) -> bool {
+        group.members.len() == 1 || FEW * self.gaps.free.iter().filter(|gap| **gap < 0.0).count() <= self.joint.size()
+    }
+
     /// Solves for the places of what would overlap: whether the solve settled, or `None` where contacts are not few.
     pub(super) fn positions_on_forces(&mut self, group: &mut Group, h: f64, rough: bool) -> Option<bool> {
         let (mut few, mut primal) = (std::mem::take(&mut self.few), std::mem::take(&mut self.primal));

@@ -55,7 +55,7 @@ impl Scratch {
         let deepest = self.gaps.free.iter().fold(0.0_f64, |least, gap| least.min(*gap));
         let behind = -BEHIND * deepest;
         let reach = if sheets > 1 { NEAR.max((10.0 * behind).min(FURTHEST)).max(behind) } else { f64::INFINITY };
-        self.eager = if behind > NEAR && sheets > 1 && self.memory.is_empty() { behind } else { 0.0 };
+        self.eager = if behind > NEAR && sheets > 1 { behind } else { 0.0 };
         for (i, contact) in self.found.contacts.iter().enumerate() {
             // One sheet's pattern has them all already.
             let near = self.gaps.free[i] < reach;
@@ -186,11 +186,12 @@ impl Scratch {
             }
         }
         row.b = self.position_of(group, i, &row.frame);
-        row.new = self.memory.is_empty() || self.gaps.start[i] > FAR;
+        let known = self.memory.near(&contact.key);
+        row.new = self.memory.is_empty() || self.gaps.start[i] > FAR || (self.eager > 0.0 && known.is_none());
         row.eager = self.eager;
         row.idle = self.is_doubled(group, i);
         row.weigh(|block| self.joint.diagonal_of(group, block, h));
-        let known = self.memory.near(&contact.key).unwrap_or_default();
+        let known = known.unwrap_or_default();
         row.slid = known.slides[0];
         (row, row.frame.transpose() * known.position)
     }

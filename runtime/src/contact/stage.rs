@@ -34,13 +34,36 @@ const TOGETHER: u32 = 4;
 /// Rounds after which a stage whose strain is still mispredicted by this many times what is let pass is left to shorter steps.
 const PATIENCE: u32 = 2;
 const HOPELESS: f64 = 100.0;
-/// Pairs nearer than this after the free motion get a row, m: at rest contact moves nothing further in a stage.
-pub(crate) const MARGIN: f64 = 5e-4;
-/// The same at most, and how often it is tried with more.
+/// How far pairs may be moved into one another that are looked for, m, at most, and how often it is tried with more.
 const WIDEST: f64 = 0.1;
 const WIDENINGS: u32 = 3;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
 const BOUNCES_ABOVE: f64 = 0.2;
+
+/// Pairs nearer than this after the free motion get a row, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Margins {
+    /// A sheet and a body.
+    pub bodies: f64,
+    /// Two sheets, or one and itself.
+    pub sheets: f64,
+}
+
+impl Margins {
+    /// At rest contact moves nothing further in a stage at 60 Hz than sheets fall in it, and sheets that lie on each other all
+    /// the same.
+    pub const NARROW: Self = Self { bodies: 6e-4, sheets: 2e-4 };
+
+    /// Wide enough for what contact has moved by `furthest`; false when they were already.
+    fn widen(&mut self, furthest: Self) -> bool {
+        let is_enough = furthest.bodies <= self.bodies && furthest.sheets <= self.sheets;
+        if !is_enough {
+            self.bodies = self.bodies.max((1.5 * furthest.bodies).min(WIDEST));
+            self.sheets = self.sheets.max((1.5 * furthest.sheets).min(WIDEST));
+        }
+        !is_enough
+    }
+}
 
 /// What contact has done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -318,7 +341,8 @@ impl Scratch {
         self.joint.lay_out(group);
         self.note_masses(group);
         self.solved = Solved::OnForces;
-        self.positions_on_forces(group, h, rough).unwrap_or_else(|| {
+        let on_forces = if self.are_few(group) { self.positions_on_forces(group, h, rough) } else { None };
+        on_forces.unwrap_or_else(|| {
             self.solved = Solved::OnMasses;
             self.positions_on_masses(group, h, rough)
         })
@@ -479,17 +503,15 @@ fn solve_and_widen(
     scratch: &mut Scratch,
     h: f64,
     rough: bool,
-    mut find: impl FnMut(&Group, f64, &mut Found),
+    mut find: impl FnMut(&Group, Margins, &mut Found),
 ) -> Option<bool> {
     let mut touched = scratch.solve_positions(group, h, rough);
-    let mut margin = MARGIN;
+    let mut margins = Margins::NARROW;
     for _ in 0..WIDENINGS {
-        let pushed = if touched && !scratch.failed { furthest(group) } else { 0.0 };
-        if pushed <= margin {
+        if !touched || scratch.failed || !margins.widen(furthest(group)) {
             break;
         }
-        margin = (1.5 * pushed).min(WIDEST);
-        find(group, margin, &mut scratch.seen);
+        find(group, margins, &mut scratch.seen);
         if !scratch.take_up_wide(group) {
             break;
         }
@@ -498,14 +520,18 @@ fn solve_and_widen(
     (!scratch.failed).then_some(touched)
 }
 
-/// How far contact moves anything of `group`, m.
-fn furthest(group: &Group) -> f64 {
-    let of_sheet = |i: &u32| {
-        let unit = &group.sheets[*i as usize].work.unit;
-        if unit.is_touched() { unit.jump.dx.max_squared().sqrt() } else { 0.0 }
+/// How far contact moves anything of `group`, m: as seen from bodies, and from the mean motion of the sheets.
+fn furthest(group: &Group) -> Margins {
+    let units = || group.members.iter().map(|i| &group.sheets[*i as usize].work.unit);
+    let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
+    let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
+    // Sheets that nothing touches stay where they are.
+    let mean = if units().all(|unit| unit.is_touched()) { sum / count.max(1) as f64 } else { DVec3::ZERO };
+    let most = |from: DVec3| {
+        touched().flat_map(|dx| dx.iter()).map(|dx| (dx - from).length_squared()).fold(0.0, f64::max).sqrt()
     };
-    let sheets = group.members.iter().map(of_sheet).fold(0.0, f64::max);
-    group.movers.iter().map(|m| m.shift.length()).fold(sheets, f64::max)
+    let bodies = group.movers.iter().map(|m| m.shift.length()).fold(most(DVec3::ZERO), f64::max);
+    Margins { bodies, sheets: most(mean) }
 }
 
 /// Takes every sheet of `group` through its stage's rounds: `find` writes what may touch, given the group with the free motions in
@@ -515,7 +541,7 @@ pub(crate) fn solve_rounds(
     scratch: &mut Scratch,
     field: Field,
     h: f64,
-    mut find: impl FnMut(&Group, u32, f64, &mut Found),
+    mut find: impl FnMut(&Group, u32, Margins, &mut Found),
 ) -> Rounds {
     // What has touched in any round may be met again: without contact it would go through.
     let mut met = false;
@@ -529,10 +555,10 @@ pub(crate) fn solve_rounds(
         if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed) {
             return Rounds::Failed;
         }
-        find(group, round, MARGIN, &mut scratch.found);
+        find(group, round, Margins::NARROW, &mut scratch.found);
         let rough = round == 0 && scratch.is_impact(group);
-        let Some(touched) = solve_and_widen(group, scratch, h, rough, |group, margin, found| {
-            find(group, round, margin, found);
+        let Some(touched) = solve_and_widen(group, scratch, h, rough, |group, margins, found| {
+            find(group, round, margins, found);
         }) else {
             return Rounds::Failed;
         };
@@ -550,7 +576,7 @@ pub(crate) fn solve_rounds(
         }
         let mut done = !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done);
         if done && met && settled::has_moved(group) {
-            let overlap = scratch.overlap(group, |group, found| find(group, LOOK, MARGIN, found));
+            let overlap = scratch.overlap(group, |group, found| find(group, LOOK, Margins::NARROW, found));
             done = overlap <= settled::allowed(round, group.members.len());
             if !done {
                 group.each(|sheet| sheet.work.stage.done = false);

@@ -8,14 +8,14 @@ use super::energy::{Energies, Verdict, WITHIN};
 use super::is_unstable;
 use crate::contact::Group;
 use crate::contact::settled::LOOK;
-use crate::contact::stage::{Found, MARGIN, Rounds, Scratch, solve_rounds};
+use crate::contact::stage::{Found, Margins, Rounds, Scratch, solve_rounds};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
-/// and went in by millimetres, with five or more seldom, in no more time over all. Several sheets, and one that is folded
-/// on itself, have no time for more than a few.
+/// and went in by millimetres, with five or more seldom, in no more time over all. One that is folded on itself has no time for more
+/// than a few, and several sheets settle as well over the next steps.
 const HALVINGS: u32 = 6;
-const HALVINGS_TOGETHER: u32 = 2;
+const HALVINGS_FOLDED: u32 = 2;
 
 /// A part of a step.
 #[derive(Clone, Copy)]
@@ -37,9 +37,9 @@ pub(crate) trait Find {
     /// after the start of the whole step.
     fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64);
 
-    /// Writes what may touch in round number `round` and comes nearer than `margin` (m), from the free motions in the sheets of
+    /// Writes what may touch in round number `round` and comes nearer than `margins`, from the free motions in the sheets of
     /// `group`.
-    fn find(&mut self, group: &Group, round: u32, margin: f64, found: &mut Found);
+    fn find(&mut self, group: &Group, round: u32, margins: Margins, found: &mut Found);
 
     /// Takes up where the stage has left the bodies.
     fn end_stage(&mut self, group: &mut Group);
@@ -61,7 +61,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         sheet.keep();
     });
     scratch.keep(&group.movers);
-    if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(scratch) {
+    if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
         return;
     }
     scratch.counters.halved += 1;
@@ -73,15 +73,19 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
 }
 
 /// How often a step may be halved.
-fn most_halvings(scratch: &Scratch) -> u32 {
-    if scratch.single { HALVINGS } else { HALVINGS_TOGETHER }
+fn most_halvings(members: usize, scratch: &Scratch) -> u32 {
+    match (members, scratch.single) {
+        (1, true) => HALVINGS,
+        (1, false) => HALVINGS_FOLDED,
+        _ => 0,
+    }
 }
 
 /// Takes the stages of a part; false when one did not settle and there is something left to try.
 fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
-    scratch.last_resort = part.halvings >= most_halvings(scratch);
+    scratch.last_resort = part.halvings >= most_halvings(group.members.len(), scratch);
     let before = Energies::before(group, part);
     let (mut met, mut overlap) = (false, 0.0_f64);
     let stages = group.sheets[*first as usize].stages();
@@ -92,11 +96,13 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         let lead = &group.sheet(0).work.stage;
         let (length, h) = (lead.length, lead.h);
         finder.begin_stage(group, at, at + length);
-        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, margin, found| {
-            finder.find(group, round, margin, found);
+        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, margins, found| {
+            finder.find(group, round, margins, found);
         });
         match rounds {
-            Rounds::Failed | Rounds::Open if part.halvings < most_halvings(scratch) => return false,
+            Rounds::Failed | Rounds::Open if part.halvings < most_halvings(group.members.len(), scratch) => {
+                return false;
+            }
             Rounds::Unsettled => group.each(|sheet| {
                 if !sheet.work.stage.done {
                     sheet.solve_stage_alone(part.field);
@@ -105,7 +111,8 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             _ => {}
         }
         if matches!(rounds, Rounds::Failed | Rounds::Open) {
-            overlap = overlap.max(scratch.overlap(group, |group, found| finder.find(group, LOOK, MARGIN, found)));
+            overlap =
+                overlap.max(scratch.overlap(group, |group, found| finder.find(group, LOOK, Margins::NARROW, found)));
         }
         let touched = matches!(rounds, Rounds::Touched | Rounds::Failed);
         met |= touched;
@@ -129,7 +136,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         finder.end_stage(group);
         at += length;
     }
-    let last = part.halvings >= most_halvings(scratch);
+    let last = part.halvings >= most_halvings(group.members.len(), scratch);
     let verdict = before.filter(|_| met).map_or(Verdict::Stands, |before| before.judge(group, &part.field, last));
     let gives = group.movers.iter().any(|m| m.gives());
     if let Some(before) = before.filter(|_| overlap > WITHIN && verdict == Verdict::Stands && !gives) {

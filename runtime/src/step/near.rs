@@ -12,7 +12,7 @@ use crate::contact::rigid::{BodyContact, RigidView};
 use crate::contact::row::{Contact, Side};
 use crate::contact::settled::LOOK;
 use crate::contact::skin::Skin;
-use crate::contact::stage::{Found, MARGIN, mass_point};
+use crate::contact::stage::{Found, Margins, mass_point};
 use crate::contact::surroundings::Surroundings;
 use crate::sheet::Sheet;
 
@@ -106,7 +106,7 @@ impl Near<'_> {
             let body = self.surroundings.parts[*part as usize].body;
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
         }
-        self.ask(group, 0, MARGIN, |finder, problem| finder.begin(problem, reach));
+        self.ask(group, 0, Margins::NARROW, |finder, problem| finder.begin(problem, reach));
     }
 
     /// Whether nothing can touch in this step.
@@ -116,7 +116,7 @@ impl Near<'_> {
     }
 
     /// Calls `ask` with detection and its problem in round `round`.
-    fn ask(&mut self, group: &Group, round: u32, margin: f64, ask: impl FnOnce(&mut Finder, &Problem)) {
+    fn ask(&mut self, group: &Group, round: u32, margins: Margins, ask: impl FnOnce(&mut Finder, &Problem)) {
         let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
         let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
         let mut finder = std::mem::take(&mut self.work.finder);
@@ -147,8 +147,11 @@ impl Near<'_> {
                 awake: true,
             });
         }
+        // What sheets overlap each other where they are is not asked for.
+        let between = (round != LOOK && self.sheets_meet).then_some(margins.sheets);
         let coefficients = |pair| self.coefficients(group, pair);
-        let problem = Problem { sheets: &sheets, bodies: &bodies, margin, surfaces: &coefficients };
+        let problem =
+            Problem { sheets: &sheets, bodies: &bodies, margin: margins.bodies, between, surfaces: &coefficients };
         ask(&mut finder, &problem);
         self.work.finder = finder;
         self.work.sheet_motions = reused(sheets);
@@ -221,9 +224,9 @@ impl Find for Near<'_> {
         }
     }
 
-    fn find(&mut self, group: &Group, round: u32, margin: f64, found: &mut Found) {
+    fn find(&mut self, group: &Group, round: u32, margins: Margins, found: &mut Found) {
         let mut contacts = std::mem::take(&mut found.contacts);
-        self.ask(group, round, margin, |finder, problem| finder.find(problem, &mut contacts));
+        self.ask(group, round, margins, |finder, problem| finder.find(problem, &mut contacts));
         if !self.sheets_meet {
             contacts.retain(|c| !matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. })));
         }

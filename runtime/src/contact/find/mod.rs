@@ -27,7 +27,7 @@ use rapier3d::parry::partitioning::BvhWorkspace;
 pub(super) use self::keys::thing;
 use self::local::{Local, Meeting};
 use self::surfaces::{Couple, Party};
-use self::tree::{Cuboid, SkinTree};
+use self::tree::{Cuboid, Drift, SkinTree};
 use super::features::{Features, Solid};
 use super::frame::RigidFrame;
 use super::row::{Contact, Key};
@@ -86,6 +86,8 @@ pub struct Problem<'a> {
     pub bodies: &'a [BodyMotion<'a>],
     /// Pairs nearer than this beyond their offset get a row, m; 1e-6 to 1e-2.
     pub margin: f64,
+    /// The same of two sheets, or of one with itself; `None` where those are not looked for.
+    pub between: Option<f64>,
     /// Friction and restitution coefficient of a pair.
     pub surfaces: &'a dyn Fn(Pair) -> (f64, f64),
 }
@@ -133,6 +135,8 @@ pub struct Finder {
     trees: Vec<SkinTree>,
     local: Local,
     workspace: BvhWorkspace,
+    /// What every sheet sweeps, as seen from their mean motion.
+    swept: Vec<Cuboid>,
     order: Vec<(Key, u32)>,
     raw: Vec<Contact>,
     keep: Vec<bool>,
@@ -252,12 +256,12 @@ impl Finder {
                         self.counters.mass_body_tests += self.local.end.len() as u64;
                     }
                     Solid::Ball { centre, radius } => {
-                        tree.refresh(sheet, problem.margin);
+                        tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
                         self.counters.vertex_tests +=
                             ball::ball(&meeting, &self.local, tree, (*centre, *radius), &mut self.raw);
                     }
                     Solid::Mesh(mesh) => {
-                        tree.refresh(sheet, problem.margin);
+                        tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
                         if faces {
                             self.counters.mass_body_tests +=
                                 faces::mesh(&meeting, &self.local, tree, mesh, &mut self.raw);
@@ -272,22 +276,26 @@ impl Finder {
     }
 
     fn against_sheets(&mut self, problem: &Problem) {
+        let Some(margin) = problem.between.filter(|_| !self.near_sheets.is_empty()) else { return };
+        let drift = Drift::of(problem.sheets.iter().filter(|sheet| sheet.awake));
+        self.swept.clear();
+        self.swept.extend(problem.sheets.iter().map(|sheet| Cuboid::swept(sheet, &drift)));
         for k in 0..self.near_sheets.len() {
             let (s, t) = self.near_sheets[k];
             let (Some(a), Some(b)) = (problem.sheets.get(s as usize), problem.sheets.get(t as usize)) else { continue };
             self.counters.boxes += 1;
-            let room = a.skin.offset() + b.skin.offset() + problem.margin;
-            let around = Cuboid::swept(b).grown(room);
-            if !Cuboid::swept(a).meets(&around) {
+            let room = a.skin.offset() + b.skin.offset() + margin;
+            let around = self.swept[t as usize].grown(room);
+            if !self.swept[s as usize].meets(&around) {
                 continue;
             }
             for (i, sheet) in [(s, a), (t, b)] {
                 if let Some(tree) = self.trees.get_mut(i as usize) {
-                    tree.refresh(sheet, problem.margin);
+                    tree.refresh(sheet, &drift, half_room(sheet, margin));
                     tree.refresh_ridges(sheet);
                 }
             }
-            let Some(couple) = couple(problem, &self.trees, s, t) else { continue };
+            let Some(couple) = couple(problem, &self.trees, (s, t), margin) else { continue };
             for (p, q) in couple.a.tree.pairs_with(couple.b.tree, around) {
                 self.counters.sheet_sheet_tests += 1;
                 couple.triangles(p, q, &mut self.raw);
@@ -296,13 +304,14 @@ impl Finder {
     }
 
     fn against_themselves(&mut self, problem: &Problem) {
+        let Some(margin) = problem.between else { return };
         for (s, sheet) in problem.sheets.iter().enumerate().filter(|(_, sheet)| sheet.awake) {
             let passes_over = self.trees.get(s).is_some_and(|tree| self.passes_over(tree));
             let folded = |tree: &&mut SkinTree| !passes_over && !tree.stays_flat(sheet);
             let Some(tree) = self.trees.get_mut(s).filter(folded) else { continue };
-            tree.refresh(sheet, problem.margin);
+            tree.refresh(sheet, &Drift::of(std::iter::once(sheet)), half_room(sheet, margin));
             tree.refresh_ridges(sheet);
-            let Some(couple) = couple(problem, &self.trees, s as u32, s as u32) else { continue };
+            let Some(couple) = couple(problem, &self.trees, (s as u32, s as u32), margin) else { continue };
             let (rows, tests) = (&mut self.raw, &mut self.counters.self_tests);
             couple.a.tree.own_pairs(&mut self.workspace, |p, q| {
                 *tests += 1;
@@ -322,8 +331,13 @@ impl Finder {
     }
 }
 
+/// What boxes of a sheet that may meet another within `margin` are grown by, m: each does half of that.
+fn half_room(sheet: &SheetMotion, margin: f64) -> f64 {
+    sheet.skin.offset() + 0.5 * margin
+}
+
 /// Two sheets of a problem, or one twice.
-fn couple<'a>(problem: &Problem<'a>, trees: &'a [SkinTree], s: u32, t: u32) -> Option<Couple<'a>> {
+fn couple<'a>(problem: &Problem<'a>, trees: &'a [SkinTree], (s, t): (u32, u32), margin: f64) -> Option<Couple<'a>> {
     let party = |index: u32| {
         let (sheet, tree) = (problem.sheets.get(index as usize)?, trees.get(index as usize)?);
         Some(Party { index, sheet, tree })
@@ -331,7 +345,7 @@ fn couple<'a>(problem: &Problem<'a>, trees: &'a [SkinTree], s: u32, t: u32) -> O
     let (a, b) = (party(s)?, party(t)?);
     let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
     // Two sheets that lie within each other are on no certain side: as two that are made in one place.
-    let limits = Limits { offset, margin: problem.margin, deep: DEEP.min(0.5 * offset) };
+    let limits = Limits { offset, margin, deep: DEEP.min(0.5 * offset) };
     Some(Couple { a, b, limits, coefficients: (problem.surfaces)(Pair::Sheets(s, t)) })
 }
 

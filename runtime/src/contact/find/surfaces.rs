@@ -69,6 +69,17 @@ impl Party<'_> {
         !self.edge(e).is_border() && self.tree.ridge(e).length_squared() < slack * slack
     }
 
+    /// The mass of an edge that is nearer to part `k` of it, at the base, m.
+    fn end(&self, edge: &SkinEdge, k: f64) -> DVec3 {
+        self.sheet.base.get(edge.masses[usize::from(k > 0.5)] as usize)
+    }
+
+    /// Whether the sheet ends at `edge` before it reaches `place`.
+    fn ends_before(&self, edge: &SkinEdge, place: DVec3) -> bool {
+        let from = place - self.sheet.base.get(edge.masses[0] as usize);
+        edge.is_border() && self.flanks(edge).all(|flank| flank.dot(from) < 0.0)
+    }
+
     /// Middles of the triangles at an edge, seen from it, m.
     fn flanks(&self, edge: &SkinEdge) -> impl Iterator<Item = DVec3> {
         flanks(self.sheet, edge)
@@ -161,7 +172,7 @@ impl Couple<'_> {
     /// Whether features that are `gap` (m) apart at the base are too far to come near at the end.
     fn out_of_reach(&self, gap: f64) -> bool {
         let reach = self.limits.offset + self.limits.margin;
-        gap > self.limits.near() && gap - reach > self.a.tree.travel + self.b.tree.travel
+        gap - reach > self.a.tree.travel + self.b.tree.travel
     }
 
     /// Normal and weights with which a point touches a triangle.
@@ -258,8 +269,11 @@ impl Couple<'_> {
             return;
         }
         let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b)) else { return };
-        // At its end an edge is its mass, which has rows of its own.
-        if [found.s, found.t].iter().any(|x| !(ENDS..=1.0 - ENDS).contains(x)) {
+        let near_end = |x: f64| !(ENDS..=1.0 - ENDS).contains(&x);
+        // At its end an edge is its mass, which has rows of its own over the other sheet, but not beside it.
+        if near_end(found.s) && !self.b.ends_before(edge_b, self.a.end(edge_a, found.s))
+            || near_end(found.t) && !self.a.ends_before(edge_a, self.b.end(edge_b, found.t))
+        {
             return;
         }
         let (p, kind_a, index_a) = on_edge(edge_a.masses, found.s, number_a);

@@ -37,9 +37,10 @@ impl Cuboid {
         x.bounds().map_or_else(Self::default, Self::from)
     }
 
-    /// The box that a sheet sweeps in the stage.
-    pub fn swept(sheet: &SheetMotion) -> Self {
-        Self::of(sheet.start).joined(&Self::of(sheet.end))
+    /// The box that a sheet sweeps in the stage, seen from what drifts along.
+    pub fn swept(sheet: &SheetMotion, drift: &Drift) -> Self {
+        let end = Self::of(sheet.end);
+        Self::of(sheet.start).joined(&Self { low: end.low - drift.end, high: end.high - drift.end })
     }
 
     /// The box around a solid at a place.
@@ -79,17 +80,43 @@ impl Cuboid {
     }
 }
 
+/// How far what sheets are seen from goes between the start of a stage and its base, and its end, m.
+///
+/// Whether two sheets meet is the same seen from whatever moves steadily: sheets that fall together sweep next to nothing as
+/// seen from one another.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Drift {
+    pub base: DVec3,
+    pub end: DVec3,
+}
+
+impl Drift {
+    /// The mean motion of some sheets.
+    pub fn of<'a>(sheets: impl Iterator<Item = &'a SheetMotion<'a>>) -> Self {
+        let (mut sum, mut count) = (Self::default(), 0);
+        for sheet in sheets {
+            let start = sheet.start.iter().sum::<DVec3>();
+            sum.base += sheet.base.iter().sum::<DVec3>() - start;
+            sum.end += sheet.end.iter().sum::<DVec3>() - start;
+            count += sheet.start.len();
+        }
+        let per = 1.0 / count.max(1) as f64;
+        Self { base: sum.base * per, end: sum.end * per }
+    }
+}
+
 /// The triangles of a sheet by where they are in a stage, and the normals they have at its base.
 pub(super) struct SkinTree {
     id: u32,
     tree: Bvh,
-    fresh: bool,
+    /// What the boxes are seen from, and how much they are grown (m); `None` when they are of another stage.
+    fresh: Option<(Drift, f64)>,
     has_ridges: bool,
     /// Box of each mass over the stage.
     boxes: Vec<Cuboid>,
     /// Box of each triangle over the stage.
     triangle_boxes: Vec<Cuboid>,
-    /// Furthest that any mass goes between the start, the base and the end, m.
+    /// Furthest that any mass goes between the start, the base and the end, as seen from what drifts along, m.
     pub travel: f64,
     /// Middles of the triangles, m.
     middles: Vec<DVec3>,
@@ -116,7 +143,7 @@ impl SkinTree {
         Self {
             id,
             tree: Bvh::from_iter(BvhBuildStrategy::Binned, boxes),
-            fresh: false,
+            fresh: None,
             has_ridges: false,
             boxes: vec![Cuboid::default(); skin.masses()],
             triangle_boxes: vec![Cuboid::default(); skin.triangles().len()],
@@ -136,34 +163,43 @@ impl SkinTree {
     }
 
     pub fn forget(&mut self) {
-        (self.fresh, self.has_ridges) = (false, false);
+        (self.fresh, self.has_ridges) = (None, false);
     }
 
-    /// Brings boxes (grown by offset and `margin`, m) and normals to where the sheet is, once a call.
-    pub fn refresh(&mut self, sheet: &SheetMotion, margin: f64) {
-        if std::mem::replace(&mut self.fresh, true) {
+    /// Brings boxes (seen from `drift`, grown by `room`, m) and normals to where the sheet is.
+    pub fn refresh(&mut self, sheet: &SheetMotion, drift: &Drift, room: f64) {
+        let before = self.fresh.replace((*drift, room));
+        if before == self.fresh {
             return;
         }
-        let by = DVec3::splat(sheet.skin.offset() + margin);
+        let by = DVec3::splat(room);
         let mut furthest = 0.0_f64;
         for (i, around) in self.boxes.iter_mut().enumerate() {
-            let (p, base, q) = (sheet.start.get(i), sheet.base.get(i), sheet.end.get(i));
+            let (p, base, q) = (sheet.start.get(i), sheet.base.get(i) - drift.base, sheet.end.get(i) - drift.end);
             furthest = furthest.max(p.distance_squared(q)).max(p.distance_squared(base));
             *around = Cuboid { low: p.min(q).min(base) - by, high: p.max(q).max(base) + by };
         }
         // To the end by way of the start, from wherever the base is: twice the longer of both ways is enough.
         self.travel = 2.0 * furthest.sqrt();
-        self.mass_areas.fill(DVec3::ZERO);
         for (i, t) in sheet.skin.triangles().iter().enumerate() {
             let [a, b, c] = t.masses.map(|m| &self.boxes[m as usize]);
             let around = a.joined(b).joined(c);
             self.triangle_boxes[i] = around;
             self.tree.insert_or_update_partially(around.single(), i as u32, 0.0);
-            let area = area_of(sheet.base, t.masses);
-            self.areas[i] = area;
-            t.masses.iter().for_each(|m| self.mass_areas[*m as usize] += area);
         }
         self.tree.refit_without_opt();
+        if before.is_none() {
+            self.turn(sheet);
+        }
+    }
+
+    /// Brings the normals to where the sheet is.
+    fn turn(&mut self, sheet: &SheetMotion) {
+        self.mass_areas.fill(DVec3::ZERO);
+        for (area, t) in self.areas.iter_mut().zip(sheet.skin.triangles()) {
+            *area = area_of(sheet.base, t.masses);
+            t.masses.iter().for_each(|m| self.mass_areas[*m as usize] += *area);
+        }
     }
 
     /// Brings the ridges to where the sheet is, once a call.

@@ -108,7 +108,7 @@ impl Primal {
         self.factored.clear();
         self.factors += 1;
         let weight = |(i, row): (usize, &super::Row)| {
-            if row.idle { DMat3::ZERO } else { inner.weight(row, i, self.u[i]) }
+            if row.idle { DMat3::ZERO } else { inner.weight(row, i, self.u[i], self.stiffer) }
         };
         self.weights.clear();
         self.weights.extend(self.rows.iter().enumerate().map(weight));
@@ -173,9 +173,9 @@ impl Interior {
     }
 
     /// D of a contact that is at `u`.
-    fn weight(&self, row: &super::Row, i: usize, u: DVec3) -> DMat3 {
+    fn weight(&self, row: &super::Row, i: usize, u: DVec3, stiffer: DVec3) -> DMat3 {
         if row.law == Law::Glue {
-            return DMat3::from_diagonal(row.stiffness * super::STIFFER);
+            return DMat3::from_diagonal(row.stiffness * stiffer);
         }
         let (slip, limit) = (DVec2::new(u.y, u.z), self.limit(row, self.force[i]));
         let (length, w) = (self.length(slip), self.slip[i]);
@@ -223,7 +223,7 @@ impl Interior {
     fn unbalanced(&self, primal: &mut Primal, space: &dyn Space) -> f64 {
         primal.fall_short(space, |all, i, row| {
             if row.law == Law::Glue {
-                return Some(all.force[i] - row.stiffness * super::STIFFER * all.u[i]);
+                return Some(all.force[i] - row.stiffness * all.stiffer * all.u[i]);
             }
             let friction = self.slip[i] * -self.limit(row, self.force[i]);
             (!row.idle).then(|| DVec3::new(self.force[i], friction.x, friction.y))

@@ -30,18 +30,14 @@ pub(super) use joint::{Joint, Tangent, covers};
 pub(super) use row::Row;
 pub(super) use space::{OnForces, OnMasses, Space};
 
-/// ρ over the sheet's own stiffness at the contact: with it a contact closes to a hundredth of its depth in a step. Friction
-/// needs less, since it changes over from holding to sliding.
-const STIFFER: DVec3 = DVec3::new(100.0, 10.0, 10.0);
-/// Steps after which, if this share of the contacts still would act otherwise, those that push are found from within.
-const STEPS_OUTSIDE: u32 = 3;
+/// Share of the contacts that, when they act otherwise than supposed at the beginning, make it one of braced steps.
 const MANY: f64 = 0.03;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
 /// one that contacts which contradict one another leave.
 const STALLED: f64 = 0.1;
-const CONTRADICTED: f64 = 10.0;
+const CONTRADICTED: f64 = 20.0;
 /// Sum of forces, as a fraction of the largest there was on the way, below which they are what rounding has left.
 const ROUNDING: f64 = 1e-6;
 /// A contact with less than this fraction of all normal force does not rub.
@@ -57,6 +53,11 @@ const FLAT: f64 = 0.1;
 pub(crate) struct Accuracy {
     /// Gaps, m.
     pub gap: f64,
+    /// ρ over the sheet's own stiffness at the contact: with 100 a contact closes to a hundredth of its depth in a step. Friction
+    /// needs less, since it changes over from holding to sliding.
+    pub stiffer: DVec3,
+    /// How much more a slip counts, which would add up from step to step.
+    pub slip: f64,
     /// By what fraction of their sum forces may be short of holding the displacement: stiff contacts hide in small gaps what is
     /// not held.
     pub balance: f64,
@@ -70,11 +71,29 @@ pub(crate) struct Accuracy {
 
 impl Accuracy {
     /// Of one sheet: what sticks must not creep, and momentum be kept.
-    pub const FINE: Self = Self { gap: 2e-7, balance: 1e-7, balance_inside: 1e-3, updates: 5, patience: 20 };
-    /// Of several sheets, of which some contact always changes from holding to sliding.
-    pub const TOGETHER: Self = Self { gap: 5e-7, balance: 1e-3, balance_inside: 1e-2, updates: 5, patience: 20 };
+    pub const FINE: Self = Self {
+        gap: 2e-7,
+        slip: 10.0,
+        stiffer: DVec3::new(100.0, 10.0, 10.0),
+        balance: 1e-7,
+        balance_inside: 1e-3,
+        updates: 5,
+        patience: 20,
+    };
+    /// Of several sheets, of which some contact always changes from holding to sliding: limits of friction follow the normal forces
+    /// from solve to solve.
+    pub const TOGETHER: Self = Self {
+        gap: 5e-6,
+        slip: 1.0,
+        stiffer: DVec3::new(30.0, 3.0, 3.0),
+        balance: 1e-3,
+        balance_inside: 1e-2,
+        updates: 0,
+        patience: 20,
+    };
     /// Where sheets are still far from where they will be.
-    pub const ROUGH: Self = Self { gap: 1e-5, balance: 1e-3, balance_inside: 1e-2, updates: 0, patience: 20 };
+    pub const ROUGH: Self =
+        Self { gap: 1e-5, slip: 10.0, balance: 1e-3, balance_inside: 1e-2, updates: 0, ..Self::FINE };
 }
 
 /// How a contact acts.
@@ -141,6 +160,10 @@ pub(crate) struct Primal {
     most: f64,
     /// Newton steps and factors so far.
     pub steps: u64,
+    /// ρ over the stiffness of the sheet itself.
+    stiffer: DVec3,
+    /// Whether steps are braced: what slides is held against the direction it slides in too, and steps are taken whole.
+    braced: bool,
     pub factors: u64,
 }
 
@@ -174,24 +197,24 @@ impl Primal {
 
     /// Solves from the forces in `force`; leaves the forces there. True if it settled.
     pub fn solve(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
-        if !self.guess(space) {
+        if !self.guess(space, accuracy) {
             return false;
         }
         let tolerance = accuracy.gap;
-        let (mut updated, mut exact, mut small, mut trusted) = (0, true, false, true);
+        let (mut updated, mut exact, mut trusted) = (0, true, true);
         let mut before = f64::INFINITY;
         for round in 0..=accuracy.patience {
-            let many = round == STEPS_OUTSIDE && !exact && !space.is_cheap() && self.changes() > MANY;
-            if space.is_cheap() && round == accuracy.patience {
-                return false;
+            if round == accuracy.patience {
+                return !space.is_cheap() && self.go_inside(space, accuracy.balance_inside);
             }
-            if many || round == accuracy.patience {
-                return self.go_inside(space, accuracy.balance_inside);
+            let braced = !space.is_cheap() && if round == 0 { self.changes() > MANY } else { self.braced && !exact };
+            if std::mem::replace(&mut self.braced, braced) != braced {
+                self.factored.clear();
             }
-            let same = self.aim() || small;
+            self.aim();
             let balanced = self.load(space) <= accuracy.balance;
-            if exact && same && balanced {
-                let missed = self.missed();
+            if balanced {
+                let missed = self.missed(accuracy.slip);
                 self.project();
                 let stalled = missed > (1.0 - STALLED) * before && missed <= CONTRADICTED * tolerance;
                 before = missed;
@@ -210,7 +233,7 @@ impl Primal {
                 return false;
             }
             self.solve_step(space);
-            small = self.du.iter().all(|du| du.abs().max_element() <= tolerance);
+            let small = self.du.iter().all(|du| du.abs().max_element() <= tolerance);
             trusted = !will_do || (small && balanced);
             exact = self.advance(space) || small;
         }
@@ -218,8 +241,10 @@ impl Primal {
     }
 
     /// Begins with the displacement for contacts that act as they did when they had their forces.
-    fn guess(&mut self, space: &mut dyn Space) -> bool {
+    fn guess(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
         self.most = 0.0;
+        self.braced = false;
+        self.stiffer = accuracy.stiffer;
         let n = space.size(&self.rows);
         for vector in [&mut self.delta, &mut self.pull, &mut self.step, &mut self.step_pull] {
             vector.clear();
@@ -233,7 +258,7 @@ impl Primal {
         for (i, row) in self.rows.iter().enumerate() {
             let state = &self.states[i];
             if state.acts() {
-                let d = stiffness(row, state);
+                let d = stiffness(row.stiffness * self.stiffer, state, self.braced);
                 let p = self.force[i];
                 let normal = if state.pushes { p.x } else { 0.0 };
                 let held = DVec3::new(normal, p.y, p.z) - d * row.b;
@@ -280,7 +305,7 @@ impl Primal {
     fn changes(&self) -> f64 {
         let rows = self.rows.iter().enumerate();
         let other = rows.filter(|(i, row)| {
-            let trial = self.force[*i] - row.stiffness * STIFFER * self.u[*i];
+            let trial = self.force[*i] - row.stiffness * self.stiffer * self.u[*i];
             state_of(row, trial, self.limits[*i]).pushes != self.states[*i].pushes
         });
         other.count() as f64 / self.rows.len().max(1) as f64
@@ -290,17 +315,17 @@ impl Primal {
     fn aim(&mut self) -> bool {
         let mut same = true;
         for (i, row) in self.rows.iter().enumerate() {
-            let next = state_of(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
+            let next = state_of(row, self.force[i] - row.stiffness * self.stiffer * self.u[i], self.limits[i]);
             same &= next.is_like(&self.states[i]);
             self.states[i] = next;
         }
         same
     }
 
-    /// By how much gaps and slips that should be none are missed, m; slips, which would add up from step to step, count more.
-    fn missed(&self) -> f64 {
+    /// By how much gaps and slips that should be none are missed, m; slips count `slips` times.
+    fn missed(&self, slips: f64) -> f64 {
         let each = self.rows.iter().zip(&self.u).zip(&self.states).map(|((row, u), state)| {
-            let slip = if state.rubs == Rubs::Sticks { 10.0 * u.y.abs().max(u.z.abs()) } else { 0.0 };
+            let slip = if state.rubs == Rubs::Sticks { slips * u.y.abs().max(u.z.abs()) } else { 0.0 };
             let gap = if state.pushes { u.x.abs() } else { (-u.x).max(0.0) };
             if row.idle { 0.0 } else { gap.max(slip) }
         });
@@ -310,7 +335,7 @@ impl Primal {
     /// Brings the forces up to date.
     fn project(&mut self) {
         for (i, row) in self.rows.iter().enumerate() {
-            self.force[i] = projected(row, self.force[i] - row.stiffness * STIFFER * self.u[i], self.limits[i]);
+            self.force[i] = projected(row, self.force[i] - row.stiffness * self.stiffer * self.u[i], self.limits[i]);
         }
     }
 
@@ -335,7 +360,7 @@ impl Primal {
     /// Makes the right side of a Newton step for contacts that act as they do. Returns what [`Primal::fall_short`] does.
     fn load(&mut self, space: &dyn Space) -> f64 {
         self.fall_short(space, |all, i, row| {
-            let p = || projected(row, all.force[i] - row.stiffness * STIFFER * all.u[i], all.limits[i]);
+            let p = || projected(row, all.force[i] - row.stiffness * all.stiffer * all.u[i], all.limits[i]);
             all.states[i].acts().then(p)
         })
     }
@@ -374,7 +399,9 @@ impl Primal {
             return true;
         }
         self.weights.clear();
-        self.weights.extend(self.rows.iter().zip(&self.states).map(|(row, state)| stiffness(row, state)));
+        let (braced, stiffer) = (self.braced, self.stiffer);
+        let weight = |(row, state): (&Row, &State)| stiffness(row.stiffness * stiffer, state, braced);
+        self.weights.extend(self.rows.iter().zip(&self.states).map(weight));
         let done = space.factorize(&self.rows, &self.weights);
         self.factored.clear();
         if done {
@@ -393,12 +420,13 @@ impl Primal {
     /// Goes along the step as far as that lowers Φ; true where contacts then act as the step supposed.
     fn advance(&mut self, space: &dyn Space) -> bool {
         let supposed = |(i, row): (usize, &Row)| {
-            let trial = self.force[i] - row.stiffness * STIFFER * (self.u[i] + self.du[i]);
+            let trial = self.force[i] - row.stiffness * self.stiffer * (self.u[i] + self.du[i]);
             state_of(row, trial, self.limits[i]).is_near(&self.factored[i])
         };
         // Φ is then one parabola along the step.
         let exact = self.rows.iter().enumerate().all(supposed);
-        self.go(if exact { 1.0 } else { self.search(space) });
+        let part = if exact || self.braced { 1.0 } else { self.search(space) };
+        self.go(part);
         exact
     }
 
@@ -420,7 +448,7 @@ impl Primal {
         let (constant, linear) = (work(&self.pull), work(&self.step_pull));
         let slope = |part: f64| {
             let each = self.rows.iter().enumerate().map(|(i, row)| {
-                let trial = self.force[i] - row.stiffness * STIFFER * (self.u[i] + self.du[i] * part);
+                let trial = self.force[i] - row.stiffness * self.stiffer * (self.u[i] + self.du[i] * part);
                 self.du[i].dot(projected(row, trial, self.limits[i]))
             });
             constant + part * linear - each.sum::<f64>()
@@ -482,15 +510,17 @@ fn state_of(row: &Row, p: DVec3, limit: f64) -> State {
     }
 }
 
-/// D of a contact.
-fn stiffness(row: &Row, state: &State) -> DMat3 {
-    let rho = row.stiffness * STIFFER;
+/// D of a contact of weights `rho`.
+fn stiffness(rho: DVec3, state: &State, braced: bool) -> DMat3 {
     let [yy, yz, zz] = match state.rubs {
         Rubs::No => [0.0; 3],
         Rubs::Sticks => [rho.y, 0.0, rho.z],
         Rubs::Slides => {
             let (across, DVec2 { x: y, y: z }) = (rho.y * state.across, state.along);
-            [across * z * z, -across * y * z, across * y * y]
+            match braced {
+                true => [across, 0.0, across],
+                false => [across * z * z, -across * y * z, across * y * y],
+            }
         }
     };
     DMat3::from_cols(

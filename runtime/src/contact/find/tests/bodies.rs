@@ -230,7 +230,13 @@ fn what_is_far_or_asleep_costs_nothing() {
         let start = shifted(&flat, up(height));
         let sheet = SheetMotion { awake, ..moved(0, &skin, &start, &start) };
         let (sheets, bodies) = ([sheet], [still(0, &features)]);
-        let problem = Problem { sheets: &sheets, bodies: &bodies, margin: MARGIN, surfaces: &|_| (0.0, 0.0) };
+        let problem = Problem {
+            sheets: &sheets,
+            bodies: &bodies,
+            margin: MARGIN,
+            between: Some(MARGIN),
+            surfaces: &|_| (0.0, 0.0),
+        };
         let mut finder = Finder::default();
         let mut out = Vec::new();
         finder.begin(&problem, 0.1);

@@ -64,7 +64,7 @@ pub fn moved<'a>(id: u32, skin: &'a Skin, start: &'a Vectors, end: &'a Vectors) 
 
 /// All rows of some sheets and bodies.
 pub fn rows(sheets: &[SheetMotion], bodies: &[BodyMotion]) -> Vec<Contact> {
-    let problem = Problem { sheets, bodies, margin: MARGIN, surfaces: &|_| (0.3, 0.1) };
+    let problem = Problem { sheets, bodies, margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
     let mut finder = Finder::default();
     finder.begin(&problem, 10.0);
     let mut out = Vec::new();

@@ -120,7 +120,7 @@ fn flat_and_sleeping_sheets_look_at_no_triangles() {
     let far = shifted(&flat, up(1.0));
     let touching = shifted(&flat, up(2.0 * HALF));
     let count = |sheets: &[SheetMotion]| {
-        let problem = Problem { sheets, bodies: &[], margin: MARGIN, surfaces: &|_| (0.0, 0.0) };
+        let problem = Problem { sheets, bodies: &[], margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.0, 0.0) };
         let mut finder = Finder::default();
         finder.begin(&problem, 0.1);
         finder.find(&problem, &mut Vec::new());
