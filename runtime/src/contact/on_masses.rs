@@ -282,6 +282,7 @@ impl Scratch {
 /// How accurate a solve for `sheets` sheets is to be.
 pub(super) fn accuracy(rough: bool, sheets: usize) -> Accuracy {
     match rough {
+        true if sheets > 1 => Accuracy::ROUGH_TOGETHER,
         true => Accuracy::ROUGH,
         false if sheets > 1 => Accuracy::TOGETHER,
         false => Accuracy::FINE,

@@ -22,6 +22,8 @@ const SLIGHT: f64 = 1e-3;
 /// accurate to a fraction of a micrometre.
 const STILL: f64 = 5e-3;
 const LIFT: f64 = 1e-4;
+/// The same for several sheets: each may be a few micrometres into the next, and a pile is lifted by all of them.
+const LIFT_TOGETHER: f64 = 2e-3;
 /// The same beyond which a sheet is not to be helped: as one that begins deep within a body, and is thrown out of it. Of several
 /// sheets one would take the others with it, so those stay where they were.
 const RUNAWAY: f64 = 1e6;
@@ -61,7 +63,8 @@ impl Energies {
             all.strain += energy.elastic;
             all.gravity += energy.gravity;
             let mass: f64 = group.sheets[*i as usize].mass.iter().sum();
-            all.still += mass * (0.5 * STILL * STILL + LIFT * field.gravity.length());
+            let lift = if group.members.len() > 1 { LIFT_TOGETHER } else { LIFT };
+            all.still += mass * (0.5 * STILL * STILL + lift * field.gravity.length());
         }
         for mover in group.movers.iter().filter(|m| m.gives()) {
             all.bodies += mover.start.kinetic_energy();

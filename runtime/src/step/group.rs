@@ -13,9 +13,9 @@ use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
 /// and went in by millimetres, with five or more seldom, in no more time over all. One that is folded on itself has no time for more
-/// than a few, and several sheets settle as well over the next steps.
+/// than a few. Several sheets settle over the next steps as well, and are halved only for energy that they gain.
 const HALVINGS: u32 = 6;
-const HALVINGS_FOLDED: u32 = 2;
+const HALVINGS_FEW: u32 = 2;
 
 /// A part of a step.
 #[derive(Clone, Copy)]
@@ -74,18 +74,15 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
 
 /// How often a step may be halved.
 fn most_halvings(members: usize, scratch: &Scratch) -> u32 {
-    match (members, scratch.single) {
-        (1, true) => HALVINGS,
-        (1, false) => HALVINGS_FOLDED,
-        _ => 0,
-    }
+    if members == 1 && scratch.single { HALVINGS } else { HALVINGS_FEW }
 }
 
 /// Takes the stages of a part; false when one did not settle and there is something left to try.
 fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
-    scratch.last_resort = part.halvings >= most_halvings(group.members.len(), scratch);
+    let last = part.halvings >= most_halvings(group.members.len(), scratch);
+    scratch.last_resort = last || group.members.len() > 1;
     let before = Energies::before(group, part);
     let (mut met, mut overlap) = (false, 0.0_f64);
     let stages = group.sheets[*first as usize].stages();
@@ -100,9 +97,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             finder.find(group, round, margins, found);
         });
         match rounds {
-            Rounds::Failed | Rounds::Open if part.halvings < most_halvings(group.members.len(), scratch) => {
-                return false;
-            }
+            Rounds::Failed | Rounds::Open if !scratch.last_resort => return false,
             Rounds::Unsettled => group.each(|sheet| {
                 if !sheet.work.stage.done {
                     sheet.solve_stage_alone(part.field);
@@ -136,7 +131,6 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         finder.end_stage(group);
         at += length;
     }
-    let last = part.halvings >= most_halvings(group.members.len(), scratch);
     let verdict = before.filter(|_| met).map_or(Verdict::Stands, |before| before.judge(group, &part.field, last));
     let gives = group.movers.iter().any(|m| m.gives());
     if let Some(before) = before.filter(|_| overlap > WITHIN && verdict == Verdict::Stands && !gives) {

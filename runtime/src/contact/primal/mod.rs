@@ -30,8 +30,10 @@ pub(super) use joint::{Joint, Tangent, covers};
 pub(super) use row::Row;
 pub(super) use space::{OnForces, OnMasses, Space};
 
-/// Share of the contacts that, when they act otherwise than supposed at the beginning, make it one of braced steps.
+/// Share of the contacts that act otherwise than supposed which makes the next steps braced, or, after some, has those that push
+/// found from within.
 const MANY: f64 = 0.03;
+const STEPS_OUTSIDE: u32 = 3;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
@@ -67,6 +69,8 @@ pub(crate) struct Accuracy {
     pub updates: u32,
     /// Steps after which forces are found from within in any case.
     pub patience: u32,
+    /// Whether to take braced steps where much changes: surer to come near, slower to get there.
+    pub braced: bool,
 }
 
 impl Accuracy {
@@ -79,6 +83,7 @@ impl Accuracy {
         balance_inside: 1e-3,
         updates: 5,
         patience: 20,
+        braced: false,
     };
     /// Of several sheets, of which some contact always changes from holding to sliding: limits of friction follow the normal forces
     /// from solve to solve.
@@ -90,10 +95,12 @@ impl Accuracy {
         balance_inside: 1e-2,
         updates: 0,
         patience: 20,
+        braced: true,
     };
-    /// Where sheets are still far from where they will be.
+    /// Where a sheet is still far from where it will be, and where several are.
     pub const ROUGH: Self =
         Self { gap: 1e-5, slip: 10.0, balance: 1e-3, balance_inside: 1e-2, updates: 0, ..Self::FINE };
+    pub const ROUGH_TOGETHER: Self = Self { braced: true, ..Self::ROUGH };
 }
 
 /// How a contact acts.
@@ -204,10 +211,14 @@ impl Primal {
         let (mut updated, mut exact, mut trusted) = (0, true, true);
         let mut before = f64::INFINITY;
         for round in 0..=accuracy.patience {
-            if round == accuracy.patience {
+            let soon =
+                round == STEPS_OUTSIDE && !accuracy.braced && !exact && !space.is_cheap() && self.changes() > MANY;
+            if soon || round == accuracy.patience {
                 return !space.is_cheap() && self.go_inside(space, accuracy.balance_inside);
             }
-            let braced = !space.is_cheap() && if round == 0 { self.changes() > MANY } else { self.braced && !exact };
+            let braced = accuracy.braced
+                && !space.is_cheap()
+                && if round == 0 { self.changes() > MANY } else { self.braced && !exact };
             if std::mem::replace(&mut self.braced, braced) != braced {
                 self.factored.clear();
             }
