@@ -31,6 +31,7 @@ mod pick;
 mod primal;
 pub mod response;
 pub mod rigid;
+pub(crate) mod rounds;
 pub mod row;
 pub(crate) mod settled;
 pub mod skin;

@@ -5,11 +5,10 @@
 //! all the same. So what is there at the place that was reached is looked at once more, unless the stage hardly moved
 //! anything. Lengths in m.
 
+use glam::DVec3;
+
 use super::delassus::Group;
 use super::row::{Contact, Side};
-
-/// Number of the round that looks at what there is where the sheets are, not where they would be without contact.
-pub(crate) const LOOK: u32 = u32::MAX;
 
 /// A stage that moved no mass further than this left no contact elsewhere than it was solved for, m.
 const STILL: f64 = 2e-5;
@@ -19,6 +18,10 @@ const FINE: f64 = 1e-5;
 const ENOUGH: f64 = 6e-5;
 /// The same for several sheets, of which one or another is always in motion.
 const TOGETHER: f64 = 2e-4;
+
+/// The same of two sheets as a fraction of the distance at which they touch: what has gone in further may come out on the other
+/// side.
+const CROSSED: f64 = 0.3;
 
 /// Rounds within which the finer limit is asked for.
 const SPARE: u32 = 5;
@@ -39,17 +42,30 @@ pub(super) fn has_moved(group: &Group) -> bool {
     group.members.iter().any(|i| group.sheets[*i as usize].has_moved(STILL))
 }
 
-/// Deepest overlap with a body among `contacts` where the rounds have come to, m; 0 where there is none. Of sheets with each
-/// other not all that touch are solved for, and more rounds would not change that.
-pub(super) fn deepest(group: &Group, contacts: &[Contact]) -> f64 {
-    let place = |side: &Side| match side {
+/// Where a side is where the rounds have come to.
+fn place(group: &Group, side: &Side) -> DVec3 {
+    match side {
         Side::Sheet { sheet, point } => point.of(&group.sheet(*sheet).work.stage.iterate),
         Side::Body { body, local } => {
             let mover = &group.movers[*body as usize];
             mover.free.place(*local) + mover.moved(mover.free.place(*local) - mover.free.centre())
         }
-    };
-    let overlap = |c: &Contact| c.offset - c.normal.dot(place(&c.a) - place(&c.b));
+    }
+}
+
+/// By how much the sides of a contact overlap where the rounds have come to, m.
+fn overlap(group: &Group, contact: &Contact) -> f64 {
+    contact.offset - contact.normal.dot(place(group, &contact.a) - place(group, &contact.b))
+}
+
+/// Deepest overlap with a body among `contacts` where the rounds have come to, m; 0 where there is none. Of sheets with each
+/// other not all that touch are solved for, and more rounds would not change that.
+pub(super) fn deepest(group: &Group, contacts: &[Contact]) -> f64 {
     let on_body = contacts.iter().filter(|c| matches!(c.b, Side::Body { .. }));
-    on_body.map(overlap).fold(0.0, f64::max)
+    on_body.map(|c| overlap(group, c)).fold(0.0, f64::max)
+}
+
+/// Whether the sides of a contact of two sheets have gone into one another by more than may be mended later, or through.
+pub(super) fn has_crossed(group: &Group, contact: &Contact) -> bool {
+    overlap(group, contact) > CROSSED * contact.offset
 }

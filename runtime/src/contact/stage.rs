@@ -18,58 +18,16 @@ use super::mover::Mover;
 use super::on_forces::Few;
 use super::primal::{Joint, Primal};
 use super::row::{Contact, Key, SheetPoint, Side};
-use super::settled::{self, LOOK};
+use super::settled;
 use crate::engine::implicit::staged::Jump;
-use crate::sheet::{Field, Vectors};
+use crate::sheet::Vectors;
 
 /// A contact this near is closed, m: its velocities are solved for.
 pub(super) const CLOSED: f64 = 1e-5;
 /// What comes from further apart than this to overlap by more is an impact, m: gravity alone does less in a stage.
 const IMPACT: f64 = 2e-3;
-/// Rounds of a stage, and how many more there may be to end with one that touches what others touched.
-const ROUNDS: u32 = 10;
-const LAST: u32 = 3;
-/// The same for several sheets, of which one or another always has something to settle where much happens.
-const TOGETHER: u32 = 4;
-/// Rounds after which a stage whose strain is still mispredicted by this many times what is let pass is left to shorter steps.
-const PATIENCE: u32 = 2;
-const HOPELESS: f64 = 100.0;
-/// How far pairs may be moved into one another that are looked for, m, at most, and how often it is tried with more.
-const WIDEST: f64 = 0.1;
-const WIDENINGS: u32 = 3;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
 const BOUNCES_ABOVE: f64 = 0.2;
-
-/// Pairs nearer than this after the free motion get a row, m.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Margins {
-    /// A sheet and a body.
-    pub bodies: f64,
-    /// Two sheets, or one and itself.
-    pub sheets: f64,
-}
-
-impl Margins {
-    /// At rest contact moves nothing further in a stage at 60 Hz.
-    pub const NARROW: Self = Self { bodies: 5e-4, sheets: 5e-4 };
-    /// Sheets that lie on each other it moves all the same, nearly.
-    const PILED: Self = Self { bodies: 6e-4, sheets: 2e-4 };
-
-    /// What to begin with for `sheets` sheets.
-    pub fn of(sheets: usize) -> Self {
-        if sheets > 1 { Self::PILED } else { Self::NARROW }
-    }
-
-    /// Wide enough for what contact has moved by `furthest`; false when they were already.
-    fn widen(&mut self, furthest: Self) -> bool {
-        let is_enough = furthest.bodies <= self.bodies && furthest.sheets <= self.sheets;
-        if !is_enough {
-            self.bodies = self.bodies.max((1.5 * furthest.bodies).min(WIDEST));
-            self.sheets = self.sheets.max((1.5 * furthest.sheets).min(WIDEST));
-        }
-        !is_enough
-    }
-}
 
 /// What contact has done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -119,7 +77,10 @@ pub(crate) struct Found {
 pub(crate) struct Scratch {
     /// What may touch in this round, and what does where it has come to, or may where contact moves things further.
     pub found: Found,
-    seen: Found,
+    pub(super) seen: Found,
+    /// What of sheets has crossed in the rounds so far, and whether something has in the last.
+    crossing: Vec<Contact>,
+    pub crossed: bool,
     pub memory: Memory,
     pub movers: Vec<Mover>,
     /// Memory of the other stage of a step: forces differ from stage to stage more than from step to step.
@@ -303,7 +264,7 @@ impl Scratch {
 
     /// Puts apart what would overlap after the free motion, with weight `h` (s) of the stage: leaves displacements in the
     /// units of the sheets and in the movers. False when nothing overlaps.
-    fn solve_positions(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
+    pub(super) fn solve_positions(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
         self.gaps.measure(&self.found.contacts, group);
         if self.found.glue_from >= self.found.contacts.len() && self.gaps.free.iter().all(|g| *g >= 0.0) {
             if !self.short_steps {
@@ -355,7 +316,7 @@ impl Scratch {
     }
 
     /// Takes up what was found in a wider search if some of that now overlaps which was not found before; false if none does.
-    fn take_up_wide(&mut self, group: &Group) -> bool {
+    pub(super) fn take_up_wide(&mut self, group: &Group) -> bool {
         let known = |key: &Key| self.found.contacts.binary_search_by(|c| c.key.cmp(key)).is_ok();
         let new = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| !known(&c.key));
         let overlaps = new.into_iter().any(|contact| {
@@ -368,8 +329,43 @@ impl Scratch {
         overlaps
     }
 
+    /// Begins the rounds of a stage.
+    pub(super) fn begin_rounds(&mut self) {
+        self.short_steps = false;
+        self.crossed = false;
+        self.crossing.clear();
+    }
+
+    /// Notes what of sheets has crossed, among what was seen.
+    pub(super) fn note_crossed(&mut self, group: &Group) {
+        let crossed = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| settled::has_crossed(group, c));
+        let before = self.crossing.len();
+        self.crossed = false;
+        for contact in crossed {
+            self.crossed = true;
+            if !self.crossing[..before].iter().any(|c| c.key == contact.key) {
+                self.crossing.push(*contact);
+            }
+        }
+    }
+
+    /// Adds to what was found what has crossed in earlier rounds: as it was seen before that.
+    pub(super) fn take_up_crossed(&mut self) {
+        let Found { contacts, parts, glue_from } = &mut self.found;
+        for crossed in &self.crossing {
+            match contacts[..*glue_from].binary_search_by(|c| c.key.cmp(&crossed.key)) {
+                Ok(i) => contacts[i] = *crossed,
+                Err(i) => {
+                    contacts.insert(i, *crossed);
+                    parts.insert(i, u32::MAX);
+                    *glue_from += 1;
+                }
+            }
+        }
+    }
+
     /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
-    fn is_impact(&self, group: &Group) -> bool {
+    pub(super) fn is_impact(&self, group: &Group) -> bool {
         let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
         self.found.contacts.iter().any(|c| gap(c, At::Free) < -IMPACT && gap(c, At::Start) > IMPACT)
     }
@@ -500,138 +496,6 @@ impl Scratch {
             touched(contact, *part);
         }
     }
-}
-
-/// Solves for positions, and again with what is found further away when contact has moved something into that. Whether anything
-/// touches; `None` where a solve did not settle.
-fn solve_and_widen(
-    group: &mut Group,
-    scratch: &mut Scratch,
-    h: f64,
-    rough: bool,
-    mut find: impl FnMut(&Group, Margins, &mut Found),
-) -> Option<bool> {
-    let mut touched = scratch.solve_positions(group, h, rough);
-    let mut margins = Margins::of(group.members.len());
-    for _ in 0..WIDENINGS {
-        if !touched || scratch.failed || !margins.widen(furthest(group)) {
-            break;
-        }
-        find(group, margins, &mut scratch.seen);
-        if !scratch.take_up_wide(group) {
-            break;
-        }
-        touched = scratch.solve_positions(group, h, rough);
-    }
-    (!scratch.failed).then_some(touched)
-}
-
-/// How far contact moves anything of `group`, m: as seen from bodies, and from the mean motion of the sheets.
-fn furthest(group: &Group) -> Margins {
-    let units = || group.members.iter().map(|i| &group.sheets[*i as usize].work.unit);
-    let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
-    let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
-    // Sheets that nothing touches stay where they are.
-    let mean = if units().all(|unit| unit.is_touched()) { sum / count.max(1) as f64 } else { DVec3::ZERO };
-    let most = |from: DVec3| {
-        touched().flat_map(|dx| dx.iter()).map(|dx| (dx - from).length_squared()).fold(0.0, f64::max).sqrt()
-    };
-    let bodies = group.movers.iter().map(|m| m.shift.length()).fold(most(DVec3::ZERO), f64::max);
-    Margins { bodies, sheets: most(mean) }
-}
-
-/// Takes every sheet of `group` through its stage's rounds: `find` writes what may touch, given the group with the free motions in
-/// it, the number of the round and the distance (m) up to which things are near. False when a sheet could not be solved for, or the rounds did not come together.
-pub(crate) fn solve_rounds(
-    group: &mut Group,
-    scratch: &mut Scratch,
-    field: Field,
-    h: f64,
-    mut find: impl FnMut(&Group, u32, Margins, &mut Found),
-) -> Rounds {
-    // What has touched in any round may be met again: without contact it would go through.
-    let mut met = false;
-    scratch.short_steps = false;
-    for round in 0..ROUNDS + LAST {
-        group.each(|sheet| {
-            if !sheet.work.stage.done && !sheet.free_motion(field) {
-                sheet.work.stage.failed = true;
-            }
-        });
-        if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed) {
-            return Rounds::Failed;
-        }
-        find(group, round, Margins::of(group.members.len()), &mut scratch.found);
-        let rough = round == 0 && scratch.is_impact(group);
-        let Some(touched) = solve_and_widen(group, scratch, h, rough, |group, margins, found| {
-            find(group, round, margins, found);
-        }) else {
-            return Rounds::Failed;
-        };
-        met |= touched;
-        group.each(|sheet| {
-            let unit = std::mem::take(&mut sheet.work.unit);
-            let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
-            sheet.accept(field, contact);
-            sheet.work.unit = unit;
-        });
-        let excess = group.members.iter().map(|i| &group.sheets[*i as usize].work.stage);
-        let worst = excess.filter(|s| !s.done).map(|s| s.excess).fold(0.0, f64::max);
-        if round >= PATIENCE && worst > HOPELESS && met && !scratch.last_resort {
-            return Rounds::Failed;
-        }
-        let mut done = !rough && group.members.iter().all(|i| group.sheets[*i as usize].work.stage.done);
-        if done && met && settled::has_moved(group) {
-            let overlap = scratch.overlap(group, |group, found| find(group, LOOK, Margins::NARROW, found));
-            done = overlap <= settled::allowed(round, group.members.len());
-            if !done {
-                group.each(|sheet| sheet.work.stage.done = false);
-            }
-        }
-        if done {
-            return if touched { Rounds::Touched } else { Rounds::Free };
-        }
-        let rounds = if scratch.single || !met { ROUNDS } else { TOGETHER };
-        if round + 1 >= rounds && touched == met {
-            return if met { Rounds::Failed } else { Rounds::Unsettled };
-        }
-        if round + 1 >= rounds + LAST {
-            break;
-        }
-    }
-    Rounds::Open
-}
-
-/// Takes a group of explicit engines, whose free motions are known, through its contact in a step of `h` s: `find` writes what
-/// may touch. False when nothing did; else displacements and jumps of velocity are left in the units and movers.
-pub(crate) fn solve_masses(
-    group: &mut Group,
-    scratch: &mut Scratch,
-    h: f64,
-    find: impl FnOnce(&Group, &mut Found),
-) -> bool {
-    scratch.short_steps = true;
-    find(group, &mut scratch.found);
-    let touched = scratch.solve_positions(group, h, false);
-    if touched {
-        scratch.solve_velocities(group, h);
-    }
-    touched
-}
-
-/// How the rounds of a stage ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rounds {
-    /// Settled, nothing touched.
-    Free,
-    /// Settled, with contact.
-    Touched,
-    /// Nothing touched, and not settled.
-    Unsettled,
-    /// Not settled, with contact.
-    Failed,
-    /// Not settled, with contact in some round, but not in the last.
-    Open,
 }
 
 /// The point of a sheet that is mass `i`.

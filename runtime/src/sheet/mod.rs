@@ -18,7 +18,7 @@ mod modes;
 mod pins;
 mod probe;
 mod region;
-mod stage;
+pub(crate) mod stage;
 pub mod surface;
 mod tuning;
 mod vectors;

@@ -106,17 +106,17 @@ impl Energies {
             let part = (1.0 - gain / now.sheets).sqrt();
             group.each(|sheet| sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
         } else if last {
-            self.stay(group);
+            stay(group);
         }
         Verdict::Stands
     }
+}
 
-    /// Leaves the sheets where they were at the start; bodies that give way go on.
-    pub fn stay(&self, group: &mut Group) {
-        group.each(|sheet| {
-            sheet.put_back();
-            sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
-            sheet.restart_engine();
-        });
-    }
+/// Leaves the sheets where they were at the start; bodies that give way go on.
+pub(super) fn stay(group: &mut Group) {
+    group.each(|sheet| {
+        sheet.put_back();
+        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
+        sheet.restart_engine();
+    });
 }

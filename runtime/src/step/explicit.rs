@@ -14,7 +14,7 @@ use super::near::{Near, skin};
 use super::{fly, land};
 use crate::contact::Group;
 use crate::contact::find::Scope;
-use crate::contact::stage::{Margins, solve_masses};
+use crate::contact::rounds::{Look, Margins, solve_masses};
 use crate::event::Touches;
 use crate::sheet::{Sheet, Status};
 
@@ -112,8 +112,9 @@ impl Shared<'_> {
         let idle = !self.begin(&mut near, &mut group);
         let touched = !idle && {
             near.begin_stage(&mut group, 0.0, dt);
-            let touched =
-                solve_masses(&mut group, &mut scratch, dt, |group, found| near.find(group, 0, Margins::NARROW, found));
+            let touched = solve_masses(&mut group, &mut scratch, dt, |group, found| {
+                near.find(group, Look::First, Margins::NARROW, found)
+            });
             near.end_stage(&mut group);
             touched
         };

@@ -4,11 +4,11 @@
 //!
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
-use super::energy::{Energies, Verdict, WITHIN};
+use super::energy::{Energies, Verdict, WITHIN, stay};
 use super::is_unstable;
 use crate::contact::Group;
-use crate::contact::settled::LOOK;
-use crate::contact::stage::{Found, Margins, Rounds, Scratch, solve_rounds};
+use crate::contact::rounds::{Look, Margins, Rounds, solve_rounds};
+use crate::contact::stage::{Found, Scratch};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
@@ -37,9 +37,8 @@ pub(crate) trait Find {
     /// after the start of the whole step.
     fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64);
 
-    /// Writes what may touch in round number `round` and comes nearer than `margins`, from the free motions in the sheets of
-    /// `group`.
-    fn find(&mut self, group: &Group, round: u32, margins: Margins, found: &mut Found);
+    /// Writes what `look` says and comes nearer than `margins`, from the motions in the sheets of `group`.
+    fn find(&mut self, group: &Group, look: Look, margins: Margins, found: &mut Found);
 
     /// Takes up where the stage has left the bodies.
     fn end_stage(&mut self, group: &mut Group);
@@ -84,7 +83,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let last = part.halvings >= most_halvings(group.members.len(), scratch);
     scratch.last_resort = last || group.members.len() > 1;
     let before = Energies::before(group, part);
-    let (mut met, mut overlap) = (false, 0.0_f64);
+    let (mut met, mut overlap, mut crossed) = (false, 0.0_f64, false);
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
@@ -93,8 +92,8 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         let lead = &group.sheet(0).work.stage;
         let (length, h) = (lead.length, lead.h);
         finder.begin_stage(group, at, at + length);
-        let rounds = solve_rounds(group, scratch, part.field, h, |group, round, margins, found| {
-            finder.find(group, round, margins, found);
+        let rounds = solve_rounds(group, scratch, part.field, h, |group, look, margins, found| {
+            finder.find(group, look, margins, found);
         });
         match rounds {
             Rounds::Failed | Rounds::Open if !scratch.last_resort => return false,
@@ -106,8 +105,12 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             _ => {}
         }
         if matches!(rounds, Rounds::Failed | Rounds::Open) {
-            overlap =
-                overlap.max(scratch.overlap(group, |group, found| finder.find(group, LOOK, Margins::NARROW, found)));
+            overlap = overlap
+                .max(scratch.overlap(group, |group, found| finder.find(group, Look::Reached, Margins::NARROW, found)));
+        }
+        crossed |= scratch.crossed;
+        if crossed && !last {
+            return false;
         }
         let touched = matches!(rounds, Rounds::Touched | Rounds::Failed);
         met |= touched;
@@ -133,8 +136,9 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     }
     let verdict = before.filter(|_| met).map_or(Verdict::Stands, |before| before.judge(group, &part.field, last));
     let gives = group.movers.iter().any(|m| m.gives());
-    if let Some(before) = before.filter(|_| overlap > WITHIN && verdict == Verdict::Stands && !gives) {
-        before.stay(group);
+    let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands && !gives;
+    if crossed || within {
+        stay(group);
     }
     if verdict == Verdict::Runaway {
         scratch.runaway = true;

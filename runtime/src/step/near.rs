@@ -9,10 +9,10 @@ use crate::contact::find::{BodyMotion, FindCounters, Finder, Pair, Problem, Scop
 use crate::contact::frame::RigidFrame;
 use crate::contact::mover::{Mover, frame};
 use crate::contact::rigid::{BodyContact, RigidView};
+use crate::contact::rounds::{Look, Margins};
 use crate::contact::row::{Contact, Side};
-use crate::contact::settled::LOOK;
 use crate::contact::skin::Skin;
-use crate::contact::stage::{Found, Margins, mass_point};
+use crate::contact::stage::{Found, mass_point};
 use crate::contact::surroundings::Surroundings;
 use crate::sheet::Sheet;
 
@@ -106,7 +106,7 @@ impl Near<'_> {
             let body = self.surroundings.parts[*part as usize].body;
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
         }
-        self.ask(group, 0, Margins::NARROW, |finder, problem| finder.begin(problem, reach));
+        self.ask(group, Look::First, Margins::NARROW, |finder, problem| finder.begin(problem, reach));
     }
 
     /// Whether nothing can touch in this step.
@@ -115,8 +115,8 @@ impl Near<'_> {
         self.work.finder.is_idle() && !group.members.iter().any(glued)
     }
 
-    /// Calls `ask` with detection and its problem in round `round`.
-    fn ask(&mut self, group: &Group, round: u32, margins: Margins, ask: impl FnOnce(&mut Finder, &Problem)) {
+    /// Calls `ask` with detection and its problem for what `look` says.
+    fn ask(&mut self, group: &Group, look: Look, margins: Margins, ask: impl FnOnce(&mut Finder, &Problem)) {
         let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
         let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
         let mut finder = std::mem::take(&mut self.work.finder);
@@ -125,19 +125,21 @@ impl Near<'_> {
             let Some(skin) = &sheet.work.skin else { continue };
             let stage = &sheet.work.stage;
             let begun = stage.free.len() == sheet.masses();
-            let base = if round == 0 || !begun { &sheet.x } else { &stage.iterate };
-            let end = match round {
-                LOOK => &stage.iterate,
+            let reached = matches!(look, Look::Again | Look::Reached);
+            let base = if reached && begun { &stage.iterate } else { &sheet.x };
+            let end = match look {
+                Look::Reached | Look::Crossed => &stage.iterate,
                 _ if begun => &stage.free,
                 _ => &sheet.x,
             };
             sheets.push(SheetMotion { id: self.first + member, skin, start: &sheet.x, base, end, awake: true });
         }
-        for (part, body) in self.work.parts.iter().zip(&self.work.of_part) {
+        let bodies_too = if look == Look::Crossed { 0 } else { self.work.parts.len() };
+        for (part, body) in self.work.parts.iter().zip(&self.work.of_part).take(bodies_too) {
             let of = &self.surroundings.parts[*part as usize];
             let mover = &group.movers[*body as usize];
-            let base = if round == 0 { frame(&mover.start) } else { mover.end_frame() };
-            let end = if round == LOOK { mover.end_frame() } else { frame(&mover.free) };
+            let base = if look == Look::First { frame(&mover.start) } else { mover.end_frame() };
+            let end = if look == Look::Reached { mover.end_frame() } else { frame(&mover.free) };
             bodies.push(BodyMotion {
                 id: *part,
                 features: &of.features,
@@ -147,8 +149,7 @@ impl Near<'_> {
                 awake: true,
             });
         }
-        // What sheets overlap each other where they are is not asked for.
-        let between = (round != LOOK && self.sheets_meet).then_some(margins.sheets);
+        let between = (look != Look::Reached && self.sheets_meet).then_some(margins.sheets);
         let coefficients = |pair| self.coefficients(group, pair);
         let problem =
             Problem { sheets: &sheets, bodies: &bodies, margin: margins.bodies, between, surfaces: &coefficients };
@@ -224,9 +225,9 @@ impl Find for Near<'_> {
         }
     }
 
-    fn find(&mut self, group: &Group, round: u32, margins: Margins, found: &mut Found) {
+    fn find(&mut self, group: &Group, look: Look, margins: Margins, found: &mut Found) {
         let mut contacts = std::mem::take(&mut found.contacts);
-        self.ask(group, round, margins, |finder, problem| finder.find(problem, &mut contacts));
+        self.ask(group, look, margins, |finder, problem| finder.find(problem, &mut contacts));
         if !self.sheets_meet {
             contacts.retain(|c| !matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. })));
         }
