@@ -21,6 +21,8 @@ const TOGETHER: u32 = 4;
 /// Rounds after which a stage whose strain is still mispredicted by this many times what is let pass is left to shorter steps.
 const PATIENCE: u32 = 2;
 const HOPELESS: f64 = 100.0;
+/// The same for several sheets, whose rounds take long, after the second round.
+const HOPELESS_SOON: f64 = 1e4;
 /// How far pairs may be moved into one another that are looked for, m, at most, and how often it is tried with more.
 const WIDEST: f64 = 0.1;
 const WIDENINGS: u32 = 3;
@@ -135,8 +137,9 @@ pub(crate) fn solve_rounds(
         };
         met |= touched;
         let worst = accept(group, field, touched);
-        if round >= PATIENCE && worst > HOPELESS && met && !scratch.last_resort {
-            return Rounds::Failed;
+        let soon = sheets > 1 && round + 1 == PATIENCE && worst > HOPELESS_SOON;
+        if (soon || round >= PATIENCE && worst > HOPELESS) && met && !scratch.last {
+            return Rounds::Hopeless;
         }
         let moved = met && settled::has_moved(group);
         if moved && sheets > 1 {
@@ -220,6 +223,8 @@ pub(crate) enum Rounds {
     Unsettled,
     /// Not settled, with contact.
     Failed,
+    /// Given up: a shorter step will do better.
+    Hopeless,
     /// Not settled, with contact in some round, but not in the last.
     Open,
 }

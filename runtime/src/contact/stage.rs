@@ -108,9 +108,13 @@ pub(crate) struct Scratch {
     pub(super) alone: bool,
     pub(super) on_own: bool,
     pub(super) normals: Vec<DVec3>,
-    /// Whether a solve did not settle, and whether there is no shorter step to try then.
+    /// Whether a solve did not settle, whether what it came to is gone on from, and whether there is no shorter step to try.
     pub failed: bool,
     pub last_resort: bool,
+    pub last: bool,
+    /// How often the steps of several sheets are halved before they are tried.
+    pub expected: u32,
+    pub deepest: u32,
     /// Whether the step has thrown a sheet about beyond help.
     pub runaway: bool,
     /// Whether the group is of explicit engines.

@@ -16,6 +16,7 @@ use crate::sheet::Field;
 /// than a few. Several sheets settle over the next steps as well, and are halved only for energy that they gain.
 const HALVINGS: u32 = 6;
 const HALVINGS_FEW: u32 = 2;
+const HALVINGS_TOGETHER: u32 = 4;
 
 /// A part of a step.
 #[derive(Clone, Copy)]
@@ -47,6 +48,9 @@ pub(crate) trait Find {
 /// Steps a group.
 pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: Part) {
     if part.halvings == 0 {
+        // What is in the midst of a hard blow is so in the next step.
+        scratch.expected = if group.members.len() > 1 { scratch.deepest.saturating_sub(1) } else { 0 };
+        scratch.deepest = 0;
         scratch.runaway = false;
     } else if scratch.runaway {
         return;
@@ -60,12 +64,15 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         sheet.keep();
     });
     scratch.keep(&group.movers);
-    if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
-        return;
+    if part.halvings >= scratch.expected {
+        scratch.deepest = scratch.deepest.max(part.halvings);
+        if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
+            return;
+        }
+        scratch.counters.halved += 1;
+        group.each(|sheet| sheet.put_back());
+        scratch.put_back(&mut group.movers);
     }
-    scratch.counters.halved += 1;
-    group.each(|sheet| sheet.put_back());
-    scratch.put_back(&mut group.movers);
     let half = Part { dt: 0.5 * part.dt, halvings: part.halvings + 1, ..part };
     advance(group, scratch, finder, half);
     advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
@@ -73,7 +80,11 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
 
 /// How often a step may be halved.
 fn most_halvings(members: usize, scratch: &Scratch) -> u32 {
-    if members == 1 && scratch.single { HALVINGS } else { HALVINGS_FEW }
+    match (members, scratch.single) {
+        (1, true) => HALVINGS,
+        (1, false) => HALVINGS_FEW,
+        _ => HALVINGS_TOGETHER,
+    }
 }
 
 /// Takes the stages of a part; false when one did not settle and there is something left to try.
@@ -81,6 +92,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
     let last = part.halvings >= most_halvings(group.members.len(), scratch);
+    scratch.last = last;
     scratch.last_resort = last || group.members.len() > 1;
     let before = Energies::before(group, part);
     let (mut met, mut overlap, mut crossed) = (false, 0.0_f64, false);
@@ -96,6 +108,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             finder.find(group, look, margins, found);
         });
         match rounds {
+            Rounds::Hopeless => return false,
             Rounds::Failed | Rounds::Open if !scratch.last_resort => return false,
             Rounds::Unsettled => group.each(|sheet| {
                 if !sheet.work.stage.done {
