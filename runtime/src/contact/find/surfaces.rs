@@ -29,6 +29,9 @@ const SIDE: f64 = 1e-7;
 /// Fraction of an edge from its end up to which it is as good as the mass there.
 const ENDS: f64 = 0.02;
 
+/// Motion within a stage beyond this fraction of the offset takes features past others that were near.
+const SWIFT: f64 = 0.5;
+
 /// A ridge that stands out less than this fraction of the touching distance is flat.
 const FLAT: f64 = 0.02;
 
@@ -186,10 +189,28 @@ impl Couple<'_> {
         }
         let [[start], _, [end]] = of.of([mass]);
         let [s, _, e] = on.of(q.masses);
-        let reach = self.limits.offset + self.limits.margin;
+        let afar = || self.point_from_afar((start, end), (s, e));
         if gap.length() > self.limits.near() {
-            return self.point_from_afar((start, end), (s, e));
+            return afar();
         }
+        let near = self.point_nearby((base, gap, w), (on, q, b), (start, end), (s, e));
+        near.or_else(|| if self.is_swift() { afar() } else { None })
+    }
+
+    /// Whether things may pass each other between the start and the end though they are near at the base.
+    fn is_swift(&self) -> bool {
+        self.a.tree.travel + self.b.tree.travel > SWIFT * self.limits.offset
+    }
+
+    /// The same of a point that is near at the base: at `base`, with `gap` from where weights `w` are of the triangle at `b`.
+    fn point_nearby(
+        &self,
+        (base, gap, w): (DVec3, DVec3, [f64; 3]),
+        (on, q, b): (&Party, &SkinTriangle, [DVec3; 3]),
+        (start, end): (DVec3, DVec3),
+        (s, e): ([DVec3; 3], [DVec3; 3]),
+    ) -> Option<(DVec3, [f64; 3])> {
+        let reach = self.limits.offset + self.limits.margin;
         let plane = unit_normal(b)?;
         if barycentric_along(base, plane, b).and_then(within).is_some() {
             let mut height = gap.dot(plane);
@@ -282,47 +303,72 @@ impl Couple<'_> {
     }
 
     /// How two edges touch.
-    fn crossing(&self, (number_a, edge_a): (u32, &SkinEdge), (number_b, edge_b): (u32, &SkinEdge)) -> Option<Crossing> {
-        let ([s, b, e], [u, c, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
-        let reach = self.limits.offset + self.limits.margin;
+    fn crossing(&self, one: (u32, &SkinEdge), other: (u32, &SkinEdge)) -> Option<Crossing> {
+        let ([_, b, _], [_, c, _]) = (self.a.of(one.1.masses), self.b.of(other.1.masses));
         let (k, l) = segment_segment(b, c);
         let gap = b[0].lerp(b[1], k) - c[0].lerp(c[1], l);
-        let normal = if gap.length() <= self.limits.near() {
-            let normal = self.normal((edge_a, b[1] - b[0]), (edge_b, c[1] - c[0]))?;
-            if gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SIDE {
-                return None;
-            }
-            let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
-            let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
-            if side >= 0.0 { normal } else { -normal }
-        } else {
-            if self.out_of_reach(gap.length()) {
-                return None;
-            }
-            self.edges_from_afar((edge_a, s, e), (edge_b, u, f))?
-        };
+        if self.out_of_reach(gap.length()) {
+            return None;
+        }
+        let afar = || self.edges_from_afar(one, other);
+        if gap.length() > self.limits.near() {
+            return afar();
+        }
+        let near = self.edges_nearby(one, other, gap, (k, l));
+        near.or_else(|| if self.is_swift() { afar() } else { None })
+    }
+
+    /// How two edges touch that are near at the base: apart by `gap` at parts `k` and `l` of them.
+    fn edges_nearby(
+        &self,
+        one: (u32, &SkinEdge),
+        other: (u32, &SkinEdge),
+        gap: DVec3,
+        (k, l): (f64, f64),
+    ) -> Option<Crossing> {
+        let ([s, b, _], [u, c, _]) = (self.a.of(one.1.masses), self.b.of(other.1.masses));
+        let normal = self.normal((one.1, b[1] - b[0]), (other.1, c[1] - c[0]))?;
+        if gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SIDE {
+            return None;
+        }
+        let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
+        let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
+        self.stands_at_end(one, other, if side >= 0.0 { normal } else { -normal }, None)
+    }
+
+    /// The row of two edges with this normal, if they stand out along it and come near at the end: where they then lie above each
+    /// other, or else at the parts `met`.
+    fn stands_at_end(
+        &self,
+        (number_a, edge_a): (u32, &SkinEdge),
+        (number_b, edge_b): (u32, &SkinEdge),
+        normal: DVec3,
+        met: Option<(f64, f64)>,
+    ) -> Option<Crossing> {
+        let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
         let facing = self.a.facing(edge_a).allows(normal) && self.b.facing(edge_b).allows(-normal);
         let out = self.a.stands_out(number_a, normal).min(self.b.stands_out(number_b, -normal));
         if !facing || out < FLAT * self.limits.offset {
             return None;
         }
-        let (k, l) = above(e, f, normal)?;
+        let (k, l) = above(e, f, normal).or(met)?;
         let gap = normal.dot(e[0].lerp(e[1], k) - f[0].lerp(f[1], l));
         let before = normal.dot(s[0].lerp(s[1], k) - u[0].lerp(u[1], l));
+        let reach = self.limits.offset + self.limits.margin;
         (gap <= reach && before >= -self.limits.deep).then_some(Crossing { normal, s: k, t: l })
     }
 
-    fn edges_from_afar(
-        &self,
-        (edge_a, s, e): (&SkinEdge, [DVec3; 2], [DVec3; 2]),
-        (edge_b, u, f): (&SkinEdge, [DVec3; 2], [DVec3; 2]),
-    ) -> Option<DVec3> {
+    /// How two edges touch that have come from far: as when they met on the way, or came near without that.
+    fn edges_from_afar(&self, one: (u32, &SkinEdge), other: (u32, &SkinEdge)) -> Option<Crossing> {
+        let ((_, edge_a), (_, edge_b)) = (one, other);
+        let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
         if let Some(hit) = edges_meet([s[0], s[1], u[0], u[1]], [e[0], e[1], f[0], f[1]], TOUCH) {
             let there = |x: [DVec3; 2], y: [DVec3; 2]| x[1].lerp(y[1], hit.time) - x[0].lerp(y[0], hit.time);
             let normal = self.normal((edge_a, there(s, e)), (edge_b, there(u, f)))?;
             let moved = |x: [DVec3; 2], y: [DVec3; 2], w: f64| y[0].lerp(y[1], w) - x[0].lerp(x[1], w);
             let approach = moved(s, e, hit.s) - moved(u, f, hit.t);
-            return Some(if approach.dot(normal) <= 0.0 { normal } else { -normal });
+            let normal = if approach.dot(normal) <= 0.0 { normal } else { -normal };
+            return self.stands_at_end(one, other, normal, Some((hit.s, hit.t)));
         }
         let (k, l) = segment_segment(e, f);
         let gap = e[0].lerp(e[1], k) - f[0].lerp(f[1], l);
@@ -332,7 +378,10 @@ impl Couple<'_> {
         let normal = self.normal((edge_a, e[1] - e[0]), (edge_b, f[1] - f[0]))?;
         let side = normal.dot(gap);
         let before = normal.dot(s[0].lerp(s[1], k) - u[0].lerp(u[1], l));
-        (side * before > 0.0).then(|| if side > 0.0 { normal } else { -normal })
+        if side * before <= 0.0 {
+            return None;
+        }
+        self.stands_at_end(one, other, if side > 0.0 { normal } else { -normal }, None)
     }
 
     /// The direction of two edges along `u` and `v`, of either sign; `None` for parallels.
