@@ -15,7 +15,8 @@ use super::tree::{SkinTree, flanks};
 use super::{Limits, SheetMotion};
 use crate::contact::geometry::{barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment};
 use crate::contact::row::{Contact, SheetPoint, Side};
-use crate::contact::skin::{SkinEdge, SkinTriangle};
+use crate::contact::skin::{NONE, SkinEdge, SkinTriangle};
+use crate::sheet::Vectors;
 
 /// Distance of features that meet, m: rounding.
 const TOUCH: f64 = 1e-9;
@@ -72,15 +73,24 @@ impl Party<'_> {
         !self.edge(e).is_border() && self.tree.ridge(e).length_squared() < slack * slack
     }
 
-    /// The mass of an edge that is nearer to part `k` of it, at the base, m.
-    fn end(&self, edge: &SkinEdge, k: f64) -> DVec3 {
-        self.sheet.base.get(edge.masses[usize::from(k > 0.5)] as usize)
+    /// Where the mass of an edge is that is nearer to part `k` of it, at the base and at the end, m.
+    fn tip(&self, edge: &SkinEdge, k: f64) -> [DVec3; 2] {
+        let mass = edge.masses[usize::from(k > 0.5)] as usize;
+        [self.sheet.base, self.sheet.end].map(|x| x.get(mass))
     }
 
-    /// Whether the sheet ends at `edge` before it reaches `place`.
-    fn ends_before(&self, edge: &SkinEdge, place: DVec3) -> bool {
-        let from = place - self.sheet.base.get(edge.masses[0] as usize);
-        edge.is_border() && self.flanks(edge).all(|flank| flank.dot(from) < 0.0)
+    /// Whether the sheet ends at `edge` before it reaches a place, at the base or at the end.
+    fn ends_before(&self, edge: &SkinEdge, place: [DVec3; 2]) -> bool {
+        let Some(triangle) = edge.triangles.into_iter().find(|t| *t != NONE).filter(|_| edge.is_border()) else {
+            return false;
+        };
+        let middle =
+            |x: &Vectors| self.triangle(triangle).masses.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
+        [self.sheet.base, self.sheet.end].into_iter().zip(place).any(|(x, place)| {
+            let [from, to] = edge.masses.map(|i| x.get(i as usize));
+            let inward = (middle(x) - from).reject_from_normalized((to - from).normalize_or(DVec3::X));
+            inward.dot(place - from) < 0.0
+        })
     }
 
     /// Middles of the triangles at an edge, seen from it, m.
@@ -292,8 +302,8 @@ impl Couple<'_> {
         let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b)) else { return };
         let near_end = |x: f64| !(ENDS..=1.0 - ENDS).contains(&x);
         // At its end an edge is its mass, which has rows of its own over the other sheet, but not beside it.
-        if near_end(found.s) && !self.b.ends_before(edge_b, self.a.end(edge_a, found.s))
-            || near_end(found.t) && !self.a.ends_before(edge_a, self.b.end(edge_b, found.t))
+        if near_end(found.s) && !self.b.ends_before(edge_b, self.a.tip(edge_a, found.s))
+            || near_end(found.t) && !self.a.ends_before(edge_a, self.b.tip(edge_b, found.t))
         {
             return;
         }
