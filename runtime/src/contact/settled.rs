@@ -22,6 +22,8 @@ const TOGETHER: f64 = 2e-4;
 /// The same of two sheets as a fraction of the distance at which they touch: what has gone in further may come out on the other
 /// side.
 const CROSSED: f64 = 0.3;
+/// Overlap as such a fraction that counts as none.
+const APART: f64 = 0.1;
 
 /// Rounds within which the finer limit is asked for.
 const SPARE: u32 = 5;
@@ -65,7 +67,13 @@ pub(super) fn deepest(group: &Group, contacts: &[Contact]) -> f64 {
     on_body.map(|c| overlap(group, c)).fold(0.0, f64::max)
 }
 
-/// Whether the sides of a contact of two sheets have gone into one another by more than may be mended later, or through.
+/// Whether the sides of a contact of two sheets that were apart at the start of the stage have gone into one another by more than may
+/// be mended later, or through.
 pub(super) fn has_crossed(group: &Group, contact: &Contact) -> bool {
-    overlap(group, contact) > CROSSED * contact.offset
+    let start = |side: &Side| match side {
+        Side::Sheet { sheet, point } => point.of(&group.sheet(*sheet).x),
+        Side::Body { body, local } => group.movers[*body as usize].start.place(*local),
+    };
+    let was = contact.offset - contact.normal.dot(start(&contact.a) - start(&contact.b));
+    overlap(group, contact) > CROSSED * contact.offset && was < APART * contact.offset
 }
