@@ -207,9 +207,10 @@ impl Couple<'_> {
         near.or_else(|| if self.is_swift() { afar() } else { None })
     }
 
-    /// Whether things may pass each other between the start and the end though they are near at the base.
+    /// Whether two sheets may pass each other between the start and the end where they are near at the base. Within one sheet
+    /// neighbours do nothing else, and rows for that hold more than they keep apart.
     fn is_swift(&self) -> bool {
-        self.a.tree.travel + self.b.tree.travel > SWIFT * self.limits.offset
+        !self.is_self() && self.a.tree.travel + self.b.tree.travel > SWIFT * self.limits.offset
     }
 
     /// The same of a point that is near at the base: at `base`, with `gap` from where weights `w` are of the triangle at `b`.
@@ -378,7 +379,8 @@ impl Couple<'_> {
             let moved = |x: [DVec3; 2], y: [DVec3; 2], w: f64| y[0].lerp(y[1], w) - x[0].lerp(x[1], w);
             let approach = moved(s, e, hit.s) - moved(u, f, hit.t);
             let normal = if approach.dot(normal) <= 0.0 { normal } else { -normal };
-            return self.stands_at_end(one, other, normal, Some((hit.s, hit.t)));
+            let met = (!self.is_self()).then_some((hit.s, hit.t));
+            return self.stands_at_end(one, other, normal, met);
         }
         let (k, l) = segment_segment(e, f);
         let gap = e[0].lerp(e[1], k) - f[0].lerp(f[1], l);
