@@ -15,6 +15,9 @@
 //! other. The size of the separator for every c at once: a mass at level l with its lowest partner at m is in the
 //! separator of the cuts m < c <= l, so a running sum over levels counts them all in one pass.
 //!
+//! A pile of small sheets is a chain of layers that each touch the next alone. There a separator, a layer itself, is as large as what
+//! it parts, and to eliminate layer after layer from both ends to the middle takes half the work of cutting again and again.
+//!
 //! Where no coordinate parts the masses (many at one place), the distance in the graph from a far mass serves instead.
 
 use std::ops::Range;
@@ -27,6 +30,11 @@ const LEAF: usize = 6;
 const SEPARATOR_SHARE: f64 = 0.7;
 /// u, v, u + v, u - v, w.
 const AXES: usize = 5;
+/// The last of them.
+const W: usize = AXES - 1;
+/// Layers of a pile, at least, and masses in one, at most: larger ones are worth cutting.
+const LAYERS: u32 = 4;
+const LAYER: usize = 48;
 
 /// The fronts in the order of their elimination, children before parents, every subtree contiguous.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -151,6 +159,10 @@ impl Dissection {
             for component in self.components(&set, part) {
                 part += 1;
                 self.enter(&component, part);
+                if let Some(layers) = self.layers(&component) {
+                    self.add_pile(layers, parent, &mut fronts);
+                    continue;
+                }
                 match self.best_cut(&component) {
                     Some(cut) => {
                         let [separator, below, above] = self.apply(component, cut);
@@ -163,6 +175,43 @@ impl Dissection {
             }
         }
         self.tree = Tree::from_roots_down(fronts);
+    }
+
+    /// The layers of a part along w from the lowest, where it is a pile.
+    fn layers(&self, set: &[u32]) -> Option<Vec<Vec<u32>>> {
+        let level = |i: u32| self.levels[W][i as usize];
+        let (first, last) = set.iter().map(|&i| level(i)).fold((u32::MAX, 0), |(a, b), l| (a.min(l), b.max(l)));
+        let count = (last - first + 1) as usize;
+        let own = self.part[set[0] as usize];
+        let inside = |j: &&u32| self.part[**j as usize] == own;
+        let next = |i: u32| self.graph.of(i).iter().filter(inside).all(|&j| level(j).abs_diff(level(i)) <= 1);
+        if last - first < LAYERS - 1 || count * LAYER < set.len() || !set.iter().all(|&i| next(i)) {
+            return None;
+        }
+        let mut layers = vec![Vec::new(); count];
+        for &i in set {
+            layers[(level(i) - first) as usize].push(i);
+        }
+        layers.iter().all(|layer| layer.len() <= LAYER).then_some(layers)
+    }
+
+    /// Adds the fronts of a pile: the middle layer, and from there to either end each layer as the child of the one before it.
+    fn add_pile(&self, layers: Vec<Vec<u32>>, parent: Option<u32>, fronts: &mut Vec<(Vec<u32>, Option<u32>)>) {
+        let middle = layers.len() / 2;
+        let root = fronts.len() as u32;
+        let mut lower = Vec::new();
+        for (k, layer) in layers.into_iter().enumerate() {
+            let front = self.along(layer, W);
+            match k {
+                k if k < middle => lower.push(front),
+                k if k == middle => fronts.push((front, parent)),
+                _ => fronts.push((front, Some(fronts.len() as u32 - 1))),
+            }
+        }
+        for (k, front) in lower.into_iter().rev().enumerate() {
+            let above = if k == 0 { root } else { fronts.len() as u32 - 1 };
+            fronts.push((front, Some(above)));
+        }
     }
 
     /// Makes `set` the masses of a part.
@@ -382,6 +431,25 @@ mod tests {
             let deepest = (0..tree.fronts.len()).map(depth).fold(0.0, f64::max);
             assert!(deepest <= 2.0 * (case.pattern.size() as f64).log2(), "{}: {deepest} deep", case.name);
         }
+    }
+
+    #[test]
+    fn a_pile_is_eliminated_from_both_ends() {
+        let (layers, size) = (9, 6);
+        let all = move |l: usize| (l * size..(l + 1) * size).map(|i| i as u32);
+        let pairs = (0..layers).flat_map(|l| {
+            let near = move || all(l).chain(all((l + 1).min(layers - 1)));
+            all(l).flat_map(move |i| near().map(move |j| (i, j)))
+        });
+        let places: Vec<[f64; 2]> = (0..layers * size).map(|i| [(i % size) as f64, 0.0]).collect();
+        let depths: Vec<f64> = (0..layers * size).map(|i| (i / size) as f64).collect();
+        let case = Case::new("pile", places, pairs);
+        let tree = dissect(&case.pattern, &case.places, &depths);
+        check(&case, &tree);
+        assert!(tree.fronts.iter().all(|f| f.len() == size));
+        assert_eq!(tree.parents.iter().filter(|p| p.is_none()).count(), 1);
+        let leaves = (0..layers as u32).filter(|f| !tree.parents.contains(&Some(*f))).count();
+        assert_eq!(leaves, 2);
     }
 
     #[test]
