@@ -5,6 +5,7 @@ use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
 use sheetwork::measure::drops::throw;
+use sheetwork::measure::overlap::between;
 use sheetwork::measure::{Setup, measure};
 use sheetwork::scene::Material;
 use sheetwork::sheet::Status;
@@ -261,13 +262,14 @@ fn a_house_of_cards_stands_until_a_ball_hits_it() {
     assert!(world.unstable().is_none());
     assert!((top(&world) - start).abs() < 1e-4, "{start} m, then {} m", top(&world));
     assert!(world.sheets().iter().all(|s| s.status == Status::Asleep));
-    // What a ball does to it takes long to work out: the beginning of its fall will do.
     let ball = shipped("cards_house_ball").bodies.remove(0);
     world.add_body(&ball).unwrap_or_else(|e| panic!("{e}"));
-    while world.time() < scene.duration + 0.34 {
+    while world.time() < scene.duration + 1.5 {
         world.step();
     }
     assert!(world.unstable().is_none());
-    let moved = world.sheets().iter().any(|s| s.max_speed() > 0.5);
-    assert!(moved, "the ball has met the house");
+    assert!(top(&world) < 0.7 * start, "the house has not fallen: {} m", top(&world));
+    // A card that went through another lies across it.
+    let overlap = between(world.sheets());
+    assert!(overlap < 3e-5, "{overlap} m");
 }
