@@ -49,7 +49,7 @@ fn motion<'a>(id: u32, skin: &'a Skin, start: &'a Vectors, end: &'a Vectors) -> 
 }
 
 fn find(bencher: Bencher, sheets: &[SheetMotion], bodies: &[BodyMotion]) {
-    let problem = Problem { sheets, bodies, margin: 2e-4, surfaces: &|_| (0.3, 0.0) };
+    let problem = Problem { sheets, bodies, margin: 2e-4, between: Some(2e-4), surfaces: &|_| (0.3, 0.0) };
     let (mut finder, mut rows) = (Finder::default(), Vec::new());
     finder.begin(&problem, 0.05);
     bencher.bench_local(|| finder.find(&problem, divan::black_box(&mut rows)));
@@ -113,7 +113,13 @@ fn rolled(bencher: Bencher) {
 fn begin(bencher: Bencher) {
     let (skin, x) = sheet();
     let (sheets, problem_bodies) = ([motion(0, &skin, &x, &x)], []);
-    let problem = Problem { sheets: &sheets, bodies: &problem_bodies, margin: 2e-4, surfaces: &|_| (0.3, 0.0) };
+    let problem = Problem {
+        sheets: &sheets,
+        bodies: &problem_bodies,
+        margin: 2e-4,
+        between: Some(2e-4),
+        surfaces: &|_| (0.3, 0.0),
+    };
     let mut finder = Finder::default();
     bencher.bench_local(|| finder.begin(divan::black_box(&problem), 0.05));
 }
