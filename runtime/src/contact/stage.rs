@@ -117,6 +117,9 @@ pub(crate) struct Scratch {
     pub deepest: u32,
     /// Whether the step has thrown a sheet about beyond help.
     pub runaway: bool,
+    /// Steps on end in which it has been brought back from that, and whether it has in this one.
+    pub strays: u32,
+    pub strayed: bool,
     /// Whether the group is of explicit engines.
     pub(super) short_steps: bool,
 }

@@ -18,6 +18,10 @@ const HALVINGS: u32 = 6;
 const HALVINGS_FEW: u32 = 2;
 const HALVINGS_TOGETHER: u32 = 4;
 
+/// Steps on end from which a sheet may be brought back that contact throws about beyond all measure: it may lie otherwise when what
+/// it touches has moved on.
+const STRAYS: u32 = 10;
+
 /// A part of a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Part {
@@ -52,6 +56,9 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         scratch.expected = if group.members.len() > 1 { scratch.deepest.saturating_sub(1) } else { 0 };
         scratch.deepest = 0;
         scratch.runaway = false;
+        if !std::mem::take(&mut scratch.strayed) {
+            scratch.strays = 0;
+        }
     } else if scratch.runaway {
         return;
     }
@@ -76,6 +83,16 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     let half = Part { dt: 0.5 * part.dt, halvings: part.halvings + 1, ..part };
     advance(group, scratch, finder, half);
     advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
+}
+
+/// Leaves a sheet that was thrown about beyond all measure where it was, unless it has been for too many steps on end.
+fn bring_back(group: &mut Group, scratch: &mut Scratch) {
+    scratch.strays += u32::from(!std::mem::replace(&mut scratch.strayed, true));
+    if scratch.strays > STRAYS {
+        scratch.runaway = true;
+    } else {
+        stay(group);
+    }
 }
 
 /// How often a step may be halved.
@@ -141,8 +158,10 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             sheet.work.unit = unit;
         });
         if group.members.len() == 1 && is_unstable(group.sheet(0)) {
-            scratch.runaway = scratch.last_resort;
-            return scratch.last_resort;
+            if last {
+                bring_back(group, scratch);
+            }
+            return last;
         }
         finder.end_stage(group);
         at += length;
@@ -154,8 +173,10 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         stay(group);
     }
     if verdict == Verdict::Runaway {
-        scratch.runaway = true;
-        group.each(|sheet| sheet.work.stage.astray = true);
+        bring_back(group, scratch);
+        if scratch.runaway {
+            group.each(|sheet| sheet.work.stage.astray = true);
+        }
     }
     verdict != Verdict::Again
 }
