@@ -12,7 +12,7 @@ use super::{Case, Outcome, Runner, Setup};
 use crate::World;
 use crate::error::InputError;
 use crate::scene::Scene;
-use crate::scene::cards::{Cards, DROP, THICKNESS};
+use crate::scene::cards::{Cards, DROP, LENGTH, THICKNESS, WIDTH};
 use crate::sheet::Sheet;
 
 pub(super) const PACK: Case =
@@ -57,6 +57,13 @@ impl Frames {
     }
 }
 
+/// What a card is like: not what the rig's own flags say.
+fn size(world: &World) -> Map<String, Value> {
+    let grid = world.scene().sheets.first().map(|sheet| format!("{}x{}", sheet.grid.0, sheet.grid.2));
+    let keys = json!({ "grid": grid, "length_m": LENGTH, "width_m": WIDTH });
+    if let Value::Object(map) = keys { map } else { Map::new() }
+}
+
 fn world(setup: &Setup, cards: Cards) -> Result<World, InputError> {
     let mut scene = Scene::parse(&cards.text())?;
     scene.engine = setup.engine;
@@ -93,6 +100,7 @@ fn pack(setup: &Setup) -> Result<Outcome, InputError> {
     }) {
         keys.extend(own);
     }
+    keys.extend(size(&runner.world));
     let settled = watch.still_since().is_some();
     let mut outcome = runner.outcome(Value::Object(keys));
     outcome.settled = Some(settled);
@@ -137,6 +145,7 @@ fn house(setup: &Setup) -> Result<Outcome, InputError> {
     }) {
         keys.extend(own);
     }
+    keys.extend(size(&runner.world));
     Ok(runner.outcome(Value::Object(keys)))
 }
 

@@ -11,6 +11,9 @@ use crate::lattice::outline::OutlineSpec;
 use crate::scene::{Air, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
 use crate::sheet::Sheet;
 
+/// Shortest step, s.
+const SHORTEST: f64 = 1e-7;
+
 /// The sheet and the situation; every case takes what it needs of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
@@ -276,12 +279,32 @@ impl Setup {
             // A Kelvin-Voigt solid damps its fastest motion by τ ω/2.
             let follows = sheet.follows_material();
             let damping = if follows { 0.5 * sheet.law().retardation * omega } else { 2.5 * self.damping_ratio };
-            let radians = self.stable_radians(damping);
+            let step = self.stable_radians(damping) / omega;
+            if step < SHORTEST {
+                return Err(self.too_short(step, follows, damping, omega));
+            }
             if omega > 0.0 {
-                world.set_dt((radians / omega).clamp(1e-7, 1.0))?;
+                world.set_dt(step.min(1.0))?;
             }
         }
         Ok(world)
+    }
+
+    /// That the engine would need a step of `step` s, and what it could do with.
+    fn too_short(&self, step: f64, follows: bool, damping: f64, omega: f64) -> InputError {
+        let engine = self.engine.name();
+        let needs = format!("{engine} needs a step of {step:.1e} s on this sheet, below the shortest, {SHORTEST:e} s");
+        let most = self.stable_radians(0.0) / (SHORTEST * omega);
+        if !follows || most <= 1.0 {
+            return InputError::new("engine", format!("{needs}; take an implicit engine, or a coarser grid"));
+        }
+        // √(1+ζ²) + ζ may be so much.
+        let ratio = self.damping_ratio * 0.5 * (most - 1.0 / most) / damping;
+        let why = format!(
+            "{needs}: a damping ratio of {} in its slowest vibration is {damping:.0} in the fastest",
+            self.damping_ratio
+        );
+        InputError::new("damping_ratio", format!("{why}; take at most {ratio:.1e}, or an implicit engine"))
     }
 
     /// A step that is stable for the engine on a sheet whose fastest motion is damped so, in radians of its frequency. (Dashpots that

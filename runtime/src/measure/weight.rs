@@ -11,7 +11,7 @@ use super::watch::Watch;
 use super::{Case, Outcome, Runner, Setup, body, plane};
 use crate::World;
 use crate::element::spring::SpringScratch;
-use crate::error::InputError;
+use crate::error::{InputError, check_range};
 use crate::scene::{BodySpec, PinSpec, Placement, Region, Shape};
 use crate::sheet::{Sheet, Vectors};
 
@@ -28,8 +28,12 @@ const MEASURED: f64 = 0.25;
 /// Mass of the box, kg, and its height as a fraction of its side.
 const BOX_MASS: f64 = 0.02;
 const FLAT: f64 = 0.2;
+/// Side of the box as a fraction of the sheet's length, at most.
+const WIDEST: f64 = 0.8;
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    // A box that lies over a held edge is carried by the pins past the sheet.
+    check_range("box", setup.box_side, 1e-3, WIDEST * setup.length, "m (it must lie clear of the held edges)")?;
     let floor = on_the_floor(setup)?;
     let mut runner = Runner::new(bridge(setup)?);
     let mut watch = Watch::new(&runner.world);

@@ -144,7 +144,7 @@ fn table(report: &Report) -> String {
         format!("scene      {}", report.scene),
         format!("engine     {}, step {:.6} s", report.engine, report.dt_s),
         format!(
-            "simulated  {:.3} s in {} steps, {:.4} s of CPU ({:.0} times real time)",
+            "simulated  {:.3} s in {} steps, {:.4} s of CPU ({:.3} times real time)",
             report.simulated_s,
             report.steps,
             report.cpu_s,
