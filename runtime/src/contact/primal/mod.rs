@@ -322,15 +322,12 @@ impl Primal {
         other.count() as f64 / self.rows.len().max(1) as f64
     }
 
-    /// Works out how contacts act at the u there is; true where that is as the last step supposed.
-    fn aim(&mut self) -> bool {
-        let mut same = true;
+    /// Works out how contacts act at the u there is.
+    fn aim(&mut self) {
         for (i, row) in self.rows.iter().enumerate() {
             let next = state_of(row, self.force[i] - row.stiffness * self.stiffer * self.u[i], self.limits[i]);
-            same &= next.is_like(&self.states[i]);
             self.states[i] = next;
         }
-        same
     }
 
     /// By how much gaps and slips that should be none are missed, m; slips count `slips` times.
