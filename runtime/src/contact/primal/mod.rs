@@ -39,7 +39,7 @@ const STICKS: f64 = 1e-3;
 /// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
 /// one that contacts which contradict one another leave.
 const STALLED: f64 = 0.1;
-const CONTRADICTED: f64 = 20.0;
+const CONTRADICTED: f64 = 10.0;
 /// Sum of forces, as a fraction of the largest there was on the way, below which they are what rounding has left.
 const ROUNDING: f64 = 1e-6;
 /// A contact with less than this fraction of all normal force does not rub.
