@@ -1,8 +1,9 @@
 //! Sheets of random material, size and pose thrown at random bodies: does any go unstable, or through?
 //!
 //! A sheet has gone through when its solid overlaps a body by more than a millimetre after any step, or a mass, or the middle of a
-//! triangle between masses, has passed through the core of a body within a step. Energy is held against what the throw brings:
-//! the kinetic energy and the fall to the floor.
+//! triangle between masses, has passed through the core of a body within a step. Its way there is anything that goes on in every
+//! direction, as along a plate and then down beside its rim: such a way is never further from the straight line than half that line's
+//! length. Energy is held against what the throw brings: the kinetic energy and the fall to the floor.
 
 use glam::DVec3;
 
@@ -214,8 +215,8 @@ impl Paths {
     fn new(world: &World) -> Self {
         let bodies = world.rigid().map_or(&[][..], |r| r.bodies());
         let solids: Vec<_> = bodies.iter().enumerate().filter_map(|(i, b)| Some((i, Solid::of(&b.shape)?))).collect();
-        let mut paths =
-            Self { solids, faces: world.sheets().first().map(faces).unwrap_or_default(), before: Vec::new() };
+        let faces = world.sheets().first().map(faces).unwrap_or_default();
+        let mut paths = Self { solids, faces, before: Vec::new() };
         paths.before = (0..paths.solids.len()).map(|k| paths.places(world, k)).collect();
         paths
     }
@@ -237,7 +238,7 @@ impl Paths {
             let now = self.places(world, k);
             let solid = &self.solids[k].1;
             let mut ways = self.before[k].iter().zip(&now).enumerate();
-            let gone = ways.find(|(_, (a, b))| solid.crossed(**a, **b));
+            let gone = ways.find(|(_, (a, b))| solid.crossed(**a, **b, 0.5 * a.distance(**b)));
             if let Some((place, (a, b))) = gone.filter(|_| found.is_none()) {
                 found = Some(format!("place {place} through body {}, from {a:.4} to {b:.4} m", self.solids[k].0));
             }

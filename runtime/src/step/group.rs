@@ -5,7 +5,7 @@
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
 use super::energy::{Energies, Verdict, WITHIN, stay};
-use super::is_unstable;
+use super::{SLEEP_SPEED, SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::rounds::{Look, Margins, Rounds, solve_rounds};
 use crate::contact::stage::{Found, Scratch};
@@ -20,7 +20,7 @@ const HALVINGS_FEW: u32 = 2;
 const HALVINGS_TOGETHER: u32 = 4;
 
 /// Steps on end from which a sheet may be brought back that contact throws about beyond all measure: it may lie otherwise when what
-/// it touches has moved on.
+/// it touches has moved on. One that by then has come to rest there sleeps, held by contacts that contradict one another.
 const STRAYS: u32 = 10;
 
 /// A part of a step.
@@ -89,10 +89,18 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
 /// Leaves a sheet that was thrown about beyond all measure where it was, unless it has been for too many steps on end.
 fn bring_back(group: &mut Group, scratch: &mut Scratch) {
     scratch.strays += u32::from(!std::mem::replace(&mut scratch.strayed, true));
-    if scratch.strays > STRAYS {
-        scratch.runaway = true;
-    } else {
+    if scratch.strays <= STRAYS {
         stay(group);
+        group.each(|sheet| sheet.work.stage.failed = false);
+        return;
+    }
+    group.each(|sheet| sheet.put_back());
+    let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < SLEEP_SPEED);
+    if slow && !scratch.found.contacts.is_empty() {
+        stay(group);
+        group.each(|sheet| (sheet.work.stage.failed, sheet.quiet) = (false, SLEEP_TIME));
+    } else {
+        scratch.runaway = true;
     }
 }
 
@@ -142,6 +150,12 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         crossed |= scratch.crossed;
         if crossed && !last {
             return false;
+        }
+        if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed) {
+            if last {
+                bring_back(group, scratch);
+            }
+            return last;
         }
         let touched = matches!(rounds, Rounds::Touched | Rounds::Failed);
         met |= touched;

@@ -97,8 +97,15 @@ fn closes(
     let height = |x: [DVec3; 3]| normal.dot(at(x, w) - corner.place);
     // What would stay clear without contact, contact elsewhere may have pushed in.
     let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
-    let before = height(start);
-    (gap <= limits.margin && before >= -limits.deep).then_some((normal, w))
+    let was_apart = || height(start) >= -limits.deep || was_in_front(corner, start, limits);
+    (gap <= limits.margin && was_apart()).then_some((normal, w))
+}
+
+/// Whether a triangle was on the near side of the corner at the start, as it stood then: where it slides and turns, the point that
+/// touches in the end may have been behind a plane through the corner that was not there yet.
+fn was_in_front(corner: &Corner, start: [DVec3; 3], limits: &Limits) -> bool {
+    let gap = at(start, point_triangle(corner.place, start)) - corner.place;
+    facing(corner, start).is_some_and(|normal| normal.dot(gap) >= -limits.deep)
 }
 
 /// The normal of a triangle that was far, and where it met.

@@ -7,12 +7,13 @@
 
 use glam::DVec3;
 
+use super::faces::GRAZE;
 use super::keys::Kind;
 use super::local::{Local, Meeting};
 use super::tree::{Cuboid, SkinTree};
 use super::{Limits, box_of};
 use crate::contact::features::{Edge, Mesh};
-use crate::contact::geometry::{edges_meet, segment_segment};
+use crate::contact::geometry::{EdgeImpact, edges_meet, segment_segment};
 use crate::contact::row::{Contact, SheetPoint};
 
 /// Sine of the angle below which two edges are parallel and touch at other features.
@@ -97,20 +98,25 @@ pub(super) fn on_edge([i, j]: [u32; 2], s: f64, number: u32) -> (SheetPoint, Kin
 /// Which directions a sheet's edge can be touched from.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facing {
-    /// Mean normal of the triangles at it, unit.
-    pub surface: DVec3,
+    /// Normals of the triangles at it, unit; at the border that of the one there is, twice.
+    pub sides: [DVec3; 2],
     /// Of an edge of the border: out of the sheet, in its plane, unit.
     pub out: Option<DVec3>,
 }
 
 impl Facing {
     /// Whether what touches along the normal `n`, towards the edge, comes from outside: from above or below, and at the
-    /// border from its side.
+    /// border from its side. At a sharp fold the mean of the two sides says nothing, so either will do.
     pub fn allows(&self, n: DVec3) -> bool {
         match self.out {
             Some(out) => n.dot(out) < INWARD,
-            None => n.dot(self.surface).abs() > ALONG,
+            None => self.sides.iter().any(|side| n.dot(*side).abs() > ALONG),
         }
+    }
+
+    /// Normal of the surface on the side of `n`, of any length.
+    fn towards(&self, n: DVec3) -> DVec3 {
+        self.sides.into_iter().map(|side| if side.dot(n) < 0.0 { -side } else { side }).sum()
     }
 }
 
@@ -128,8 +134,15 @@ fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, lim
     let height = |x: [DVec3; 2]| normal.dot(apart(x, edge, s, t));
     // What would stay clear without contact, contact elsewhere may have pushed in.
     let gap = if placed { height(end).min(height(base)) } else { height(end) } - limits.offset;
-    let before = height(start);
-    (gap <= limits.margin && before >= -limits.deep).then_some(Crossing { normal, s, t })
+    let was_apart = || height(start) >= -limits.deep || was_in_front(edge, start, side, limits);
+    (gap <= limits.margin && was_apart()).then_some(Crossing { normal, s, t })
+}
+
+/// Whether a sheet's edge was on the near side of the body's at the start, as it stood then: where it slides and turns, the points
+/// that touch in the end may have been behind one another along a normal that was not there yet.
+fn was_in_front(edge: &Edge, start: [DVec3; 2], side: &Facing, limits: &Limits) -> bool {
+    let (s, t) = segment_segment(start, edge.ends);
+    outward(edge, start[1] - start[0], side).is_some_and(|normal| normal.dot(apart(start, edge, s, t)) >= -limits.deep)
 }
 
 /// From a point of the edge to one of a sheet's edge with its ends at `x`.
@@ -165,7 +178,9 @@ fn met_on_the_way(
     limits: &Limits,
 ) -> Option<(DVec3, Met)> {
     let [q, r] = edge.ends;
-    if let Some(hit) = edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH) {
+    let hit =
+        edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH).or_else(|| cut_off(edge, start, end));
+    if let Some(hit) = hit {
         let at = [0, 1].map(|i: usize| start[i].lerp(end[i], hit.time));
         return outward(edge, at[1] - at[0], side).map(|n| (n, Some((hit.s, hit.t))));
     }
@@ -177,6 +192,31 @@ fn met_on_the_way(
     outward(edge, end[1] - end[0], side).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
 }
 
+/// How an end of a sheet's edge cuts off the body's edge on its way from one face to the other: not deep enough to have come in
+/// through a face, it takes the sheet's edge behind that of the body, which it has never met.
+fn cut_off(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
+    [0, 1].into_iter().find_map(|k: usize| {
+        let (mut enters, mut leaves) = (0.0_f64, 1.0_f64);
+        for n in edge.normals {
+            let (from, to) = (n.dot(start[k] - edge.ends[0]), n.dot(end[k] - edge.ends[0]));
+            if from > 0.0 && to > 0.0 {
+                return None;
+            }
+            if from > 0.0 {
+                enters = enters.max(from / (from - to));
+            } else if to > 0.0 {
+                leaves = leaves.min(from / (from - to));
+            }
+        }
+        let time = 0.5 * (enters + leaves);
+        let (along, at) = (edge.ends[1] - edge.ends[0], start[k].lerp(end[k], time) - edge.ends[0]);
+        let t = along.dot(at) / along.length_squared();
+        let deepest = edge.normals.map(|n| -n.dot(at)).into_iter().fold(f64::INFINITY, f64::min);
+        let cuts = enters > 0.0 && leaves < 1.0 && enters < leaves && deepest < GRAZE && (0.0..=1.0).contains(&t);
+        cuts.then_some(EdgeImpact { time, s: k as f64, t })
+    })
+}
+
 /// Normal of a body's edge and a line along `along`, between the normals of the edge's faces; `None` where it lies beyond
 /// one of them or the sheet cannot be touched from there, and for parallels.
 fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
@@ -186,7 +226,7 @@ fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
     let normal = if sine >= NEARLY_PARALLEL {
         across / sine
     } else if sine >= PARALLEL {
-        side.surface.reject_from_normalized(direction).try_normalize()?
+        side.towards(edge.normals[0] + edge.normals[1]).reject_from_normalized(direction).try_normalize()?
     } else {
         return None;
     };

@@ -26,7 +26,7 @@ const FALL: f64 = 2e-3;
 const SMOOTH: f64 = 0.7;
 
 /// A mass that cuts off a corner no deeper than this, m, has not passed through the body.
-const GRAZE: f64 = 1e-3;
+pub(super) const GRAZE: f64 = 1e-3;
 
 /// Rows of all masses against a half space.
 pub(super) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: &mut Vec<Contact>) {
@@ -73,10 +73,28 @@ pub(super) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
 }
 
 /// Where the way into a convex solid begins: at the base if that is outside, for the mass may have gone around a rim since
-/// the start; else at the start.
+/// the start; else, and where the mass has gone through to there, at the start.
 fn last_outside(mesh: &Mesh, start: DVec3, base: DVec3, limits: &Limits) -> DVec3 {
     let outside = start != base && mesh.faces().iter().any(|f| f.height(base) - limits.offset >= -limits.deep);
-    if outside { base } else { start }
+    if outside && !has_passed(mesh, start, base, limits) { base } else { start }
+}
+
+/// Whether the way from `a` to `b`, both outside, leads through a convex solid.
+fn has_passed(mesh: &Mesh, a: DVec3, b: DVec3, limits: &Limits) -> bool {
+    let (mut enters, mut leaves) = ((0, 0.0_f64), (0, 1.0_f64));
+    for (k, face) in mesh.faces().iter().enumerate() {
+        let (from, to) = (face.height(a) - limits.offset, face.height(b) - limits.offset);
+        if from >= 0.0 && to >= 0.0 {
+            return false;
+        }
+        let time = from / (from - to);
+        if from > 0.0 && time > enters.1 {
+            enters = (k, time);
+        } else if to > 0.0 && time < leaves.1 {
+            leaves = (k, time);
+        }
+    }
+    enters.1 > 0.0 && leaves.1 < 1.0 && passed(mesh, a, b, enters, leaves, limits)
 }
 
 /// The face of a convex solid that a mass going from `a` to `b` has come in through or is near; `lies` is the normal of the

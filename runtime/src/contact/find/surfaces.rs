@@ -60,7 +60,7 @@ impl Party<'_> {
 
     fn facing(&self, edge: &SkinEdge) -> Facing {
         let out = edge.is_border().then(|| self.flanks(edge).map(|f| -f.normalize_or_zero()).sum());
-        Facing { surface: self.tree.edge_normal(edge.triangles), out }
+        Facing { sides: self.tree.edge_normals(edge.triangles), out }
     }
 
     /// How far edge number `e` stands out against the direction `n`, m; infinite at the border.

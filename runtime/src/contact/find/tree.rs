@@ -299,6 +299,11 @@ impl SkinTree {
         let sum: DVec3 = triangles.into_iter().filter(|t| *t != NONE).map(|t| self.areas[t as usize]).sum();
         sum.normalize_or_zero()
     }
+
+    /// Unit normals of the triangles at an edge; at the border that of the one there is, twice.
+    pub fn edge_normals(&self, [first, second]: [u32; 2]) -> [DVec3; 2] {
+        [first, if second == NONE { first } else { second }].map(|t| self.areas[t as usize].normalize_or_zero())
+    }
 }
 
 #[inline]

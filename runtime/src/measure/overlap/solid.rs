@@ -50,13 +50,15 @@ impl Solid {
         }
     }
 
-    /// Whether the way from `a` to `b` leads through its core: a polyhedron whose faces are moved in by a quarter of its least
-    /// width, a ball of half the radius, a half space a centimetre down.
-    pub fn crossed(&self, a: DVec3, b: DVec3) -> bool {
+    /// Whether the way from `a` to `b`, which may have led up to `bend` (m) beside the straight line, leads through its core: a
+    /// polyhedron whose faces are moved in by a quarter of its least width and by the bend, but no further than by a quarter of its
+    /// width along their normal, so that what swings around the rim of a plate has not gone through it; a ball of half the radius, a
+    /// half space a centimetre down.
+    pub fn crossed(&self, a: DVec3, b: DVec3, bend: f64) -> bool {
         match self {
             Self::HalfSpace => b.y < -0.01,
             Self::Ball(radius) => segments([a, b], [DVec3::ZERO; 2]) < 0.5 * radius,
-            Self::Convex(convex) => convex.crossed(a, b),
+            Self::Convex(convex) => convex.crossed(a, b, bend),
         }
     }
 
@@ -105,14 +107,15 @@ impl Convex {
         -self.triangles.iter().map(|t| point_triangle(p, *t)).fold(f64::INFINITY, f64::min)
     }
 
-    fn crossed(&self, a: DVec3, b: DVec3) -> bool {
-        let width = |(n, _): &(DVec3, f64)| {
-            let (low, high) = span(&self.corners, *n);
+    fn crossed(&self, a: DVec3, b: DVec3, bend: f64) -> bool {
+        let width = |n: DVec3| {
+            let (low, high) = span(&self.corners, n);
             high - low
         };
-        let inset = 0.25 * self.planes.iter().map(width).fold(f64::INFINITY, f64::min);
+        let least = self.planes.iter().map(|(n, _)| width(*n)).fold(f64::INFINITY, f64::min);
         let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
         for (n, d) in &self.planes {
+            let inset = (0.25 * least + bend).min(0.25 * width(*n));
             let (from, to) = (n.dot(a) - d + inset, n.dot(b) - d + inset);
             if from > 0.0 && to > 0.0 {
                 return false;
@@ -199,11 +202,16 @@ mod tests {
     #[test]
     fn a_way_through_a_plate_is_seen() {
         let plate = Solid::Convex(Convex::new(&Polyhedron::cuboid(DVec3::new(1.0, 0.002, 1.0))));
-        assert!(plate.crossed(DVec3::new(0.0, 0.2, 0.0), DVec3::new(0.3, -0.2, 0.1)));
-        assert!(!plate.crossed(DVec3::new(0.0, 0.2, 0.0), DVec3::new(0.3, 0.001, 0.1)));
-        assert!(!plate.crossed(DVec3::new(0.9, 0.2, 0.0), DVec3::new(0.6, -0.2, 0.0)));
-        assert!(Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.02, 0.0)));
-        assert!(!Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.17, 0.0)));
+        let crossed = |a: [f64; 3], b: [f64; 3], bend| plate.crossed(DVec3::from(a), DVec3::from(b), bend);
+        assert!(crossed([0.0, 0.2, 0.0], [0.3, -0.2, 0.1], 0.0));
+        assert!(crossed([0.0, 0.2, 0.0], [0.3, -0.2, 0.1], 0.1));
+        assert!(!crossed([0.0, 0.2, 0.0], [0.3, 0.001, 0.1], 0.0));
+        assert!(!crossed([0.9, 0.2, 0.0], [0.6, -0.2, 0.0], 0.0));
+        // Around the rim, or through the plate beside it.
+        let around = ([0.49, 0.01, 0.0], [0.505, -0.01, 0.0]);
+        assert!(crossed(around.0, around.1, 0.0) && !crossed(around.0, around.1, 0.004));
+        assert!(Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.02, 0.0), 0.0));
+        assert!(!Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.17, 0.0), 0.0));
     }
 
     #[test]
