@@ -31,7 +31,7 @@ pub(super) const BEYOND: f64 = 1e-3;
 /// Cosine of the angle between normal and surface beyond which an edge inside a sheet is not what is touched.
 const ALONG: f64 = 0.3;
 
-/// Sine of the angle by which the normal at a border may point out of the sheet.
+/// Sine of the angle by which the normal at a border or a fold may point out of the sheet.
 const INWARD: f64 = 0.1;
 
 /// Distance along the edges by which closest points may lie apart and still be above each other, m: rounding.
@@ -100,18 +100,17 @@ pub(super) fn on_edge([i, j]: [u32; 2], s: f64, number: u32) -> (SheetPoint, Kin
 pub(super) struct Facing {
     /// Normals of the triangles at it, unit; at the border that of the one there is, twice.
     pub sides: [DVec3; 2],
-    /// Of an edge of the border: out of the sheet, in its plane, unit.
-    pub out: Option<DVec3>,
+    /// From the edge into those triangles, square to it, unit; at the border twice the same.
+    pub flanks: [DVec3; 2],
+    pub is_border: bool,
 }
 
 impl Facing {
-    /// Whether what touches along the normal `n`, towards the edge, comes from outside: from above or below, and at the
-    /// border from its side. At a sharp fold the mean of the two sides says nothing, so either will do.
+    /// Whether what touches along the normal `n`, towards the edge, comes from outside: at the border or a fold from where the
+    /// surface goes away from it, elsewhere from above or below.
     pub fn allows(&self, n: DVec3) -> bool {
-        match self.out {
-            Some(out) => n.dot(out) < INWARD,
-            None => self.sides.iter().any(|side| n.dot(*side).abs() > ALONG),
-        }
+        let stands_out = self.flanks.iter().all(|flank| n.dot(*flank) > -INWARD);
+        stands_out || !self.is_border && self.sides.iter().any(|side| n.dot(*side).abs() > ALONG)
     }
 
     /// Normal of the surface on the side of `n`, of any length.

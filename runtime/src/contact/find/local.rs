@@ -103,13 +103,15 @@ impl<'a> Meeting<'a> {
     /// From which directions an edge of the sheet can be touched, in the body's frame.
     pub fn side_of(&self, edge: &SkinEdge, tree: &SkinTree, local: &Local) -> Facing {
         let sides = tree.edge_normals(edge.triangles).map(|n| self.at_base(n));
-        let out = edge.is_border().then(|| {
-            let triangle = self.skin.triangles()[edge.triangles[0] as usize].masses;
-            let [a, b] = edge.masses.map(|i| local.base[i as usize]);
-            let middle: DVec3 = triangle.iter().map(|i| local.base[*i as usize]).sum::<DVec3>() / 3.0;
-            (a - middle).reject_from((b - a).normalize_or(DVec3::X)).normalize_or_zero()
+        let [a, b] = edge.masses.map(|i| local.base[i as usize]);
+        let along = (b - a).normalize_or(DVec3::X);
+        let [first, second] = edge.triangles;
+        let flanks = [first, if edge.is_border() { first } else { second }].map(|t| {
+            let masses = self.skin.triangles()[t as usize].masses;
+            let middle: DVec3 = masses.iter().map(|i| local.base[*i as usize]).sum::<DVec3>() / 3.0;
+            (middle - a).reject_from_normalized(along).normalize_or_zero()
         });
-        Facing { sides, out }
+        Facing { sides, flanks, is_border: edge.is_border() }
     }
 
     /// Box in the world that points of the body's frame within the box from `low` to `high` sweep.

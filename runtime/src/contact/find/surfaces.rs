@@ -59,8 +59,10 @@ impl Party<'_> {
     }
 
     fn facing(&self, edge: &SkinEdge) -> Facing {
-        let out = edge.is_border().then(|| self.flanks(edge).map(|f| -f.normalize_or_zero()).sum());
-        Facing { sides: self.tree.edge_normals(edge.triangles), out }
+        let mut flanks = self.flanks(edge).map(DVec3::normalize_or_zero);
+        let first = flanks.next().unwrap_or_default();
+        let flanks = [first, flanks.next().unwrap_or(first)];
+        Facing { sides: self.tree.edge_normals(edge.triangles), flanks, is_border: edge.is_border() }
     }
 
     /// How far edge number `e` stands out against the direction `n`, m; infinite at the border.

@@ -141,6 +141,74 @@ fn a_needle_and_a_ridge_are_felt_between_masses() {
 }
 
 #[test]
+fn a_corner_is_felt_where_a_sheet_slides_and_turns_over_it() {
+    let flat = square(5, 0.1);
+    let skin = skin(5, &flat);
+    let features = cuboid(0.05, 0.05, 0.05);
+    let corner = DVec3::new(0.05, 0.0, 0.05);
+    let normal = DVec3::new(1.0, 1.0, 1.0).normalize();
+    let leant = DQuat::from_rotation_arc(DVec3::Y, normal);
+    for (slide, turn) in [(7e-3, 0.15), (7e-3, -0.15), (-5e-3, 0.2), (-5e-3, -0.2)] {
+        // Through the middle of a triangle, and on by `slide`, turned about the corner.
+        let placed = |slide: f64, turn: f64, height: f64| {
+            let turn = DQuat::from_axis_angle(leant * DVec3::Z, turn) * leant;
+            mapped(&flat, |p| corner + turn * (p + DVec3::new(0.009 + slide, height, 0.004)))
+        };
+        let start = placed(0.0, 0.0, HALF + 1e-6);
+        let (base, end) = (placed(slide, turn, HALF), placed(slide, turn, HALF - 1e-3));
+        let sheet = SheetMotion { base: &base, ..moved(0, &skin, &start, &end) };
+        let found = rows(&[sheet], &[still(0, &features)]);
+        let row = found.iter().find(|r| carriers(r) == 3).expect("the corner is felt");
+        let wanted = DQuat::from_axis_angle(leant * DVec3::Z, turn) * normal;
+        assert!(row.normal.distance(wanted) < 1e-9 && (gap(row, &[&end], &HERE) + 1e-3).abs() < 1e-9, "{row:?}");
+    }
+}
+
+#[test]
+fn a_sharp_fold_is_felt_on_a_rim() {
+    let flat = square(5, 0.1);
+    let skin = skin(5, &flat);
+    let features = cuboid(0.05, 0.05, 0.2);
+    // Folded along its middle line, which crosses the rim at x = 0.05 slantwise, from both halves upright to both lying back.
+    for (open, back) in [(0.1, 0.0_f64), (0.3, 0.7), (0.1, -1.2), (0.05, 1.2)] {
+        let folded = |height: f64| {
+            mapped(&flat, move |p| {
+                let (side, along) = (p.x.abs(), DVec3::new(1.0, 0.0, 1.0).normalize());
+                let across = DVec3::new(1.0, 0.0, -1.0).normalize();
+                let up = DVec3::Y * back.cos() + across * back.sin();
+                let out = across * back.cos() - DVec3::Y * back.sin();
+                DVec3::new(0.05, HALF + height, 0.003)
+                    + along * (p.z + 0.007)
+                    + up * side * f64::cos(open)
+                    + out * p.x * f64::sin(open)
+            })
+        };
+        let (start, end) = (folded(1e-6), folded(-5e-4));
+        let found = rows(&[moved(0, &skin, &start, &end)], &[still(0, &features)]);
+        let felt = found.iter().any(|r| carriers(r) == 2 && gap(r, &[&end], &HERE) < -3e-4 && r.normal.y > 0.6);
+        assert!(felt, "{open} {back}: {found:#?}");
+    }
+}
+
+#[test]
+fn what_cuts_off_a_rim_is_held_by_it() {
+    let flat = square(5, 0.1);
+    let skin = skin(5, &flat);
+    let features = cuboid(0.05, 0.05, 0.2);
+    // The last line of masses goes over the rim and down, less than a millimetre within the box on its way.
+    let start = shifted(&flat, DVec3::new(-0.0009, HALF + 1e-6, 0.0));
+    let end = mapped(&flat, |p| p + DVec3::new(0.0031, HALF - if p.x > 0.04 { 3.3e-3 } else { 0.0 }, 0.0));
+    let found = rows(&[moved(0, &skin, &start, &end)], &[still(0, &features)]);
+    let held = |z: f64| {
+        found.iter().any(|r| {
+            let at = place(&r.a, &[&end], &HERE);
+            (at.z - z).abs() < 1e-6 && (at.x - 0.05).abs() < 2e-3 && gap(r, &[&end], &HERE) < -2e-3 && r.normal.x >= 0.0
+        })
+    };
+    assert!([-0.05, -0.025, 0.0, 0.025, 0.05].into_iter().all(held), "{found:#?}");
+}
+
+#[test]
 fn a_ball_is_met_where_it_is_round() {
     let flat = square(9, 0.2);
     let skin = skin(9, &flat);
