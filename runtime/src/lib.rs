@@ -17,14 +17,15 @@
 //! ```
 //!
 //! Data flows one way: `scene` (what is described) → `sheet` (what it is; `lattice` how it is connected) → `element` (what
-//! pulls) → `engine` (how time passes) → `contact` (what it touches) → state out. `step` has the order. Everything is SI and
-//! `f64`; the same input gives the same bits on any number of threads.
+//! pulls) → `engine` (how time passes) → `contact` (what it touches) → state out; `heat` says how warm it is. `step` has the
+//! order. Everything is SI (temperatures are °C) and `f64`; the same input gives the same bits on any number of threads.
 
 pub mod contact;
 pub mod element;
 pub mod engine;
 mod error;
 pub mod event;
+pub mod heat;
 pub mod lattice;
 pub mod material_report;
 pub mod measure;

@@ -18,6 +18,7 @@ use crate::contact::rigid::{BodyState, RigidView, RigidWorld};
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::event::{Event, Touches};
+use crate::heat::Room;
 use crate::scene::{Air, BodySpec, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::step::groups::Groups;
@@ -40,6 +41,8 @@ pub struct World {
     sleep: bool,
     pool: Option<Arc<rayon::ThreadPool>>,
     groups: Groups,
+    /// What heats the sheets; none where nothing does.
+    heat: Option<Box<Room>>,
 }
 
 impl World {
@@ -80,7 +83,11 @@ impl World {
             glue(sheet, rigid.as_ref())
                 .map_err(|e| InputError::new(format!("sheets.{index}.{}", e.field), e.problem))?;
         }
-        check_heaters(scene)?;
+        let heat = Room::of(scene)?.map(Box::new);
+        if heat.is_some() {
+            // An oven that is on finds them as they come in.
+            sheets.iter_mut().for_each(|s| s.begin_heat(scene.ambient_temperature));
+        }
         let touches = sheets.iter().map(|_| Touches::default()).collect();
         Ok(Self {
             sheets,
@@ -97,6 +104,7 @@ impl World {
             sleep: true,
             pool: None,
             groups: Groups::default(),
+            heat,
             scene: named(scene),
         })
     }
@@ -181,6 +189,7 @@ impl World {
         }
         let view = rigid.as_ref().map(RigidWorld::view);
         self.step_sheets(view.as_ref(), rigid.as_ref(), dt);
+        self.step_heat(view.as_ref(), rigid.as_ref(), dt);
         if let Some(rigid) = &mut rigid {
             for claim in &self.groups.claims {
                 rigid.claim(claim.body, claim.end);
@@ -200,6 +209,7 @@ impl World {
         let dt = duration / steps as f64;
         for _ in 0..steps {
             self.step_sheets(Some(view), None, dt);
+            self.step_heat(Some(view), None, dt);
             self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
         }
         steps
@@ -223,6 +233,18 @@ impl World {
         }
         self.steps += 1;
         self.time += dt;
+    }
+
+    /// Steps heat after a step of motion of `dt` s.
+    fn step_heat(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        if let Some(heat) = &mut self.heat {
+            heat.step(&mut self.sheets, (self.time - dt, dt), view, rigid);
+        }
+    }
+
+    /// How warm the surroundings are, °C: the scene's ambient temperature, or its oven's.
+    pub fn room_temperature(&self) -> f64 {
+        self.heat.as_ref().map_or(self.scene.ambient_temperature, |h| h.surroundings(self.time).celsius)
     }
 
     /// Moves the sheets' events to the world's list, sheet by sheet, so that their order does not depend on threads.
@@ -283,6 +305,13 @@ impl World {
         validate::values(&scene)?;
         let mut sheet = Sheet::build(&scene, scene.sheets.len() - 1)?;
         glue(&mut sheet, self.rigid.as_ref())?;
+        if let Some(heat) = &mut self.heat {
+            heat.forget();
+            sheet.begin_heat(self.scene.ambient_temperature);
+        } else if let Some(heat) = Room::of(&scene)? {
+            self.heat = Some(Box::new(heat));
+            sheet.begin_heat(self.scene.ambient_temperature);
+        }
         self.scene.sheets = scene.sheets;
         self.sheets.push(sheet);
         self.touches.push(Touches::default());
@@ -295,6 +324,9 @@ impl World {
         self.sheets.remove(index);
         self.touches.remove(index);
         self.scene.sheets.remove(index);
+        if let Some(heat) = &mut self.heat {
+            heat.forget();
+        }
         true
     }
 
@@ -520,12 +552,4 @@ fn glue(sheet: &mut Sheet, rigid: Option<&RigidWorld>) -> Result<(), InputError>
         let index = rigid.index_of(name)?;
         Some((index, *rigid.state(index)?))
     })
-}
-
-/// Heaters are read and checked now, so that a bad file is refused when the scene is opened.
-fn check_heaters(scene: &Scene) -> Result<(), InputError> {
-    for heater in &scene.heaters {
-        crate::scene::heater::read_heaters_file(&scene.resolve(&heater.file))?;
-    }
-    Ok(())
 }

@@ -74,7 +74,7 @@ fn files_of(scene: &Scene) -> Vec<PathBuf> {
         Shape::File(file) | Shape::Part(file, _) => Some(file.clone()),
         Shape::Polyhedron(_) | Shape::Box(_) | Shape::Ball(_) | Shape::HalfSpace => None,
     });
-    let heaters = scene.heaters.iter().map(|h| h.file.clone());
+    let heaters = scene.heaters.iter().filter_map(|h| h.file.clone());
     sheets.chain(materials).chain(bodies).chain(heaters).filter(|file| file.is_relative()).collect()
 }
 

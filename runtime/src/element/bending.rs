@@ -7,11 +7,15 @@
 //! With a retardation time τ the rate of the scalar curvature k = κ·n along the normal is resisted, ½ (τ/h) S (k-k_w)ᵀ D
 //! (k-k_w); the vector κ itself turns with the sheet, and resisting that would brake a bent sheet that spins. n is taken
 //! from where the iteration stands and not differentiated: κ lies along it.
+//!
+//! A sheet that has set, or is warmer on one side than on the other, is at rest at curvatures κ₀ that turn with it: the energy is
+//! then ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀), its tangent the same. κ₀ is kept in axes of the sheet, the frame's first side, the normal
+//! and what is square to both, and is all but along the normal. One that has not holds no κ₀ and computes nothing for it.
 
 use glam::DVec3;
 
 use super::curvature::CurvatureGroup;
-use super::{Anchor, Element, Geometric, Law, NO_BLOCK};
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
 use crate::sheet::Vectors;
 
 /// One place with its curvatures.
@@ -22,8 +26,10 @@ struct Group {
     /// What prescribed slopes add to the curvatures, 1/m.
     prescribed: [DVec3; 3],
     frame: [u32; 4],
-    /// S D, relaxed directions condensed out, N m³.
+    /// S D, relaxed directions condensed out, N m³; as warmth has made it.
     stiffness: [[f64; 3]; 3],
+    /// What of the law's stiffness warmth has left.
+    softness: f64,
     /// k_w, 1/m.
     anchor: [f64; 3],
     /// k̇ at the end of the last stage, 1/(m s).
@@ -47,10 +53,16 @@ struct Pair {
 pub struct Bending {
     source: Vec<CurvatureGroup>,
     groups: Vec<Group>,
+    /// κ₀ of each group in its axes, 1/m, and the part along the normal that a difference of temperature makes; empty for a sheet
+    /// at rest where flat.
+    rest: Vec<[DVec3; 3]>,
+    curl: Vec<f64>,
     masses: Vec<u32>,
     /// Weights of uu, vv, 2uv of each entry, 1/m².
     weights: Vec<[f64; 3]>,
     pairs: Vec<Pair>,
+    /// Pairs with a block, by block.
+    order: Vec<u32>,
     /// Blocks of the constant tangent with their value, summed over groups, N/m.
     constant: Vec<(u32, f64)>,
     retardation: f64,
@@ -105,6 +117,7 @@ impl Bending {
             prescribed,
             frame: source.frame,
             stiffness: [[0.0; 3]; 3],
+            softness: 1.0,
             anchor: [0.0; 3],
             rate: [0.0; 3],
             pairs: (pairs as u32, self.pairs.len() as u32),
@@ -153,6 +166,15 @@ fn normal(group: &Group, x: &Vectors) -> DVec3 {
     if squared > 0.0 { n / squared.sqrt() } else { DVec3::ZERO }
 }
 
+/// Axes that turn with a group: the first side of its frame, its normal, and what is square to both.
+#[inline(always)]
+fn axes(group: &Group, x: &Vectors) -> [DVec3; 3] {
+    let n = normal(group, x);
+    let [a, b, ..] = group.frame;
+    let p = (x.get(b as usize) - x.get(a as usize)).normalize_or_zero();
+    [p, n, n.cross(p)]
+}
+
 /// The unit normal and its rate of change, 1/s.
 fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
     let sides = |of: &Vectors| {
@@ -168,6 +190,19 @@ fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
     let n = across / length;
     let rate = (p_rate.cross(q) + p.cross(q_rate)) / length;
     (n, rate - n * rate.dot(n))
+}
+
+/// What warmth leaves of the stiffness of a curvature, and the curvature (1/m) it makes: those at its masses, by their weights
+/// in it.
+fn warmth_of(warmth: &Warmth, masses: &[u32], weights: &[[f64; 3]]) -> (f64, f64) {
+    let (mut compliance, mut curl, mut sum) = (0.0, 0.0, 0.0);
+    for (mass, w) in masses.iter().zip(weights) {
+        let weight = w[0].abs() + w[1].abs() + w[2].abs();
+        compliance += weight * warmth.compliance[*mass as usize];
+        curl += weight * warmth.curl.get(*mass as usize).copied().unwrap_or(0.0);
+        sum += weight;
+    }
+    (sum / compliance, curl / sum)
 }
 
 // Written out, because closures over arrays are not inlined into the loops over groups.
@@ -232,13 +267,17 @@ impl Element for Bending {
                 pair.block = block(a, b);
             }
         }
+        self.order.clear();
+        self.order.extend((0..self.pairs.len() as u32).filter(|i| self.pairs[*i as usize].block != NO_BLOCK));
+        self.order.sort_by_key(|i| self.pairs[*i as usize].block);
         self.sum_constant();
     }
 
     fn set_law(&mut self, law: &Law) {
         self.retardation = law.retardation;
         for (group, source) in self.groups.iter_mut().zip(&self.source) {
-            group.stiffness = condensed(law.bending, &source.relaxed).map(|row| row.map(|d| d * source.area));
+            let soft = source.area * group.softness;
+            group.stiffness = condensed(law.bending, &source.relaxed).map(|row| row.map(|d| d * soft));
             let first = group.entries.0;
             for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
                 let (p, q) = (&self.weights[(first + pair.of.0) as usize], &self.weights[(first + pair.of.1) as usize]);
@@ -249,29 +288,44 @@ impl Element for Bending {
         self.sum_constant();
     }
 
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        if self.rest.is_empty() {
+            self.rest = vec![[DVec3::ZERO; 3]; self.groups.len()];
+            self.curl = vec![0.0; self.groups.len()];
+        }
+        for i in 0..self.groups.len() {
+            let group = &self.groups[i];
+            let range = group.entries.0 as usize..group.entries.1 as usize;
+            let (softness, curl) = warmth_of(warmth, &self.masses[range.clone()], &self.weights[range]);
+            let (k, axes) = (self.curvature(group, x, &group.prescribed), axes(group, x));
+            let rest = &mut self.rest[i];
+            // Where twist alone is known nothing else can rest.
+            let rows = &self.source[i].rows;
+            if !(rows[0].is_empty() && rows[1].is_empty()) {
+                (0..2).for_each(|a| rest[a].y += curl - self.curl[i]);
+            }
+            for a in 0..3 {
+                for (part, axis) in axes.iter().enumerate() {
+                    rest[a][part] = set_rest(k[a].dot(*axis), rest[a][part], group.softness, softness);
+                }
+            }
+            self.curl[i] = curl;
+            let group = &mut self.groups[i];
+            let change = softness / group.softness;
+            group.softness = softness;
+            group.stiffness.iter_mut().flatten().for_each(|s| *s *= change);
+            let pairs = group.pairs.0 as usize..group.pairs.1 as usize;
+            self.pairs[pairs].iter_mut().for_each(|p| p.value *= change);
+        }
+        self.sum_constant();
+    }
+
     fn energy(&self, x: &Vectors) -> f64 {
-        let each = self.groups.iter().map(|g| {
-            let k = self.curvature(g, x, &g.prescribed);
-            let m = times(&g.stiffness, &k);
-            0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]))
-        });
-        each.sum()
+        if self.rest.is_empty() { self.stored::<false>(x) } else { self.stored::<true>(x) }
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
-        for g in &self.groups {
-            let mut k = self.curvature(g, x, &g.prescribed);
-            if self.retardation > 0.0 {
-                let (n, turning) = turning_normal(g, x, v);
-                let rate = self.curvature(g, v, &[DVec3::ZERO; 3]);
-                // k̇ = κ̇·n + κ·ṅ, as stages find it from the change of k.
-                let rate = [0, 1, 2].map(|a| rate[a].dot(n) + k[a].dot(turning));
-                for a in 0..3 {
-                    k[a] += n * (rate[a] * self.retardation);
-                }
-            }
-            self.add_moments(g, &times(&g.stiffness, &k), -1.0, force);
-        }
+        if self.rest.is_empty() { self.forces::<false>(x, v, force) } else { self.forces::<true>(x, v, force) }
     }
 
     fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
@@ -314,33 +368,11 @@ impl Element for Bending {
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
-        let mut sum = 0.0;
-        for g in &self.groups {
-            let k = self.curvature(g, x, &g.prescribed);
-            let m = times(&g.stiffness, &k);
-            sum += 0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]));
-            if self.viscous > 0.0 {
-                let k = along(&k, normal(g, x));
-                let change = [k[0] - g.anchor[0], k[1] - g.anchor[1], k[2] - g.anchor[2]];
-                let m = times_scalar(&g.stiffness, &change);
-                sum += 0.5 * self.viscous * (change[0] * m[0] + change[1] * m[1] + change[2] * m[2]);
-            }
-        }
-        sum
+        if self.rest.is_empty() { self.staged::<false>(x) } else { self.staged::<true>(x) }
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
-        for g in &self.groups {
-            let mut k = self.curvature(g, x, &g.prescribed);
-            if self.viscous > 0.0 {
-                let n = normal(g, x);
-                let scalar = along(&k, n);
-                for a in 0..3 {
-                    k[a] += n * (self.viscous * (scalar[a] - g.anchor[a]));
-                }
-            }
-            self.add_moments(g, &times(&g.stiffness, &k), 1.0, gradient);
-        }
+        if self.rest.is_empty() { self.gradient::<false>(x, gradient) } else { self.gradient::<true>(x, gradient) }
     }
 
     fn add_constant_tangent(&self, _per_time: f64, values: &mut [f64]) {
@@ -380,13 +412,85 @@ impl Element for Bending {
 }
 
 impl Bending {
+    /// Takes κ₀ of group `i` off its curvatures `k`.
+    #[inline(always)]
+    fn less_rest<const REST: bool>(&self, i: usize, k: &mut [DVec3; 3], x: &Vectors) {
+        if REST {
+            let [p, n, q] = axes(&self.groups[i], x);
+            for (k, rest) in k.iter_mut().zip(&self.rest[i]) {
+                *k -= p * rest.x + n * rest.y + q * rest.z;
+            }
+        }
+    }
+
+    fn stored<const REST: bool>(&self, x: &Vectors) -> f64 {
+        let each = self.groups.iter().enumerate().map(|(i, g)| {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            self.less_rest::<REST>(i, &mut k, x);
+            let m = times(&g.stiffness, &k);
+            0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]))
+        });
+        each.sum()
+    }
+
+    fn forces<const REST: bool>(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        for (i, g) in self.groups.iter().enumerate() {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            if self.retardation > 0.0 {
+                let (n, turning) = turning_normal(g, x, v);
+                let rate = self.curvature(g, v, &[DVec3::ZERO; 3]);
+                // k̇ = κ̇·n + κ·ṅ, as stages find it from the change of k.
+                let rate = [0, 1, 2].map(|a| rate[a].dot(n) + k[a].dot(turning));
+                for a in 0..3 {
+                    k[a] += n * (rate[a] * self.retardation);
+                }
+            }
+            self.less_rest::<REST>(i, &mut k, x);
+            self.add_moments(g, &times(&g.stiffness, &k), -1.0, force);
+        }
+    }
+
+    fn staged<const REST: bool>(&self, x: &Vectors) -> f64 {
+        let mut sum = 0.0;
+        for (i, g) in self.groups.iter().enumerate() {
+            let whole = self.curvature(g, x, &g.prescribed);
+            let mut k = whole;
+            self.less_rest::<REST>(i, &mut k, x);
+            let m = times(&g.stiffness, &k);
+            sum += 0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]));
+            if self.viscous > 0.0 {
+                let k = along(&whole, normal(g, x));
+                let change = [k[0] - g.anchor[0], k[1] - g.anchor[1], k[2] - g.anchor[2]];
+                let m = times_scalar(&g.stiffness, &change);
+                sum += 0.5 * self.viscous * (change[0] * m[0] + change[1] * m[1] + change[2] * m[2]);
+            }
+        }
+        sum
+    }
+
+    fn gradient<const REST: bool>(&self, x: &Vectors, gradient: &mut Vectors) {
+        for (i, g) in self.groups.iter().enumerate() {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            if self.viscous > 0.0 {
+                let n = normal(g, x);
+                let scalar = along(&k, n);
+                for a in 0..3 {
+                    k[a] += n * (self.viscous * (scalar[a] - g.anchor[a]));
+                }
+            }
+            self.less_rest::<REST>(i, &mut k, x);
+            self.add_moments(g, &times(&g.stiffness, &k), 1.0, gradient);
+        }
+    }
+
     /// Sums what groups put into the same block; symmetric, so that a block of two masses appears once.
     fn sum_constant(&mut self) {
-        let mut all: Vec<(u32, f64)> =
-            self.pairs.iter().filter(|p| p.block != NO_BLOCK && p.value != 0.0).map(|p| (p.block, p.value)).collect();
-        all.sort_by_key(|(block, _)| *block);
         self.constant.clear();
-        for (block, value) in all {
+        for i in &self.order {
+            let Pair { block, value, .. } = self.pairs[*i as usize];
+            if value == 0.0 {
+                continue;
+            }
             match self.constant.last_mut() {
                 Some((last, sum)) if *last == block => *sum += value,
                 _ => self.constant.push((block, value)),

@@ -12,11 +12,14 @@
 //! Strains are taken where they are known to second order (a staggered grid): an edge shared by two cells strains both
 //! alike, and cylindrical bending along the grid strains nothing. A₁₆ and A₂₆ are taken as zero: the grid lies along the
 //! material's axes.
+//!
+//! A sheet that has been warm has a stiffness and strains at rest of its own in every cell: [`Warmed`], kept apart, so that
+//! one that has not reads and computes nothing for it. Kernels are compiled for both.
 
 use multiversion::multiversion;
 
 use super::pack::{LANES, Pack, Pack3, Pack9};
-use super::{Anchor, Element, Geometric, Law, NO_BLOCK};
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
 use crate::sheet::Vectors;
 
 /// Pairs of a cell's masses whose blocks are kept, row by row of the lower triangle.
@@ -56,11 +59,29 @@ struct Cell {
     per_time: f64,
 }
 
+/// What warmth has made of the cells of a packet.
+#[derive(Clone, Copy, Debug)]
+struct Warmed {
+    /// What is left of the law's stiffness.
+    softness: Pack,
+    /// Strains at which the cells are at rest.
+    rest: [Pack; 5],
+    /// The part of those that is expansion: of the four edges.
+    expansion: [Pack; 4],
+}
+
+impl Warmed {
+    const COLD: Self =
+        Self { softness: Pack([1.0; LANES]), rest: [Pack([0.0; LANES]); 5], expansion: [Pack([0.0; LANES]); 4] };
+}
+
 /// The membrane of all cells of a rectangular grid.
 #[derive(Clone, Debug, Default)]
 pub struct CellMembrane {
     cell: Cell,
     packets: Vec<Packet>,
+    /// One a packet; empty as long as the sheet has not been warm.
+    warmed: Vec<Warmed>,
 }
 
 impl CellMembrane {
@@ -81,7 +102,7 @@ impl CellMembrane {
             }
         }
         let cell = Cell { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..Cell::default() };
-        Self { cell, packets }
+        Self { cell, packets, warmed: Vec::new() }
     }
 
     /// Strains along u, along v and shear, averaged over each cell, in the order of the grid: for reports.
@@ -150,6 +171,37 @@ impl Cell {
             }
         }
         e
+    }
+
+    /// Stress at the strain `e` (staged, where it is in a stage) of packet `index`.
+    #[inline(always)]
+    fn stress_of<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
+        if !WARM {
+            return self.stress(&e);
+        }
+        let w = &warmed[index];
+        for k in 0..5 {
+            e[k] = e[k] - w.rest[k];
+        }
+        self.stress(&e).map(|s| s * w.softness)
+    }
+
+    /// Energy stored by packet `index` at strain `e`, J.
+    #[inline(always)]
+    fn stored<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[Warmed], index: usize, count: usize) -> f64 {
+        if WARM {
+            for k in 0..5 {
+                e[k] = e[k] - warmed[index].rest[k];
+            }
+        }
+        half_dot(&self.softened::<WARM>(&e, warmed, index), &e, count)
+    }
+
+    /// Stress of a strain that has no rest: a change of one.
+    #[inline(always)]
+    fn softened<const WARM: bool>(&self, e: &[Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
+        let s = self.stress(e);
+        if WARM { s.map(|s| s * warmed[index].softness) } else { s }
     }
 
     /// Adds `scale` times the gradient for stress `s` on edges `d`.
@@ -230,6 +282,25 @@ fn half_dot(s: &[Pack; 5], e: &[Pack; 5], count: usize) -> f64 {
     0.5 * sum.sum(count)
 }
 
+/// Calls a kernel of this name compiled for a sheet that has been warm, or for one that has not.
+macro_rules! kernel {
+    ($name:ident, $self:ident, $($argument:expr),*) => {
+        if $self.warmed.is_empty() {
+            $name::<false>($($argument),*)
+        } else {
+            $name::<true>($($argument),*)
+        }
+    };
+}
+
+impl CellMembrane {
+    /// Masses of the edges of a cell, in the order of its strains.
+    fn edges_of(m: [usize; 4]) -> [[u32; 2]; 4] {
+        let m = m.map(|m| m as u32);
+        [[m[0], m[1]], [m[2], m[3]], [m[0], m[2]], [m[1], m[3]]]
+    }
+}
+
 impl Element for CellMembrane {
     fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
         for packet in &self.packets {
@@ -258,17 +329,35 @@ impl Element for CellMembrane {
         self.cell.retardation = law.retardation;
     }
 
-    fn energy(&self, x: &Vectors) -> f64 {
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        if self.warmed.is_empty() {
+            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        }
         let cell = self.cell;
-        let each = self.packets.iter().map(|p| {
+        for (w, p) in self.warmed.iter_mut().zip(&self.packets) {
             let e = cell.strains(&cell.edges(x, p.first));
-            half_dot(&cell.stress(&e), &e, p.count)
-        });
-        each.sum()
+            for l in 0..p.count {
+                let m = cell.masses(p.first + l);
+                for (k, edge) in Self::edges_of(m).iter().enumerate() {
+                    let expansion = warmth.mean_expansion(edge);
+                    w.rest[k].0[l] += expansion - w.expansion[k].0[l];
+                    w.expansion[k].0[l] = expansion;
+                }
+                let (before, after) = (w.softness.0[l], warmth.stiffness(&m.map(|m| m as u32)));
+                for k in 0..5 {
+                    w.rest[k].0[l] = set_rest(e[k].0[l], w.rest[k].0[l], before, after);
+                }
+                w.softness.0[l] = after;
+            }
+        }
+    }
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        kernel!(energy, self, &self.cell, &self.packets, &self.warmed, x)
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
-        add_forces(&self.cell, &self.packets, x, v, force);
+        kernel!(add_forces, self, &self.cell, &self.packets, &self.warmed, x, v, force);
     }
 
     fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
@@ -302,33 +391,51 @@ impl Element for CellMembrane {
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
-        potential(&self.cell, &self.packets, x)
+        kernel!(potential, self, &self.cell, &self.packets, &self.warmed, x)
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
-        add_gradient(&self.cell, &self.packets, x, gradient);
+        kernel!(add_gradient, self, &self.cell, &self.packets, &self.warmed, x, gradient);
     }
 
     fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
-        add_tangent(&self.cell, &self.packets, x, geometric, values);
+        kernel!(add_tangent, self, &self.cell, &self.packets, &self.warmed, x, geometric, values);
     }
 
     fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
-        predict(&self.cell, &mut self.packets, x, d)
+        kernel!(predict, self, &self.cell, &mut self.packets, &self.warmed, x, d)
     }
 
     fn settle(&mut self, x: &Vectors) {
-        let cell = self.cell;
-        for packet in &mut self.packets {
-            let e = cell.strains(&cell.edges(x, packet.first));
-            packet.stress = cell.stress(&cell.staged(e, &packet.anchor));
-        }
+        kernel!(settle, self, &self.cell, &mut self.packets, &self.warmed, x);
+    }
+}
+
+fn energy<const WARM: bool>(cell: &Cell, packets: &[Packet], warmed: &[Warmed], x: &Vectors) -> f64 {
+    let each = packets.iter().enumerate().map(|(i, p)| {
+        let e = cell.strains(&cell.edges(x, p.first));
+        cell.stored::<WARM>(e, warmed, i, p.count)
+    });
+    each.sum()
+}
+
+fn settle<const WARM: bool>(cell: &Cell, packets: &mut [Packet], warmed: &[Warmed], x: &Vectors) {
+    for (i, packet) in packets.iter_mut().enumerate() {
+        let e = cell.strains(&cell.edges(x, packet.first));
+        packet.stress = cell.stress_of::<WARM>(cell.staged(e, &packet.anchor), warmed, i);
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn add_forces(cell: &Cell, packets: &[Packet], x: &Vectors, v: &Vectors, force: &mut Vectors) {
-    for p in packets {
+fn add_forces<const WARM: bool>(
+    cell: &Cell,
+    packets: &[Packet],
+    warmed: &[Warmed],
+    x: &Vectors,
+    v: &Vectors,
+    force: &mut Vectors,
+) {
+    for (i, p) in packets.iter().enumerate() {
         let d = cell.edges(x, p.first);
         let mut e = cell.strains(&d);
         if cell.retardation > 0.0 {
@@ -337,7 +444,7 @@ fn add_forces(cell: &Cell, packets: &[Packet], x: &Vectors, v: &Vectors, force: 
                 e[k] = e[k] + rate[k] * cell.retardation;
             }
         }
-        cell.add_gradient(&d, &cell.stress(&e), -1.0, (p.first, p.count), force);
+        cell.add_gradient(&d, &cell.stress_of::<WARM>(e, warmed, i), -1.0, (p.first, p.count), force);
     }
 }
 
@@ -357,34 +464,47 @@ fn begin(cell: &Cell, packets: &mut [Packet], anchors: &[Anchor], follow: f64) {
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn add_gradient(cell: &Cell, packets: &[Packet], x: &Vectors, gradient: &mut Vectors) {
-    for p in packets {
+fn add_gradient<const WARM: bool>(
+    cell: &Cell,
+    packets: &[Packet],
+    warmed: &[Warmed],
+    x: &Vectors,
+    gradient: &mut Vectors,
+) {
+    for (i, p) in packets.iter().enumerate() {
         let d = cell.edges(x, p.first);
-        let s = cell.stress(&cell.staged(cell.strains(&d), &p.anchor));
+        let s = cell.stress_of::<WARM>(cell.staged(cell.strains(&d), &p.anchor), warmed, i);
         cell.add_gradient(&d, &s, 1.0, (p.first, p.count), gradient);
     }
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn potential(cell: &Cell, packets: &[Packet], x: &Vectors) -> f64 {
+fn potential<const WARM: bool>(cell: &Cell, packets: &[Packet], warmed: &[Warmed], x: &Vectors) -> f64 {
     let mut sum = 0.0;
-    for p in packets {
+    for (i, p) in packets.iter().enumerate() {
         let e = cell.strains(&cell.edges(x, p.first));
-        sum += half_dot(&cell.stress(&e), &e, p.count);
+        sum += cell.stored::<WARM>(e, warmed, i, p.count);
         if cell.viscous > 0.0 {
             let mut rate = e;
             for k in 0..5 {
                 rate[k] = e[k] - p.anchor[k];
             }
-            sum += cell.viscous * half_dot(&cell.stress(&rate), &rate, p.count);
+            sum += cell.viscous * half_dot(&cell.softened::<WARM>(&rate, warmed, i), &rate, p.count);
         }
     }
     sum
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn add_tangent(cell: &Cell, packets: &[Packet], x: &Vectors, geometric: Geometric, values: &mut [f64]) {
-    for p in packets {
+fn add_tangent<const WARM: bool>(
+    cell: &Cell,
+    packets: &[Packet],
+    warmed: &[Warmed],
+    x: &Vectors,
+    geometric: Geometric,
+    values: &mut [f64],
+) {
+    for (i, p) in packets.iter().enumerate() {
         let d = cell.edges(x, p.first);
         let mut s = p.stress;
         if geometric == Geometric::Clipped {
@@ -394,7 +514,15 @@ fn add_tangent(cell: &Cell, packets: &[Packet], x: &Vectors, geometric: Geometri
             // Shear has no sign of its own: its geometric part is always indefinite.
             s[4] = Pack::default();
         }
-        let blocks = cell.tangent(&d, &s);
+        if WARM {
+            // The tangent is linear in stiffness and stress together.
+            let stiffer = warmed[i].softness.reciprocal();
+            s = s.map(|s| s * stiffer);
+        }
+        let mut blocks = cell.tangent(&d, &s);
+        if WARM {
+            blocks.iter_mut().flat_map(|b| &mut b.0).for_each(|b| *b = *b * warmed[i].softness);
+        }
         for (block, slots) in blocks.iter().zip(&p.blocks) {
             block.scatter(slots, p.count, values);
         }
@@ -402,9 +530,15 @@ fn add_tangent(cell: &Cell, packets: &[Packet], x: &Vectors, geometric: Geometri
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
-fn predict(cell: &Cell, packets: &mut [Packet], x: &Vectors, moved: &Vectors) -> f64 {
+fn predict<const WARM: bool>(
+    cell: &Cell,
+    packets: &mut [Packet],
+    warmed: &[Warmed],
+    x: &Vectors,
+    moved: &Vectors,
+) -> f64 {
     let mut missed = 0.0;
-    for p in packets {
+    for (i, p) in packets.iter_mut().enumerate() {
         let d = cell.edges(x, p.first);
         let r = cell.edges(moved, p.first);
         let mut e = cell.strains(&d);
@@ -412,12 +546,12 @@ fn predict(cell: &Cell, packets: &mut [Packet], x: &Vectors, moved: &Vectors) ->
         for k in 0..5 {
             e[k] = e[k] + first[k];
         }
-        p.stress = cell.stress(&cell.staged(e, &p.anchor));
+        p.stress = cell.stress_of::<WARM>(cell.staged(e, &p.anchor), warmed, i);
         // What first order misses is the strain of the change itself.
         let (a, b) = cell.middle(&r);
         let along = |k: usize, i: f64| r[k].dot(r[k]) * (0.5 * i * i);
         let second = [along(0, cell.iu), along(1, cell.iu), along(2, cell.iv), along(3, cell.iv), a.dot(b)];
-        missed += (1.0 + cell.viscous) * half_dot(&cell.stress(&second), &second, p.count);
+        missed += (1.0 + cell.viscous) * half_dot(&cell.softened::<WARM>(&second, warmed, i), &second, p.count);
     }
     missed
 }

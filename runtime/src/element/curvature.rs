@@ -18,7 +18,7 @@ pub struct CurvatureGroup {
     pub area: f64,
     /// Directions (uu, vv, 2uv) of curvature that are free to adjust.
     pub relaxed: Vec<[f64; 3]>,
-    /// Masses a, b, c, d whose differences give the normal, (x_b - x_a) × (x_d - x_c).
+    /// Masses a, b, c, d whose differences give the normal of the upper side, (x_b - x_a) × (x_d - x_c).
     pub frame: [u32; 4],
 }
 

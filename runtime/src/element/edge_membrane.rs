@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use super::curvature::{CurvatureGroup, relaxation};
-use super::{Anchor, Element, Geometric, Law, NO_BLOCK, add_block};
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
 use crate::lattice::outline::{Edge, Mesh, NO_TRIANGLE};
 use crate::sheet::Vectors;
 
@@ -48,7 +48,7 @@ struct Triangle {
     /// S⁻¹ and the area, m².
     from_edges: [[f64; 3]; 3],
     area: f64,
-    /// G, J.
+    /// G, J; as warmth has made it.
     stiffness: [[f64; 3]; 3],
     /// Masses in order; every pair (p, q <= p) of them has a block.
     masses: Vec<u32>,
@@ -59,11 +59,23 @@ struct Triangle {
     blocks: Vec<u32>,
 }
 
+/// What warmth has made of a triangle.
+#[derive(Clone, Copy, Debug)]
+struct Warmed {
+    /// What is left of the law's stiffness.
+    softness: f64,
+    /// Strains of the edges at which it is at rest, and the part of them that is expansion.
+    rest: [f64; 3],
+    expansion: [f64; 3],
+}
+
 /// The membrane of all triangles of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct EdgeMembrane {
     strains: Vec<Strain>,
     triangles: Vec<Triangle>,
+    /// One a triangle; empty as long as the sheet has not been warm.
+    warmed: Vec<Warmed>,
     /// Curvature along each edge before relaxation: groups and their shares.
     sources: Vec<[(u32, f64); 2]>,
     /// Squared direction (t_u², t_v², t_u t_v) and length (m) of each edge.
@@ -231,7 +243,7 @@ impl EdgeMembrane {
         }
     }
 
-    /// ½ eᵀ G e over all triangles, J.
+    /// ½ eᵀ G e over all triangles, J, of changes of strain.
     fn stored(&self, strain: impl Fn(usize) -> f64) -> f64 {
         let one = |t: &Triangle| {
             let e = t.edges.map(|i| strain(i as usize));
@@ -240,11 +252,20 @@ impl EdgeMembrane {
         self.triangles.iter().map(one).sum()
     }
 
+    /// The strains `e` of triangle `k` less those at which it is at rest.
+    #[inline]
+    fn less_rest(&self, k: usize, e: [f64; 3]) -> [f64; 3] {
+        match self.warmed.get(k) {
+            Some(w) => [e[0] - w.rest[0], e[1] - w.rest[1], e[2] - w.rest[2]],
+            None => e,
+        }
+    }
+
     /// Makes `stress` the stress G e of the strains in `work`.
     fn stress_of_work(&mut self) {
         self.stress.fill(0.0);
-        for t in &self.triangles {
-            let s = product(&t.stiffness, &t.edges.map(|e| self.work[e as usize]));
+        for (k, t) in self.triangles.iter().enumerate() {
+            let s = product(&t.stiffness, &self.less_rest(k, t.edges.map(|e| self.work[e as usize])));
             t.edges.iter().zip(s).for_each(|(e, s)| self.stress[*e as usize] += s);
         }
     }
@@ -320,13 +341,14 @@ impl Element for EdgeMembrane {
 
     fn set_law(&mut self, law: &Law) {
         self.retardation = law.retardation;
-        for t in &mut self.triangles {
+        for (k, t) in self.triangles.iter_mut().enumerate() {
+            let area = t.area * self.warmed.get(k).map_or(1.0, |w| w.softness);
             let s = &t.from_edges;
             // S⁻¹ takes edges to (uu, vv, uv): G = A S⁻ᵀ C S⁻¹.
             let cs: [[f64; 3]; 3] = std::array::from_fn(|j| product(&law.membrane, &[s[0][j], s[1][j], s[2][j]]));
             for i in 0..3 {
                 for j in 0..3 {
-                    t.stiffness[i][j] = t.area * dot(&[s[0][i], s[1][i], s[2][i]], &cs[j]);
+                    t.stiffness[i][j] = area * dot(&[s[0][i], s[1][i], s[2][i]], &cs[j]);
                 }
             }
         }
@@ -335,17 +357,45 @@ impl Element for EdgeMembrane {
         self.find_offsets();
     }
 
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        let cold = Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
+        self.warmed.resize(self.triangles.len(), cold);
+        for (t, w) in self.triangles.iter_mut().zip(&mut self.warmed) {
+            let strains = t.edges.map(|e| &self.strains[e as usize]);
+            let mut corners = [0.0; 2];
+            for (k, strain) in strains.iter().enumerate() {
+                let expansion = warmth.mean_expansion(&strain.ends);
+                w.rest[k] += expansion - w.expansion[k];
+                w.expansion[k] = expansion;
+                // Every corner is an end of two edges.
+                corners[0] += strain.ends.iter().map(|m| warmth.compliance[*m as usize]).sum::<f64>();
+                corners[1] += 2.0;
+            }
+            let (before, after) = (w.softness, corners[1] / corners[0]);
+            for (rest, strain) in w.rest.iter_mut().zip(strains) {
+                *rest = set_rest(strain.at(x), *rest, before, after);
+            }
+            t.stiffness.iter_mut().flatten().for_each(|g| *g *= after / before);
+            w.softness = after;
+        }
+    }
+
     fn energy(&self, x: &Vectors) -> f64 {
-        self.stored(|e| self.strains[e].at(x))
+        let one = |(k, t): (usize, &Triangle)| {
+            let e = self.less_rest(k, t.edges.map(|e| self.strains[e as usize].at(x)));
+            0.5 * dot(&e, &product(&t.stiffness, &e))
+        };
+        self.triangles.iter().enumerate().map(one).sum()
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
-        for t in &self.triangles {
+        for (k, t) in self.triangles.iter().enumerate() {
             let strain = t.edges.map(|e| {
                 let strain = &self.strains[e as usize];
                 let rate = if self.retardation > 0.0 { self.retardation * strain.rate(x, v) } else { 0.0 };
                 strain.at(x) + rate
             });
+            let strain = self.less_rest(k, strain);
             for (e, stress) in t.edges.iter().zip(product(&t.stiffness, &strain)) {
                 self.strains[*e as usize].scatter(x, -stress, force);
             }

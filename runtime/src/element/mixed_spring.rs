@@ -6,7 +6,7 @@
 
 use super::axial::Axial;
 use super::spring::Springs;
-use super::{Anchor, Element, Geometric, Law, NO_BLOCK, add_block};
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block};
 use crate::sheet::Vectors;
 
 /// One spring.
@@ -42,10 +42,11 @@ impl MixedSprings {
         Self { springs: each.collect(), per_time: 0.0 }
     }
 
-    /// Takes up stiffness and dashpots that were changed.
+    /// Takes up stiffness, rest lengths and dashpots that were changed.
     pub fn follow(&mut self, springs: &Springs) {
         for (i, spring) in self.springs.iter_mut().enumerate() {
             spring.axial.stiffness = springs.stiffness[i];
+            spring.axial.rest = springs.rest[i];
             spring.axial.dashpot = springs.damping[i];
         }
     }
@@ -74,6 +75,9 @@ impl Element for MixedSprings {
 
     /// Springs take their stiffness from [`MixedSprings::follow`].
     fn set_law(&mut self, _law: &Law) {}
+
+    /// As their stiffness: see [`MixedSprings::follow`].
+    fn warm(&mut self, _x: &Vectors, _warmth: &Warmth) {}
 
     fn energy(&self, x: &Vectors) -> f64 {
         self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()

@@ -51,6 +51,41 @@ pub struct Law {
     pub retardation: f64,
 }
 
+/// What warming and cooling have made of a sheet's material, mass by mass: see [`crate::heat`].
+#[derive(Clone, Copy, Debug)]
+pub struct Warmth<'a> {
+    /// E of the law over E at the mass's temperature: 1 or more where the sheet has softened.
+    pub compliance: &'a [f64],
+    /// Strain of a sheet free to expand, α (T - 20 °C).
+    pub expansion: &'a [f64],
+    /// Curvature along the upper side's normal of a sheet free to curl, 1/m; empty where the sheet is as warm on both sides.
+    pub curl: &'a [f64],
+}
+
+impl Warmth<'_> {
+    /// Stiffness of what lies in a row between `masses`, as a fraction of the law's: one after another they give way together.
+    #[inline]
+    pub fn stiffness(&self, masses: &[u32]) -> f64 {
+        let sum: f64 = masses.iter().map(|m| self.compliance[*m as usize]).sum();
+        masses.len() as f64 / sum
+    }
+
+    /// Mean expansion of `masses`.
+    #[inline]
+    pub fn mean_expansion(&self, masses: &[u32]) -> f64 {
+        let sum: f64 = masses.iter().map(|m| self.expansion[*m as usize]).sum();
+        sum / masses.len() as f64
+    }
+}
+
+/// The strain at which an element is at rest, when its stiffness goes from `before` to `after` of the law's at strain `strain`
+/// and it was at rest at `rest`. What softens keeps its rest and so gives up stress; what stiffens keeps its stress and so
+/// sets. Either way it stores no more energy than before.
+#[inline(always)]
+pub(crate) fn set_rest(strain: f64, rest: f64, before: f64, after: f64) -> f64 {
+    if after > before { strain - (before / after) * (strain - rest) } else { rest }
+}
+
 /// Which stress the geometric part of a tangent takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Geometric {
@@ -70,6 +105,10 @@ pub trait Element: Send + Sync {
 
     /// Takes up a stiffness.
     fn set_law(&mut self, law: &Law);
+
+    /// Takes up what warming and cooling have made of the material, at positions `x`. The law stays that of the cold sheet, and
+    /// what a change of stiffness alone does never adds energy.
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth);
 
     /// Energy stored at positions `x`, J.
     fn energy(&self, x: &Vectors) -> f64;

@@ -44,6 +44,16 @@ impl Pack {
         Self(lanes)
     }
 
+    /// One over each lane.
+    #[inline(always)]
+    pub fn reciprocal(self) -> Self {
+        let mut lanes = self.0;
+        for x in &mut lanes {
+            *x = 1.0 / *x;
+        }
+        Self(lanes)
+    }
+
     /// Sum of the first `count` lanes.
     #[inline(always)]
     pub fn sum(self, count: usize) -> f64 {

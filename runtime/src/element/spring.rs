@@ -152,6 +152,12 @@ impl Springs {
         self.slots.damping[slot] = damping;
     }
 
+    /// Changes the rest length (m) of spring `i`; panics when there is none, as indexing does.
+    pub fn set_rest(&mut self, i: usize, rest: f64) {
+        self.rest[i] = rest;
+        self.slots.rest[self.slots.of[i] as usize] = rest;
+    }
+
     /// How many springs there are.
     pub fn len(&self) -> usize {
         self.a.len()

@@ -5,7 +5,7 @@
 use glam::DVec3;
 
 use super::axial::Axial;
-use super::{Anchor, Element, Geometric, Law, NO_BLOCK, add_block};
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
 use crate::sheet::Vectors;
 
 /// One spring.
@@ -16,6 +16,11 @@ struct Spring {
     point: DVec3,
     /// Stiffness per unit of bending stiffness, 1/m².
     per_bending: f64,
+    /// Length of a cold spring without load, m.
+    cold: f64,
+    /// Stiffness as a fraction of the law's, and expansion, as warmth has made them.
+    softness: f64,
+    expansion: f64,
     axial: Axial,
 }
 
@@ -35,6 +40,9 @@ impl WallSprings {
             block: NO_BLOCK,
             point,
             per_bending: stiffness / bending,
+            cold: rest,
+            softness: 1.0,
+            expansion: 0.0,
             axial: Axial { stiffness, rest, ..Axial::default() },
         });
         Self { springs: each.collect(), per_time: 0.0 }
@@ -60,8 +68,21 @@ impl Element for WallSprings {
 
     fn set_law(&mut self, law: &Law) {
         for s in &mut self.springs {
-            s.axial.stiffness = s.per_bending * law.bending[0][0];
+            s.axial.stiffness = s.per_bending * law.bending[0][0] * s.softness;
             s.axial.dashpot = s.axial.stiffness * law.retardation;
+        }
+    }
+
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        for s in &mut self.springs {
+            let mass = [s.mass as u32];
+            let (softness, expansion) = (warmth.stiffness(&mass), warmth.mean_expansion(&mass));
+            s.axial.rest += s.cold * (expansion - s.expansion);
+            s.axial.rest = set_rest(s.along(x).1, s.axial.rest, s.softness, softness);
+            let change = softness / s.softness;
+            s.axial.stiffness *= change;
+            s.axial.dashpot *= change;
+            (s.softness, s.expansion) = (softness, expansion);
         }
     }
 

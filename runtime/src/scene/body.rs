@@ -47,6 +47,9 @@ pub struct BodySpec {
     /// Restitution coefficient, 0 to 1; the scene's default if none.
     #[serde(default)]
     pub restitution: Option<f64>,
+    /// Temperature, °C, -273.15 to 5000, of a body that gives heat to what touches it, or takes it; none for one that does not.
+    #[serde(default)]
+    pub temperature: Option<f64>,
 }
 
 /// The shape of a body.
@@ -81,6 +84,7 @@ impl BodySpec {
             material: None,
             friction: None,
             restitution: None,
+            temperature: None,
         }
     }
 

@@ -44,10 +44,15 @@ pub struct Material {
     pub specific_heat: f64,
     /// Thermal conductivity, W/(m K); 0 to 1e4.
     pub conductivity: f64,
-    /// Emissivity of the surface, 0 to 1.
+    /// Emissivity of the surface, and the share of radiation that it takes up, 0 to 1.
     pub emissivity: f64,
+    /// Linear thermal expansion, 1/K; ±1e-2.
+    pub expansion: f64,
     /// Glass transition, °C, -273.15 to 1000; none for one that does not soften.
     pub glass_transition: Option<f64>,
+    /// E at temperatures (°C, -273.15 to 5000, rising) as fractions of `young`, 1e-9 to 1e3: log E is linear in between. Empty
+    /// for the curve of the glass transition.
+    pub softening: Vec<(f64, f64)>,
     /// C1 and C2 (K) of log10 aT = -C1 (T - Tg)/(C2 + T - Tg) above the glass transition (Williams, Landel and Ferry, J. Am.
     /// Chem. Soc. 77, 1955); 1 to 100 each in its unit, C2 to 1000.
     pub wlf: (f64, f64),
@@ -63,12 +68,12 @@ impl Default for Material {
     }
 }
 
-const THESIS: Material = row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90], 0.02, None, None);
+const THESIS: Material = row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90, 7e-5], 0.02, None, None);
 
-/// A row of the library: E, ν, ρ, t; c, k, ε; damping ratio, yield stress, glass transition.
+/// A row of the library: E, ν, ρ, t; c, k, ε, expansion; damping ratio, yield stress, glass transition.
 const fn row(
     [young, poisson, density, thickness]: [f64; 4],
-    [specific_heat, conductivity, emissivity]: [f64; 3],
+    [specific_heat, conductivity, emissivity, expansion]: [f64; 4],
     damping_ratio: f64,
     yield_stress: Option<f64>,
     glass_transition: Option<f64>,
@@ -85,7 +90,9 @@ const fn row(
         specific_heat,
         conductivity,
         emissivity,
+        expansion,
         glass_transition,
+        softening: Vec::new(),
         wlf: UNIVERSAL_WLF,
     }
 }
@@ -123,56 +130,56 @@ impl Material {
 /// The library: name, one-line description, constants.
 ///
 /// Damping ratios are half the loss factors of the class at room temperature (from 0.002 for metals to 0.3 for plasticised
-/// PVC); yield stresses are tensile, for paper and card the end of proportionality.
+/// PVC); yield stresses are tensile, for paper and card the end of proportionality; expansions are those of the class.
 pub const LIBRARY: &[(&str, &str, Material)] = &[
     ("thesis", "the thesis's soft sheet: planar springs of 0.185 N/m", THESIS),
     (
         "hips",
         "high-impact polystyrene, 0.5 mm",
-        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90], 0.015, Some(2.0e7), Some(100.0)),
+        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0)),
     ),
     (
         "pvc",
         "rigid PVC, 0.4 mm",
-        row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91], 0.015, Some(5.0e7), Some(82.0)),
+        row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(82.0)),
     ),
     (
         "pvc-plasticised",
         "plasticised PVC, 0.4 mm",
-        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92], 0.15, None, Some(0.0)),
+        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0)),
     ),
     (
         "packaging-pvc",
         "packaging PVC, 0.15 mm",
-        row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91], 0.015, Some(5.0e7), Some(80.0)),
+        row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(80.0)),
     ),
     (
         "pet",
         "PET film, 0.1 mm",
-        row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85], 0.01, Some(1.0e8), Some(70.0)),
+        row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85, 6e-5], 0.01, Some(1.0e8), Some(70.0)),
     ),
     (
         "paper",
         "printer paper, 80 g/m²",
-        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(2.0e7), None),
+        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None),
     ),
-    ("card", "card, 300 g/m²", row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(1.5e7), None)),
+    ("card", "card, 300 g/m²", row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(1.5e7), None)),
     (
         "playing-card",
         "playing card, 0.3 mm",
-        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93], 0.02, Some(2.0e7), None),
+        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None),
     ),
     (
         "steel-foil",
         "steel foil, 0.1 mm",
-        row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15], 0.001, Some(5.0e8), None),
+        row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15, 1.2e-5], 0.001, Some(5.0e8), None),
     ),
     (
         "aluminium-foil",
         "aluminium foil, 16 µm",
-        row([6.9e10, 0.33, 2700.0, 1.6e-5], [900.0, 220.0, 0.04], 0.001, Some(5.0e7), None),
+        row([6.9e10, 0.33, 2700.0, 1.6e-5], [900.0, 220.0, 0.04, 2.3e-5], 0.001, Some(5.0e7), None),
     ),
-    ("rubber", "rubber sheet, 1 mm", row([3.0e6, 0.49, 1100.0, 1.0e-3], [1900.0, 0.16, 0.94], 0.05, None, None)),
+    ("rubber", "rubber sheet, 1 mm", row([3.0e6, 0.49, 1100.0, 1.0e-3], [1900.0, 0.16, 0.94, 2e-4], 0.05, None, None)),
 ];
 
 /// The material of that name in the library.

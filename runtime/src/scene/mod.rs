@@ -8,6 +8,7 @@
 mod body;
 pub mod cards;
 mod contact;
+mod heat;
 pub mod heater;
 mod literal;
 pub mod load;
@@ -27,6 +28,7 @@ use serde::{Deserialize, Serialize};
 
 pub use body::{BodySpec, Shape};
 pub use contact::{ContactDefaults, PairSpec};
+pub use heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
 pub use material::{Material, MaterialChoice};
 pub use polyhedron::Polyhedron;
 
@@ -60,11 +62,23 @@ pub struct Scene {
     pub air: Air,
     /// Temperature of the surroundings, °C; -273.15 to 5000.
     pub ambient_temperature: f64,
+    /// Convection of both sides of a sheet together in still air, W/(m² K); 0 to 1e6.
+    pub convection: f64,
+    /// Conductance between a hot body and what touches it, W/(m² K); 1e-3 to 1e6.
+    pub contact_conductance: f64,
+    /// How many times faster time runs for heat than for motion; 1e-3 to 1e4.
+    pub time_lapse: f64,
+    /// How heat is modelled.
+    pub heat_mode: HeatMode,
+    /// The whole room at a temperature.
+    pub oven: Option<OvenSpec>,
+    /// A jet of hot air.
+    pub heat_gun: Option<HeatGunSpec>,
     /// The sheets.
     pub sheets: Vec<SheetSpec>,
     /// The rigid bodies the sheets meet.
     pub bodies: Vec<BodySpec>,
-    /// Hot polyhedra. Read, checked and kept; they do not heat anything yet.
+    /// Hot polyhedra, which radiate.
     pub heaters: Vec<HeaterSpec>,
     /// Where a picture of the scene is taken from.
     pub camera: Option<CameraSpec>,
@@ -90,6 +104,12 @@ impl Default for Scene {
             contact: ContactDefaults::default(),
             air: Air::default(),
             ambient_temperature: 20.0,
+            convection: 10.0,
+            contact_conductance: 500.0,
+            time_lapse: 1.0,
+            heat_mode: HeatMode::default(),
+            oven: None,
+            heat_gun: None,
             sheets: Vec::new(),
             bodies: Vec::new(),
             heaters: Vec::new(),
@@ -265,6 +285,11 @@ pub struct SheetSpec {
     pub friction: Option<f64>,
     /// Restitution coefficient of the sheet; the scene's default if none.
     pub restitution: Option<f64>,
+    /// Temperature at the start, °C, -273.15 to 5000; that of the surroundings if none.
+    pub temperature: Option<f64>,
+    /// Whether its two sides may differ in temperature, so that it curls: for sheets of one layer that bend as their material; the
+    /// layers of others have temperatures of their own.
+    pub temperature_gradient: bool,
 }
 
 impl Default for SheetSpec {
@@ -298,6 +323,8 @@ impl Default for SheetSpec {
             probes: BTreeMap::new(),
             friction: None,
             restitution: None,
+            temperature: None,
+            temperature_gradient: false,
         }
     }
 }
@@ -421,20 +448,6 @@ pub fn path_at(path: &[PathKey], time: f64) -> (DVec3, DVec3) {
         }
     }
     path.last().map_or((DVec3::ZERO, DVec3::ZERO), |last| (last.offset, last.rotation))
-}
-
-/// A hot polyhedron.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct HeaterSpec {
-    /// Name in reports; empty for "heater N".
-    #[serde(default)]
-    pub name: String,
-    /// A heater file.
-    pub file: PathBuf,
-    /// Where it is put.
-    #[serde(default)]
-    pub placement: Placement,
 }
 
 /// A view of the scene.

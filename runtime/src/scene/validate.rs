@@ -6,10 +6,11 @@
 use glam::DVec3;
 
 use super::{
-    Air, BodySpec, CameraSpec, ContactDefaults, Material, MaterialChoice, PathKey, PinSpec, Placement, Region,
-    RegionVector, Room, Scene, Shape, SheetSpec, material,
+    Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, MaterialChoice, PathKey, PinSpec,
+    Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, material,
 };
 use crate::error::{InputError, check_range};
+use crate::heat::{COLDEST, HOTTEST};
 use crate::lattice::StructureKind;
 use crate::lattice::calibrate::Target;
 use crate::lattice::outline::{check_cuts, check_holes, check_outline};
@@ -37,7 +38,7 @@ pub(crate) fn values(scene: &Scene) -> Check {
     check_range("dt", scene.dt, 1e-7, 1.0, "s")?;
     check_range("tolerance", scene.tolerance, 1e-15, 1.0, "m")?;
     check_range("duration", scene.duration, 0.0, 1e6, "s")?;
-    check_range("ambient_temperature", scene.ambient_temperature, -273.15, 5000.0, "°C")?;
+    heat(scene)?;
     contact(&scene.contact)?;
     air(&scene.air)?;
     if let Some(view) = &scene.camera {
@@ -53,8 +54,9 @@ pub(crate) fn values(scene: &Scene) -> Check {
         self::body(body).map_err(|e| within(&format!("bodies.{i}"), e))?;
     }
     for (i, heater) in scene.heaters.iter().enumerate() {
-        placement(&heater.placement).map_err(|e| within(&format!("heaters.{i}"), e))?;
+        self::heater(heater).map_err(|e| within(&format!("heaters.{i}"), e))?;
     }
+    names("heaters", scene.heaters.iter().map(|h| h.name.as_str()))?;
     names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
     // One without a name must not meet its number's.
     let bodies = scene.body_names();
@@ -197,6 +199,8 @@ pub fn material(field: &str, m: &Material) -> Check {
     check_range(&at("specific_heat"), m.specific_heat, 1.0, 1e5, "J/(kg K)")?;
     check_range(&at("conductivity"), m.conductivity, 0.0, 1e4, "W/(m K)")?;
     check_range(&at("emissivity"), m.emissivity, 0.0, 1.0, "")?;
+    check_range(&at("expansion"), m.expansion, -1e-2, 1e-2, "1/K")?;
+    softening(&at("softening"), &m.softening)?;
     check_range(&at("damping_ratio"), m.damping_ratio, 0.0, 10.0, "of critical")?;
     option(&at("yield_stress"), m.yield_stress, (1.0, 1e11), "Pa")?;
     option(&at("glass_transition"), m.glass_transition, (-273.15, 1000.0), "°C")?;
@@ -238,6 +242,11 @@ fn sheet(s: &SheetSpec) -> Check {
     option("flexion_limit", s.flexion_limit, (1.0, 180.0), "degrees")?;
     option("friction", s.friction, (0.0, 10.0), "")?;
     option("restitution", s.restitution, (0.0, 1.0), "")?;
+    option("temperature", s.temperature, (COLDEST, HOTTEST), "°C")?;
+    if s.temperature_gradient && (s.structure != StructureKind::Shell || s.file.is_some()) {
+        let problem = format!("is for the shell only, not for {}: layers have temperatures of their own", s.structure);
+        return Err(InputError::new("temperature_gradient", problem));
+    }
     placement(&s.placement)?;
     vector("velocity", s.velocity, 1e4, "m/s")?;
     vector("spin", s.spin, 1e4, "rad/s")?;
@@ -275,6 +284,19 @@ fn pin(pin: &PinSpec) -> Check {
     }
     if pin.axes == (false, false, false) {
         return Err(InputError::new("axes", "holds nothing"));
+    }
+    Ok(())
+}
+
+/// A table of stiffness against temperature.
+fn softening(field: &str, rows: &[(f64, f64)]) -> Check {
+    for (i, (celsius, fraction)) in rows.iter().enumerate() {
+        check_range(&format!("{field}.{i}.0"), *celsius, COLDEST, HOTTEST, "°C")?;
+        check_range(&format!("{field}.{i}.1"), *fraction, 1e-9, 1e3, "of young")?;
+        if i > 0 && *celsius <= rows[i - 1].0 {
+            let problem = format!("{celsius} °C does not come after {} °C", rows[i - 1].0);
+            return Err(InputError::new(format!("{field}.{i}.0"), problem));
+        }
     }
     Ok(())
 }
@@ -346,7 +368,60 @@ fn body(b: &BodySpec) -> Check {
         return Err(InputError::new("material", "has no name"));
     }
     option("friction", b.friction, (0.0, 10.0), "")?;
+    option("temperature", b.temperature, (COLDEST, HOTTEST), "°C")?;
     option("restitution", b.restitution, (0.0, 1.0), "")
+}
+
+/// What heats a scene, but heaters and bodies.
+fn heat(scene: &Scene) -> Check {
+    check_range("ambient_temperature", scene.ambient_temperature, COLDEST, HOTTEST, "°C")?;
+    check_range("convection", scene.convection, 0.0, 1e6, "W/(m² K)")?;
+    check_range("contact_conductance", scene.contact_conductance, 1e-3, 1e6, "W/(m² K)")?;
+    check_range("time_lapse", scene.time_lapse, 1e-3, 1e4, "")?;
+    if let HeatMode::Thesis { sensitivity, conductivity } = scene.heat_mode {
+        check_range("heat_mode.sensitivity", sensitivity, 0.0, 1e6, "N/K")?;
+        check_range("heat_mode.conductivity", conductivity, 0.0, 1e3, "")?;
+    }
+    if let Some(oven) = &scene.oven {
+        check_range("oven.temperature", oven.temperature, COLDEST, HOTTEST, "°C")?;
+        option("oven.convection", oven.convection, (0.0, 1e6), "W/(m² K)")?;
+        for (i, key) in oven.schedule.iter().enumerate() {
+            check_range(&format!("oven.schedule.{i}.time"), key.time, 0.0, 1e6, "s")?;
+            option(&format!("oven.schedule.{i}.temperature"), key.temperature, (COLDEST, HOTTEST), "°C")?;
+            if i > 0 && key.time <= oven.schedule[i - 1].time {
+                let problem = format!("{} s does not come after {} s", key.time, oven.schedule[i - 1].time);
+                return Err(InputError::new(format!("oven.schedule.{i}.time"), problem));
+            }
+        }
+    }
+    if let Some(gun) = &scene.heat_gun {
+        check_range("heat_gun.temperature", gun.temperature, COLDEST, HOTTEST, "°C")?;
+        check_range("heat_gun.convection", gun.convection, 0.0, 1e6, "W/(m² K)")?;
+        check_range("heat_gun.half_angle", gun.half_angle, 0.1, 90.0, "degrees")?;
+        check_range("heat_gun.reach", gun.reach, 1e-6, 1e4, "m")?;
+        vector("heat_gun.position", gun.position, 1e4, "m")?;
+        vector("heat_gun.direction", gun.direction, 1e4, "")?;
+        if gun.direction == DVec3::ZERO {
+            return Err(InputError::new("heat_gun.direction", "points nowhere"));
+        }
+        path(&gun.path).map_err(|e| within("heat_gun", e))?;
+    }
+    Ok(())
+}
+
+/// A heater of a scene; its file is read when the world is built.
+fn heater(h: &HeaterSpec) -> Check {
+    for (axis, value) in h.size.iter().flat_map(|s| s.to_array()).enumerate() {
+        check_range(&format!("size.{axis}"), value, 1e-6, 1e4, "m")?;
+    }
+    for (i, hot) in h.hot.iter().enumerate() {
+        check_range(&format!("hot.{i}.temperature"), hot.temperature, COLDEST, HOTTEST, "°C")?;
+        check_range(&format!("hot.{i}.emissivity"), hot.emissivity, 0.0, 1.0, "")?;
+    }
+    if h.file.is_none() {
+        h.resolve(std::path::Path::new(""))?;
+    }
+    placement(&h.placement)
 }
 
 /// Mass, density, velocity and spin: what a body has that moves freely.

@@ -10,7 +10,7 @@ use crate::element::Element;
 use crate::element::bending::Bending;
 use crate::element::cell_membrane::CellMembrane;
 use crate::element::edge_membrane::EdgeMembrane;
-use crate::element::spring::{Spring, Springs};
+use crate::element::spring::{Spring, SpringClass, Springs};
 use crate::element::staggered::{Grid, curvatures};
 use crate::element::thickness_limit::ThicknessLimit;
 use crate::element::triangle::triangle_curvatures;
@@ -32,6 +32,8 @@ pub(super) struct Parts {
     pub force: Vec<DVec3>,
     /// Place of each mass in the sheet, 0 to 1 over the bottom layer.
     pub uv: Vec<(f64, f64)>,
+    /// Length and width that those are a fraction of, m.
+    pub extent: (f64, f64),
     pub structure: StructureKind,
     pub grid: (u32, u32, u32),
     pub damping: f64,
@@ -143,6 +145,7 @@ fn read(file: &SheetFile) -> Result<Parts, InputError> {
         grid: (nx, layers, nz),
         damping: file.damping,
         uv: material_coordinates(&plain),
+        extent: extent_of_springs(file, structure.info().triangular),
         lattice,
         calibrated: None,
         mesh: None,
@@ -157,7 +160,7 @@ fn assemble(
     bends: bool,
     triangles: Option<Vec<[u32; 3]>>,
 ) -> Sheet {
-    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, structure, grid, damping, .. } = parts;
+    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, extent, structure, grid, damping, .. } = parts;
     let rotation = spec.placement.quaternion();
     let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
     for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {
@@ -217,11 +220,15 @@ fn assemble(
         springs,
         elements: Vec::new(),
         drag,
+        heat: None,
+        first_temperature: spec.temperature,
+        has_gradient: spec.temperature_gradient,
         system: None,
         field_before: None,
         clamped: vec![false; n],
         damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
         length: spec.size.0.max(spec.size.1),
+        extent,
         flexion: lattice.flexion,
         flexion_limit: None,
         thickness_limit: None,
@@ -254,6 +261,32 @@ fn assemble(
     }
     sheet.refresh();
     sheet
+}
+
+/// Length and width (m) of the sheet of a file, whose masses may lie anywhere: by the rest lengths of its springs.
+fn extent_of_springs(file: &SheetFile, triangular: bool) -> (f64, f64) {
+    let mean = |kind: SpringClass| {
+        let each = file.springs.iter().filter(|s| s.kind == kind);
+        let (count, sum) = each.fold((0.0, 0.0), |(n, sum), s| (n + 1.0, sum + s.rest));
+        (count > 0.0).then(|| sum / count)
+    };
+    let [nx, _, nz] = file.dimensions.map(f64::from);
+    let along = mean(SpringClass::X).unwrap_or(1.0);
+    // Of a triangular layer the rows are as far apart as its slanting springs say.
+    let slant =
+        || Some((mean(SpringClass::Diagonal)?.powi(2) - 0.25 * along * along).max(1e-12 * along * along).sqrt());
+    let across = mean(SpringClass::Z).or_else(slant).unwrap_or(along);
+    let columns = if triangular { nx - 0.5 } else { nx - 1.0 };
+    (along * columns, across * (nz - 1.0))
+}
+
+/// Length and width (m) of the bottom layer of a lattice at rest.
+pub(super) fn extent(lattice: &Lattice) -> (f64, f64) {
+    let bottom = lattice.layers.first().map_or(0..0, Layer::range);
+    let bottom = &lattice.positions[bottom];
+    let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    (high.x - low.x, high.z - low.z)
 }
 
 /// (u, v) of every mass: its place along x and z in the bounding rectangle of the bottom layer at rest.

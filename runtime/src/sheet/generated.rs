@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::build::{Parts, length_of, material_coordinates};
+use super::build::{Parts, extent, length_of, material_coordinates};
 use crate::element::Element;
 use crate::element::spring::SpringClass;
 use crate::element::wall_spring::WallSprings;
@@ -129,6 +129,7 @@ fn still(spec: &SheetSpec, lattice: Lattice, rest: Vec<f64>, stiffness: Vec<f64>
         grid: spec.grid,
         damping: spec.damping,
         uv: material_coordinates(&lattice),
+        extent: extent(&lattice),
         lattice,
         calibrated: None,
         mesh: None,

@@ -46,6 +46,7 @@ use crate::element::thickness_limit::ThicknessLimit;
 use crate::element::{Element, Law};
 use crate::engine::{Engine, EngineKind};
 use crate::error::{InputError, check_range};
+use crate::heat::Heat;
 use crate::lattice::{Layer, StructureKind};
 use crate::scene::Material;
 
@@ -126,6 +127,11 @@ pub struct Sheet {
     /// Membrane and bending of a shell.
     pub(crate) elements: Vec<Box<dyn Element>>,
     pub(crate) drag: Drag,
+    /// Its temperatures; none for a sheet that nothing heats.
+    pub(crate) heat: Option<Box<Heat>>,
+    /// Temperature it is described with, °C, and whether its sides may differ.
+    pub(crate) first_temperature: Option<f64>,
+    pub(crate) has_gradient: bool,
     /// The linear system of implicit engines, made when the first step needs it.
     system: Option<Box<System>>,
     field_before: Option<Field>,
@@ -146,6 +152,8 @@ pub struct Sheet {
     damping_ratio: f64,
     /// Longer side, m.
     length: f64,
+    /// Length and width that [`Sheet::uv`] is a fraction of, m, at rest.
+    pub(crate) extent: (f64, f64),
     /// Stiffness of each spring per N/m of E t, or per N m of bending stiffness where springs are calibrated.
     stiffness_per_unit: Vec<f64>,
     /// Whether springs are calibrated to how the sheet bends.
@@ -335,8 +343,12 @@ impl Sheet {
     /// When a constant is out of range; nothing is changed then.
     pub fn set_material(&mut self, material: Material) -> Result<(), InputError> {
         crate::scene::validate::material("material", &material)?;
+        if let Some(heat) = &mut self.heat {
+            heat.set_material(&material);
+        }
         self.material = material;
         self.refresh();
+        self.follow_heat();
         Ok(())
     }
 
@@ -381,17 +393,26 @@ impl Sheet {
     /// calibrated springs k = (k per D) D, c = τ k.
     fn refresh(&mut self) {
         let law = self.law();
+        self.elements.iter_mut().for_each(|e| e.set_law(&law));
+        self.refresh_springs();
+    }
+
+    /// As [`Sheet::refresh`], of the springs alone: elements have followed already.
+    pub(crate) fn refresh_springs(&mut self) {
+        let law = self.law();
         let unit =
             if self.bends { self.material.plate_stiffness() } else { self.material.young * self.material.thickness };
         for i in 0..self.springs.len() {
             let (ma, mb) = (self.mass[self.springs.a[i] as usize], self.mass[self.springs.b[i] as usize]);
-            let k = self.stiffness_per_unit[i] * unit;
+            let mut k = self.stiffness_per_unit[i] * unit;
+            if let Some(heat) = &self.heat {
+                k *= heat.spring_softness(i);
+            }
             let critical = 2.0 * (k * ma * mb / (ma + mb)).sqrt();
             let dashpot = if self.bends { law.retardation * k } else { self.damping * critical };
             self.springs.set_law(i, k, dashpot);
         }
         self.damped = self.springs.damped();
-        self.elements.iter_mut().for_each(|e| e.set_law(&law));
         if let Some(system) = &mut self.system {
             system.refresh(&self.springs);
         }

@@ -49,6 +49,9 @@ impl World {
             new("air.density", self.air.density.to_string(), "kg/m³", Some((0.0, 1e4))),
             new("air.wind", text(self.air.wind), "m/s", Some((-1e3, 1e3))),
         ];
+        for dial in self.heat.iter().flat_map(|h| h.dials()) {
+            all.push(new(&dial.path, dial.value.to_string(), dial.unit, Some(dial.range)));
+        }
         for sheet in &self.sheets {
             for (name, unit, range) in OF_SHEET {
                 if let Some(value) = value_of(sheet, name) {
@@ -77,9 +80,26 @@ impl World {
             "air.per" => self.set_air(Air { per: number(path, value)?, ..self.air }).map_err(named)?,
             "air.density" => self.set_air(Air { density: number(path, value)?, ..self.air }).map_err(named)?,
             "air.wind" => self.set_air(Air { wind: vector(path, value)?, ..self.air }).map_err(named)?,
+            _ if self.turn_heat(path, value)? => {}
             _ => return self.set_of_sheet(path, value),
         }
         Ok(before)
+    }
+
+    /// Sets a parameter of what heats the sheets; false where there is none of that path. `true` and `false` are 1 and 0.
+    fn turn_heat(&mut self, path: &str, value: &str) -> Result<bool, InputError> {
+        let Some(heat) = &mut self.heat else { return Ok(false) };
+        if !heat.dials().iter().any(|d| d.path == path) {
+            return Ok(false);
+        }
+        let value = match value {
+            "true" => 1.0,
+            "false" => 0.0,
+            _ => number(path, value)?,
+        };
+        let turned = heat.turn(path, value)?;
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        Ok(turned)
     }
 
     fn set_of_sheet(&mut self, path: &str, value: &str) -> Result<String, InputError> {

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::World;
 use crate::contact::{ContactCounters, find::FindCounters};
 use crate::event::Event;
-use crate::sheet::{DeliveredStiffness, Energy, Status};
+use crate::sheet::{DeliveredStiffness, Energy, Sheet, Status};
 
 /// A run, in numbers.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -88,6 +88,16 @@ pub struct TemperatureReport {
     pub max: f64,
 }
 
+impl TemperatureReport {
+    /// That of `sheet` in a room at `room` °C. The mean is of its masses.
+    fn of(sheet: &Sheet, room: f64) -> Self {
+        let Some(heat) = sheet.heat() else { return Self { min: room, mean: room, max: room } };
+        let mean = heat.celsius().iter().sum::<f64>() / heat.celsius().len().max(1) as f64;
+        let (low, high) = heat.range();
+        Self { min: low, mean, max: high }
+    }
+}
+
 /// A body at the end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BodyReport {
@@ -111,7 +121,7 @@ impl World {
     /// The world as it is now. `penetration` (m) is the deepest seen in the run per sheet, `cpu_s` the time it took; both
     /// are the caller's to measure, since the core reads no clock.
     pub fn report(&self, cpu_s: f64, penetration: &[f64]) -> Report {
-        let ambient = self.scene.ambient_temperature;
+        let room = self.room_temperature();
         let sheets = self.sheets.iter().enumerate().map(|(index, sheet)| SheetReport {
             name: sheet.name.clone(),
             structure: sheet.structure.name(),
@@ -122,7 +132,7 @@ impl World {
             energy_j: sheet.energy(self.gravity),
             max_penetration_m: penetration.get(index).copied().unwrap_or(0.0),
             max_speed_m_s: sheet.max_speed(),
-            temperature_c: TemperatureReport { min: ambient, mean: ambient, max: ambient },
+            temperature_c: TemperatureReport::of(sheet, room),
             probes: sheet.probes.iter().map(|p| (p.name.clone(), p.of(&sheet.x).to_array())).collect(),
             steps_accepted: sheet.counters.accepted,
             steps_rejected: sheet.counters.rejected,

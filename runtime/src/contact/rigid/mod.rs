@@ -186,6 +186,11 @@ impl RigidWorld {
         &self.bodies
     }
 
+    /// Colliders of body `index`.
+    pub(crate) fn colliders(&self, index: usize) -> &[ColliderHandle] {
+        self.bodies.get(index).map_or(&[], |b| &b.colliders)
+    }
+
     /// Index of the body of that name.
     pub fn index_of(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|b| b.name == name)

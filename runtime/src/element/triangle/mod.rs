@@ -62,7 +62,8 @@ pub fn triangle_curvatures(mesh: &Mesh, clamped: &dyn Fn(&Edge) -> bool) -> (Vec
 /// The curvature of triangle `k`.
 fn curvature(mesh: &Mesh, k: usize, slopes: &[slope::Stencil], clamp_of: &BTreeMap<u32, u32>) -> CurvatureGroup {
     let (area, nodes) = (mesh.areas[k], mesh.triangles[k]);
-    let mut group = CurvatureGroup { area, frame: [nodes[0], nodes[1], nodes[0], nodes[2]], ..Default::default() };
+    // Counter-clockwise in (u, v) is clockwise seen from above.
+    let mut group = CurvatureGroup { area, frame: [nodes[0], nodes[2], nodes[0], nodes[1]], ..Default::default() };
     let mut rows: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
     let mut add = |mass: u32, weight: [f64; 3], times: f64| {
         let row = rows.entry(mass).or_default();

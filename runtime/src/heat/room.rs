@@ -1,0 +1,142 @@
+//! The room that heats sheets: its sources, and the step of heat.
+//!
+//! A world has one when something in its scene is not at 20 °C. Heat is stepped after motion, with the motion's step or, where that is
+//! shorter than [`SHORTEST`], when as much time has gathered. Its time may run faster than the motion's by `time_lapse`.
+
+use super::source::{Dial, Moment, Source, Surroundings, TABLE, Target};
+use super::thesis::Thesis;
+use crate::contact::rigid::{RigidView, RigidWorld};
+use crate::error::{InputError, check_range};
+use crate::heat::{COLDEST, HOTTEST, REFERENCE};
+use crate::scene::{HeatMode, Scene};
+use crate::sheet::{Sheet, Status};
+
+/// Shortest step of heat, s.
+const SHORTEST: f64 = 1.0 / 240.0;
+
+/// Sources, and how fast time runs for heat.
+pub(crate) struct Room {
+    surroundings: Surroundings,
+    time_lapse: f64,
+    sources: Vec<Box<dyn Source>>,
+    thesis: Option<Thesis>,
+    pending: f64,
+}
+
+impl Room {
+    /// That of `scene`; none where everything is at 20 °C.
+    ///
+    /// # Errors
+    /// When a heater's file is not valid.
+    pub fn of(scene: &Scene) -> Result<Option<Self>, InputError> {
+        let warm = scene.ambient_temperature != REFERENCE
+            || scene.oven.is_some()
+            || !scene.heaters.is_empty()
+            || scene.heat_gun.is_some()
+            || scene.bodies.iter().any(|b| b.temperature.is_some())
+            || scene.sheets.iter().any(|s| s.temperature.is_some() || s.temperature_gradient);
+        if warm { Self::new(scene).map(Some) } else { Ok(None) }
+    }
+
+    /// The room of `scene`, whatever is in it.
+    ///
+    /// # Errors
+    /// As [`Room::of`].
+    pub fn new(scene: &Scene) -> Result<Self, InputError> {
+        let mut sources = Vec::new();
+        for kind in TABLE {
+            sources.extend((kind.build)(scene)?);
+        }
+        let thesis = match scene.heat_mode {
+            HeatMode::Physical => None,
+            HeatMode::Thesis { sensitivity, conductivity } => Some(Thesis::new(scene, sensitivity, conductivity)?),
+        };
+        Ok(Self {
+            surroundings: Surroundings { celsius: scene.ambient_temperature, convection: scene.convection },
+            time_lapse: scene.time_lapse,
+            sources,
+            thesis,
+            pending: 0.0,
+        })
+    }
+
+    /// How warm the surroundings are at `time` (s).
+    pub fn surroundings(&self, time: f64) -> Surroundings {
+        let mut room = self.surroundings;
+        self.sources.iter().for_each(|s| s.surround(time, &mut room));
+        room
+    }
+
+    /// Steps the heat of all sheets after their motion went from `time` on by `dt` s.
+    pub fn step(
+        &mut self,
+        sheets: &mut [Sheet],
+        (time, dt): (f64, f64),
+        view: Option<&RigidView>,
+        rigid: Option<&RigidWorld>,
+    ) {
+        self.pending += dt;
+        // A rounding error less is as good.
+        if self.pending < SHORTEST * (1.0 - 1e-9) {
+            return;
+        }
+        let span = std::mem::take(&mut self.pending) * self.time_lapse;
+        let room = self.surroundings(time + dt);
+        if let Some(thesis) = &self.thesis {
+            sheets.iter_mut().for_each(|sheet| thesis.soften(sheet, &room));
+            return;
+        }
+        let moment = Moment { time: time + dt, room, view, rigid };
+        for (index, sheet) in sheets.iter_mut().enumerate() {
+            if !matches!(sheet.status, Status::Unstable { .. }) {
+                self.heat(index, sheet, &moment, span);
+            }
+        }
+    }
+
+    fn heat(&mut self, index: usize, sheet: &mut Sheet, moment: &Moment, span: f64) {
+        sheet.begin_heat(moment.room.celsius);
+        let Some(mut heat) = sheet.heat.take() else { return };
+        let body = heat.body(sheet);
+        body.faces.turn(sheet);
+        body.exchange.clear(body.stepper.network().capacity.len());
+        let mut target = Target { sheet, faces: &body.faces, exchange: &mut body.exchange };
+        self.sources.iter_mut().for_each(|source| source.give(index, moment, &mut target));
+        heat.advance(span);
+        sheet.heat = Some(heat);
+        sheet.follow_heat();
+    }
+
+    /// Sheets were added or removed.
+    pub fn forget(&mut self) {
+        self.sources.iter_mut().for_each(|s| s.forget());
+    }
+
+    /// What can be changed while the world runs.
+    pub fn dials(&self) -> Vec<Dial> {
+        let dial = |path: &str, value, unit, range| Dial { path: path.into(), value, unit, range };
+        let mut all = vec![
+            dial("ambient_temperature", self.surroundings.celsius, "°C", (COLDEST, HOTTEST)),
+            dial("convection", self.surroundings.convection, "W/(m² K)", (0.0, 1e6)),
+            dial("time_lapse", self.time_lapse, "", (1e-3, 1e4)),
+        ];
+        all.extend(self.sources.iter().flat_map(|s| s.dials()));
+        all
+    }
+
+    /// Changes what is at `path`; false where there is nothing of that name.
+    ///
+    /// # Errors
+    /// When out of range; nothing is changed then.
+    pub fn turn(&mut self, path: &str, value: f64) -> Result<bool, InputError> {
+        let Some(dial) = self.dials().into_iter().find(|d| d.path == path) else { return Ok(false) };
+        check_range(path, value, dial.range.0, dial.range.1, dial.unit)?;
+        match path {
+            "ambient_temperature" => self.surroundings.celsius = value,
+            "convection" => self.surroundings.convection = value,
+            "time_lapse" => self.time_lapse = value,
+            _ => return Ok(self.sources.iter_mut().any(|s| s.turn(path, value))),
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,234 @@
+//! Heaters: polyhedra with hot faces that radiate to both sides of a sheet.
+//!
+//! A patch with emissivity (and absorptivity) ε takes up, of a hot face at T_h with emissivity ε_h that it sees by the view factor F,
+//!
+//! q = ε σ F V ε_h (T_h⁴ - T_wall⁴) per area,
+//!
+//! where V is the part of the face that nothing stands before, and the walls' own radiation, which the face hides or reflects, is
+//! counted with the room. F is exact ([`super::super::view_factor`]); a face radiates from its outer side only. V is by rays to
+//! [`RAYS`] points of the face, weighted as they are seen: bodies stop them, and the sheet itself.
+//!
+//! F follows a patch that has moved by [`CLOSE`] of its distance or turned by as much; V is looked at again for one patch in
+//! [`TURNS`] a step. Neither is looked at for what faces away.
+
+use glam::DVec3;
+use rapier3d::math::Real;
+use rapier3d::parry::bounding_volume::Aabb;
+use rapier3d::parry::query::Ray;
+
+use super::super::shadow::Own;
+use super::super::view_factor::contour;
+use super::{Dial, Kind, Moment, Source, Target, fourth_power};
+use crate::contact::rigid::RigidView;
+use crate::error::InputError;
+use crate::heat::{COLDEST, HOTTEST};
+use crate::scene::heater::Heater;
+use crate::scene::{HeaterSpec, Scene};
+
+/// How far a patch may move, as a fraction of its distance from the nearest hot face's middle, and turn (radians), before it is
+/// looked at again: its view factor is then some thousandths off.
+const CLOSE: f64 = 1e-3;
+/// Steps in which all patches' shadows have been looked at.
+const TURNS: usize = 16;
+/// Points of a face that rays are sent to, for each of its corners.
+const RAYS: usize = 4;
+/// How far from a patch its rays begin, as a fraction of their length.
+const START: f64 = 1e-4;
+
+pub(super) const KIND: Kind =
+    Kind { name: "heaters", about: "polyhedra with hot faces, by exact view factors, with shadows", build };
+
+fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+    let mut all: Vec<Box<dyn Source>> = Vec::new();
+    for (index, spec) in scene.heaters.iter().enumerate() {
+        let name = if spec.name.is_empty() { index.to_string() } else { spec.name.clone() };
+        let heaters = spec.resolve(&scene.base).map_err(|mut e| {
+            if e.file.is_none() {
+                e.field = format!("heaters.{index}.{}", e.field);
+            }
+            e
+        })?;
+        all.push(Box::new(Radiator::new(name, spec, &heaters)));
+    }
+    Ok(all)
+}
+
+/// A hot face, in the world.
+#[derive(Clone, Debug)]
+struct HotFace {
+    corners: Vec<DVec3>,
+    normal: DVec3,
+    middle: DVec3,
+    /// Points that rays are sent to, with the area each stands for.
+    points: Vec<(DVec3, f64)>,
+    celsius: f64,
+    emissivity: f64,
+}
+
+impl HotFace {
+    fn new(corners: Vec<DVec3>, celsius: f64, emissivity: f64) -> Self {
+        let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
+        let mut area = DVec3::ZERO;
+        let mut points = Vec::with_capacity(RAYS * corners.len());
+        for (i, a) in corners.iter().enumerate() {
+            let b = corners[(i + 1) % corners.len()];
+            let part = (*a - middle).cross(b - middle) * 0.5;
+            area += part;
+            // The four quarters of the triangle.
+            let thirds = [(4.0, 1.0, 1.0), (1.0, 4.0, 1.0), (1.0, 1.0, 4.0), (2.0, 2.0, 2.0)];
+            points.extend(thirds.map(|(u, v, w)| ((middle * u + *a * v + b * w) / 6.0, part.length() / 4.0)));
+        }
+        Self { normal: area.normalize_or_zero(), corners, middle, points, celsius, emissivity }
+    }
+
+    /// F from a patch; 0 where the face's outer side cannot be seen.
+    fn view_factor(&self, place: DVec3, normal: DVec3) -> f64 {
+        if self.normal.dot(place - self.middle) <= 0.0 {
+            return 0.0;
+        }
+        contour(&self.corners, place, normal).abs().min(1.0)
+    }
+
+    /// V from a patch.
+    fn visible(&self, place: DVec3, normal: DVec3, blocked: impl Fn(DVec3, DVec3) -> bool) -> f64 {
+        let (mut seen, mut all) = (0.0, 0.0);
+        for (point, area) in &self.points {
+            let way = *point - place;
+            let (here, there) = (way.dot(normal), -way.dot(self.normal));
+            if here <= 0.0 || there <= 0.0 {
+                continue;
+            }
+            let weight = area * here * there / way.length_squared().powi(2);
+            all += weight;
+            if !blocked(place, *point) {
+                seen += weight;
+            }
+        }
+        if all > 0.0 { seen / all } else { 1.0 }
+    }
+}
+
+/// What is kept of a sheet's patches.
+#[derive(Default)]
+struct Seen {
+    /// Place and normal that view factors are of; NaN before the first.
+    at: Vec<(DVec3, DVec3)>,
+    /// F and V of every patch, face by face.
+    factors: Vec<(f64, f64)>,
+    /// Patch whose shadows are looked at next, and whether all have been.
+    next: usize,
+    complete: bool,
+    own: Option<Own>,
+}
+
+struct Radiator {
+    name: String,
+    on: bool,
+    faces: Vec<HotFace>,
+    /// Of each sheet.
+    seen: Vec<Seen>,
+}
+
+impl Radiator {
+    fn new(name: String, spec: &HeaterSpec, heaters: &[Heater]) -> Self {
+        let mut faces = Vec::new();
+        for heater in heaters {
+            for (index, face) in heater.faces.iter().enumerate() {
+                let Some(celsius) = face.temperature.filter(|_| face.emissivity > 0.0) else { continue };
+                let corners = heater.polyhedron.corners(index).into_iter().map(|p| spec.placement.apply(p));
+                faces.push(HotFace::new(corners.collect(), celsius, face.emissivity));
+            }
+        }
+        Self { name, on: spec.on, faces, seen: Vec::new() }
+    }
+
+    /// Brings view factors and some shadows of a sheet up to date.
+    fn look(&mut self, index: usize, moment: &Moment, target: &Target) {
+        if self.seen.len() <= index {
+            self.seen.resize_with(index + 1, Seen::default);
+        }
+        let (faces, seen) = (&self.faces, &mut self.seen[index]);
+        let patches = &target.faces.patches;
+        if seen.at.len() != patches.len() {
+            seen.at = vec![(DVec3::NAN, DVec3::NAN); patches.len()];
+            seen.factors = vec![(0.0, 1.0); patches.len() * faces.len()];
+        }
+        let own = seen.own.get_or_insert_with(|| Own::new(target.sheet, target.faces));
+        own.refresh(target.sheet, target.faces);
+        let turn = if seen.complete { patches.len().div_ceil(TURNS) } else { patches.len() };
+        let shadows = seen.next..seen.next + turn;
+        for (i, patch) in patches.iter().enumerate() {
+            let (place, normal) = (target.sheet.x.get(patch.mass as usize), target.faces.normals[i]);
+            let (was, faced) = seen.at[i];
+            let reach = faces.iter().map(|f| f.middle.distance_squared(place)).fold(f64::INFINITY, f64::min);
+            let moved = was.distance_squared(place) + faced.distance_squared(normal) * reach;
+            let factors = &mut seen.factors[i * faces.len()..(i + 1) * faces.len()];
+            // Not `>`: NaN is never near.
+            if !(moved <= CLOSE * CLOSE * reach) {
+                seen.at[i] = (place, normal);
+                factors.iter_mut().zip(faces).for_each(|(f, face)| f.0 = face.view_factor(place, normal));
+            }
+            if shadows.contains(&i) || shadows.contains(&(i + patches.len())) {
+                for (factors, face) in factors.iter_mut().zip(faces).filter(|(f, _)| f.0 > 0.0) {
+                    factors.1 = face.visible(place, normal, |from, to| {
+                        stops(moment.view, from, to) || own.stops(target.sheet, patch.mass, from, to)
+                    });
+                }
+            }
+        }
+        seen.next = shadows.end % patches.len().max(1);
+        seen.complete = true;
+    }
+}
+
+/// Whether a body stands between `from` and `to`.
+fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
+    let Some(view) = view else { return false };
+    let start = from + (to - from) * START;
+    let ray = Ray::new(start.as_vec3(), (to - start).as_vec3());
+    let around = Aabb::new(start.min(to).as_vec3(), start.max(to).as_vec3());
+    let query = view.query();
+    let mut near = query.intersect_aabb_conservative(around);
+    near.any(|(_, collider)| collider.shape().intersects_ray(collider.position(), &ray, 1.0 as Real))
+}
+
+impl Source for Radiator {
+    fn give(&mut self, index: usize, moment: &Moment, target: &mut Target) {
+        if !self.on || self.faces.is_empty() {
+            return;
+        }
+        self.look(index, moment, target);
+        let walls = moment.room.fourth_power();
+        let count = self.faces.len();
+        for i in 0..target.faces.patches.len() {
+            let patch = target.faces.patches[i];
+            let factors = &self.seen[index].factors[i * count..(i + 1) * count];
+            for ((factor, visible), face) in factors.iter().zip(&self.faces) {
+                let above = face.emissivity * (fourth_power(face.celsius) - walls);
+                target.irradiate(patch, factor * visible, above);
+            }
+        }
+    }
+
+    fn dials(&self) -> Vec<Dial> {
+        let dial =
+            |name: &str, value, unit, range| Dial { path: format!("heaters.{}.{name}", self.name), value, unit, range };
+        let on = if self.on { 1.0 } else { 0.0 };
+        let celsius = self.faces.iter().map(|f| f.celsius).fold(COLDEST, f64::max);
+        vec![dial("on", on, "", (0.0, 1.0)), dial("temperature", celsius, "°C", (COLDEST, HOTTEST))]
+    }
+
+    fn turn(&mut self, path: &str, value: f64) -> bool {
+        let own = path.strip_prefix("heaters.").and_then(|p| p.strip_prefix(self.name.as_str()));
+        match own {
+            Some(".on") => self.on = value >= 0.5,
+            Some(".temperature") => self.faces.iter_mut().for_each(|f| f.celsius = value),
+            _ => return false,
+        }
+        true
+    }
+
+    fn forget(&mut self) {
+        self.seen.clear();
+    }
+}

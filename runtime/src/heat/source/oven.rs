@@ -1,0 +1,54 @@
+//! An oven: the whole room, its air and its walls, at a temperature; on and off, and changed, at any moment.
+
+use super::{Dial, Kind, Moment, Source, Surroundings, Target};
+use crate::error::InputError;
+use crate::heat::{COLDEST, HOTTEST};
+use crate::scene::{OvenSpec, Scene};
+
+pub(super) const KIND: Kind = Kind { name: "oven", about: "the whole room at a temperature", build };
+
+fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+    let oven = scene.oven.iter().map(|spec| Box::new(Oven { spec: spec.clone() }) as Box<dyn Source>);
+    Ok(oven.collect())
+}
+
+struct Oven {
+    spec: OvenSpec,
+}
+
+impl Source for Oven {
+    fn surround(&self, time: f64, room: &mut Surroundings) {
+        if let Some(celsius) = self.spec.celsius_at(time, room.celsius) {
+            room.celsius = celsius;
+            room.convection = self.spec.convection.unwrap_or(room.convection);
+        }
+    }
+
+    fn give(&mut self, _index: usize, _moment: &Moment, _target: &mut Target) {}
+
+    fn dials(&self) -> Vec<Dial> {
+        let on = if self.spec.on { 1.0 } else { 0.0 };
+        vec![
+            Dial {
+                path: "oven.temperature".into(),
+                value: self.spec.temperature,
+                unit: "°C",
+                range: (COLDEST, HOTTEST),
+            },
+            Dial { path: "oven.on".into(), value: on, unit: "", range: (0.0, 1.0) },
+        ]
+    }
+
+    fn turn(&mut self, path: &str, value: f64) -> bool {
+        match path {
+            "oven.temperature" => {
+                // From now on it is what it was set to, whatever it was to become.
+                self.spec.schedule.clear();
+                self.spec.temperature = value;
+            }
+            "oven.on" => self.spec.on = value >= 0.5,
+            _ => return false,
+        }
+        true
+    }
+}
