@@ -44,7 +44,10 @@ fn fullest() -> Scene {
             cuts: [[(0, 0.006), (0, 0.1)]],
         )],
         bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)])],
-        heaters: [(file: "panel.heater")],
+        heaters: [(file: "panel.heater"), (size: (1, 1, 1), hot: [(face: 0, temperature: 100)])],
+        oven: (schedule: [(time: 0, temperature: 100)]),
+        heat_gun: (path: [(time: 0)]),
+        heat_mode: Thesis(sensitivity: 1),
     )"#;
     Scene::parse(text).expect("valid")
 }
@@ -94,6 +97,9 @@ fn every_field_is_in_the_table_of_its_struct() {
     check("#### Pin", &tree["sheets"][0]["pins"][0]);
     check("### Material", &tree["sheets"][0]["material"]);
     check("### Body", &tree["bodies"][0]);
+    check("### Heater", &tree["heaters"][1]);
+    check("#### Oven", &tree["oven"]);
+    check("#### Heat gun", &tree["heat_gun"]);
     check("#### Path", &tree["bodies"][0]["path"][0]);
 }
 
@@ -104,7 +110,9 @@ fn every_choice_is_documented() {
     wanted.extend(lattice::TABLE.iter().map(|s| format!("| `{}` |", s.name)));
     wanted.extend(engine::TABLE.iter().map(|e| format!("| `{}` |", e.name)));
     wanted.extend(material::LIBRARY.iter().map(|(name, _, _)| format!("| `{name}` |")));
-    for part in ["All", "Left", "Right", "Back", "Front", "Border", "Uniform", "Length", "Calibrated", "HalfSpace"] {
+    for part in
+        ["All", "Left", "Right", "Back", "Front", "Border", "Uniform", "Length", "Calibrated", "HalfSpace", "Physical"]
+    {
         wanted.push(format!("`{part}`"));
     }
     for part in ["Disc", "RoundedRectangle", "Path", "Svg"] {
@@ -127,7 +135,7 @@ fn materials_are_tabled_as_they_are() {
         let row = readme.lines().find(|l| l.starts_with(&format!("| `{name}` |"))).expect("a row");
         let cells = row.split('|').filter_map(|c| c.trim().parse::<f64>().ok()).collect::<Vec<_>>();
         let mut constants = vec![m.young, m.poisson, m.density, m.thickness];
-        constants.extend([m.specific_heat, m.conductivity, m.emissivity, m.damping_ratio]);
+        constants.extend([m.specific_heat, m.conductivity, m.emissivity, m.expansion, m.damping_ratio]);
         constants.extend(m.yield_stress.iter().chain(&m.glass_transition));
         assert_eq!(cells, constants, "{name}");
     }
@@ -138,7 +146,7 @@ fn defaults_are_tabled_as_they_are() {
     let readme = readme();
     let tree = serde_json::to_value(Scene { sheets: vec![Default::default()], ..Scene::default() }).expect("a tree");
     for (fields, value) in [
-        (["dt", "tolerance", "duration", "ambient_temperature"].as_slice(), &tree),
+        (["dt", "tolerance", "duration", "ambient_temperature", "contact_conductance", "time_lapse"].as_slice(), &tree),
         (["gap", "damping", "flexion_stiffness"].as_slice(), &tree["sheets"][0]),
     ] {
         for field in fields {
@@ -215,7 +223,11 @@ fn heaters_of_a_scene_are_read() {
     let scene = Scene {
         heaters: vec![HeaterSpec {
             name: String::new(),
-            file: "heaters/panel.heater".into(),
+            file: Some("heaters/panel.heater".into()),
+            polyhedron: None,
+            size: None,
+            hot: Vec::new(),
+            on: true,
             placement: Default::default(),
         }],
         base: assets(),

@@ -60,6 +60,11 @@ impl Room {
         })
     }
 
+    /// Puts a further source into it.
+    pub fn add(&mut self, source: Box<dyn Source>) {
+        self.sources.push(source);
+    }
+
     /// How warm the surroundings are at `time` (s).
     pub fn surroundings(&self, time: f64) -> Surroundings {
         let mut room = self.surroundings;
@@ -81,12 +86,29 @@ impl Room {
             return;
         }
         let span = std::mem::take(&mut self.pending) * self.time_lapse;
-        let room = self.surroundings(time + dt);
+        self.pass(sheets, time + dt, span, view, rigid);
+    }
+
+    /// Steps the heat of all sheets by `dt` s from `time` on, however short that is, with no bodies about.
+    pub fn step_whole(&mut self, sheets: &mut [Sheet], (time, dt): (f64, f64)) {
+        self.pass(sheets, time + dt, dt * self.time_lapse, None, None);
+    }
+
+    /// Lets heat flow for `span` s, the sheets being where they are at `time`.
+    fn pass(
+        &mut self,
+        sheets: &mut [Sheet],
+        time: f64,
+        span: f64,
+        view: Option<&RigidView>,
+        rigid: Option<&RigidWorld>,
+    ) {
+        let room = self.surroundings(time);
         if let Some(thesis) = &self.thesis {
             sheets.iter_mut().for_each(|sheet| thesis.soften(sheet, &room));
             return;
         }
-        let moment = Moment { time: time + dt, room, view, rigid };
+        let moment = Moment { time, room, view, rigid };
         for (index, sheet) in sheets.iter_mut().enumerate() {
             if !matches!(sheet.status, Status::Unstable { .. }) {
                 self.heat(index, sheet, &moment, span);

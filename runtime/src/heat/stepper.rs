@@ -205,6 +205,11 @@ impl Stepper {
             lost += self.network.capacity[i] * (self.before[i] - celsius[i]);
         }
         let shift = lost / self.whole;
+        if !shift.is_finite() {
+            // Only what is beyond all measure has no solution: nothing warms then.
+            celsius.copy_from_slice(&self.before);
+            return;
+        }
         celsius.iter_mut().for_each(|t| *t += shift);
     }
 
@@ -303,16 +308,22 @@ mod tests {
             for dt in [1e-3, 1.0 / 60.0, 1.7, 1e3, 1e7] {
                 let mut celsius: Vec<f64> = (0..n).map(|i| 20.0 + 100.0 * ((i * i) as f64).sin()).collect();
                 let before = stepper.heat(&celsius);
+                let mean = before / stepper.whole;
+                let capacity = stepper.network().capacity.clone();
+                let uneven = |celsius: &[f64]| {
+                    celsius.iter().zip(&capacity).map(|(t, c)| c * (t - mean) * (t - mean)).sum::<f64>()
+                };
+                let first = uneven(&celsius);
                 for _ in 0..200 {
                     stepper.advance(&mut celsius, &exchange, dt);
                 }
                 let change = stepper.heat(&celsius) / before - 1.0;
                 assert!(change.abs() < 1e-12, "{} at {dt}: {change}", sheet.structure);
-                let spread = |c: &[f64]| c.iter().fold(0.0_f64, |s, t| s.max((t - before / stepper.whole).abs()));
-                // Bridges take the mean: noise from mass to mass can overshoot by a third, and no more.
-                assert!(spread(&celsius) < 135.0, "{} at {dt}: {}", sheet.structure, spread(&celsius));
+                // Bridges take the mean of masses, so that noise from mass to mass may swap places, but never grows in all.
+                assert!(uneven(&celsius) <= first, "{} at {dt}: {} of {first}", sheet.structure, uneven(&celsius));
                 if dt >= 1e3 {
-                    assert!(spread(&celsius) < 1e-6, "{} at {dt}: {}", sheet.structure, spread(&celsius));
+                    let furthest = celsius.iter().map(|t| (t - mean).abs()).fold(0.0, f64::max);
+                    assert!(furthest < 1e-6, "{} at {dt}: {furthest}", sheet.structure);
                 }
             }
         }

@@ -8,6 +8,8 @@ mod bounce;
 mod buckling;
 mod cantilever;
 mod cards;
+mod conduction;
+mod cooling;
 mod disc;
 mod draw;
 mod drop_box;
@@ -25,15 +27,19 @@ pub mod kicks;
 pub mod oscillator;
 pub mod overlap;
 mod pedestal;
+mod radiate;
 pub mod reference;
 mod release;
 mod runner;
 mod setup;
 mod slide;
+mod softening;
 mod spin;
 mod stack;
 mod stiffness;
 mod supports;
+mod thermal;
+mod view_factor;
 mod watch;
 mod weight;
 
@@ -44,6 +50,7 @@ use serde_json::{Map, Value, json};
 pub(crate) use self::edge::Edge;
 pub(crate) use self::runner::Runner;
 pub use self::setup::{Boundary, Setup};
+pub use self::thermal::Thermal;
 use crate::error::InputError;
 use crate::scene::{BodySpec, Placement, Shape};
 
@@ -65,6 +72,8 @@ pub const TABLE: &[Case] = &[
     cantilever::CASE,
     cards::HOUSE,
     cards::PACK,
+    conduction::CASE,
+    cooling::CASE,
     disc::CASE,
     drop_box::CASE,
     edge_landing::CASE,
@@ -76,12 +85,15 @@ pub const TABLE: &[Case] = &[
     incline::CASE,
     oscillator::CASE,
     pedestal::CASE,
+    radiate::CASE,
     release::CASE,
     slide::CASE,
+    softening::CASE,
     spin::CASE,
     stack::CASE,
     stiffness::CASE,
     supports::CASE,
+    view_factor::CASE,
     weight::CASE,
 ];
 

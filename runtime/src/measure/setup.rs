@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::overlap::half_thickness;
+use super::thermal::Thermal;
 use crate::World;
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
@@ -79,6 +80,8 @@ pub struct Setup {
     pub refine: u32,
     /// Threads that step several sheets, 1 to 256.
     pub threads: u32,
+    /// What the cases of heat are given.
+    pub thermal: Thermal,
 }
 
 /// How the edges of a sheet are held.
@@ -154,6 +157,7 @@ impl Default for Setup {
             edge_of_body: false,
             refine: 0,
             threads: 1,
+            thermal: Thermal::default(),
         }
     }
 }
@@ -190,6 +194,7 @@ impl Setup {
         check_range("sheets", self.sheets.into(), 1.0, 100.0, "sheets")?;
         check_range("threads", self.threads.into(), 1.0, 256.0, "threads")?;
         check_range("refine", self.refine.into(), 0.0, 6.0, "halvings")?;
+        self.thermal.check()?;
         self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))
     }
 

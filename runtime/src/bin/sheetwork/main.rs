@@ -4,6 +4,7 @@
 
 mod bench;
 mod generate;
+mod heat_flags;
 mod list;
 mod material;
 mod measure;

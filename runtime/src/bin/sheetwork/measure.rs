@@ -10,6 +10,7 @@ use sheetwork::lattice::StructureKind;
 use sheetwork::measure::{Boundary, Setup, TABLE, measure};
 use sheetwork::scene::{Material, SpringLaw, material};
 
+use crate::heat_flags::HeatFlags;
 use crate::{counts, number, print_json, print_line};
 
 #[derive(Args)]
@@ -119,6 +120,8 @@ pub struct Measure {
     /// Cover the rectangle with the triangles that sheets of any outline have.
     #[arg(long)]
     outlined: bool,
+    #[command(flatten)]
+    heat: HeatFlags,
     /// Print JSON and nothing else.
     #[arg(long)]
     json: bool,
@@ -193,6 +196,7 @@ impl Measure {
             edge_of_body: self.edge_of_body,
             refine: self.refine,
             threads: self.threads,
+            thermal: self.heat.thermal(),
         })
     }
 }

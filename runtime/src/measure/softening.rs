@@ -1,0 +1,39 @@
+//! How stiff a material is at a temperature, and how far a sheet of it then droops, clamped along one edge. Its expansion is left out,
+//! so that the droop is that of the stiffness.
+
+use serde_json::json;
+
+use super::{Case, Edge, Outcome, Runner, Setup};
+use crate::error::InputError;
+use crate::heat::Softening;
+use crate::scene::{Material, MaterialChoice, Region};
+
+pub(super) const CASE: Case = Case {
+    name: "softening",
+    about: "modulus at a temperature, and the droop of a clamped sheet then: --material, --celsius",
+    contact: false,
+    run,
+};
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let celsius = setup.thermal.celsius;
+    let mut scene = setup.scene();
+    setup.clamp(&mut scene, Region::Left);
+    let material = Material { expansion: 0.0, ..setup.material.clone() };
+    let young = material.young * Softening::of(&material).fraction(celsius);
+    scene.sheets[0].material = MaterialChoice::Inline(material);
+    let mut world = setup.world(&scene)?;
+    world.sheets_mut()[0].set_temperatures(|_| celsius)?;
+    let mut runner = Runner::new(world);
+    runner.rest(setup);
+    let sheet = &runner.world.sheets()[0];
+    let edge = Edge::of(sheet, &sheet.x);
+    let drop = scene.sheets[0].placement.position.y - edge.middle.y;
+    let keys = json!({
+        "celsius": celsius,
+        "young_pa": young,
+        "young_cold_pa": setup.material.young,
+        "droop_m": drop,
+    });
+    Ok(runner.outcome(keys))
+}

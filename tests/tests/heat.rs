@@ -1,0 +1,392 @@
+//! Heat: conduction, radiation and cooling against closed forms and quadrature, softening and setting, curling, hot bodies, shadows,
+//! random histories, and that none of it costs an allocation.
+
+use allocation_counter::measure as count;
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::engine::EngineKind;
+use sheetwork::heat::{STEFAN_BOLTZMANN, Softening, ZERO_CELSIUS};
+use sheetwork::lattice::StructureKind;
+use sheetwork::measure::{Setup, Thermal, measure};
+use sheetwork::scene::{
+    HeatMode, HeaterSpec, HotFaceSpec, Material, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, Shape,
+    SheetSpec, SpringLaw, material,
+};
+use sheetwork_tests::{Random, body, world};
+
+/// (T - T₀)/(T₁ - T₀) of a slab with one side stepped and the other insulated, by its series (Carslaw and Jaeger, *Conduction of Heat
+/// in Solids*, 3.4).
+fn slab(x: f64, fourier: f64) -> f64 {
+    let term = |n: i32| {
+        let q = (f64::from(n) + 0.5) * std::f64::consts::PI;
+        2.0 / q * (q * x).sin() * (-q * q * fourier).exp()
+    };
+    1.0 - (0..60).map(term).sum::<f64>()
+}
+
+/// Profile along a sheet of `columns` masses, and how much heat it lost when left alone.
+fn conducted(columns: u32, fourier: f64) -> (Vec<f64>, f64) {
+    let thermal = Thermal { fourier, ..Thermal::default() };
+    let found = measure("conduction", &Setup { grid: (columns, 5), thermal, ..Setup::default() }).expect("valid");
+    let profile = found["profile"].as_array().expect("a list").iter().filter_map(|v| v.as_f64()).collect();
+    (profile, found["heat_lost"].as_f64().expect("a number"))
+}
+
+#[test]
+fn warmth_comes_along_a_sheet_as_into_a_slab() {
+    for (x, wanted) in [(0.1, 0.823_082), (0.25, 0.576_241), (0.5, 0.264_349), (0.75, 0.098_721), (1.0, 0.050_695)] {
+        assert!((slab(x, 0.1) - wanted).abs() < 1e-6);
+    }
+    for fourier in [0.03, 0.1, 0.4] {
+        let mut errors = Vec::new();
+        for columns in [11, 21, 41] {
+            let (profile, lost) = conducted(columns, fourier);
+            assert!(lost.abs() < 1e-12, "{lost} lost");
+            let at = |i: usize| i as f64 / f64::from(columns - 1);
+            let off = profile.iter().enumerate().map(|(i, t)| (t - slab(at(i), fourier)).abs());
+            errors.push(off.fold(0.0, f64::max));
+        }
+        assert!(errors[2] < 1e-3, "{errors:?}");
+        assert!(errors[0] / errors[1] > 3.5 && errors[1] / errors[2] > 3.5, "second order: {errors:?}");
+    }
+    let (profile, _) = conducted(41, 0.1);
+    for (i, t) in profile.iter().enumerate() {
+        let wanted = slab(i as f64 / 40.0, 0.1);
+        assert!((t / wanted - 1.0).abs() < 5e-3, "{t}, not {wanted}");
+    }
+}
+
+/// Time (s) from one temperature to another by quadrature of ρ c t dT/(q(T)), Simpson's rule.
+fn time_by_quadrature(m: &Material, (from, to, ambient): (f64, f64, f64), convection: f64) -> f64 {
+    let fourth = |c: f64| (c + ZERO_CELSIUS).powi(4);
+    let loss =
+        |t: f64| 2.0 * m.emissivity * STEFAN_BOLTZMANN * (fourth(t) - fourth(ambient)) + convection * (t - ambient);
+    let n = 2000;
+    let h = (from - to) / f64::from(n);
+    let weight = |i: i32| {
+        if i == 0 || i == n {
+            1.0
+        } else if i % 2 == 1 {
+            4.0
+        } else {
+            2.0
+        }
+    };
+    let sum: f64 = (0..=n).map(|i| weight(i) / loss(to + h * f64::from(i))).sum();
+    m.density * m.specific_heat * m.thickness * sum * h / 3.0
+}
+
+fn cooled(material: Material, thermal: Thermal, dt: Option<f64>) -> f64 {
+    let found = measure("cooling", &Setup { material, thermal, dt, ..Setup::default() }).expect("valid");
+    found["time_s"].as_f64().expect("it gets there")
+}
+
+#[test]
+fn sheets_cool_in_the_time_that_their_losses_say() {
+    let hips = material::by_name("hips").expect("there");
+    assert!((time_by_quadrature(&hips, (120.0, 60.0, 20.0), 0.0) - 43.79).abs() < 0.01);
+    for name in ["hips", "packaging-pvc", "steel-foil", "rubber"] {
+        let m = material::by_name(name).expect("there");
+        for (from, to, ambient, convection) in
+            [(120.0, 60.0, 20.0, 0.0), (200.0, 21.0, 20.0, 12.0), (-20.0, 70.0, 90.0, 5.0)]
+        {
+            let wanted = time_by_quadrature(&m, (from, to, ambient), convection);
+            let thermal = Thermal { from: Some(from), to, ambient, convection, ..Thermal::default() };
+            let found = cooled(m.clone(), thermal, None);
+            assert!((found / wanted - 1.0).abs() < 1e-3, "{name} from {from} to {to}: {found}, not {wanted}");
+        }
+    }
+    // In the steps of a time-lapse a hundred times as fast.
+    let thermal = Thermal::default();
+    let found = cooled(hips, thermal, Some(100.0 / 60.0 * 0.5));
+    assert!((found / 43.79 - 1.0).abs() < 1e-3, "{found}");
+}
+
+#[test]
+fn a_sheet_that_only_convects_cools_as_newton_says() {
+    let m = Material { emissivity: 0.0, ..material::by_name("pet").expect("there") };
+    let wanted = m.density * m.specific_heat * m.thickness / 8.0 * 4.0_f64.ln();
+    let thermal = Thermal { from: Some(100.0), to: 40.0, ambient: 20.0, convection: 8.0, ..Thermal::default() };
+    let found = cooled(m, thermal, None);
+    assert!((found / wanted - 1.0).abs() < 1e-4, "{found}, not {wanted}");
+}
+
+#[test]
+fn a_heater_warms_a_sheet_as_its_balance_says() {
+    let m = material::by_name("pvc").expect("there");
+    for (heater, view, seconds, ambient) in
+        [(400.0, 0.5, 20.0, 20.0), (250.0, 0.9, 60.0, 30.0), (600.0, 0.1, 200.0, 0.0)]
+    {
+        let fourth = |c: f64| (c + ZERO_CELSIUS).powi(4);
+        let rate = |t: f64| {
+            let taken = view * fourth(heater) + (2.0 - view) * fourth(ambient) - 2.0 * fourth(t);
+            m.emissivity * STEFAN_BOLTZMANN * taken / (m.density * m.specific_heat * m.thickness)
+        };
+        let (mut wanted, h) = (ambient, seconds / 20_000.0);
+        for _ in 0..20_000 {
+            let half = wanted + 0.5 * h * rate(wanted);
+            wanted += h * rate(half);
+        }
+        let thermal = Thermal { heater, view, seconds, ambient, ..Thermal::default() };
+        let setup = Setup { material: m.clone(), grid: (5, 5), thermal, ..Setup::default() };
+        let found = measure("radiate", &setup).expect("valid")["temperature_c"].as_f64().expect("a number");
+        assert!((found - wanted).abs() < 1e-3 * (wanted - ambient), "{found}, not {wanted}");
+    }
+}
+
+#[test]
+fn a_warm_sheet_droops_as_its_modulus_says() {
+    let hips = material::by_name("hips").expect("there");
+    for celsius in [20.0, 60.0, 95.0, 103.0] {
+        let young = hips.young * Softening::of(&hips).fraction(celsius);
+        let cold = Setup { material: Material { young, ..hips.clone() }, length: 0.1, width: 0.1, ..Setup::default() };
+        let warm = Setup { material: hips.clone(), thermal: Thermal { celsius, ..Thermal::default() }, ..cold.clone() };
+        let wanted = measure("cantilever", &cold).expect("valid")["drop_m"].as_f64().expect("a number");
+        let found = measure("softening", &warm).expect("valid");
+        assert!((found["young_pa"].as_f64().expect("a number") / young - 1.0).abs() < 1e-12);
+        let droop = found["droop_m"].as_f64().expect("a number");
+        assert!((droop / wanted - 1.0).abs() < 1e-6, "{droop}, not {wanted} at {celsius}");
+    }
+}
+
+/// A sheet of polystyrene of `structure`, held as `pins` say.
+fn sheet(structure: StructureKind, pins: Vec<PinSpec>) -> SheetSpec {
+    SheetSpec {
+        structure,
+        grid: (9, if structure == StructureKind::Shell { 1 } else { 2 }, 5),
+        size: (0.16, 0.08),
+        material: "hips".into(),
+        springs: SpringLaw::Calibrated,
+        damping_ratio: Some(0.5),
+        pins,
+        ..SheetSpec::default()
+    }
+}
+
+fn scene(sheet: SheetSpec) -> Scene {
+    Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
+}
+
+#[test]
+fn a_scene_that_nothing_heats_has_no_temperatures() {
+    let mut cold = world(&scene(sheet(StructureKind::Shell, vec![])));
+    cold.advance(0.1);
+    assert!(cold.sheets()[0].heat().is_none() && cold.sheets()[0].temperatures().is_none());
+    let report = cold.report(0.0, &[]).sheets[0].temperature_c;
+    assert_eq!((report.min, report.mean, report.max), (20.0, 20.0, 20.0));
+    assert!(cold.parameters().iter().all(|p| p.path != "ambient_temperature"));
+}
+
+#[test]
+fn a_sheet_that_sags_in_an_oven_keeps_its_shape_and_gains_no_energy() {
+    let ends = vec![PinSpec::clamped(Region::Left), PinSpec::clamped(Region::Right)];
+    for structure in [StructureKind::Shell, StructureKind::DoubleDiagonal] {
+        let mut scene = scene(sheet(structure, ends.clone()));
+        // What expands and shrinks between its clamps is lifted by heat itself.
+        let hips = Material { expansion: 0.0, ..material::by_name("hips").expect("there") };
+        scene.sheets[0].material = MaterialChoice::Inline(hips);
+        scene.oven = Some(OvenSpec { temperature: 140.0, on: false, ..OvenSpec::default() });
+        scene.time_lapse = 40.0;
+        let mut world = world(&scene);
+        let start = world.energy().total;
+        let sag = |w: &World| w.sheets()[0].x.y.iter().fold(0.0, |low: f64, y| low.min(*y));
+        let mut before = start;
+        let mut watch = |world: &mut World, seconds: f64| {
+            for _ in 0..(seconds * 60.0) as u32 {
+                world.step();
+                let now = world.energy().total;
+                let scale = 1e-9 + 1e-6 * start.abs();
+                assert!(now <= before + scale, "{structure}: {before} to {now} J at {} s", world.time());
+                before = now;
+            }
+        };
+        watch(&mut world, 1.0);
+        let cold = sag(&world);
+        world.set("oven.on", "true").expect("an oven");
+        watch(&mut world, 9.0);
+        let hot = sag(&world);
+        assert!(hot < 2.0 * cold && hot < -1e-3, "{structure}: it sags from {cold} to {hot}");
+        world.set("oven.on", "false").expect("an oven");
+        watch(&mut world, 12.0);
+        let celsius = world.sheets()[0].temperatures().expect("warm")[0];
+        assert!((celsius - 20.0).abs() < 5.0, "{celsius}");
+        let kept = sag(&world);
+        assert!((kept / hot - 1.0).abs() < 0.05, "{structure}: {hot} hot, {kept} cold again");
+    }
+}
+
+#[test]
+fn a_sheet_that_is_heated_on_one_side_curls_away() {
+    let pins = vec![PinSpec::clamped(Region::Left)];
+    let mut scene = scene(SheetSpec { temperature_gradient: true, ..sheet(StructureKind::Shell, pins) });
+    scene.gravity = DVec3::ZERO;
+    let thick = Material { thickness: 2e-3, ..material::by_name("hips").expect("there") };
+    scene.sheets[0].material = MaterialChoice::Inline(thick.clone());
+    scene.heaters = vec![HeaterSpec {
+        name: "lamp".into(),
+        file: None,
+        polyhedron: None,
+        size: Some(DVec3::new(4.0, 0.1, 4.0)),
+        hot: vec![HotFaceSpec { face: 2, temperature: 300.0, emissivity: 1.0 }],
+        on: true,
+        placement: Placement { position: DVec3::new(0.0, 0.3, 0.0), ..Placement::default() },
+    }];
+    let mut world = world(&scene);
+    world.advance(12.0);
+    let sheet = &world.sheets()[0];
+    let (lower, upper) = sheet.heat().and_then(|h| h.halves()).expect("two halves");
+    let middle = 2 * 9 + 4;
+    let difference = upper[middle] - lower[middle];
+    assert!(difference > 3.0, "{difference} K");
+    // Halves are half a thickness apart: κ = α ΔT/(t/2); a clamped strip's tip then drops by κ L²/2.
+    let curvature = 2.0 * thick.expansion * difference / thick.thickness;
+    let tip = sheet.x.get(2 * 9 + 8).y;
+    let wanted = -0.5 * curvature * 0.16 * 0.16;
+    assert!((tip / wanted - 1.0).abs() < 0.08, "{tip}, not {wanted}");
+    assert!(upper[middle] < 80.0, "still stiff");
+}
+
+#[test]
+fn a_sheet_on_a_hot_body_comes_to_the_balance_of_contact_and_losses() {
+    let mut scene = scene(sheet(StructureKind::Shell, vec![]));
+    scene.sheets[0].placement.position.y = 2.6e-4;
+    scene.time_lapse = 50.0;
+    scene.bodies.push(sheetwork::scene::BodySpec {
+        temperature: Some(70.0),
+        ..body(
+            "plate",
+            Shape::Box(DVec3::new(1.0, 0.1, 1.0)),
+            Placement { position: DVec3::new(0.0, -0.05, 0.0), ..Placement::default() },
+            vec![],
+        )
+    });
+    let mut world = world(&scene);
+    world.advance(6.0);
+    let m = material::by_name("hips").expect("there");
+    // The lower side, too, is counted with the room.
+    let fourth = |c: f64| (c + ZERO_CELSIUS).powi(4);
+    let balance = |t: f64| {
+        500.0 * (70.0 - t) - 10.0 * (t - 20.0) - 2.0 * m.emissivity * STEFAN_BOLTZMANN * (fourth(t) - fourth(20.0))
+    };
+    let (mut low, mut high) = (20.0, 70.0);
+    for _ in 0..60 {
+        let t = 0.5 * (low + high);
+        if balance(t) > 0.0 { low = t } else { high = t }
+    }
+    let found = world.sheets()[0].temperatures().expect("warm");
+    for t in found {
+        assert!((t - low).abs() < 1.0, "{t}, not {low}");
+    }
+}
+
+#[test]
+fn what_stands_before_a_heater_throws_a_shadow() {
+    let lit = |with_body: bool| {
+        let mut scene = scene(sheet(StructureKind::Shell, vec![PinSpec::held(Region::All)]));
+        scene.sheets[0].grid = (17, 1, 9);
+        scene.heaters = vec![HeaterSpec {
+            name: String::new(),
+            file: None,
+            polyhedron: None,
+            size: Some(DVec3::new(0.01, 0.002, 0.01)),
+            hot: vec![HotFaceSpec { face: 2, temperature: 900.0, emissivity: 1.0 }],
+            on: true,
+            placement: Placement { position: DVec3::new(-0.05, 0.05, 0.0), ..Placement::default() },
+        }];
+        if with_body {
+            let place = Placement { position: DVec3::new(-0.05, 0.025, 0.0), ..Placement::default() };
+            scene.bodies.push(body("screen", Shape::Box(DVec3::new(0.04, 0.002, 0.06)), place, vec![]));
+        }
+        let mut world = world(&scene);
+        world.advance(1.0);
+        let sheet = &world.sheets()[0];
+        let under = 4 * 17 + 3;
+        (sheet.temperatures().expect("warm")[under], sheet.temperatures().expect("warm")[4 * 17 + 16])
+    };
+    let (bright, shaded) = (lit(false), lit(true));
+    assert!(bright.0 > 20.5, "{bright:?}");
+    assert!(shaded.0 < 20.01, "{shaded:?}");
+    assert!(bright.1 > 20.001 && (shaded.1 / bright.1 - 1.0).abs() < 0.01, "{bright:?} {shaded:?}");
+}
+
+#[test]
+fn the_thesis_way_softens_at_once_and_by_its_formula() {
+    let spec = SheetSpec { pins: vec![PinSpec::held(Region::Left)], node_mass: Some(4e-5), ..SheetSpec::default() };
+    let mut scene = Scene { dt: 2e-3, gravity: DVec3::new(0.0, -0.981, 0.0), sheets: vec![spec], ..Scene::default() };
+    scene.heat_mode = HeatMode::Thesis { sensitivity: 0.1, conductivity: 0.0 };
+    scene.oven = Some(OvenSpec { temperature: 21.0, ..OvenSpec::default() });
+    let mut world = world(&scene);
+    let stiff = world.sheets()[0].springs().stiffness.clone();
+    world.advance(0.1);
+    for (soft, stiff) in world.sheets()[0].springs().stiffness.iter().zip(stiff) {
+        assert!((soft / stiff - (1.0 - 0.1 / 0.185)).abs() < 1e-12, "{soft} of {stiff}");
+    }
+}
+
+#[test]
+fn no_heat_history_of_a_thousand_makes_a_sheet_unstable() {
+    let mut random = Random::new(7);
+    let mut draw = |low: f64, high: f64| low + (high - low) * 0.5 * (1.0 + random.signed());
+    let structures = [
+        StructureKind::Shell,
+        StructureKind::Shell,
+        StructureKind::DoubleDiagonal,
+        StructureKind::Trimm,
+        StructureKind::Samm,
+    ];
+    for history in 0..1000 {
+        let structure = structures[draw(0.0, 4.999) as usize];
+        let mut spec =
+            sheet(structure, vec![PinSpec::clamped(if history % 2 == 0 { Region::Left } else { Region::Back })]);
+        spec.grid = (5, spec.grid.1, 4);
+        spec.damping_ratio = None;
+        spec.temperature_gradient = structure == StructureKind::Shell && history % 3 == 0;
+        let mut scene = scene(spec);
+        scene.time_lapse = 10.0_f64.powf(draw(-1.0, 2.5));
+        scene.oven = Some(OvenSpec::default());
+        let mut world = world(&scene);
+        let (mut coldest, mut hottest) = (20.0_f64, 20.0_f64);
+        for _ in 0..4 {
+            let celsius = draw(-50.0, 250.0);
+            (coldest, hottest) = (coldest.min(celsius), hottest.max(celsius));
+            world.set("oven.temperature", &celsius.to_string()).expect("an oven");
+            (0..10).for_each(|_| world.step());
+        }
+        assert!(world.unstable().is_none(), "history {history}, {structure}");
+        let celsius = world.sheets()[0].temperatures().expect("warm");
+        assert!(celsius.iter().all(|t| (coldest - 1.0..hottest + 1.0).contains(t)), "history {history}");
+    }
+}
+
+#[test]
+fn a_warm_step_with_heat_allocates_nothing() {
+    for structure in [StructureKind::Shell, StructureKind::Trimm] {
+        let mut scene = scene(sheet(structure, vec![PinSpec::clamped(Region::Left)]));
+        scene.sheets[0].temperature_gradient = structure == StructureKind::Shell;
+        scene.oven = Some(OvenSpec { temperature: 120.0, ..OvenSpec::default() });
+        scene.heat_gun = Some(Default::default());
+        scene.heaters = vec![HeaterSpec {
+            name: String::new(),
+            file: None,
+            polyhedron: None,
+            size: Some(DVec3::new(0.1, 0.02, 0.1)),
+            hot: (0..6).map(|face| HotFaceSpec { face, temperature: 300.0, emissivity: 0.9 }).collect(),
+            on: true,
+            placement: Placement { position: DVec3::new(0.0, 0.1, 0.0), ..Placement::default() },
+        }];
+        scene.bodies.push(sheetwork::scene::BodySpec {
+            temperature: Some(90.0),
+            ..body(
+                "ball",
+                Shape::Ball(0.04),
+                Placement { position: DVec3::new(0.05, -0.06, 0.0), ..Placement::default() },
+                vec![],
+            )
+        });
+        let mut world = world(&scene);
+        (0..60).for_each(|_| world.step());
+        let counted = count(|| (0..60).for_each(|_| world.step()));
+        assert!(world.unstable().is_none());
+        assert_eq!(counted.count_total, 0, "{structure}");
+    }
+}
