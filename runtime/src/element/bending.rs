@@ -416,8 +416,13 @@ impl Bending {
     #[inline(always)]
     fn less_rest<const REST: bool>(&self, i: usize, k: &mut [DVec3; 3], x: &Vectors) {
         if REST {
+            let rest = &self.rest[i];
+            // Most of what warms has never set.
+            if *rest == [DVec3::ZERO; 3] {
+                return;
+            }
             let [p, n, q] = axes(&self.groups[i], x);
-            for (k, rest) in k.iter_mut().zip(&self.rest[i]) {
+            for (k, rest) in k.iter_mut().zip(rest) {
                 *k -= p * rest.x + n * rest.y + q * rest.z;
             }
         }

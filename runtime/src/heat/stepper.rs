@@ -15,8 +15,8 @@ use super::network::Network;
 use crate::engine::linear::{Backend, Factor, Pattern, analyse};
 use crate::sheet::Sheet;
 
-/// Newton's iteration ends where it moves no node by so much, K.
-const CLOSE: f64 = 1e-9;
+/// Newton's iteration ends where it would move no node by so much, K.
+const CLOSE: f64 = 1e-6;
 /// Most iterations of a stage, and how many are given to a matrix that is only nearly right.
 const ROUNDS: u32 = 40;
 const PATIENCE: u32 = 8;
@@ -109,14 +109,19 @@ impl System {
         }
     }
 
-    /// Makes the factor one for stages of d h = `length` (s) and the slopes at `celsius`, unless the one there is will do.
-    fn prepare(&mut self, network: &Network, exchange: &Exchange, celsius: &[f64], length: f64, least: f64) {
-        let near = |(i, t): (usize, &f64)| {
+    /// Makes the factor one for stages of d h = `length` (s) and the slopes at `celsius`, unless the one there is will do. Returns the
+    /// largest part of a diagonal that is a slope: by no more is each step of Newton's iteration shorter than the one before.
+    fn prepare(&mut self, network: &Network, exchange: &Exchange, celsius: &[f64], length: f64, stale: f64) -> f64 {
+        let (mut near, mut largest) = (self.length == length, 0.0_f64);
+        for (i, t) in celsius.iter().enumerate() {
             let slope = exchange.slope(i, *t);
-            (slope - self.slope[i]).abs() <= least * (network.capacity[i] / length + slope)
-        };
-        if self.length == length && celsius.iter().enumerate().all(near) {
-            return;
+            let diagonal = network.capacity[i] / length + slope;
+            // Not `>`: NaN stands for none yet.
+            near &= (slope - self.slope[i]).abs() <= stale * diagonal;
+            largest = largest.max(slope / diagonal);
+        }
+        if near {
+            return largest;
         }
         self.length = length;
         self.values.fill(0.0);
@@ -132,6 +137,7 @@ impl System {
         }
         // Diagonally dominant but for bridges, which are positive by themselves: it has a factor.
         let _ = self.factor.factorize(&self.values);
+        largest
     }
 }
 
@@ -230,7 +236,7 @@ impl Stepper {
         for round in 0..ROUNDS {
             self.flow_at(celsius, exchange, k);
             let stale = if round < PATIENCE { STALE } else { 0.0 };
-            self.system.prepare(&self.network, exchange, celsius, length, stale);
+            let shrinks = self.system.prepare(&self.network, exchange, celsius, length, stale);
             let right = &mut self.system.right;
             for i in 0..celsius.len() {
                 right[i] = self.flow[k][i] - self.network.capacity[i] * (celsius[i] - self.base[i]) / length;
@@ -241,7 +247,7 @@ impl Stepper {
                 *t += d;
                 furthest = furthest.max(d.abs());
             }
-            if furthest <= CLOSE {
+            if furthest * shrinks <= CLOSE {
                 break;
             }
         }

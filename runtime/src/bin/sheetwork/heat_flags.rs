@@ -9,13 +9,13 @@ use crate::number;
 #[derive(Args)]
 pub struct HeatFlags {
     /// Corners of the polygon, m: "x,y,z;x,y,z;..." (view-factor).
-    #[arg(long, value_parser = polygon)]
+    #[arg(long, value_parser = polygon, allow_hyphen_values = true)]
     polygon: Option<Polygon>,
     /// Place of the patch, m: x,y,z (view-factor).
-    #[arg(long, default_value = "0,0,0", value_parser = vector)]
+    #[arg(long, default_value = "0,0,0", value_parser = vector, allow_hyphen_values = true)]
     point: DVec3,
     /// Where the patch looks: x,y,z (view-factor).
-    #[arg(long, default_value = "0,1,0", value_parser = vector)]
+    #[arg(long, default_value = "0,1,0", value_parser = vector, allow_hyphen_values = true)]
     normal: DVec3,
     /// Fourier number: diffusivity times time over the length squared (conduction).
     #[arg(long, default_value = "0.1", value_parser = number)]

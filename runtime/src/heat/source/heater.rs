@@ -9,7 +9,7 @@
 //! [`RAYS`] points of the face, weighted as they are seen: bodies stop them, and the sheet itself.
 //!
 //! F follows a patch that has moved by [`CLOSE`] of its distance or turned by as much; V is looked at again for one patch in
-//! [`TURNS`] a step. Neither is looked at for what faces away.
+//! [`TURNS`] a step, and where the sheet stands in its own light as often. Neither is looked at for what faces away.
 
 use glam::DVec3;
 use rapier3d::math::Real;
@@ -153,10 +153,12 @@ impl Radiator {
             seen.at = vec![(DVec3::NAN, DVec3::NAN); patches.len()];
             seen.factors = vec![(0.0, 1.0); patches.len() * faces.len()];
         }
-        let own = seen.own.get_or_insert_with(|| Own::new(target.sheet, target.faces));
-        own.refresh(target.sheet, target.faces);
         let turn = if seen.complete { patches.len().div_ceil(TURNS) } else { patches.len() };
         let shadows = seen.next..seen.next + turn;
+        let own = seen.own.get_or_insert_with(|| Own::new(target.sheet, target.faces));
+        if !seen.complete || shadows.start < turn {
+            own.refresh(target.sheet, target.faces);
+        }
         for (i, patch) in patches.iter().enumerate() {
             let (place, normal) = (target.sheet.x.get(patch.mass as usize), target.faces.normals[i]);
             let (was, faced) = seen.at[i];
@@ -203,7 +205,7 @@ impl Source for Radiator {
         for i in 0..target.faces.patches.len() {
             let patch = target.faces.patches[i];
             let factors = &self.seen[index].factors[i * count..(i + 1) * count];
-            for ((factor, visible), face) in factors.iter().zip(&self.faces) {
+            for ((factor, visible), face) in factors.iter().zip(&self.faces).filter(|(f, _)| f.0 > 0.0) {
                 let above = face.emissivity * (fourth_power(face.celsius) - walls);
                 target.irradiate(patch, factor * visible, above);
             }
