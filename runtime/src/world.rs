@@ -347,6 +347,13 @@ impl World {
         let checked = Scene { bodies: vec![spec.clone()], ..Scene::default() };
         validate::scene(&checked)?;
         rigid.add(&self.scene, &spec, 0)?;
+        if let Some(celsius) = spec.temperature {
+            if self.heat.is_none() {
+                self.heat = Some(Box::new(Room::new(&self.scene)?));
+            }
+            let conductance = self.scene.contact_conductance;
+            self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
+        }
         self.scene.bodies.push(spec);
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(name)

@@ -280,6 +280,26 @@ fn a_sheet_on_a_hot_body_comes_to_the_balance_of_contact_and_losses() {
 }
 
 #[test]
+fn a_hot_body_that_is_added_warms_what_lies_on_it() {
+    let mut spec = sheet(StructureKind::Shell, vec![]);
+    spec.placement.position.y = 0.0503;
+    let mut world =
+        world(&Scene { dt: 1.0 / 60.0, engine: EngineKind::TrBdf2, sheets: vec![spec], ..Scene::default() });
+    let plate = sheetwork::scene::BodySpec {
+        temperature: Some(90.0),
+        ..body("plate", Shape::Box(DVec3::new(1.0, 0.1, 1.0)), Placement::default(), vec![])
+    };
+    let name = world.add_body(&plate).expect("valid");
+    world.advance(1.0);
+    let warm = world.sheets()[0].temperatures().expect("warm")[0];
+    assert!(warm > 40.0, "{warm}");
+    world.set(&format!("bodies.{name}.temperature"), "0").expect("there");
+    world.advance(3.0);
+    let cold = world.sheets()[0].temperatures().expect("warm")[0];
+    assert!(cold < 15.0, "{cold}");
+}
+
+#[test]
 fn what_stands_before_a_heater_throws_a_shadow() {
     let lit = |with_body: bool| {
         let mut scene = scene(sheet(StructureKind::Shell, vec![PinSpec::held(Region::All)]));

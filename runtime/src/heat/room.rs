@@ -3,7 +3,7 @@
 //! A world has one when something in its scene is not at 20 °C. Heat is stepped after motion, with the motion's step or, where that is
 //! shorter than [`SHORTEST`], when as much time has gathered. Its time may run faster than the motion's by `time_lapse`.
 
-use super::source::{Dial, Moment, Source, Surroundings, TABLE, Target};
+use super::source::{Dial, Moment, Source, Surroundings, TABLE, Target, hot_body};
 use super::thesis::Thesis;
 use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::error::{InputError, check_range};
@@ -63,6 +63,15 @@ impl Room {
     /// Puts a further source into it.
     pub fn add(&mut self, source: Box<dyn Source>) {
         self.sources.push(source);
+    }
+
+    /// Takes up a body that is as warm as `celsius` (°C) from now on.
+    pub fn add_body(&mut self, name: &str, celsius: f64, conductance: f64) {
+        let path = hot_body::path_of(name);
+        // One that was removed has left its place.
+        if !self.sources.iter_mut().any(|s| s.turn(&path, celsius)) {
+            self.add(hot_body::of(name, celsius, conductance));
+        }
     }
 
     /// How warm the surroundings are at `time` (s).

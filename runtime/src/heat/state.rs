@@ -167,8 +167,8 @@ impl Heat {
 
     /// Whether some mass is another than stiffness was taken up at.
     fn has_moved(&self) -> bool {
-        // Not `>`: NaN stands for never.
-        self.nodes.iter().zip(&self.applied).any(|(now, then)| !((now - then).abs() <= STEP))
+        // NaN stands for never.
+        self.nodes.iter().zip(&self.applied).any(|(now, then)| then.is_nan() || (now - then).abs() > STEP)
     }
 
     /// Works out compliance and expansion of every mass.

@@ -210,6 +210,8 @@ fn stem(file: &Path) -> String {
 }
 
 /// A material in a scene: `"hips"`, `"materials/cloth.ron"` or `(young: 2e9, thickness: 0.0005, ...)`.
+// A scene has few of them, and most that are in line are read once.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum MaterialChoice {
     /// One of the library, by name.

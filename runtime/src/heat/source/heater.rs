@@ -12,7 +12,6 @@
 //! [`TURNS`] a step, and where the sheet stands in its own light as often. Neither is looked at for what faces away.
 
 use glam::DVec3;
-use rapier3d::math::Real;
 use rapier3d::parry::bounding_volume::Aabb;
 use rapier3d::parry::query::Ray;
 
@@ -165,8 +164,8 @@ impl Radiator {
             let reach = faces.iter().map(|f| f.middle.distance_squared(place)).fold(f64::INFINITY, f64::min);
             let moved = was.distance_squared(place) + faced.distance_squared(normal) * reach;
             let factors = &mut seen.factors[i * faces.len()..(i + 1) * faces.len()];
-            // Not `>`: NaN is never near.
-            if !(moved <= CLOSE * CLOSE * reach) {
+            // NaN is of a patch that has not been looked at.
+            if moved.is_nan() || moved > CLOSE * CLOSE * reach {
                 seen.at[i] = (place, normal);
                 factors.iter_mut().zip(faces).for_each(|(f, face)| f.0 = face.view_factor(place, normal));
             }
@@ -191,7 +190,7 @@ fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
     let around = Aabb::new(start.min(to).as_vec3(), start.max(to).as_vec3());
     let query = view.query();
     let mut near = query.intersect_aabb_conservative(around);
-    near.any(|(_, collider)| collider.shape().intersects_ray(collider.position(), &ray, 1.0 as Real))
+    near.any(|(_, collider)| collider.shape().intersects_ray(collider.position(), &ray, 1.0))
 }
 
 impl Source for Radiator {

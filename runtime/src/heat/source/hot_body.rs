@@ -24,8 +24,17 @@ pub(super) const KIND: Kind =
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
     let hot = scene.bodies.iter().enumerate().filter_map(|(i, b)| Some((body_name(&b.name, i), b.temperature?)));
-    let conductance = scene.contact_conductance;
-    Ok(hot.map(|(name, celsius)| Box::new(HotBody { name, celsius, conductance }) as Box<dyn Source>).collect())
+    Ok(hot.map(|(name, celsius)| of(&name, celsius, scene.contact_conductance)).collect())
+}
+
+/// The body of that name at `celsius`, which what touches it meets with `conductance` (W/(m² K)).
+pub(crate) fn of(name: &str, celsius: f64, conductance: f64) -> Box<dyn Source> {
+    Box::new(HotBody { name: name.to_owned(), celsius, conductance })
+}
+
+/// Where the temperature of the body of that name is set.
+pub(crate) fn path_of(name: &str) -> String {
+    format!("bodies.{name}.temperature")
 }
 
 struct HotBody {
@@ -71,16 +80,11 @@ impl Source for HotBody {
     }
 
     fn dials(&self) -> Vec<Dial> {
-        vec![Dial {
-            path: format!("bodies.{}.temperature", self.name),
-            value: self.celsius,
-            unit: "°C",
-            range: (COLDEST, HOTTEST),
-        }]
+        vec![Dial { path: path_of(&self.name), value: self.celsius, unit: "°C", range: (COLDEST, HOTTEST) }]
     }
 
     fn turn(&mut self, path: &str, value: f64) -> bool {
-        let own = path.strip_prefix("bodies.").and_then(|p| p.strip_suffix(".temperature")) == Some(&self.name);
+        let own = path == path_of(&self.name);
         if own {
             self.celsius = value;
         }
