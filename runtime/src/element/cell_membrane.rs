@@ -13,7 +13,7 @@
 //! alike, and cylindrical bending along the grid strains nothing. A₁₆ and A₂₆ are taken as zero: the grid lies along the
 //! material's axes.
 //!
-//! A sheet that has been warm has a stiffness and strains at rest of its own in every cell: [`Warmed`], kept apart, so that
+//! A sheet that has been warm has a stiffness and strains at rest of its own in every cell: `Warmed`, kept apart, so that
 //! one that has not reads and computes nothing for it. Kernels are compiled for both.
 
 use multiversion::multiversion;

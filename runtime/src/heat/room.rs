@@ -1,7 +1,7 @@
 //! The room that heats sheets: its sources, and the step of heat.
 //!
 //! A world has one when something in its scene is not at 20 °C. Heat is stepped after motion, with the motion's step or, where that is
-//! shorter than [`SHORTEST`], when as much time has gathered. Its time may run faster than the motion's by `time_lapse`.
+//! shorter than `SHORTEST`, when as much time has gathered. Its time may run faster than the motion's by `time_lapse`.
 
 use super::source::{Dial, Moment, Source, Surroundings, TABLE, Target, hot_body};
 use super::thesis::Thesis;

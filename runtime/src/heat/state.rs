@@ -4,7 +4,7 @@
 //! the two-point gradient. A sheet that nothing heats has none of this: [`Sheet::heat`] is then `None`, it is as warm as the
 //! surroundings and as stiff as its material says.
 //!
-//! Stiffness is taken up when some mass is [`STEP`] warmer or colder than when it last was; E, expansion and curl then follow
+//! Stiffness is taken up when some mass is `STEP` warmer or colder than when it last was; E, expansion and curl then follow
 //! every mass, and elements hold strain where they soften and stress where they stiffen ([`crate::element::Element::warm`]).
 
 use super::faces::Faces;

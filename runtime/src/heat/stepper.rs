@@ -7,8 +7,8 @@
 //!
 //! Second order, L-stable: right at small steps, stable at any. Both stages have the matrix C/(d h) + K + J, J the slope of the
 //! exchange, which is factorised when the step or J has changed; Newton's iteration with it ends where it moves nothing by
-//! [`CLOSE`]. What it and rounding leave of the balance of heat is spread over all nodes: heat is conserved to the bit of a sum.
-//! Steps in which the surroundings would move a node by more than [`LEAP`] are taken in parts.
+//! `CLOSE`. What it and rounding leave of the balance of heat is spread over all nodes: heat is conserved to the bit of a sum.
+//! Steps in which the surroundings would move a node by more than `LEAP` are taken in parts.
 
 use super::ZERO_CELSIUS;
 use super::network::Network;

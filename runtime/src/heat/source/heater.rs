@@ -5,11 +5,11 @@
 //! q = ε σ F V ε_h (T_h⁴ - T_wall⁴) per area,
 //!
 //! where V is the part of the face that nothing stands before, and the walls' own radiation, which the face hides or reflects, is
-//! counted with the room. F is exact ([`super::super::view_factor`]); a face radiates from its outer side only. V is by rays to
-//! [`RAYS`] points of the face, weighted as they are seen: bodies stop them, and the sheet itself.
+//! counted with the room. F is exact ([`crate::heat::view_factor`]); a face radiates from its outer side only. V is by rays to
+//! `RAYS` points of the face, weighted as they are seen: bodies stop them, and the sheet itself.
 //!
-//! F follows a patch that has moved by [`CLOSE`] of its distance or turned by as much; V is looked at again for one patch in
-//! [`TURNS`] a step, and where the sheet stands in its own light as often. Neither is looked at for what faces away.
+//! F follows a patch that has moved by `CLOSE` of its distance or turned by as much; V is looked at again for one patch in
+//! `TURNS` a step, and where the sheet stands in its own light as often. Neither is looked at for what faces away.
 
 use glam::DVec3;
 use rapier3d::parry::bounding_volume::Aabb;

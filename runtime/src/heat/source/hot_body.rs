@@ -1,7 +1,7 @@
 //! Hot bodies: what a body with a temperature gives to the sheet that lies on it.
 //!
 //! A patch at a gap g from the body's surface that faces it exchanges q = (T_body - T)/(1/h_c + g/k_air) per area: through the contact,
-//! and through the air that is left between them. Beyond [`FAR`] nothing is counted: the room's convection is more. The body stays as
+//! and through the air that is left between them. Beyond `FAR` nothing is counted: the room's convection is more. The body stays as
 //! warm as it is said to be.
 
 use glam::DVec3;
