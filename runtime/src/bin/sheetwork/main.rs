@@ -30,7 +30,7 @@ enum Command {
     /// Generate a sheet: count its masses and springs, write it as a .SHT file.
     Generate(generate::Generate),
     /// Put a sheet on a virtual test rig.
-    Measure(measure::Measure),
+    Measure(Box<measure::Measure>),
     /// Long campaigns that end in tables, files and plots.
     Bench(bench::Bench),
     /// Report on a material in a sheet: its stiffness, and what a structure delivers of it.
