@@ -143,7 +143,7 @@ fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) {
 /// Puts a sheet to sleep that has been still for a while; `last` is the length of the last part of the step, s.
 fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
     // A sheet adrift is not at rest, however slow: something must hold it.
-    let held = !sheet.pins.is_empty() || touches.count() > 0;
+    let held = (!sheet.pins.is_empty() || touches.count() > 0) && !sheet.is_creeping();
     if held && is_still(sheet, last) {
         sheet.quiet += stage.dt;
         if sheet.quiet >= SLEEP_TIME {

@@ -175,11 +175,19 @@ impl World {
         self.sheets.iter_mut().map(|s| s.settle(field, tolerance)).collect()
     }
 
+    /// Lets every sheet flow for `dt` s, in equilibrium throughout; see [`Sheet::flow_settled`]. The world's time stands.
+    pub(crate) fn flow_settled(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
+        let field = self.field();
+        self.sheets.iter_mut().map(|s| s.flow_settled(field, dt, tolerance)).collect()
+    }
+
     fn field(&self) -> Field {
         Field { gravity: self.gravity, air: self.air.rate(), air_density: self.air.density, wind: self.air.wind }
     }
 
     fn step_by(&mut self, dt: f64) {
+        let now = self.time + 1e-9 * dt;
+        self.sheets.iter_mut().for_each(|s| s.release_pins(now));
         // Taken out for the step: the view borrows it while the sheets are changed.
         let mut rigid = self.rigid.take();
         if let Some(rigid) = &mut rigid {

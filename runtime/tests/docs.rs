@@ -29,6 +29,7 @@ fn fullest() -> Scene {
         sheets: [(
             material: (
                 young: 185,
+                burgers: (relaxation_time: 1, retardation_time: 1, retarded: 1),
                 orthotropic: (
                     young_warp: 1, young_weft: 1, shear: 1, poisson: 0, bending_warp: 1, bending_weft: 1, twist: 1,
                 ),
@@ -36,12 +37,14 @@ fn fullest() -> Scene {
             velocities: [(region: Left, value: (0, 0, 0))],
             forces: [(region: All, value: (0, 0, 0))],
             pins: [(region: Back, path: [(time: 0)], clamp: true)],
+            temperature: 20,
         ), (
             structure: "shell",
             grid: (11, 1, 11),
             outline: Svg(file: "leaf.svg", scale: 0.001),
             holes: [Disc(centre: (0, 0), radius: 0.004)],
             cuts: [[(0, 0.006), (0, 0.1)]],
+            creases: [(from: (0, 0.5), to: (1, 0.5), angle: 10)],
         )],
         bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)])],
         heaters: [(file: "panel.heater"), (size: (1, 1, 1), hot: [(face: 0, temperature: 100)])],
@@ -96,6 +99,7 @@ fn every_field_is_in_the_table_of_its_struct() {
     check("### Sheet", &tree["sheets"][0]);
     check("#### Pin", &tree["sheets"][0]["pins"][0]);
     check("### Material", &tree["sheets"][0]["material"]);
+    check("#### Creases, curl, yield and creep", &tree["sheets"][1]["creases"][0]);
     check("### Body", &tree["bodies"][0]);
     check("### Heater", &tree["heaters"][1]);
     check("#### Oven", &tree["oven"]);

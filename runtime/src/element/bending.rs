@@ -11,10 +11,16 @@
 //! A sheet that has set, or is warmer on one side than on the other, is at rest at curvatures κ₀ that turn with it: the energy is
 //! then ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀), its tangent the same. κ₀ is kept in axes of the sheet, the frame's first side, the normal
 //! and what is square to both, and is all but along the normal. One that has not holds no κ₀ and computes nothing for it.
+//!
+//! A sheet that is made bent, or may stay bent by yield or creep, has its rest along the normal in `rest` instead.
+
+mod rest;
 
 use glam::DVec3;
 
+use self::rest::Rests;
 use super::curvature::CurvatureGroup;
+use super::flow::Flows;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
 use crate::sheet::Vectors;
 
@@ -68,6 +74,8 @@ pub struct Bending {
     retardation: f64,
     viscous: f64,
     per_time: f64,
+    /// Rest curvatures along the normal, of a sheet that is made bent or may stay bent.
+    rests: Option<Box<Rests>>,
 }
 
 impl Bending {
@@ -75,13 +83,14 @@ impl Bending {
     pub fn new(source: Vec<CurvatureGroup>, directions: &[DVec3]) -> Self {
         let mut all = Self::default();
         for group in &source {
-            all.push(group, directions);
+            all.push(group, directions, &[]);
         }
         all.source = source;
         all
     }
 
-    fn push(&mut self, source: &CurvatureGroup, directions: &[DVec3]) {
+    /// Adds a group, which is of the masses `also` too.
+    fn push(&mut self, source: &CurvatureGroup, directions: &[DVec3], also: &[u32]) {
         let first = self.masses.len();
         let mut entries: Vec<(u32, [f64; 3])> = Vec::new();
         for (a, row) in source.rows.iter().enumerate() {
@@ -94,6 +103,11 @@ impl Bending {
                         entries.push((*mass, w));
                     }
                 }
+            }
+        }
+        for mass in also {
+            if entries.iter().all(|(m, _)| m != mass) {
+                entries.push((*mass, [0.0; 3]));
             }
         }
         // By mass, so that pairs are of the lower triangle.
@@ -285,6 +299,9 @@ impl Element for Bending {
                 pair.value = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
             }
         }
+        if self.rests.is_some() {
+            return self.set_rest_law(law.bending[0][0]);
+        }
         self.sum_constant();
     }
 
@@ -301,11 +318,16 @@ impl Element for Bending {
             let rest = &mut self.rest[i];
             // Where twist alone is known nothing else can rest.
             let rows = &self.source[i].rows;
-            if !(rows[0].is_empty() && rows[1].is_empty()) {
-                (0..2).for_each(|a| rest[a].y += curl - self.curl[i]);
+            let bends = !(rows[0].is_empty() && rows[1].is_empty());
+            let curled = if bends { curl - self.curl[i] } else { 0.0 };
+            let mut along_normal = self.rests.as_deref_mut();
+            if let Some(rests) = &mut along_normal {
+                rests.warm(i, curled, k.map(|k| k.dot(axes[1])), (group.softness, softness));
+            } else {
+                (0..2).for_each(|a| rest[a].y += curled);
             }
             for a in 0..3 {
-                for (part, axis) in axes.iter().enumerate() {
+                for (part, axis) in axes.iter().enumerate().filter(|(part, _)| *part != 1 || along_normal.is_none()) {
                     rest[a][part] = set_rest(k[a].dot(*axis), rest[a][part], group.softness, softness);
                 }
             }
@@ -321,11 +343,19 @@ impl Element for Bending {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
+        if let Some(rests) = &self.rests {
+            return self.rest_energy(x, rests);
+        }
         if self.rest.is_empty() { self.stored::<false>(x) } else { self.stored::<true>(x) }
     }
 
     fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
-        if self.rest.is_empty() { self.forces::<false>(x, v, force) } else { self.forces::<true>(x, v, force) }
+        if self.rest.is_empty() {
+            self.forces::<false>(x, v, force)
+        } else {
+            self.forces::<true>(x, v, force)
+        }
+        self.add_rest_gradient(x, -1.0, force);
     }
 
     fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
@@ -368,11 +398,17 @@ impl Element for Bending {
     }
 
     fn potential(&self, x: &Vectors) -> f64 {
-        if self.rest.is_empty() { self.staged::<false>(x) } else { self.staged::<true>(x) }
+        let stored = if self.rest.is_empty() { self.staged::<false>(x) } else { self.staged::<true>(x) };
+        stored + self.rest_potential(x)
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
-        if self.rest.is_empty() { self.gradient::<false>(x, gradient) } else { self.gradient::<true>(x, gradient) }
+        if self.rest.is_empty() {
+            self.gradient::<false>(x, gradient)
+        } else {
+            self.gradient::<true>(x, gradient)
+        }
+        self.add_rest_gradient(x, 1.0, gradient);
     }
 
     fn add_constant_tangent(&self, _per_time: f64, values: &mut [f64]) {
@@ -384,7 +420,8 @@ impl Element for Bending {
         }
     }
 
-    fn add_tangent(&mut self, x: &Vectors, _geometric: Geometric, values: &mut [f64]) {
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        self.add_rest_tangent(x, geometric, values);
         if self.viscous == 0.0 {
             return;
         }
@@ -404,11 +441,19 @@ impl Element for Bending {
         }
     }
 
-    fn predict(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
-        0.0
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        self.missed_turn(x, d)
     }
 
     fn settle(&mut self, _x: &Vectors) {}
+
+    fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
+        self.rests.is_some().then(|| self.made_angles())
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        self.rests.is_some().then_some(self as &mut dyn Flows)
+    }
 }
 
 impl Bending {

@@ -16,8 +16,12 @@
 //! A sheet that has been warm has a stiffness and strains at rest of its own in every cell: `Warmed`, kept apart, so that
 //! one that has not reads and computes nothing for it. Kernels are compiled for both.
 
+mod creep;
+
 use multiversion::multiversion;
 
+use self::creep::Creeping;
+use super::flow::Flows;
 use super::pack::{LANES, Pack, Pack3, Pack9};
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
 use crate::sheet::Vectors;
@@ -82,6 +86,8 @@ pub struct CellMembrane {
     packets: Vec<Packet>,
     /// One a packet; empty as long as the sheet has not been warm.
     warmed: Vec<Warmed>,
+    /// Of a membrane that creeps.
+    creeping: Option<Box<Creeping>>,
 }
 
 impl CellMembrane {
@@ -102,7 +108,7 @@ impl CellMembrane {
             }
         }
         let cell = Cell { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..Cell::default() };
-        Self { cell, packets, warmed: Vec::new() }
+        Self { cell, packets, ..Self::default() }
     }
 
     /// Strains along u, along v and shear, averaged over each cell, in the order of the grid: for reports.
@@ -330,6 +336,9 @@ impl Element for CellMembrane {
     }
 
     fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        if self.warm_creeping(x, warmth) {
+            return;
+        }
         if self.warmed.is_empty() {
             self.warmed = vec![Warmed::COLD; self.packets.len()];
         }
@@ -353,6 +362,9 @@ impl Element for CellMembrane {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
+        if let Some(energy) = self.crept_energy(x) {
+            return energy;
+        }
         kernel!(energy, self, &self.cell, &self.packets, &self.warmed, x)
     }
 
@@ -408,6 +420,10 @@ impl Element for CellMembrane {
 
     fn settle(&mut self, x: &Vectors) {
         kernel!(settle, self, &self.cell, &mut self.packets, &self.warmed, x);
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        self.creeping.is_some().then_some(self as &mut dyn Flows)
     }
 }
 

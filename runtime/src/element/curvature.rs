@@ -8,7 +8,7 @@
 //! Q = I - B (Bᵀ D B)⁻¹ Bᵀ D, and κᵀ Qᵀ D Q κ the energy that [`super::bending::condensed`] gives.
 
 /// Curvatures at one place.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CurvatureGroup {
     /// Stencil of each component (uu, vv, 2uv): masses and weights, 1/m²; empty for one that is not known here.
     pub rows: [Vec<(u32, f64)>; 3],
@@ -20,7 +20,48 @@ pub struct CurvatureGroup {
     pub relaxed: Vec<[f64; 3]>,
     /// Masses a, b, c, d whose differences give the normal of the upper side, (x_b - x_a) × (x_d - x_c).
     pub frame: [u32; 4],
+    /// Number of the mass it is at; of a cell's twist of the cell's first mass; of a triangle its own.
+    pub home: u32,
+    /// Factor that each row has beyond the curvature that it is of.
+    pub gain: [f64; 3],
+    /// Length l over which each bends, m: a kink of the angle φ has the curvature 2 sin(φ/2)/l here, and is one of φ/l. 0 where a
+    /// curvature is taken as it is.
+    pub span: [f64; 3],
 }
+
+impl Default for CurvatureGroup {
+    fn default() -> Self {
+        Self {
+            rows: Default::default(),
+            clamps: Default::default(),
+            area: 0.0,
+            relaxed: Vec::new(),
+            frame: [0; 4],
+            home: 0,
+            gain: [1.0; 3],
+            span: [0.0; 3],
+        }
+    }
+}
+
+impl CurvatureGroup {
+    /// What component `a` is where the sheet bends by `angle` a length, 1/m, towards its upper side.
+    pub fn of_angle(&self, a: usize, angle: f64) -> f64 {
+        let l = self.span[a];
+        let bent =
+            if l > 0.0 { 2.0 / l * (0.5 * l * angle).clamp(-FLAT_ON_ITSELF, FLAT_ON_ITSELF).sin() } else { angle };
+        self.gain[a] * bent
+    }
+
+    /// The angle a length, 1/m, by which the sheet bends towards its upper side where component `a` is `curvature`, 1/m.
+    pub fn angle_of(&self, a: usize, curvature: f64) -> f64 {
+        let (l, bent) = (self.span[a], curvature / self.gain[a]);
+        if l > 0.0 { 2.0 / l * (0.5 * l * bent).clamp(-1.0, 1.0).asin() } else { bent }
+    }
+}
+
+/// Half the largest angle between neighbouring parts of a sheet.
+const FLAT_ON_ITSELF: f64 = std::f64::consts::FRAC_PI_2;
 
 /// Q for bending stiffness `d` (N m) and the directions of curvature that are free to adjust.
 pub fn relaxation(d: &[[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {

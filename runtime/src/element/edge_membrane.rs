@@ -14,11 +14,15 @@
 //! and its energy is ½ ε_eᵀ G ε_e, G = A S⁻ᵀ C S⁻¹ (J), A its area and C the membrane stiffness (N/m), which may be
 //! orthotropic. Every strain is a quadratic of the positions, ½ (|d|² + |k|² - 1) with d and k linear.
 
+mod creep;
+
 use std::collections::BTreeSet;
 
 use glam::DVec3;
 
+use self::creep::Creeping;
 use super::curvature::{CurvatureGroup, relaxation};
+use super::flow::Flows;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
 use crate::lattice::outline::{Edge, Mesh, NO_TRIANGLE};
 use crate::sheet::Vectors;
@@ -39,6 +43,8 @@ struct Strain {
     clamps: Vec<(u32, f64)>,
     /// What clamped tangents add to k.
     offset: DVec3,
+    /// |d|² + |k|² without stress: 1, and twice the strain that has crept.
+    unit: f64,
 }
 
 /// A triangle: three edges, and the masses that they depend on.
@@ -95,6 +101,8 @@ pub struct EdgeMembrane {
     spare: Vec<f64>,
     /// Room for a triangle's gradients and their products with G.
     gradients: Vec<[DVec3; 3]>,
+    /// Of a membrane that creeps.
+    creeping: Option<Box<Creeping>>,
 }
 
 impl Strain {
@@ -111,7 +119,7 @@ impl Strain {
     #[inline]
     fn at(&self, x: &Vectors) -> f64 {
         let (d, k) = (self.chord(x), self.bow(x) + self.offset);
-        0.5 * (d.length_squared() - 1.0 + k.length_squared())
+        0.5 * (d.length_squared() - self.unit + k.length_squared())
     }
 
     /// The change of the strain at `x` for a change `v` of the positions, to first order.
@@ -158,7 +166,7 @@ impl EdgeMembrane {
             let (length, [u, v]) = mesh.direction(edge);
             membrane.directions.push(([u * u, v * v, u * v], length));
             membrane.sources.push(sources(mesh, edge));
-            let strain = Strain { ends: edge.nodes, inverse_length: 1.0 / length, ..Strain::default() };
+            let strain = Strain { ends: edge.nodes, inverse_length: 1.0 / length, unit: 1.0, ..Strain::default() };
             membrane.strains.push(strain);
         }
         membrane.find_arcs(&[[0.0; 3]; 3]);
@@ -180,6 +188,12 @@ impl EdgeMembrane {
         let most = membrane.triangles.iter().map(|t| t.masses.len()).max().unwrap_or(0);
         membrane.gradients = vec![[DVec3::ZERO; 3]; 2 * most];
         membrane
+    }
+
+    /// The same, creeping with arms of these shares.
+    pub fn creeping(mut self, share: [f64; 2]) -> Self {
+        self.creeping = Some(Box::new(Creeping::new(self.strains.len(), self.triangles.len(), share)));
+        self
     }
 
     /// Takes up the directions (unit vectors in the world) of the clamps that the groups count.
@@ -352,12 +366,14 @@ impl Element for EdgeMembrane {
                 }
             }
         }
+        self.keep_full();
         self.find_arcs(&law.bending);
         self.find_weights();
         self.find_offsets();
     }
 
     fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        let creeps = self.warm_creeping(x, warmth);
         let cold = Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
         self.warmed.resize(self.triangles.len(), cold);
         for (t, w) in self.triangles.iter_mut().zip(&mut self.warmed) {
@@ -365,22 +381,29 @@ impl Element for EdgeMembrane {
             let mut corners = [0.0; 2];
             for (k, strain) in strains.iter().enumerate() {
                 let expansion = warmth.mean_expansion(&strain.ends);
-                w.rest[k] += expansion - w.expansion[k];
+                if !creeps {
+                    w.rest[k] += expansion - w.expansion[k];
+                }
                 w.expansion[k] = expansion;
                 // Every corner is an end of two edges.
                 corners[0] += strain.ends.iter().map(|m| warmth.compliance[*m as usize]).sum::<f64>();
                 corners[1] += 2.0;
             }
             let (before, after) = (w.softness, corners[1] / corners[0]);
-            for (rest, strain) in w.rest.iter_mut().zip(strains) {
+            // What creeps has its rest with the edges.
+            for (rest, strain) in w.rest.iter_mut().zip(strains).filter(|_| !creeps) {
                 *rest = set_rest(strain.at(x), *rest, before, after);
             }
             t.stiffness.iter_mut().flatten().for_each(|g| *g *= after / before);
             w.softness = after;
         }
+        self.keep_full();
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
+        if let Some(creeping) = self.creeping.as_ref().filter(|c| !c.is_running()) {
+            return self.crept_energy(creeping, x);
+        }
         let one = |(k, t): (usize, &Triangle)| {
             let e = self.less_rest(k, t.edges.map(|e| self.strains[e as usize].at(x)));
             0.5 * dot(&e, &product(&t.stiffness, &e))
@@ -476,6 +499,10 @@ impl Element for EdgeMembrane {
     fn settle(&mut self, x: &Vectors) {
         self.strain_stage(x);
         self.stress_of_work();
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        self.creeping.is_some().then_some(self as &mut dyn Flows)
     }
 }
 

@@ -18,6 +18,7 @@ pub(crate) mod check;
 pub mod curvature;
 pub mod edge_membrane;
 pub mod flexion_limit;
+pub mod flow;
 pub mod mixed_spring;
 pub mod pack;
 pub mod spring;
@@ -149,6 +150,16 @@ pub trait Element: Send + Sync {
 
     /// Takes up the stress at `x` as it is.
     fn settle(&mut self, x: &Vectors);
+
+    /// Rest curvatures as angles a length, 1/m; `None` where there are none.
+    fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
+        None
+    }
+
+    /// Itself as one that flows; `None` where it does not.
+    fn flows(&mut self) -> Option<&mut dyn flow::Flows> {
+        None
+    }
 }
 
 /// Adds `block` (by rows) times `scale` to block `slot` of `values`.

@@ -158,6 +158,12 @@ impl Springs {
         self.slots.rest[self.slots.of[i] as usize] = rest;
     }
 
+    /// Changes the stiffness (N/m) of spring `i` alone; panics when there is none, as indexing does.
+    pub fn set_stiffness(&mut self, i: usize, stiffness: f64) {
+        self.stiffness[i] = stiffness;
+        self.slots.stiffness[self.slots.of[i] as usize] = stiffness;
+    }
+
     /// How many springs there are.
     pub fn len(&self) -> usize {
         self.a.len()

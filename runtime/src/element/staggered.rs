@@ -79,13 +79,15 @@ impl Grid<'_> {
 
     fn at_mass(&self, i: usize, j: usize) -> Option<CurvatureGroup> {
         let here = self.at(i, j);
-        let mut group = CurvatureGroup { frame: self.frame(i, j), ..CurvatureGroup::default() };
+        let mut group = CurvatureGroup { frame: self.frame(i, j), home: here as u32, ..CurvatureGroup::default() };
         let mut shares = [0.0; 2];
         for axis in 0..2 {
             let (before, after, h, across) = self.line(axis, i, j);
             let (Some(before), Some(after)) = (before, after) else { continue };
             let next = self.clamped[before] || self.clamped[after];
-            let w = if next { NEXT_TO_CLAMP.sqrt() } else { 1.0 } / (h * h);
+            group.gain[axis] = if next { NEXT_TO_CLAMP.sqrt() } else { 1.0 };
+            group.span[axis] = h;
+            let w = group.gain[axis] / (h * h);
             group.rows[axis] = vec![(before as u32, w), (here as u32, -2.0 * w), (after as u32, w)];
             shares[axis] = across;
         }
@@ -113,7 +115,10 @@ impl Grid<'_> {
             for (neighbour, side) in [(before, -1.0), (after, 1.0)] {
                 let Some(neighbour) = neighbour.filter(|n| !self.clamped[*n]) else { continue };
                 let w = 2.0 / (h * h);
-                let mut group = CurvatureGroup { frame: self.frame(i, j), ..CurvatureGroup::default() };
+                let mut group =
+                    CurvatureGroup { frame: self.frame(i, j), home: here as u32, ..CurvatureGroup::default() };
+                // From the clamp's direction to the middle of the first cell it turns by half of what it would over a whole one.
+                group.span[axis] = 0.5 * h;
                 group.rows[axis] = vec![(neighbour as u32, w), (here as u32, -w)];
                 group.clamps[axis] = vec![(axis as u32, -side * 2.0 / h)];
                 group.area = 0.5 * AT_CLAMP * across * self.spacing.0 * self.spacing.1;
@@ -132,6 +137,7 @@ impl Grid<'_> {
             area: hu * hv,
             // The diagonals: as long as the cell's sides and never parallel in a sound cell.
             frame: [m[1], m[2], m[0], m[3]],
+            home: m[0],
             ..CurvatureGroup::default()
         }
     }

@@ -5,6 +5,7 @@
 use glam::DVec3;
 
 use super::axial::Axial;
+use super::flow::{FlowStep, Flows, Strain};
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
 use crate::sheet::Vectors;
 
@@ -29,6 +30,26 @@ struct Spring {
 pub struct WallSprings {
     springs: Vec<Spring>,
     per_time: f64,
+    /// What creeps of each; empty where nothing does.
+    creeping: Vec<Creeping>,
+    share: [f64; 2],
+    /// Whether a step is on its way.
+    running: bool,
+}
+
+/// Stretch (m) of a spring that creeps, from its expanded length, and its stiffness at once, N/m.
+#[derive(Clone, Copy, Debug)]
+struct Creeping {
+    stiffness: f64,
+    strain: Strain,
+}
+
+impl Creeping {
+    /// Gives the spring the law of the step.
+    fn apply(&self, s: &mut Spring) {
+        s.axial.rest = s.expanded() + self.strain.rest;
+        s.axial.stiffness = self.stiffness * self.strain.stiffness;
+    }
 }
 
 impl WallSprings {
@@ -45,11 +66,24 @@ impl WallSprings {
             expansion: 0.0,
             axial: Axial { stiffness, rest, ..Axial::default() },
         });
-        Self { springs: each.collect(), per_time: 0.0 }
+        Self { springs: each.collect(), ..Self::default() }
+    }
+
+    /// The same, creeping with arms of these shares.
+    pub fn creeping(mut self, share: [f64; 2]) -> Self {
+        let one = |s: &Spring| Creeping { stiffness: s.axial.stiffness, strain: Strain::default() };
+        self.creeping = self.springs.iter().map(one).collect();
+        self.share = share;
+        self
     }
 }
 
 impl Spring {
+    /// Length without load but for what crept, m.
+    fn expanded(&self) -> f64 {
+        self.cold * (1.0 + self.expansion)
+    }
+
     #[inline(always)]
     fn along(&self, x: &Vectors) -> (DVec3, f64) {
         let d = x.get(self.mass) - self.point;
@@ -71,10 +105,14 @@ impl Element for WallSprings {
             s.axial.stiffness = s.per_bending * law.bending[0][0] * s.softness;
             s.axial.dashpot = s.axial.stiffness * law.retardation;
         }
+        for (s, creeping) in self.springs.iter_mut().zip(&mut self.creeping) {
+            creeping.stiffness = s.axial.stiffness;
+            creeping.apply(s);
+        }
     }
 
     fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
-        for s in &mut self.springs {
+        for (i, s) in self.springs.iter_mut().enumerate() {
             let mass = [s.mass as u32];
             let (softness, expansion) = (warmth.stiffness(&mass), warmth.mean_expansion(&mass));
             s.axial.rest += s.cold * (expansion - s.expansion);
@@ -82,11 +120,23 @@ impl Element for WallSprings {
             let change = softness / s.softness;
             s.axial.stiffness *= change;
             s.axial.dashpot *= change;
+            let kept = (s.softness / softness).min(1.0);
             (s.softness, s.expansion) = (softness, expansion);
+            if let Some(creeping) = self.creeping.get_mut(i) {
+                let stretch = s.along(x).1 - s.expanded();
+                creeping.strain.set(stretch, kept, self.share);
+                creeping.strain.rest = creeping.strain.left();
+                creeping.stiffness *= change;
+                creeping.apply(s);
+            }
         }
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
+        if !self.running && !self.creeping.is_empty() {
+            let pairs = self.springs.iter().zip(&self.creeping);
+            return pairs.map(|(s, c)| c.stiffness * c.strain.stored(s.along(x).1 - s.expanded(), self.share)).sum();
+        }
         self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()
     }
 
@@ -163,6 +213,41 @@ impl Element for WallSprings {
         for s in &mut self.springs {
             s.axial.settle(s.along(x).1, self.per_time);
         }
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        (!self.creeping.is_empty()).then_some(self as &mut dyn Flows)
+    }
+}
+
+impl Flows for WallSprings {
+    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
+        self.running = true;
+        for (s, c) in self.springs.iter_mut().zip(&mut self.creeping) {
+            if let Some(decay) = step.decay(&[s.mass as u32]) {
+                c.strain.begin(s.along(x).1 - s.expanded(), self.share, &decay);
+                c.apply(s);
+            }
+        }
+        false
+    }
+
+    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
+        self.running = false;
+        for (s, c) in self.springs.iter().zip(&mut self.creeping) {
+            if let Some(decay) = step.decay(&[s.mass as u32]) {
+                c.strain.end(s.along(x).1 - s.expanded(), &decay);
+            }
+        }
+    }
+
+    fn stand(&mut self, x: &Vectors) -> bool {
+        self.running = false;
+        for (s, c) in self.springs.iter_mut().zip(&mut self.creeping) {
+            c.strain.stand(s.along(x).1 - s.expanded(), self.share);
+            c.apply(s);
+        }
+        false
     }
 }
 

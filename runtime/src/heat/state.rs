@@ -250,8 +250,11 @@ impl Sheet {
             let ends = [self.springs.a[i], self.springs.b[i]];
             let (softness, expansion) = (warmth.stiffness(&ends), warmth.mean_expansion(&ends));
             let length = self.x.get(ends[0] as usize).distance(self.x.get(ends[1] as usize));
-            let expanded = self.springs.rest[i] + spring.cold * (expansion - spring.expansion);
-            self.springs.set_rest(i, set_rest(length, expanded, spring.softness, softness));
+            let grown = spring.cold * (expansion - spring.expansion);
+            if !self.warm_creeping_spring(i, length, grown, (spring.softness, softness)) {
+                let rest = set_rest(length, self.springs.rest[i] + grown, spring.softness, softness);
+                self.springs.set_rest(i, rest);
+            }
             (spring.softness, spring.expansion) = (softness, expansion);
         }
     }

@@ -10,6 +10,7 @@ mod cantilever;
 mod cards;
 mod conduction;
 mod cooling;
+mod creep;
 mod disc;
 mod draw;
 mod drop_box;
@@ -17,6 +18,7 @@ pub mod drops;
 mod edge;
 mod edge_landing;
 mod energy;
+mod fold;
 mod free_fall;
 mod frequency;
 mod harmonic;
@@ -74,10 +76,12 @@ pub const TABLE: &[Case] = &[
     cards::PACK,
     conduction::CASE,
     cooling::CASE,
+    creep::CASE,
     disc::CASE,
     drop_box::CASE,
     edge_landing::CASE,
     energy::CASE,
+    fold::CASE,
     free_fall::CASE,
     frequency::CASE,
     hole::CASE,
@@ -140,6 +144,9 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         InputError::new("case", format!("no case is named \"{case}\"; there are {}", names.join(", ")))
     })?;
     setup.check()?;
+    if row.name != fold::CASE.name {
+        crate::error::check_range("angle", setup.angle, 0.0, 89.0, "degrees")?;
+    }
     let start = ProcessTime::now();
     let found = (row.run)(setup)?;
     let set_up = (start.elapsed().as_secs_f64() - found.cpu).max(0.0);

@@ -9,7 +9,9 @@ use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
 use crate::lattice::StructureKind;
 use crate::lattice::outline::OutlineSpec;
-use crate::scene::{Air, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
+use crate::scene::{
+    Air, Burgers, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw,
+};
 use crate::sheet::Sheet;
 
 /// Shortest step, s.
@@ -40,7 +42,7 @@ pub struct Setup {
     pub gravity: f64,
     /// Damping ratio of the slowest bending motion (shell and calibrated springs), 0 to 10.
     pub damping_ratio: f64,
-    /// Angle of an incline, degrees, 0 to 89.
+    /// Angle of an incline or of a landing, 0 to 89, or of a fold, 0 to 170, degrees.
     pub angle: f64,
     /// Friction coefficient, 0 to 10.
     pub friction: f64,
@@ -82,6 +84,10 @@ pub struct Setup {
     pub threads: u32,
     /// What the cases of heat are given.
     pub thermal: Thermal,
+    /// Temperature of the sheet, °C, -273.15 to 5000; `None` for 40 K above its glass transition, or 20 where it has none.
+    pub celsius: Option<f64>,
+    /// How long something is watched, s, 1e-3 to 1e9.
+    pub seconds: f64,
 }
 
 /// How the edges of a sheet are held.
@@ -132,7 +138,15 @@ impl Default for Setup {
             springs: SpringLaw::Calibrated,
             engine: EngineKind::TrBdf2,
             dt: None,
-            material: Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() },
+            material: Material {
+                young: 3e9,
+                poisson: 0.35,
+                density: 1050.0,
+                thickness: 5e-4,
+                yield_stress: Some(3e7),
+                burgers: Some(Burgers { relaxation_time: 10.0, retardation_time: 1.0, retarded: 0.5 }),
+                ..Material::default()
+            },
             length: 0.25,
             width: 0.25,
             gravity: 9.81,
@@ -158,6 +172,8 @@ impl Default for Setup {
             refine: 0,
             threads: 1,
             thermal: Thermal::default(),
+            celsius: None,
+            seconds: 10.0,
         }
     }
 }
@@ -180,7 +196,7 @@ impl Setup {
         check_range("width", self.width, 1e-4, 100.0, "m")?;
         check_range("gravity", self.gravity, 0.0, 1e3, "m/s²")?;
         check_range("damping-ratio", self.damping_ratio, 0.0, 10.0, "of critical")?;
-        check_range("angle", self.angle, 0.0, 89.0, "degrees")?;
+        check_range("angle", self.angle, 0.0, 170.0, "degrees")?;
         check_range("friction", self.friction, 0.0, 10.0, "")?;
         check_range("restitution", self.restitution, 0.0, 1.0, "")?;
         check_range("height", self.height, 1e-3, 1e3, "m")?;
@@ -193,6 +209,10 @@ impl Setup {
         check_range("box", self.box_side, 1e-3, 100.0, "m")?;
         check_range("sheets", self.sheets.into(), 1.0, 100.0, "sheets")?;
         check_range("threads", self.threads.into(), 1.0, 256.0, "threads")?;
+        check_range("seconds", self.seconds, 1e-3, 1e9, "s")?;
+        if let Some(celsius) = self.celsius {
+            check_range("celsius", celsius, -273.15, 5000.0, "°C")?;
+        }
         check_range("refine", self.refine.into(), 0.0, 6.0, "halvings")?;
         self.thermal.check()?;
         self.side.map_or(Ok(()), |side| check_range("side", side, 1e-4, 100.0, "m"))

@@ -2,7 +2,7 @@
 //!
 //! E Young's modulus (Pa), ν Poisson's ratio, ρ density (kg/m³), t thickness (m). A sheet that differs along its length (warp)
 //! and width (weft) has its measured stiffness in place of E and ν, as the Kawabata system gives it (thesis 1.1 and 2.5.2).
-//! The thermal values, the glass transition and the yield stress are carried for heat and plasticity. The library's constants
+//! The thermal values are carried for heat; yield and creep are of sheets that ask for them. The library's constants
 //! are averages of their class; `thesis` is the thesis's own soft sheet, whose planar springs of 0.185 N/m (table 4.3) are
 //! E t with its layer distance of 1 mm as t.
 
@@ -38,6 +38,10 @@ pub struct Material {
     pub damping_ratio: f64,
     /// Stress at which it begins to stay bent, Pa, 1 to 1e11; none for one that springs back from anything.
     pub yield_stress: Option<f64>,
+    /// Hardening modulus dσ/dε_p, by which the yield stress grows with the strain that stays, Pa; 0 to 1e12.
+    pub hardening: f64,
+    /// How it creeps; none for one that does not.
+    pub burgers: Option<Burgers>,
     /// Measured stiffness along warp and weft, in place of what E, ν and t make; none for a sheet alike in all directions.
     pub orthotropic: Option<Orthotropic>,
     /// Specific heat c, J/(kg K); 1 to 1e5.
@@ -57,6 +61,31 @@ pub struct Material {
     /// Chem. Soc. 77, 1955); 1 to 100 each in its unit, C2 to 1000.
     pub wlf: (f64, f64),
 }
+
+/// Creep by Burgers' model: under a constant stress σ the strain is σ/E (1 + t/τ₁ + r (1 - e^(-t/τ₂))). Times are those at the glass
+/// transition, or at any temperature where there is none.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Burgers {
+    /// Relaxation time τ₁ of the dashpot with the spring, s; 1e-6 to 1e30.
+    pub relaxation_time: f64,
+    /// Retardation time τ₂ of the Kelvin-Voigt element, s; 1e-6 to 1e30.
+    #[serde(default = "Burgers::retardation_by_default")]
+    pub retardation_time: f64,
+    /// What the strain grows by with that time, over what it is at once: r, 0 to 1e4; 0 for a dashpot and a spring alone.
+    #[serde(default)]
+    pub retarded: f64,
+}
+
+impl Burgers {
+    fn retardation_by_default() -> f64 {
+        1.0
+    }
+}
+
+/// Glassy polymers: chains disentangle so slowly at the glass transition that 40 K above it, at 25 s, a sheet takes a new shape
+/// while it is hot, and holds another for hours at the transition itself. Estimates of the class.
+const GLASSY: Option<Burgers> = Some(Burgers { relaxation_time: 1e9, retardation_time: 1e8, retarded: 0.5 });
 
 /// C1 and C2 (K) that fit most polymers.
 const UNIVERSAL_WLF: (f64, f64) = (17.44, 51.6);
@@ -86,6 +115,11 @@ const fn row(
         thickness,
         damping_ratio,
         yield_stress,
+        hardening: 0.0,
+        burgers: match glass_transition {
+            Some(_) => GLASSY,
+            None => None,
+        },
         orthotropic: None,
         specific_heat,
         conductivity,

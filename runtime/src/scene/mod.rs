@@ -8,6 +8,7 @@
 mod body;
 pub mod cards;
 mod contact;
+pub mod flow;
 mod heat;
 pub mod heater;
 mod literal;
@@ -28,8 +29,9 @@ use serde::{Deserialize, Serialize};
 
 pub use body::{BodySpec, Shape};
 pub use contact::{ContactDefaults, PairSpec};
+pub use flow::CreaseSpec;
 pub use heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
-pub use material::{Material, MaterialChoice};
+pub use material::{Burgers, Material, MaterialChoice};
 pub use polyhedron::Polyhedron;
 
 use crate::engine::EngineKind;
@@ -290,6 +292,15 @@ pub struct SheetSpec {
     /// Whether its two sides may differ in temperature, so that it curls: for sheets of one layer that bend as their material; the
     /// layers of others have temperatures of their own.
     pub temperature_gradient: bool,
+    /// Whether the sheet stays bent where the material yields (shell only).
+    pub plastic: bool,
+    /// Whether it creeps as the material's `burgers` says.
+    pub creep: bool,
+    /// Lines along which the sheet is folded as it is made (shell only).
+    pub creases: Vec<CreaseSpec>,
+    /// Curvature along the length and along the width with which the sheet is made, towards its upper side, 1/m; each within
+    /// ±1e5 (shell only).
+    pub curl: (f64, f64),
 }
 
 impl Default for SheetSpec {
@@ -325,6 +336,10 @@ impl Default for SheetSpec {
             restitution: None,
             temperature: None,
             temperature_gradient: false,
+            plastic: false,
+            creep: false,
+            creases: Vec::new(),
+            curl: (0.0, 0.0),
         }
     }
 }
@@ -397,12 +412,15 @@ pub struct PinSpec {
     /// with neither `path` nor `clamp` nor `axes`: two rows of masses on the body hold the sheet's slope.
     #[serde(default)]
     pub body: Option<String>,
+    /// When the masses are let go, s, 0 to 1e6; none for never. Goes with neither `clamp` nor `axes` nor `body`.
+    #[serde(default)]
+    pub until: Option<f64>,
 }
 
 impl PinSpec {
     /// A pin that holds `region` where it is.
     pub fn held(region: Region) -> Self {
-        Self { region, path: Vec::new(), clamp: false, axes: Self::all_axes(), body: None }
+        Self { region, path: Vec::new(), clamp: false, axes: Self::all_axes(), body: None, until: None }
     }
 
     /// A pin that glues `region` to the body of that name.

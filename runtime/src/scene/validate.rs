@@ -203,6 +203,12 @@ pub fn material(field: &str, m: &Material) -> Check {
     softening(&at("softening"), &m.softening)?;
     check_range(&at("damping_ratio"), m.damping_ratio, 0.0, 10.0, "of critical")?;
     option(&at("yield_stress"), m.yield_stress, (1.0, 1e11), "Pa")?;
+    check_range(&at("hardening"), m.hardening, 0.0, 1e12, "Pa")?;
+    if let Some(b) = &m.burgers {
+        check_range(&at("burgers.relaxation_time"), b.relaxation_time, 1e-6, 1e30, "s")?;
+        check_range(&at("burgers.retardation_time"), b.retardation_time, 1e-6, 1e30, "s")?;
+        check_range(&at("burgers.retarded"), b.retarded, 0.0, 1e4, "")?;
+    }
     option(&at("glass_transition"), m.glass_transition, (-273.15, 1000.0), "°C")?;
     check_range(&at("wlf.0"), m.wlf.0, 1.0, 100.0, "")?;
     check_range(&at("wlf.1"), m.wlf.1, 1.0, 1000.0, "K")?;
@@ -255,6 +261,7 @@ fn sheet(s: &SheetSpec) -> Check {
     for (i, p) in s.pins.iter().enumerate() {
         pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
     }
+    super::flow::check(s)?;
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;
@@ -266,6 +273,12 @@ fn pin(pin: &PinSpec) -> Check {
     region(&pin.region).map_err(|e| within("region", e))?;
     path(&pin.path)?;
     let all = pin.axes == (true, true, true);
+    if let Some(until) = pin.until {
+        check_range("until", until, 0.0, 1e6, "s")?;
+        if pin.clamp || pin.body.is_some() || !all {
+            return Err(InputError::new("until", "is for masses that are held or led, without clamp, body or axes"));
+        }
+    }
     if pin.body.is_some() {
         if !pin.path.is_empty() {
             return Err(InputError::new("path", "does not go with a body: glued masses go where it goes"));

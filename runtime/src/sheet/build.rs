@@ -2,7 +2,9 @@
 
 use glam::DVec3;
 
+use super::creases;
 use super::drag::Drag;
+use super::flow::Flow;
 use super::generated::{Calibrated, cuts, generated};
 use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
@@ -10,6 +12,7 @@ use crate::element::Element;
 use crate::element::bending::Bending;
 use crate::element::cell_membrane::CellMembrane;
 use crate::element::edge_membrane::EdgeMembrane;
+use crate::element::flow::FlowLaw;
 use crate::element::spring::{Spring, SpringClass, Springs};
 use crate::element::staggered::{Grid, curvatures};
 use crate::element::thickness_limit::ThicknessLimit;
@@ -17,6 +20,7 @@ use crate::element::triangle::triangle_curvatures;
 use crate::error::InputError;
 use crate::lattice::outline::{Edge, Mesh};
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
+use crate::scene::flow as scene_flow;
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
 
@@ -63,13 +67,24 @@ impl Sheet {
         }
         apply_regions(spec, &mut sheet, calibrated.as_ref())?;
         sheet.set_flexion_limit(spec.flexion_limit)?;
-        sheet.elements = shell_elements(spec, &sheet, mesh.as_ref());
+        scene_flow::of_material(spec, &sheet.material)?;
+        let law = FlowLaw::new(&sheet.material, spec.creep, spec.plastic);
+        sheet.elements = shell_elements(spec, &sheet, mesh.as_ref(), &law);
         sheet.delivered = calibrated.as_ref().map(|c| c.delivered);
         if !sheet.elements.is_empty() {
             sheet.delivered = Some(1.0);
         }
-        sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material)));
+        let share = law.creep.map(|c| c.arms.share);
+        sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material, share)));
+        if spec.creep || spec.plastic {
+            let celsius = spec.temperature.unwrap_or(scene.ambient_temperature);
+            sheet.flow = Some(Box::new(Flow::new(law, celsius, scene.time_lapse, &sheet.springs)));
+        }
         sheet.refresh();
+        if spec.creep {
+            // As soft as it is warm, whether or not something heats it.
+            sheet.begin_heat(scene.ambient_temperature);
+        }
         sheet.work.touching = vec![false; sheet.masses()];
         Ok(sheet)
     }
@@ -81,30 +96,56 @@ fn upper_side(mesh: &Mesh) -> Vec<[u32; 3]> {
 }
 
 /// Membrane and bending of a shell on a mesh of triangles. Edges of the boundary are clamped where both their masses are.
-fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &Mesh) -> Vec<Box<dyn Element>> {
+fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &Mesh, law: &FlowLaw) -> Vec<Box<dyn Element>> {
     let clamped = |e: &Edge| e.nodes.iter().all(|n| sheet.clamped[*n as usize]);
     let (groups, normals) = triangle_curvatures(mesh, &clamped);
     let rotation = spec.placement.quaternion();
     let directions: Vec<DVec3> = normals.iter().map(|[u, v]| rotation * DVec3::new(*u, 0.0, *v)).collect();
     let mut membrane = EdgeMembrane::new(mesh, &groups);
     membrane.set_clamps(&directions);
-    vec![Box::new(membrane), Box::new(Bending::new(groups, &directions))]
+    let creeps = law.creep.map(|c| c.arms.share);
+    if let Some(share) = creeps {
+        membrane = membrane.creeping(share);
+    }
+    let bending = if stays_bent(spec, law) {
+        let angles = creases::on_mesh(spec, &groups, mesh);
+        Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
+    } else {
+        Bending::new(groups, &directions)
+    };
+    vec![Box::new(membrane), Box::new(bending)]
+}
+
+/// Whether a shell has rest curvatures.
+fn stays_bent(spec: &SheetSpec, law: &FlowLaw) -> bool {
+    creases::is_bent(spec) || law.creep.is_some() || law.plastic.is_some()
 }
 
 /// Membrane and bending of a shell; none for a lattice.
-fn shell_elements(spec: &SheetSpec, sheet: &Sheet, mesh: Option<&Mesh>) -> Vec<Box<dyn Element>> {
+fn shell_elements(spec: &SheetSpec, sheet: &Sheet, mesh: Option<&Mesh>, law: &FlowLaw) -> Vec<Box<dyn Element>> {
     if spec.file.is_some() || sheet.structure != StructureKind::Shell {
         return Vec::new();
     }
     if let Some(mesh) = mesh {
-        return mesh_elements(spec, sheet, mesh);
+        return mesh_elements(spec, sheet, mesh, law);
     }
     let (columns, rows) = (sheet.grid.0 as usize, sheet.grid.2 as usize);
     let spacing = (spec.size.0 / (columns - 1) as f64, spec.size.1 / (rows - 1) as f64);
     let grid = Grid { columns, rows, spacing, clamped: &sheet.clamped };
     let rotation = spec.placement.quaternion();
-    let bending = Bending::new(curvatures(&grid), &[rotation * DVec3::X, rotation * DVec3::Z]);
-    vec![Box::new(CellMembrane::new(columns, rows, spacing)), Box::new(bending)]
+    let (groups, directions) = (curvatures(&grid), [rotation * DVec3::X, rotation * DVec3::Z]);
+    let mut membrane = CellMembrane::new(columns, rows, spacing);
+    let creeps = law.creep.map(|c| c.arms.share);
+    if let Some(share) = creeps {
+        membrane = membrane.creeping(share);
+    }
+    let bending = if stays_bent(spec, law) {
+        let angles = creases::on_grid(spec, &groups, (columns, rows), spacing);
+        Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
+    } else {
+        Bending::new(groups, &directions)
+    };
+    vec![Box::new(membrane), Box::new(bending)]
 }
 
 pub(super) fn length_of(link: &Link, positions: &[DVec3]) -> f64 {
@@ -223,6 +264,7 @@ fn assemble(
         heat: None,
         first_temperature: spec.temperature,
         has_gradient: spec.temperature_gradient,
+        flow: None,
         system: None,
         field_before: None,
         clamped: vec![false; n],
@@ -340,7 +382,7 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibr
             sheet.clamped[*i as usize] |= pin.clamp;
             sheet.v.set(*i as usize, DVec3::ZERO);
         }
-        sheet.pins.add(masses, start, pin.path.clone());
+        sheet.pins.add(masses, start, pin.path.clone(), pin.until);
     }
     Ok(())
 }

@@ -33,7 +33,8 @@ impl Energy {
         let kinetic = sheet.v.iter().zip(&sheet.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum();
         let gravity = sheet.x.iter().zip(&sheet.mass).map(|(x, m)| -m * g.dot(x)).sum();
         let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
-        let elastic = sheet.springs.energy(&sheet.x) + elements;
+        let springs = sheet.flow.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
+        let elastic = springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements;
         Self { kinetic, elastic, gravity, total: kinetic + elastic + gravity }
     }
 }

@@ -33,6 +33,21 @@ const RELAXING_STEPS: u32 = 400;
 impl Sheet {
     /// Moves the sheet to equilibrium under `field`, to a last step of at most `tolerance` m, and stops it there.
     pub fn settle(&mut self, field: Field, tolerance: f64) -> Equilibrium {
+        self.stand_still();
+        let found = self.find_equilibrium(field, tolerance);
+        Equilibrium { stable: self.is_stable(), ..found }
+    }
+
+    /// Lets the sheet flow for `dt` s so slowly that it is in equilibrium under `field` throughout, to a last step of at most
+    /// `tolerance` m, and stops it where it has come to. Whether it is stable there is not looked at.
+    pub fn flow_settled(&mut self, field: Field, dt: f64, tolerance: f64) -> Equilibrium {
+        self.begin_flow(dt);
+        let found = self.find_equilibrium(field, tolerance);
+        self.end_flow();
+        found
+    }
+
+    fn find_equilibrium(&mut self, field: Field, tolerance: f64) -> Equilibrium {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         system.forget_constant();
         let mut x = self.x.clone();
@@ -50,7 +65,7 @@ impl Sheet {
         self.x.copy_from(&x);
         self.v.clear();
         self.engine.restart();
-        Equilibrium { stable: self.is_stable(), ..found }
+        found
     }
 }
 

@@ -62,11 +62,13 @@ impl Sheet {
         if self.work.force.len() != self.x.len() {
             self.work.force = Vectors::zeros(self.x.len());
         }
+        self.begin_flow(dt);
         let done = if self.engine_kind.info().implicit {
             self.advance_implicit(field, t, dt)
         } else {
             self.advance_explicit(field, t, dt)
         };
+        self.end_flow();
         self.counters.accepted += done.accepted;
         self.counters.rejected += done.rejected;
         self.counters.evaluations += done.evaluations;

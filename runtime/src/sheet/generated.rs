@@ -28,10 +28,21 @@ pub(super) struct Calibrated {
 
 impl Calibrated {
     /// The springs that clamps cut, in the world.
-    pub fn wall_springs(&self, spec: &SheetSpec, material: &Material) -> Option<Box<dyn Element>> {
+    pub fn wall_springs(
+        &self,
+        spec: &SheetSpec,
+        material: &Material,
+        creeps: Option<[f64; 2]>,
+    ) -> Option<Box<dyn Element>> {
         let each = self.walls.iter().map(|(w, rest)| (w.mass, spec.placement.apply(w.point), *rest, w.stiffness));
-        (!self.walls.is_empty())
-            .then(|| Box::new(WallSprings::new(each, material.plate_stiffness())) as Box<dyn Element>)
+        if self.walls.is_empty() {
+            return None;
+        }
+        let walls = WallSprings::new(each, material.plate_stiffness());
+        Some(Box::new(match creeps {
+            Some(share) => walls.creeping(share),
+            None => walls,
+        }))
     }
 }
 

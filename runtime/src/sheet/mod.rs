@@ -4,11 +4,13 @@
 //! stepped by [`crate::step`]. SI units throughout.
 
 mod build;
+mod creases;
 mod drag;
 mod edges;
 mod energy;
 mod equilibrium;
 mod estimate;
+mod flow;
 mod forces;
 mod generated;
 mod glue;
@@ -38,6 +40,7 @@ use surface::Surface;
 pub use vectors::Vectors;
 
 use self::drag::Drag;
+use self::flow::Flow;
 pub(crate) use self::implicit::System;
 use crate::contact::through_thickness::{Stack, Strike};
 use crate::element::flexion_limit::FlexionLimit;
@@ -132,6 +135,8 @@ pub struct Sheet {
     /// Temperature it is described with, °C, and whether its sides may differ.
     pub(crate) first_temperature: Option<f64>,
     pub(crate) has_gradient: bool,
+    /// Of a sheet that creeps or yields.
+    flow: Option<Box<Flow>>,
     /// The linear system of implicit engines, made when the first step needs it.
     system: Option<Box<System>>,
     field_before: Option<Field>,
@@ -343,6 +348,9 @@ impl Sheet {
     /// When a constant is out of range; nothing is changed then.
     pub fn set_material(&mut self, material: Material) -> Result<(), InputError> {
         crate::scene::validate::material("material", &material)?;
+        if self.flow.is_some() && material.burgers != self.material.burgers {
+            return Err(InputError::new("material.burgers", "cannot change while the sheet creeps"));
+        }
         if let Some(heat) = &mut self.heat {
             heat.set_material(&material);
         }
@@ -413,6 +421,7 @@ impl Sheet {
             self.springs.set_law(i, k, dashpot);
         }
         self.damped = self.springs.damped();
+        self.refresh_flow();
         if let Some(system) = &mut self.system {
             system.refresh(&self.springs);
         }

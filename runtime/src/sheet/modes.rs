@@ -29,6 +29,7 @@ impl Sheet {
     /// Its `count` slowest modes about its present place, slowest first; fewer where it has fewer unknowns, none where its
     /// tangent is far from positive definite.
     pub fn modes(&mut self, count: usize) -> Vec<Mode> {
+        self.stand_still();
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         system.forget_constant();
         let law = self.law();
@@ -62,6 +63,7 @@ impl Sheet {
     /// Whether the tangent stiffness where the sheet is, with the stress it has there, is positive definite: whether it
     /// stands by itself.
     pub fn is_stable(&mut self) -> bool {
+        self.stand_still();
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         system.forget_constant();
         let x = self.x.clone();

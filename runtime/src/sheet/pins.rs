@@ -23,6 +23,8 @@ struct Group {
     masses: Vec<u32>,
     start: Vec<DVec3>,
     path: Vec<PathKey>,
+    /// When they are let go, s.
+    until: Option<f64>,
 }
 
 /// Masses glued to a body.
@@ -64,9 +66,22 @@ struct Rail {
 }
 
 impl Pins {
-    /// Pins `masses`, now at `start` (m), led along `path` (empty: held).
-    pub fn add(&mut self, masses: Vec<u32>, start: Vec<DVec3>, path: Vec<PathKey>) {
-        self.groups.push(Group { masses, start, path });
+    /// Pins `masses`, now at `start` (m), led along `path` (empty: held), up to the time `until` (s) if there is one.
+    pub fn add(&mut self, masses: Vec<u32>, start: Vec<DVec3>, path: Vec<PathKey>, until: Option<f64>) {
+        self.groups.push(Group { masses, start, path, until });
+    }
+
+    /// Whether something is to be let go at time `t`, s.
+    pub fn ends(&self, t: f64) -> bool {
+        self.groups.iter().any(|g| g.until.is_some_and(|until| until <= t))
+    }
+
+    /// Lets go what is not held beyond time `t`, s; the masses that were.
+    pub(crate) fn release(&mut self, t: f64) -> Vec<u32> {
+        let over = |g: &Group| g.until.is_some_and(|until| until <= t);
+        let freed = self.groups.iter().filter(|g| over(g)).flat_map(|g| g.masses.iter().copied()).collect();
+        self.groups.retain(|g| !over(g));
+        freed
     }
 
     /// Holds `mass`, now at `start` (m), along the axes (x, y, z) that `held` names.

@@ -72,6 +72,7 @@ impl Sheet {
 
     /// Begins a step of `dt` s that is taken stage by stage.
     pub(crate) fn begin_step(&mut self, field: Field, dt: f64) {
+        self.begin_flow(dt);
         self.ready_implicit(field);
         let n = self.masses();
         let stage = &mut self.work.stage;

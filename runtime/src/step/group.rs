@@ -75,6 +75,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     if part.halvings >= scratch.expected {
         scratch.deepest = scratch.deepest.max(part.halvings);
         if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
+            group.each(|sheet| sheet.end_flow());
             return;
         }
         scratch.counters.halved += 1;

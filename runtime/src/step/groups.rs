@@ -393,7 +393,8 @@ impl Shared<'_> {
                 continue;
             }
             // A sheet adrift is not at rest, however slow: something must hold it.
-            let held = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
+            let touched = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
+            let held = touched && !sheet.is_creeping();
             sheet.quiet = if held && is_still(sheet, dt) { sheet.quiet + dt } else { 0.0 };
             all &= sheet.quiet >= SLEEP_TIME;
         }

@@ -31,6 +31,7 @@ const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
     ("drag.1", "", (0.0, 10.0)),
     ("friction", "", (0.0, 10.0)),
     ("restitution", "", (0.0, 1.0)),
+    ("temperature", "°C", (-273.15, 5000.0)),
     ("flexion_limit", "degrees", (1.0, 180.0)),
 ];
 
@@ -142,6 +143,7 @@ fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
         "drag.1" => sheet.drag().1.to_string(),
         "friction" => sheet.friction.to_string(),
         "restitution" => sheet.restitution.to_string(),
+        "temperature" => sheet.temperature()?.to_string(),
         "flexion_limit" if sheet.flexion.is_empty() => return None,
         "flexion_limit" => sheet.flexion_angle_limit().map_or_else(|| "none".to_owned(), |l| l.to_string()),
         _ => return None,
@@ -160,6 +162,7 @@ fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), In
         "drag.0" => return sheet.set_drag(value, sheet.drag().1),
         "drag.1" => return sheet.set_drag(sheet.drag().0, value),
         "flexion_limit" => return sheet.set_flexion_limit(Some(value)),
+        "temperature" => return sheet.set_temperature(value),
         // Contact alone: setting the material again would forget what the sheet has worked out for its stiffness.
         _ => {
             *(if name == "friction" { &mut sheet.friction } else { &mut sheet.restitution }) = value;

@@ -33,7 +33,9 @@ fn number(found: &Value, key: &str) -> f64 {
 #[test]
 fn every_case_has_the_keys_of_the_contract() {
     let place = Place::new("measure-keys");
-    let own: [(&str, &[&str]); 11] = [
+    let own: [(&str, &[&str]); 13] = [
+        ("fold", &["angle_deg", "predicted_deg", "folded_deg", "springback_deg"]),
+        ("creep", &["compliance", "expected_compliance", "compliance_error", "deflection_m", "temperature_c"]),
         ("incline", &["slid", "acceleration_m_s2", "creep_m_s", "creep_asleep_m_s"]),
         ("bounce", &["heights_m", "energy_ratio"]),
         (

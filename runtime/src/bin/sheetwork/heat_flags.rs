@@ -38,12 +38,12 @@ pub struct HeatFlags {
     /// View factor of the heater from one side (radiate).
     #[arg(long, default_value = "0.5", value_parser = number)]
     view: f64,
-    /// How long, s (radiate).
-    #[arg(long, default_value = "60", value_parser = number)]
-    seconds: f64,
-    /// Temperature of the sheet, °C (softening).
-    #[arg(long, default_value = "100", value_parser = number)]
-    celsius: f64,
+    /// How long, s (default 60 for radiate, 10 for creep).
+    #[arg(long, value_parser = number)]
+    pub seconds: Option<f64>,
+    /// Temperature of the sheet, °C (default 100 for softening; for creep 40 K above the glass transition, or 20 where there is none).
+    #[arg(long, value_parser = number)]
+    pub celsius: Option<f64>,
 }
 
 /// A polygon, of a type that clap does not take for a list of arguments.
@@ -63,8 +63,8 @@ impl HeatFlags {
             convection: self.convection,
             heater: self.heater,
             view: self.view,
-            seconds: self.seconds,
-            celsius: self.celsius,
+            seconds: self.seconds.unwrap_or(60.0),
+            celsius: self.celsius.unwrap_or(100.0),
         }
     }
 }

@@ -8,7 +8,7 @@ use sheetwork::InputError;
 use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
 use sheetwork::measure::{Boundary, Setup, TABLE, measure};
-use sheetwork::scene::{Material, SpringLaw, material};
+use sheetwork::scene::{Burgers, Material, SpringLaw, material};
 
 use crate::heat_flags::HeatFlags;
 use crate::{counts, number, print_json, print_line};
@@ -48,9 +48,9 @@ pub struct Measure {
     /// Material by name, for what the four flags above do not say.
     #[arg(long)]
     material: Option<String>,
-    /// Length of the sheet, m.
-    #[arg(long, default_value = "0.25", value_parser = number)]
-    length: f64,
+    /// Length of the sheet, m (default 0.25; of the part that bends 0.02 for fold).
+    #[arg(long, value_parser = number)]
+    length: Option<f64>,
     /// Width of the sheet, m.
     #[arg(long, default_value = "0.25", value_parser = number)]
     width: f64,
@@ -60,7 +60,8 @@ pub struct Measure {
     /// Damping ratio of the slowest bending motion; for the springs of cases with bodies a fraction of their critical.
     #[arg(long, default_value = "0.05", value_parser = number)]
     damping_ratio: f64,
-    /// Angle of the incline, or of the sheet that lands, degrees (default 20 for incline, 30 for edge-landing).
+    /// Angle of the incline, of the sheet that lands, or of the fold, degrees (default 20 for incline, 30 for edge-landing, 90 for
+    /// fold).
     #[arg(long, value_parser = number)]
     angle: Option<f64>,
     /// Coefficient of friction (cases with bodies).
@@ -114,6 +115,21 @@ pub struct Measure {
     /// Threads that step several sheets (stack, card-pack, card-house).
     #[arg(long, default_value = "1")]
     threads: u32,
+    /// Yield stress, Pa (fold; default 3e7).
+    #[arg(long, value_parser = number)]
+    yield_stress: Option<f64>,
+    /// Hardening modulus, Pa (fold; default 0).
+    #[arg(long, value_parser = number)]
+    hardening: Option<f64>,
+    /// Relaxation time of the dashpot, s (creep; default 10).
+    #[arg(long, value_parser = number)]
+    relaxation_time: Option<f64>,
+    /// Retardation time, s (creep; default 1).
+    #[arg(long, value_parser = number)]
+    retardation_time: Option<f64>,
+    /// Retarded strain over that at once (creep; default 0.5).
+    #[arg(long, value_parser = number)]
+    retarded: Option<f64>,
     /// Step from flat to rest instead of solving for equilibrium (cantilever and other cases of equilibrium).
     #[arg(long)]
     dynamic: bool,
@@ -150,13 +166,19 @@ impl Measure {
         };
         let contact = TABLE.iter().any(|c| c.name == self.case && c.contact);
         let explicit = !self.engine.info().implicit;
-        let landing = self.case == "edge-landing";
         let height = match self.case.as_str() {
             "drop-box" => 0.05,
             "edge-landing" => 1.0,
             _ => 0.2,
         };
         let structure = self.structure;
+        let angle = match self.case.as_str() {
+            "fold" => 90.0,
+            "edge-landing" => 30.0,
+            _ => 20.0,
+        };
+        let length = if self.case == "fold" { 0.02 } else { 0.25 };
+        let burgers = self.burgers(base.burgers);
         let (fewest, most) = structure.info().layers;
         Ok(Setup {
             structure,
@@ -170,13 +192,16 @@ impl Measure {
                 poisson: self.poisson.unwrap_or(base.poisson),
                 density: self.density.unwrap_or(base.density),
                 thickness: self.thickness.unwrap_or(base.thickness),
+                yield_stress: self.yield_stress.or(base.yield_stress),
+                hardening: self.hardening.unwrap_or(base.hardening),
+                burgers,
                 ..base
             },
-            length: self.length,
+            length: self.length.unwrap_or(length),
             width: self.width,
             gravity: self.gravity,
             damping_ratio: self.damping_ratio,
-            angle: self.angle.unwrap_or(if landing { 30.0 } else { 20.0 }),
+            angle: self.angle.unwrap_or(angle),
             friction: self.friction,
             restitution: self.restitution.unwrap_or(if self.case == "bounce" { 0.5 } else { 0.0 }),
             height: self.height.unwrap_or(height),
@@ -197,6 +222,19 @@ impl Measure {
             refine: self.refine,
             threads: self.threads,
             thermal: self.heat.thermal(),
+            celsius: self.heat.celsius,
+            seconds: self.heat.seconds.unwrap_or(10.0),
+        })
+    }
+
+    /// How the sheet creeps: as `base`, or the default, but for what the flags say.
+    fn burgers(&self, base: Option<Burgers>) -> Option<Burgers> {
+        let flags = [self.relaxation_time, self.retardation_time, self.retarded];
+        let from = base.or_else(|| Setup::default().material.burgers.filter(|_| flags.iter().any(Option::is_some)));
+        from.map(|b| Burgers {
+            relaxation_time: self.relaxation_time.unwrap_or(b.relaxation_time),
+            retardation_time: self.retardation_time.unwrap_or(b.retardation_time),
+            retarded: self.retarded.unwrap_or(b.retarded),
         })
     }
 }

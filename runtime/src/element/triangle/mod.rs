@@ -62,8 +62,15 @@ pub fn triangle_curvatures(mesh: &Mesh, clamped: &dyn Fn(&Edge) -> bool) -> (Vec
 /// The curvature of triangle `k`.
 fn curvature(mesh: &Mesh, k: usize, slopes: &[slope::Stencil], clamp_of: &BTreeMap<u32, u32>) -> CurvatureGroup {
     let (area, nodes) = (mesh.areas[k], mesh.triangles[k]);
-    // Counter-clockwise in (u, v) is clockwise seen from above.
-    let mut group = CurvatureGroup { area, frame: [nodes[0], nodes[2], nodes[0], nodes[1]], ..Default::default() };
+    let mut group = CurvatureGroup {
+        area,
+        // Counter-clockwise in (u, v) is clockwise seen from above.
+        frame: [nodes[0], nodes[2], nodes[0], nodes[1]],
+        home: k as u32,
+        // A fold along edges is shared by the triangles of both sides, and changes the slope in the middle of each by half.
+        span: [2.0 * (2.0 * area).sqrt(); 3],
+        ..Default::default()
+    };
     let mut rows: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
     let mut add = |mass: u32, weight: [f64; 3], times: f64| {
         let row = rows.entry(mass).or_default();

@@ -1,0 +1,119 @@
+//! A card folded and let go: what of the angle stays.
+//!
+//! The part that bends, `length` long, is held at one end and its other end turned, so that it is an arc of the angle θ: its curvature is
+//! κ = θ/length everywhere. Then the end is let go. Return mapping leaves κ_p = (D κ - M_y)/(D + H), and so the angle
+//!
+//! θ_p = length κ_p, M_y = σ_y t²/4,
+//!
+//! where D κ exceeds M_y, and none where it does not (a section that yields throughout at once; D is that of a bend to a
+//! cylinder, which a card wider than the part that bends makes). No time passes and no weight pulls: the card is in equilibrium
+//! throughout, the fold made in steps.
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::{Case, Outcome, Runner, Setup};
+use crate::error::InputError;
+use crate::lattice::StructureKind;
+use crate::scene::{PinSpec, Region};
+use crate::sheet::Sheet;
+
+pub(super) const CASE: Case = Case {
+    name: "fold",
+    about: "angle that stays of a card folded by --angle DEG and let go, and that of return mapping: --yield-stress --hardening",
+    contact: false,
+    run,
+};
+
+/// Steps that the fold is made in.
+const STEPS: u32 = 20;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let (nx, nz) = setup.grid;
+    if setup.structure != StructureKind::Shell {
+        return Err(InputError::new("structure", format!("only the shell yields, not {}", setup.structure)));
+    }
+    if nx < 4 {
+        return Err(InputError::new("grid", format!("{nx} masses along the card are too few to fold it; it takes 4")));
+    }
+    let Some(stress) = setup.material.yield_stress else {
+        return Err(InputError::new("yield-stress", "is not known of this material"));
+    };
+    // The first cell and the last are held, and stay straight: half of each is no part of what bends.
+    let cells = f64::from(nx) - 2.0;
+    let spacing = setup.length / cells;
+    let length = spacing * f64::from(nx - 1);
+    let mut scene = Setup { gravity: 0.0, length, ..setup.clone() }.scene();
+    let grip = |first: u32| Region::Masses((0..nz).flat_map(|j| [j * nx + first, j * nx + first + 1]).collect());
+    scene.sheets[0].pins.push(PinSpec::held(grip(0)));
+    scene.sheets[0].pins.push(PinSpec { until: Some(1.0), ..PinSpec::held(grip(nx - 2)) });
+    scene.sheets[0].plastic = true;
+    if setup.outlined {
+        return Err(InputError::new("outlined", "does not go with a fold, which takes a grid along the card"));
+    }
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let start = scene.sheets[0].placement.position.x - 0.5 * length;
+    let angle = setup.angle.to_radians();
+    for step in 1..=STEPS {
+        bend(
+            &mut runner.world.sheets_mut()[0],
+            nx,
+            (start, spacing),
+            angle * f64::from(step) / f64::from(STEPS) / cells,
+        );
+        runner.world.flow_settled(1.0, 1e-9 * length);
+    }
+    let folded = turned(&runner.world.sheets()[0], nx);
+    let stored = runner.world.sheets()[0].energy(DVec3::ZERO).elastic;
+    runner.world.sheets_mut()[0].release_pins(1.0);
+    let solves = runner.rest(&Setup { dynamic: false, ..setup.clone() });
+    runner.world.flow_settled(1.0, 1e-9 * length);
+    let sheet = &runner.world.sheets()[0];
+    let stiffness = setup.material.plate_stiffness();
+    let thickness = setup.material.thickness;
+    let moment = 0.25 * stress * thickness * thickness;
+    let hardening = setup.material.hardening * thickness.powi(3) / 12.0;
+    let curvature = angle / setup.length;
+    let stays = ((stiffness * curvature - moment) / (stiffness + hardening)).max(0.0);
+    let kept = turned(sheet, nx);
+    let keys = json!({
+        "angle_deg": kept.to_degrees(),
+        "predicted_deg": (stays * setup.length).to_degrees(),
+        "folded_deg": folded.to_degrees(),
+        "springback_deg": (folded - kept).to_degrees(),
+        "fold_length_m": setup.length,
+        "yield_stress_pa": stress,
+        "yield_moment_n": moment,
+        "yield_curvature_per_m": moment / stiffness,
+        "stored_when_folded_j": stored,
+        "stored_after_j": sheet.energy(DVec3::ZERO).elastic,
+        "linear_solves": solves,
+    });
+    Ok(runner.outcome(keys))
+}
+
+/// Puts the masses on an arc that turns by `turn` (rad) from cell to cell of `spacing` (m), from x = `start` (m).
+fn bend(sheet: &mut Sheet, nx: u32, (start, spacing): (f64, f64), turn: f64) {
+    for i in 0..sheet.masses() {
+        let column = i as u32 % nx;
+        let mut place = DVec3::new(start, 0.0, sheet.x.get(i).z);
+        for cell in 0..column {
+            let angle = turn * f64::from(cell);
+            place += DVec3::new(angle.cos(), angle.sin(), 0.0) * spacing;
+        }
+        sheet.x.set(i, place);
+    }
+}
+
+/// By how much the end of the middle row is turned, rad: the sum of the turns along it.
+fn turned(sheet: &Sheet, nx: u32) -> f64 {
+    let row = sheet.grid.2 / 2 * nx;
+    let mut before = DVec3::X;
+    let mut sum = 0.0;
+    for i in row..row + nx - 1 {
+        let along = sheet.x.get(i as usize + 1) - sheet.x.get(i as usize);
+        sum += before.cross(along).z.atan2(before.dot(along));
+        before = along;
+    }
+    sum
+}
