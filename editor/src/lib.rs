@@ -6,6 +6,7 @@
 pub mod camera;
 pub mod cli;
 pub mod headless;
+pub mod link;
 pub mod panels;
 pub mod picture;
 pub mod scenes;

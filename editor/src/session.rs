@@ -8,9 +8,12 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
+use sheetwork::link::LinkPlace;
 use sheetwork::scene::{MaterialChoice, Scene};
 use sheetwork::sheet::{Status, Vectors};
 use sheetwork::{InputError, World};
+
+use crate::link::LiveLink;
 
 /// Most wall-clock time a frame spends on stepping.
 pub const FRAME_BUDGET: Duration = Duration::from_millis(30);
@@ -89,6 +92,7 @@ pub struct Session {
     told_unstable: bool,
     largest_step: Option<f64>,
     generation: u64,
+    link: LiveLink,
 }
 
 impl Session {
@@ -114,6 +118,7 @@ impl Session {
             told_unstable: false,
             largest_step: None,
             generation: 0,
+            link: LiveLink::default(),
         };
         session.begin();
         Ok(session)
@@ -139,7 +144,9 @@ impl Session {
             Ok(fresh) => {
                 let (playing, speed, generation) = (self.playing, self.speed, self.generation + 1);
                 let messages = std::mem::take(&mut self.messages);
-                *self = Self { playing, speed, generation, messages, ..fresh };
+                let link = std::mem::take(&mut self.link);
+                *self = Self { playing, speed, generation, messages, link, ..fresh };
+                self.link.look_again();
                 true
             }
             Err(error) => {
@@ -390,15 +397,8 @@ impl Session {
     /// Changes a parameter of the world by path; kept through [`Session::reset`]. A refusal becomes a message and changes
     /// nothing. Returns whether it was taken.
     pub fn set(&mut self, path: &str, value: &str) -> bool {
-        match self.world.set(path, value) {
-            Ok(_) => {
-                self.changes.retain(|(p, _)| p != path);
-                self.changes.push((path.to_owned(), value.to_owned()));
-                if path == "engine" || path.contains("material") {
-                    self.find_largest_step();
-                }
-                true
-            }
+        match self.try_set(path, value) {
+            Ok(_) => true,
             Err(error) => {
                 self.fail(error.to_string());
                 false
@@ -454,6 +454,52 @@ impl Session {
     /// The world.
     pub fn world(&self) -> &World {
         &self.world
+    }
+
+    /// The live link.
+    pub fn link(&self) -> &LiveLink {
+        &self.link
+    }
+
+    /// Opens the live link, or closes it; why it cannot be opened becomes its status.
+    pub fn set_link(&mut self, on: bool) {
+        let mut link = std::mem::take(&mut self.link);
+        link.switch(on, &self.world);
+        self.link = link;
+    }
+
+    /// Opens the live link at a place of the caller's choice.
+    pub fn open_link(&mut self, place: &LinkPlace) {
+        let mut link = std::mem::take(&mut self.link);
+        link.open(place, &self.world);
+        self.link = link;
+    }
+
+    /// Does what other processes ask, and shows them the world.
+    pub fn exchange(&mut self) {
+        let mut link = std::mem::take(&mut self.link);
+        link.exchange(self);
+        self.link = link;
+    }
+
+    /// The world, for those who command it over the link.
+    pub(crate) fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// Sets a parameter as [`Session::set`] does, but returns the old value, or why not.
+    pub(crate) fn try_set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
+        let old = self.world.set(path, value)?;
+        self.keep_change(path, value);
+        Ok(old)
+    }
+
+    fn keep_change(&mut self, path: &str, value: &str) {
+        self.changes.retain(|(p, _)| p != path);
+        self.changes.push((path.to_owned(), value.to_owned()));
+        if path == "engine" || path.contains("material") {
+            self.find_largest_step();
+        }
     }
 
     /// The file the scene came from.

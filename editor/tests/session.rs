@@ -201,3 +201,34 @@ fn an_empty_scene_plays() {
     assert!(session.world().steps() > 0);
     assert_eq!(session.contacts(), 0);
 }
+
+#[test]
+fn the_live_link_shows_the_session_and_what_it_sets_stays_through_a_reset() {
+    use sheetwork::link::{Client, Command, LinkPlace};
+    let root = std::env::temp_dir().join(format!("sheetwork-editor-link-{}", std::process::id()));
+    let place = LinkPlace::within(&root, "editor").expect("a name");
+    let mut session = session();
+    assert_eq!(session.link().status(), "off");
+    session.open_link(&place);
+    session.exchange();
+    assert!(session.link().is_on() && session.link().status().contains("nobody"));
+    std::thread::scope(|scope| {
+        let other = scope.spawn(|| {
+            let mut client = Client::attach(&place).expect("attaches");
+            client.set_patience(std::time::Duration::from_secs(60));
+            client.set("gravity", "(0, -2, 0)").expect("accepted");
+            assert!(client.set("gravity", "(0, 1e9, 0)").is_err());
+            client.send(&Command::Step { steps: 3 }).expect("done");
+            client.send(&Command::Reset).expect("done");
+        });
+        while !other.is_finished() {
+            session.exchange();
+        }
+        other.join().expect("no panic");
+    });
+    assert_eq!((session.world().steps(), session.world().gravity().y), (0, -2.0));
+    assert!(session.messages().is_empty(), "a refusal is told to who asked");
+    session.set_link(false);
+    assert_eq!(session.link().status(), "off");
+    let _ = std::fs::remove_dir_all(root);
+}

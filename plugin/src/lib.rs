@@ -22,6 +22,7 @@
 //! | [`SheetworkAssetPlugin`] | scene files, `.sht` and `.pol` files as assets; [`SheetSceneRoot`] spawns a scene and follows its file | `AssetPlugin` |
 //! | [`SheetworkRenderPlugin`] | meshes and materials for sheets, bodies and the room | `PbrPlugin` |
 //! | [`SheetworkDiagnosticsPlugin`] | step time, masses, contacts, energy in Bevy's `DiagnosticsStore` | nothing |
+//! | `SheetLinkPlugin` (feature `link`) | shows the sheets to other processes and lets them turn their knobs; not in the group | nothing |
 //! | [`SheetworkDebugPlugin`] | draws springs and masses as gizmos; not in the group, add it where you want it | `GizmoPlugin` |
 //!
 //! `SheetworkPlugins.build().disable::<SheetworkRenderPlugin>()` is a server's set.
@@ -44,6 +45,8 @@ pub mod asset;
 pub mod core;
 pub mod debug;
 pub mod diagnostics;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod prelude;
 pub mod render;
 
@@ -56,6 +59,8 @@ pub use core::{
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;
+#[cfg(feature = "link")]
+pub use link::{SheetLink, SheetLinkPlugin};
 pub use render::{SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use sheetwork;
 

@@ -7,6 +7,8 @@ pub use crate::core::{
 };
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
+#[cfg(feature = "link")]
+pub use crate::link::{SheetLink, SheetLinkPlugin};
 pub use crate::render::{SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use crate::{SheetworkPlugins, sheetwork};
 pub use sheetwork::event::EventKind;

@@ -27,6 +27,8 @@ mod error;
 pub mod event;
 pub mod heat;
 pub mod lattice;
+#[cfg(feature = "link")]
+pub mod link;
 pub mod material_report;
 pub mod measure;
 pub mod recording;
@@ -36,4 +38,4 @@ pub mod step;
 mod world;
 
 pub use error::{InputError, check_range};
-pub use world::{BodyReport, Parameter, Report, SheetReport, TemperatureReport, World};
+pub use world::{BodyReport, Parameter, Report, SheetReport, Snapshot, TemperatureReport, World};

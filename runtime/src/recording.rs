@@ -71,7 +71,15 @@ impl Recorder {
             masses: world.sheets().iter().map(|s| s.masses()).collect(),
             bodies: world.rigid().map_or(0, |r| r.bodies().len()),
         };
-        let json = serde_json::to_string(&header).map_err(|e| InputError::new("", e.to_string()).in_file(file))?;
+        Self::begin(file, &header)
+    }
+
+    /// Creates the file for frames that come from elsewhere, as `header` describes them.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn begin(file: &Path, header: &Header) -> Result<Self, InputError> {
+        let json = serde_json::to_string(header).map_err(|e| InputError::new("", e.to_string()).in_file(file))?;
         let out = BufWriter::new(File::create(file).map_err(|e| InputError::io(file, &e))?);
         let mut recorder = Self { file: file.to_path_buf(), out, frames: 0 };
         recorder.write(format!("{MAGIC}\n{json}\n").as_bytes())?;
@@ -94,6 +102,23 @@ impl Recorder {
                 self.floats(&position.as_vec3().to_array())?;
                 self.floats(&rotation.as_quat().to_array())?;
             }
+        }
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Appends a frame, which must have the masses and bodies that the header has.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn append(&mut self, frame: &Frame) -> Result<(), InputError> {
+        self.write(&frame.time.to_le_bytes())?;
+        for p in frame.sheets.iter().flatten() {
+            self.floats(&p.to_array())?;
+        }
+        for (position, rotation) in &frame.bodies {
+            self.floats(&position.to_array())?;
+            self.floats(&rotation.to_array())?;
         }
         self.frames += 1;
         Ok(())

@@ -5,6 +5,7 @@
 
 mod parameters;
 mod report;
+mod snapshot;
 
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use glam::{DQuat, DVec3};
 
 pub use parameters::Parameter;
 pub use report::{BodyReport, Report, SheetReport, TemperatureReport};
+pub use snapshot::Snapshot;
 
 use crate::contact::detect::deepest;
 use crate::contact::rigid::{BodyState, RigidView, RigidWorld};

@@ -4,6 +4,8 @@ mod cli {
     pub mod common;
     mod faults;
     mod generate;
+    #[cfg(feature = "link")]
+    mod link;
     mod measure;
     mod mutants;
     mod run;

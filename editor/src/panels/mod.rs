@@ -6,6 +6,7 @@ mod controls;
 mod display;
 mod engine;
 mod help;
+mod link;
 mod messages;
 mod numbers;
 mod sheet;
@@ -26,6 +27,7 @@ pub use controls::{format_si, parse_si};
 pub use display::display;
 pub use engine::engine;
 pub use help::help;
+pub use link::link;
 pub use messages::messages;
 pub use numbers::numbers;
 pub use sheet::sheet;
@@ -120,6 +122,7 @@ pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 section(ui, "Display", |ui| display(ui, session, state));
                 section(ui, "Engine", |ui| engine(ui, session));
                 section(ui, "Sheet", |ui| sheet(ui, session, state));
+                section(ui, "Live link", |ui| link(ui, session));
             });
         });
     }

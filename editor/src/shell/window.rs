@@ -70,7 +70,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
     }
 }
 
-fn app(session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: Watch) -> App {
+fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: Watch) -> App {
     // Drawn by the processor, a large window would be too slow to turn by mouse.
     let usual = if adapter.software { (1100, 700) } else { (1480, 900) };
     let (width, height) = arguments.size.unwrap_or(usual);
@@ -89,6 +89,7 @@ fn app(session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch:
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     let mut state = EditorState::new(&session);
     state.display = arguments.display();
+    session.set_link(true);
     state.path = session.file().map(|f| f.display().to_string()).unwrap_or_default();
     app.insert_resource(Editor { session, state }).insert_resource(watch);
     let quality = if adapter.software { Quality::SOFTWARE } else { Quality::WINDOW };
@@ -129,6 +130,7 @@ fn cameras(mut commands: Commands, quality: Res<Quality>) {
 
 fn pass_time(mut editor: ResMut<Editor>, time: Res<Time<Real>>) {
     editor.session.frame(time.delta_secs_f64());
+    editor.session.exchange();
 }
 
 fn style(mut contexts: EguiContexts, mut done: Local<bool>) -> Result {
@@ -184,7 +186,9 @@ fn title(editor: Res<Editor>, mut window: Single<&mut Window, With<PrimaryWindow
 /// Draws all the time while the scene plays, and only when something happens while it is paused.
 fn pace(editor: Res<Editor>, mut settings: ResMut<WinitSettings>) {
     let playing = editor.session.playing();
-    let mode = if playing { UpdateMode::Continuous } else { UpdateMode::reactive(Duration::from_millis(250)) };
+    // Whoever is attached wants answers while nothing moves, too.
+    let pause = Duration::from_millis(if editor.session.link().is_attached() { 15 } else { 250 });
+    let mode = if playing { UpdateMode::Continuous } else { UpdateMode::reactive(pause) };
     if settings.focused_mode != mode {
         settings.focused_mode = mode;
         settings.unfocused_mode = mode;

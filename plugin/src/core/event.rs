@@ -29,7 +29,9 @@ pub(super) fn send(
     bodies: Query<(Entity, &BodyMotion)>,
     mut out: MessageWriter<SheetEvent>,
 ) {
-    let seen = world.events_seen;
+    // There are fewer after a reset.
+    let seen = world.events_seen.min(world.events().len());
+    world.bypass_change_detection().events_seen = seen;
     if world.events().len() <= seen {
         return;
     }

@@ -21,6 +21,7 @@ pub mod flexion_limit;
 pub mod flow;
 pub mod mixed_spring;
 pub mod pack;
+pub mod pull;
 pub mod spring;
 pub mod staggered;
 pub mod thickness_limit;

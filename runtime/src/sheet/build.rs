@@ -260,6 +260,7 @@ fn assemble(
         mass,
         springs,
         elements: Vec::new(),
+        pulls: Vec::new(),
         drag,
         heat: None,
         first_temperature: spec.temperature,

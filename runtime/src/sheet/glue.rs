@@ -42,19 +42,19 @@ impl Sheet {
     /// Lets go of body `index`, which is taken away; the bodies after it are counted anew.
     pub(crate) fn unglue(&mut self, index: usize) {
         let freed = self.pins.unglue(index);
-        self.let_go(&freed);
+        self.set_free(&freed);
     }
 
     /// Lets go of masses whose pins end by time `t`, s; they keep the velocity that they were led with.
     pub(crate) fn release_pins(&mut self, t: f64) {
         if self.pins.ends(t) {
             let freed = self.pins.release(t);
-            self.let_go(&freed);
+            self.set_free(&freed);
             self.restart_engine();
         }
     }
 
-    fn let_go(&mut self, freed: &[u32]) {
+    fn set_free(&mut self, freed: &[u32]) {
         for mass in freed {
             if !self.pins.masses().any(|held| held == *mass) {
                 let i = *mass as usize;

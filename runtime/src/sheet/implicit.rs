@@ -127,6 +127,17 @@ impl System {
         self.free.iter().flat_map(|f| f.to_array())
     }
 
+    /// Index of the block of masses `a` and `b`, a ≥ b; none where one is held or nothing couples them.
+    pub fn block(&self, a: u32, b: u32) -> Option<u32> {
+        let (a, b) = (self.row_of(a), self.row_of(b));
+        if a == NO_BLOCK || b == NO_BLOCK { None } else { self.pattern.slot(a, b) }
+    }
+
+    /// Whether masses `a` and `b`, a ≥ b, are free and yet have no block.
+    pub fn lacks(&self, a: u32, b: u32) -> bool {
+        self.row_of(a) != NO_BLOCK && self.row_of(b) != NO_BLOCK && self.block(a, b).is_none()
+    }
+
     /// Block row of mass `i`; [`NO_BLOCK`] if it is held.
     pub fn row_of(&self, i: u32) -> u32 {
         self.row[i as usize]

@@ -19,7 +19,9 @@ mod masses;
 mod modes;
 mod pins;
 mod probe;
+mod pull;
 mod region;
+mod snapshot;
 pub(crate) mod stage;
 pub mod surface;
 mod tuning;
@@ -36,6 +38,7 @@ pub use modes::Mode;
 pub use pins::Pins;
 pub use probe::Probe;
 pub use region::select;
+pub(crate) use snapshot::SheetState;
 use surface::Surface;
 pub use vectors::Vectors;
 
@@ -44,6 +47,7 @@ use self::flow::Flow;
 pub(crate) use self::implicit::System;
 use crate::contact::through_thickness::{Stack, Strike};
 use crate::element::flexion_limit::FlexionLimit;
+use crate::element::pull::Pull;
 use crate::element::spring::{SpringScratch, Springs};
 use crate::element::thickness_limit::ThicknessLimit;
 use crate::element::{Element, Law};
@@ -129,6 +133,8 @@ pub struct Sheet {
     pub(crate) springs: Springs,
     /// Membrane and bending of a shell.
     pub(crate) elements: Vec<Box<dyn Element>>,
+    /// Who pulls at it; each is also the last of the elements, in this order.
+    pulls: Vec<Pull>,
     pub(crate) drag: Drag,
     /// Its temperatures; none for a sheet that nothing heats.
     pub(crate) heat: Option<Box<Heat>>,
@@ -304,9 +310,9 @@ impl Sheet {
         (0..self.masses()).map(|i| (self.x.get(i) - centre).cross(self.v.get(i)) * self.mass[i]).sum()
     }
 
-    /// Whether forces of the scene pull at it.
+    /// Whether forces of the scene, or someone, pull at it.
     pub(crate) fn is_pulled(&self) -> bool {
-        self.applied.max_squared() > 0.0
+        !self.pulls.is_empty() || self.applied.max_squared() > 0.0
     }
 
     /// Energies under `gravity` (m/s²), J. The potential energy of gravity is zero at the origin.

@@ -37,6 +37,11 @@ impl Probe {
         best
     }
 
+    /// Its masses and their weights.
+    pub(crate) fn terms(&self) -> ([u32; 3], [f64; 3]) {
+        (self.masses, self.weights)
+    }
+
     /// Its value of a quantity given per mass: with positions, where it is (m).
     pub fn of(&self, field: &Vectors) -> DVec3 {
         self.masses.iter().zip(&self.weights).map(|(i, w)| field.get(*i as usize) * *w).sum()

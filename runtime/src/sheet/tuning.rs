@@ -7,7 +7,7 @@ impl Sheet {
     /// Whether it aims at the bending stiffness of its material, as a shell and calibrated springs do. It is then damped by
     /// [`Sheet::damping_ratio`], otherwise by the dashpots of [`Sheet::damping`].
     pub fn follows_material(&self) -> bool {
-        self.bends || !self.elements.is_empty()
+        self.bends || self.elements.len() > self.pulls.len()
     }
 
     /// Drag coefficients across and along the air stream.

@@ -20,6 +20,19 @@ pub struct Parameter {
     pub range: Option<(f64, f64)>,
 }
 
+impl Parameter {
+    /// What it is: "number" (or "none" where there is none), "vector" of three numbers, or "name".
+    pub fn kind(&self) -> &'static str {
+        if self.value.starts_with('(') {
+            "vector"
+        } else if self.range.is_some() {
+            "number"
+        } else {
+            "name"
+        }
+    }
+}
+
 /// Parameters of each sheet: name, unit, range.
 const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
     ("material.young", "Pa", (1e-3, 2e12)),

@@ -5,6 +5,8 @@
 mod bench;
 mod generate;
 mod heat_flags;
+#[cfg(feature = "link")]
+mod link;
 mod list;
 mod material;
 mod measure;
@@ -35,6 +37,30 @@ enum Command {
     Bench(bench::Bench),
     /// Report on a material in a sheet: its stiffness, and what a structure delivers of it.
     Material(material::MaterialCommand),
+    /// Run a scene in real time, for others to watch and to command.
+    #[cfg(feature = "link")]
+    Serve(link::Serve),
+    /// Watch a running game: a live view, or CSV or JSON.
+    #[cfg(feature = "link")]
+    Watch(link::Watch),
+    /// List the parameters of a running game, with unit and range.
+    #[cfg(feature = "link")]
+    Params(link::Parameters),
+    /// One parameter of a running game.
+    #[cfg(feature = "link")]
+    Get(link::Get),
+    /// Set a parameter of a running game, from its next step on.
+    #[cfg(feature = "link")]
+    Set(link::Set),
+    /// Play, pause, step, reset, load, keep and restore a running game.
+    #[cfg(feature = "link")]
+    Tell(link::Tell),
+    /// Record a running game.
+    #[cfg(feature = "link")]
+    Record(link::Record),
+    /// Take hold of a running game's sheet, pull, and feel the force.
+    #[cfg(feature = "link")]
+    Grab(link::Grab),
     /// List structures, engines, materials, cases or scenes.
     List(list::List),
 }
@@ -47,6 +73,22 @@ fn main() -> ExitCode {
         Command::Bench(bench) => bench.execute(),
         Command::Material(material) => material.execute(),
         Command::List(list) => list.execute(),
+        #[cfg(feature = "link")]
+        Command::Serve(serve) => serve.execute(),
+        #[cfg(feature = "link")]
+        Command::Watch(watch) => watch.execute(),
+        #[cfg(feature = "link")]
+        Command::Params(params) => params.execute(),
+        #[cfg(feature = "link")]
+        Command::Get(get) => get.execute(),
+        #[cfg(feature = "link")]
+        Command::Set(set) => set.execute(),
+        #[cfg(feature = "link")]
+        Command::Tell(tell) => tell.execute(),
+        #[cfg(feature = "link")]
+        Command::Record(record) => record.execute(),
+        #[cfg(feature = "link")]
+        Command::Grab(grab) => grab.execute(),
     };
     match result {
         Ok(code) => code,

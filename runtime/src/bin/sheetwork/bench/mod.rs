@@ -5,6 +5,8 @@ mod drops;
 mod front;
 mod judge;
 mod kicks;
+#[cfg(feature = "link")]
+mod link;
 mod marker;
 mod pareto;
 mod plot;
@@ -32,6 +34,9 @@ enum Campaign {
     Kicks(kicks::Kicks),
     /// Robustness of contact: sheets of random material, size and pose thrown at random bodies.
     Drops(drops::Drops),
+    /// The live link: what publishing costs the game, and how soon another process sees it.
+    #[cfg(feature = "link")]
+    Link(link::LinkBench),
 }
 
 impl Bench {
@@ -40,6 +45,8 @@ impl Bench {
             Campaign::Pareto(pareto) => pareto.execute(),
             Campaign::Kicks(kicks) => kicks.execute(),
             Campaign::Drops(drops) => drops.execute(),
+            #[cfg(feature = "link")]
+            Campaign::Link(link) => link.execute(),
         }
     }
 }

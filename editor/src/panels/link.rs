@@ -1,0 +1,15 @@
+//! The live link: a switch, and who is there.
+
+use bevy_egui::egui::{RichText, Ui};
+
+use crate::session::Session;
+
+/// The switch and a line about who is attached, how many frames a second go out, and how much that is.
+pub fn link(ui: &mut Ui, session: &mut Session) {
+    let mut on = session.link().is_on();
+    let about = "Let other processes watch and command this session: sheetwork watch, sheetwork set, Python";
+    if ui.checkbox(&mut on, "Open to other processes").on_hover_text(about).changed() {
+        session.set_link(on);
+    }
+    ui.label(RichText::new(session.link().status()).weak());
+}

@@ -1,0 +1,120 @@
+//! The live link (feature `link`): other processes see the sheets in shared memory and turn their knobs.
+//!
+//! See [`sheetwork::link`] for what goes over it, and `docs/link.md` for the protocol, the tools and who may attach.
+
+use std::path::{Path, PathBuf};
+
+use bevy::prelude::*;
+use sheetwork::link::{Host, Link, LinkError, LinkPlace, LinkStatistics};
+use sheetwork::{InputError, World as Sheets};
+
+use crate::core::{SheetClock, SheetWorld, SheetworkSet};
+
+/// Serves the [`SheetWorld`] to other processes.
+///
+/// ```no_run
+/// # use bevy::prelude::*;
+/// # use bevy_sheetwork::prelude::*;
+/// App::new().add_plugins((DefaultPlugins, SheetworkPlugins, SheetLinkPlugin::default())).run();
+/// ```
+///
+/// Then `sheetwork watch`, `sheetwork set gravity "(0, -1.6, 0)"`, or `sheetwork.attach()` in Python. Commands are done, and the
+/// sheets shown, after every tick of `FixedUpdate`; commands also once a frame. The game decides which scene it shows:
+/// it refuses to load one.
+#[derive(Clone, Debug, Default)]
+pub struct SheetLinkPlugin {
+    /// Name of the link, 1 to 32 letters, digits, `-` or `_`; empty for SHEETWORK_LINK's, or "sheetwork".
+    pub name: String,
+    /// Folder of its files; the user's own if none. Must be this user's, with mode 0700.
+    pub root: Option<PathBuf>,
+}
+
+/// The link of a game. Where it could not be opened the game goes on without, and this says why.
+#[derive(Resource)]
+pub struct SheetLink {
+    link: Result<Link, LinkError>,
+}
+
+impl SheetLink {
+    /// Who is attached and what was written; the reason where there is no link.
+    ///
+    /// # Errors
+    /// Why it could not be opened.
+    pub fn statistics(&self) -> Result<LinkStatistics, LinkError> {
+        self.link.as_ref().map(Link::statistics).map_err(Clone::clone)
+    }
+
+    /// Name of the link; none where there is none.
+    pub fn name(&self) -> Option<&str> {
+        self.link.as_ref().ok().map(|l| l.place().name())
+    }
+}
+
+impl Plugin for SheetLinkPlugin {
+    fn build(&self, app: &mut App) {
+        let world = app.world().get_resource::<SheetWorld>();
+        let link = match world {
+            Some(world) => {
+                let place = match &self.root {
+                    Some(root) => LinkPlace::within(root, &self.name),
+                    None => LinkPlace::new(&self.name),
+                };
+                place.and_then(|place| Link::new(&place, world))
+            }
+            None => Err(LinkError::Refused("SheetLinkPlugin comes after SheetworkCorePlugin".into())),
+        };
+        if let Err(error) = &link {
+            warn!("no live link: {error}");
+        }
+        app.insert_resource(SheetLink { link });
+        app.add_systems(FixedUpdate, exchange.after(SheetworkSet::Writeback).run_if(resource_exists::<SheetWorld>));
+        app.add_systems(PreUpdate, answer.run_if(resource_exists::<SheetWorld>));
+    }
+}
+
+/// A game as the link drives it.
+struct Driven<'a> {
+    world: &'a mut SheetWorld,
+    clock: &'a mut SheetClock,
+}
+
+impl Host for Driven<'_> {
+    fn world(&self) -> &Sheets {
+        self.world
+    }
+
+    fn world_mut(&mut self) -> &mut Sheets {
+        self.world
+    }
+
+    fn playing(&self) -> bool {
+        !self.clock.paused
+    }
+
+    fn play(&mut self, playing: bool) -> Result<(), InputError> {
+        self.clock.paused = !playing;
+        Ok(())
+    }
+
+    fn load(&mut self, _file: &Path) -> Result<(), InputError> {
+        Err(InputError::new("load", "this game decides itself which scene it shows"))
+    }
+}
+
+fn exchange(mut link: ResMut<SheetLink>, mut world: ResMut<SheetWorld>, mut clock: ResMut<SheetClock>) {
+    let Ok(link) = &mut link.link else { return };
+    let step_time = world.step_time().as_secs_f64();
+    // Being looked at is no change; what is commanded changes what it changes.
+    link.exchange(
+        &mut Driven { world: world.bypass_change_detection(), clock: clock.bypass_change_detection() },
+        step_time,
+    );
+}
+
+fn answer(mut link: ResMut<SheetLink>, mut world: ResMut<SheetWorld>, mut clock: ResMut<SheetClock>) {
+    if let Ok(link) = &mut link.link
+        && link.is_commanded()
+    {
+        link.answer(&mut Driven { world: world.bypass_change_detection(), clock: clock.bypass_change_detection() });
+    }
+}

@@ -1,0 +1,34 @@
+"""The live link to a running Sheetwork game: see its sheets in shared memory, turn its knobs.
+
+    with sheetwork.attach() as game:
+        for frame in game.frames(seconds=1):
+            print(frame.time, frame.sheets[0].positions[:, 1].min())
+
+Lengths are m, times s, forces N, temperatures degrees Celsius. The protocol is described in docs/link.md of the project.
+"""
+
+from .client import (
+    Game,
+    Grab,
+    LinkError,
+    NoGame,
+    Refused,
+    Silent,
+    Unlike,
+    attach,
+)
+from .layout import LAYOUT, Frame, Sheet
+
+__all__ = [
+    "Frame",
+    "Game",
+    "Grab",
+    "LAYOUT",
+    "LinkError",
+    "NoGame",
+    "Refused",
+    "Sheet",
+    "Silent",
+    "Unlike",
+    "attach",
+]

@@ -1,0 +1,355 @@
+"""Attaching to a game, commands, frames and events."""
+
+import ctypes
+import json
+import os
+import stat
+import time
+
+import iceoryx2 as iox2
+import numpy as np
+
+from .layout import LAYOUT, Frame
+
+_BYTES = iox2.Slice[ctypes.c_uint8]
+_WORDS = iox2.Slice[ctypes.c_uint64]
+_LOOK_EVERY = 50e-6
+_MOST_BYTES = 16 << 10
+
+
+class LinkError(Exception):
+    """What went wrong with a link."""
+
+
+class NoGame(LinkError):
+    """No game serves a link of this name."""
+
+
+class Refused(LinkError):
+    """The game refused, and this is its reason."""
+
+
+class Silent(LinkError):
+    """The game does not answer."""
+
+
+class Unlike(LinkError):
+    """The other end is of another version, or no Sheetwork."""
+
+
+def attach(name="", root=None, wait=0.0):
+    """Attaches to the game that serves the link `name` (SHEETWORK_LINK, or "sheetwork", if empty).
+
+    `root` is the folder of its files (SHEETWORK_LINK_ROOT, or the user's own), `wait` how long to wait for a game, s.
+    Raises NoGame, Refused or Unlike.
+    """
+    end = time.monotonic() + wait
+    while True:
+        try:
+            return Game(name, root)
+        except NoGame:
+            if time.monotonic() >= end:
+                raise
+            time.sleep(0.02)
+
+
+def _folder(root):
+    root = root or os.environ.get("SHEETWORK_LINK_ROOT") or f"/tmp/sheetwork-link-{os.geteuid()}"
+    try:
+        about = os.lstat(root)
+    except OSError:
+        return root, False
+    if not stat.S_ISDIR(about.st_mode) or about.st_uid != os.geteuid() or about.st_mode & 0o077:
+        raise Refused(f"{root}: must be a folder of this user with mode 0700")
+    return root, True
+
+
+def _prefix(root):
+    value = 0x811C9DC5
+    for byte in os.fsencode(root):
+        value = ((value ^ byte) * 0x01000193) & 0xFFFFFFFF
+    return f"sheetwork_{value:08x}_"
+
+
+def _text(value):
+    """A value as a scene file has it."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return "(" + ", ".join(_text(v) for v in value) + ")"
+    return repr(float(value))
+
+
+def _bytes_of(sample, size=1):
+    """The bytes of a sample or answer of elements of `size` bytes."""
+    return ctypes.string_at(sample.payload_ptr, sample.header.number_of_elements * size)
+
+
+class Game:
+    """A hold on a running game. Use it in a `with` statement, or close it."""
+
+    def __init__(self, name="", root=None):
+        iox2.set_log_level(iox2.LogLevel.Fatal)
+        self.name = name or os.environ.get("SHEETWORK_LINK") or "sheetwork"
+        #: How long to wait for an answer, s.
+        self.patience = 2.0
+        self.missed = 0
+        self.restarts = 0
+        self._last = None
+        root, exists = _folder(root)
+        if not exists:
+            raise NoGame(f'no game serves the link "{self.name}"')
+        config = iox2.config.default()
+        config.global_cfg.root_path = iox2.Path.new(root)
+        config.global_cfg.prefix = iox2.FileName.new(_prefix(root))
+        builder = iox2.NodeBuilder.new().config(config).signal_handling_mode(iox2.SignalHandlingMode.Disabled)
+        self._node = builder.create(iox2.ServiceType.Ipc)
+        try:
+            service = self._builder("control").request_response(_BYTES, _BYTES).open()
+        except iox2.RequestResponseOpenError as error:
+            raise self._not_opened(error) from None
+        if service.dynamic_config.number_of_servers == 0:
+            raise NoGame(f'no game serves the link "{self.name}"')
+        self._control = service
+        self._client = (
+            service.client_builder()
+            .initial_max_slice_len(_MOST_BYTES)
+            .allocation_strategy(iox2.AllocationStrategy.Static)
+            .create()
+        )
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self):
+        """Lets go of the game."""
+        client, self._client = self._client, None
+        if client is not None:
+            client.delete()
+        self._control = self._node = None
+
+    def _builder(self, what):
+        return self._node.service_builder(iox2.ServiceName.new(f"sheetwork/{self.name}/{what}"))
+
+    def _not_opened(self, error):
+        if "DoesNotExist" in str(error):
+            return NoGame(f'no game serves the link "{self.name}"')
+        if "InsufficientPermissions" in str(error):
+            return Refused("not allowed; a link is for its own user")
+        return Unlike(f"the other end does not fit: {error}")
+
+    def send(self, op, **arguments):
+        """Sends a command and returns its answer, a dictionary. Raises Refused with the reason, or Silent."""
+        data = json.dumps({"layout": LAYOUT, "op": op, **arguments}).encode()
+        if len(data) > _MOST_BYTES:
+            raise Refused(f"the command has {len(data)} bytes; at most {_MOST_BYTES} go")
+        request = self._client.loan_slice_uninit(len(data))
+        ctypes.memmove(request.payload_ptr, data, len(data))
+        pending = request.assume_init().send()
+        end = time.monotonic() + self.patience
+        while True:
+            response = pending.receive()
+            if response is not None:
+                answer = json.loads(_bytes_of(response))
+                response.delete()
+                pending.delete()
+                if not answer.get("ok"):
+                    raise Refused(answer.get("error", "refused without a reason"))
+                return answer
+            if time.monotonic() > end:
+                pending.delete()
+                self._node.try_cleanup_dead_nodes()
+                raise Silent("the game does not answer")
+            time.sleep(_LOOK_EVERY)
+
+    def status(self):
+        """How the game stands: scene, engine, dt, playing, sheets, process, events."""
+        return self.send("status")
+
+    def parameters(self):
+        """Every parameter of the running world: a list of dictionaries with path, value, unit, kind, min, max."""
+        found, start = [], 0
+        while start is not None:
+            part = self.send("params", **{"from": start})
+            found += part["params"]
+            following = part.get("next")
+            start = following if following is not None and following > start else None
+        return found
+
+    def get(self, path):
+        """A parameter's value: a number, a tuple, or text."""
+        found = self.send("get", path=path)
+        if found["kind"] == "vector":
+            return tuple(float(part) for part in found["value"].strip("()").split(","))
+        try:
+            return float(found["value"])
+        except ValueError:
+            return found["value"]
+
+    def set(self, path, value):
+        """Sets a parameter, in effect from the next step; returns the old value as text. Raises Refused."""
+        return self.send("set", path=path, value=_text(value))["old"]
+
+    def play(self):
+        """Lets time pass."""
+        self.send("play")
+
+    def pause(self):
+        """Stops time."""
+        self.send("pause")
+
+    def step(self, steps=1):
+        """Takes steps and pauses; returns the simulated time, s."""
+        return self.send("step", steps=steps)["time"]
+
+    def reset(self):
+        """Puts everything back to the scene."""
+        self.send("reset")
+
+    def load(self, file):
+        """Opens a scene file of the game's machine."""
+        self.send("load", file=os.path.abspath(file))
+
+    def snapshot(self, name=""):
+        """Keeps the state in the game's memory."""
+        self.send("snapshot", name=name)
+
+    def restore(self, name=""):
+        """Goes back to a state that was kept."""
+        self.send("restore", name=name)
+
+    def scene(self):
+        """The scene that the game runs, as text."""
+        text, start = "", 0
+        while start is not None:
+            part = self.send("scene", **{"from": start})
+            text += part["text"]
+            following = part.get("next")
+            start = following if following is not None and following > start else None
+        return text
+
+    def grab(self, sheet, u, v, stiffness=100.0):
+        """Takes hold of the material point (u, v), each 0 to 1, by a spring of `stiffness` N/m."""
+        answer = self.send("grab", sheet=sheet, u=float(u), v=float(v), stiffness=float(stiffness))
+        return Grab(self, answer["grab"], answer["position"])
+
+    def _subscribe(self, what):
+        try:
+            service = self._builder(what).publish_subscribe(_WORDS).open()
+        except iox2.PublishSubscribeOpenError as error:
+            raise self._not_opened(error) from None
+        return service, service.subscriber_builder().create()
+
+    def frames(self, complete=False, seconds=None, count=None, newest=True):
+        """Frames as they come, until `seconds` have passed or `count` came.
+
+        With `newest` those that were overtaken are passed over. A frame's arrays are valid until the next is asked for.
+        Raises Unlike where a frame cannot be read.
+        """
+        service, port = self._subscribe("fields" if complete else "frames")
+        end = None if seconds is None else time.monotonic() + seconds
+        quiet, given = time.monotonic(), 0
+        try:
+            while (end is None or time.monotonic() < end) and (count is None or given < count):
+                sample = port.receive()
+                if sample is None:
+                    if time.monotonic() - quiet > 1.0:
+                        quiet = time.monotonic()
+                        self._node.try_cleanup_dead_nodes()
+                    time.sleep(_LOOK_EVERY)
+                    continue
+                while newest:
+                    following = port.receive()
+                    if following is None:
+                        break
+                    sample.delete()
+                    sample = following
+                quiet = time.monotonic()
+                given += 1
+                yield self._frame(sample)
+                sample.delete()
+        finally:
+            port.delete()
+            del service
+
+    def _frame(self, sample):
+        kind = ctypes.c_uint8 * (8 * sample.header.number_of_elements)
+        data = np.frombuffer(kind.from_address(sample.payload_ptr), dtype=np.uint8)
+        data.flags.writeable = False
+        try:
+            frame = Frame(data, sample)
+        except ValueError as problem:
+            raise Unlike(str(problem)) from None
+        if self._last is not None:
+            epoch, number = self._last
+            if epoch != frame.epoch:
+                self.restarts += 1
+            else:
+                self.missed += max(0, frame.frame - number - 1)
+        self._last = (frame.epoch, frame.frame)
+        return frame
+
+    def frame(self, complete=False, patience=2.0):
+        """One frame, with arrays of its own. Raises Silent."""
+        for frame in self.frames(complete, seconds=patience, count=1):
+            return _kept(frame)
+        raise Silent("no frame came")
+
+    def events(self, seconds=None):
+        """What happens from now on: dictionaries with time_s, kind, sheet, body, place_m, energy_j."""
+        service, port = self._subscribe("events")
+        end = None if seconds is None else time.monotonic() + seconds
+        try:
+            while end is None or time.monotonic() < end:
+                sample = port.receive()
+                if sample is None:
+                    time.sleep(1e-3)
+                    continue
+                event = json.loads(_bytes_of(sample, 8))
+                sample.delete()
+                yield event
+        finally:
+            port.delete()
+            del service
+
+
+def _kept(frame):
+    """The frame with arrays of its own, so that it outlives its place in shared memory."""
+    for sheet in frame.sheets:
+        for name in ("positions", "normals", "strain", "temperature", "contact"):
+            array = getattr(sheet, name)
+            if array is not None:
+                setattr(sheet, name, array.copy())
+    frame.bodies = frame.bodies.copy()
+    frame._owner = None
+    return frame
+
+
+class Grab:
+    """A hand on a sheet."""
+
+    def __init__(self, game, number, position):
+        self._game, self._number = game, number
+        #: Where the point was when it was taken, m.
+        self.position = tuple(position)
+
+    def pull(self, target):
+        """Moves the hand to `target` (m); the force it feels (N) and where the point is (m)."""
+        answer = self._game.send("pull", grab=self._number, target=[float(c) for c in target])
+        return tuple(answer["force"]), tuple(answer["position"])
+
+    def release(self):
+        """Lets go."""
+        self._game.send("release", grab=self._number)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        try:
+            self.release()
+        except LinkError:
+            pass

@@ -1,0 +1,127 @@
+"""Layout of a frame in shared memory. Every number in a sample is checked before anything is read from it."""
+
+import numpy as np
+
+MAGIC = b"sheetlnk"
+LAYOUT = 1
+MOST_SHEETS = 4096
+
+FRAME = np.dtype(
+    [
+        ("magic", "S8"),
+        ("layout", "<u4"),
+        ("header_bytes", "<u4"),
+        ("sheet_bytes", "<u4"),
+        ("sheets", "<u4"),
+        ("bytes", "<u8"),
+        ("epoch", "<u8"),
+        ("frame", "<u8"),
+        ("steps", "<u8"),
+        ("time", "<f8"),
+        ("dt", "<f8"),
+        ("step_time", "<f8"),
+        ("written_at", "<u8"),
+        ("playing", "<u4"),
+        ("complete", "<u4"),
+        ("bodies", "<u4"),
+        ("reserved", "<u4"),
+        ("bodies_at", "<u8"),
+        ("units", "S32"),
+    ]
+)
+
+SHEET = np.dtype(
+    [
+        ("name", "S64"),
+        ("structure", "S32"),
+        ("grid", "<u4", 3),
+        ("masses", "<u4"),
+        ("status", "<u4"),
+        ("contacts", "<u4"),
+        ("energy", "<f8", 4),
+        ("positions", "<u8"),
+        ("normals", "<u8"),
+        ("strain", "<u8"),
+        ("temperature", "<u8"),
+        ("contact", "<u8"),
+    ]
+)
+
+STATUS = ("awake", "asleep", "unstable")
+
+
+def _array(data, offset, count, kind, width):
+    """`count` rows of `width` numbers at byte `offset`; None where that is 0 or outside."""
+    kind = np.dtype(kind)
+    size = count * width * kind.itemsize
+    if offset == 0 or offset % kind.itemsize or offset + size > data.size:
+        return None
+    view = data[offset : offset + size].view(kind)
+    return view.reshape(count, width) if width > 1 else view
+
+
+class Sheet:
+    """A sheet of a frame: views into shared memory, valid as long as the frame is."""
+
+    def __init__(self, data, header):
+        n = int(header["masses"])
+        self.name = bytes(header["name"]).decode("utf-8", "replace")
+        self.structure = bytes(header["structure"]).decode("utf-8", "replace")
+        #: Masses along the length, layers, masses along the width.
+        self.grid = tuple(int(i) for i in header["grid"])
+        status = int(header["status"])
+        self.status = STATUS[status] if status < len(STATUS) else "?"
+        #: Number of masses that touched a body in the last step.
+        self.contacts = int(header["contacts"])
+        #: Kinetic, elastic, gravity's and total energy, J; None where the frame is not complete.
+        energy = [float(e) for e in header["energy"]]
+        self.energy = None if energy[3] != energy[3] else dict(zip(("kinetic", "elastic", "gravity", "total"), energy))
+        #: n x 3, m.
+        self.positions = _array(data, int(header["positions"]), n, "<f4", 3)
+        #: n x 3, unit vectors; None where the frame is not complete.
+        self.normals = _array(data, int(header["normals"]), n, "<f4", 3)
+        #: n; None where the frame is not complete.
+        self.strain = _array(data, int(header["strain"]), n, "<f4", 1)
+        #: n, degrees Celsius; None where nothing heats.
+        self.temperature = _array(data, int(header["temperature"]), n, "<f4", 1)
+        #: n, 1 where a mass touched a body in the last step.
+        self.contact = _array(data, int(header["contact"]), n, "u1", 1)
+        if self.positions is None:
+            raise ValueError("the positions of a sheet lie outside the sample")
+
+
+class Frame:
+    """A frame of the whole world. It holds one of the few places a reader has: look at it and let it go."""
+
+    def __init__(self, data, owner=None):
+        self._owner = owner
+        if data.size < FRAME.itemsize:
+            raise ValueError(f"{data.size} bytes are no frame")
+        header = data[: FRAME.itemsize].view(FRAME)[0]
+        if bytes(header["magic"]) != MAGIC:
+            raise ValueError("the sample is no frame of Sheetwork")
+        if header["layout"] != LAYOUT:
+            raise ValueError(f"the game writes layout {header['layout']}, and this reader knows {LAYOUT}")
+        own, each, count = int(header["header_bytes"]), int(header["sheet_bytes"]), int(header["sheets"])
+        fits = own >= FRAME.itemsize and each >= SHEET.itemsize and count <= MOST_SHEETS
+        if not fits or own + count * each > data.size or int(header["bytes"]) != data.size:
+            raise ValueError(f"the frame says it has {header['bytes']} bytes and has {data.size}")
+        self.epoch = int(header["epoch"])
+        self.frame = int(header["frame"])
+        self.steps = int(header["steps"])
+        self.time = float(header["time"])
+        self.dt = float(header["dt"])
+        #: Wall-clock time of the game's last step, s.
+        self.step_time = float(header["step_time"])
+        #: CLOCK_MONOTONIC when it was written, ns: `time.monotonic_ns()` is the same clock.
+        self.written_at = int(header["written_at"])
+        self.playing = bool(header["playing"])
+        #: Position (m) and rotation (quaternion x, y, z, w) of each body.
+        bodies = _array(data, int(header["bodies_at"]), int(header["bodies"]), "<f4", 7)
+        self.bodies = np.empty((0, 7), "<f4") if bodies is None else bodies
+        places = range(own, own + count * each, each)
+        self.sheets = [Sheet(data, data[at : at + SHEET.itemsize].view(SHEET)[0]) for at in places]
+
+    def sheet(self, name):
+        """The sheet of that name; None where there is none."""
+        return next((s for s in self.sheets if s.name == name), None)

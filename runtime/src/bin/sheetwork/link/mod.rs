@@ -1,0 +1,36 @@
+//! The live link on the command line: a game to attach to, and what attaches.
+
+mod grab;
+mod knobs;
+mod record;
+mod serve;
+mod watch;
+
+use clap::Args;
+use sheetwork::link::{Client, LinkError, LinkPlace};
+
+pub use grab::Grab;
+pub use knobs::{Get, Parameters, Set, Tell};
+pub use record::Record;
+pub use serve::Serve;
+pub use watch::Watch;
+
+use crate::number;
+
+/// Which game is meant.
+#[derive(Args)]
+struct Target {
+    /// Name of the link; SHEETWORK_LINK, or "sheetwork", if left out.
+    #[arg(long, default_value = "")]
+    link: String,
+    /// Wait up to so long for a game to be there, s.
+    #[arg(long, default_value = "0", value_parser = number)]
+    wait: f64,
+}
+
+impl Target {
+    fn attach(&self) -> Result<Client, LinkError> {
+        let patience = std::time::Duration::try_from_secs_f64(self.wait).unwrap_or_default();
+        Client::attach_within(&LinkPlace::new(&self.link)?, patience)
+    }
+}

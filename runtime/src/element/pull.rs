@@ -1,0 +1,143 @@
+//! A spring from a material point to a place in the room: a hand that pulls at the sheet.
+//!
+//! The point is a weighted sum p = Σ w_i x_i of three masses. The spring has no rest length and no dashpot: its energy is
+//! ½ k |p - t|², the force on mass i is -w_i k (p - t), and the tangent between masses i and j is w_i w_j k times the identity,
+//! whatever the place. Being part of the implicit stages it is stable for any stiffness.
+
+use glam::DVec3;
+
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block};
+use crate::sheet::Vectors;
+
+/// Pairs of the three masses whose blocks there are, larger index first.
+const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+
+/// One pull.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull {
+    /// The masses, smallest index first.
+    masses: [u32; 3],
+    /// Their weights; they sum to 1. Of a mass that is there again the last place has all its weight, the others none.
+    weights: [f64; 3],
+    /// Where it pulls to, m.
+    pub target: DVec3,
+    /// Stiffness, N/m.
+    pub stiffness: f64,
+    blocks: [u32; 6],
+}
+
+impl Pull {
+    /// A pull at the point with these masses and weights towards `target` (m) with `stiffness` (N/m).
+    pub fn new(masses: [u32; 3], weights: [f64; 3], target: DVec3, stiffness: f64) -> Self {
+        let mut terms = [(masses[0], weights[0]), (masses[1], weights[1]), (masses[2], weights[2])];
+        terms.sort_unstable_by_key(|t| t.0);
+        for i in 1..3 {
+            if terms[i].0 == terms[i - 1].0 {
+                terms[i].1 += terms[i - 1].1;
+                terms[i - 1].1 = 0.0;
+            }
+        }
+        let (masses, weights) = (terms.map(|t| t.0), terms.map(|t| t.1));
+        Self { masses, weights, target, stiffness, blocks: [NO_BLOCK; 6] }
+    }
+
+    /// The material point at positions `x`, m.
+    pub fn point(&self, x: &Vectors) -> DVec3 {
+        self.masses.iter().zip(self.weights).map(|(m, w)| x.get(*m as usize) * w).sum()
+    }
+
+    /// The force that the pull puts on the sheet at positions `x`, N; a hand feels its opposite.
+    pub fn force(&self, x: &Vectors) -> DVec3 {
+        (self.target - self.point(x)) * self.stiffness
+    }
+
+    /// Masses and weights of the terms that count.
+    fn terms(&self) -> impl Iterator<Item = (usize, f64)> {
+        self.masses.into_iter().map(|m| m as usize).zip(self.weights).filter(|t| t.1 != 0.0)
+    }
+}
+
+impl Element for Pull {
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        for (i, j) in PAIRS.into_iter().filter(|(i, j)| i != j) {
+            if self.weights[i] != 0.0 && self.weights[j] != 0.0 {
+                visit(self.masses[i], self.masses[j]);
+            }
+        }
+    }
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for (slot, (i, j)) in self.blocks.iter_mut().zip(PAIRS) {
+            let counts = self.weights[i] != 0.0 && self.weights[j] != 0.0;
+            *slot = if counts { block(self.masses[i], self.masses[j]) } else { NO_BLOCK };
+        }
+    }
+
+    fn set_law(&mut self, _law: &Law) {}
+
+    fn warm(&mut self, _x: &Vectors, _warmth: &Warmth) {}
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        0.5 * self.stiffness * self.point(x).distance_squared(self.target)
+    }
+
+    fn add_forces(&self, x: &Vectors, _v: &Vectors, force: &mut Vectors) {
+        let all = self.force(x);
+        for (i, w) in self.terms() {
+            force.set(i, force.get(i) + all * w);
+        }
+    }
+
+    fn begin(&mut self, _per_time: f64, _anchors: &[Anchor], _follow: f64) {}
+
+    fn finish(&mut self, _x: &Vectors) {}
+
+    fn forget(&mut self) {}
+
+    fn history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        self.energy(x)
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        let all = self.force(x);
+        for (i, w) in self.terms() {
+            gradient.set(i, gradient.get(i) - all * w);
+        }
+    }
+
+    fn add_constant_tangent(&self, _per_time: f64, values: &mut [f64]) {
+        for (slot, (i, j)) in self.blocks.iter().zip(PAIRS) {
+            let k = self.weights[i] * self.weights[j] * self.stiffness;
+            add_block(values, *slot, &[k, 0.0, 0.0, 0.0, k, 0.0, 0.0, 0.0, k]);
+        }
+    }
+
+    fn add_tangent(&mut self, _x: &Vectors, _geometric: Geometric, _values: &mut [f64]) {}
+
+    fn predict(&mut self, _x: &Vectors, _d: &Vectors) -> f64 {
+        0.0
+    }
+
+    fn settle(&mut self, _x: &Vectors) {}
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::element::check;
+
+    #[test]
+    fn gradient_and_tangent_are_the_derivatives_of_the_energy() {
+        let x = check::bent_grid(3, 2, (0.1, 0.2));
+        let cases = [([4, 1, 3], [0.2, 0.5, 0.3]), ([2, 2, 0], [0.25, 0.25, 0.5]), ([1, 1, 1], [1.0, 0.0, 0.0])];
+        for (masses, weights) in cases {
+            let mut pull = Pull::new(masses, weights, DVec3::new(0.3, -0.2, 0.7), 40.0);
+            let point: DVec3 = (0..3).map(|i| x.get(masses[i] as usize) * weights[i]).sum();
+            assert!(pull.point(&x).distance(point) < 1e-15);
+            assert!(pull.force(&x).distance((pull.target - point) * 40.0) < 1e-12);
+            check::derivatives(&mut pull, &x, 1e-6);
+        }
+    }
+}

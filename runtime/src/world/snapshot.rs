@@ -1,0 +1,130 @@
+//! Snapshots: a world as it was, to go back to.
+//!
+//! Kept are time, positions and velocities of every mass, the state of every body that moves freely, what sleeps, and how much had happened. Parameters
+//! stay as they are set, so that a snapshot is a start for trying others. Engines begin anew from there, as after a change of
+//! engine: what an implicit scheme carries from step to step, and what Rapier remembers of its contacts, is not kept. Two
+//! runs from one snapshot are the same; a run from it and the run it was taken of differ by the error of the scheme's start.
+
+use super::World;
+use crate::contact::rigid::BodyState;
+use crate::error::InputError;
+use crate::event::Touches;
+use crate::sheet::SheetState;
+
+/// A world at one time.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    time: f64,
+    steps: u64,
+    sheets: Vec<(String, SheetState)>,
+    /// Of bodies that move freely: index, state, whether it sleeps.
+    bodies: Vec<(usize, BodyState, bool)>,
+    touches: Vec<Touches>,
+    events: usize,
+}
+
+impl Snapshot {
+    /// Simulated time it was taken at, s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+}
+
+impl World {
+    /// The world as it is now, to go back to.
+    pub fn snapshot(&self) -> Snapshot {
+        let rigid = self.rigid.as_ref();
+        let free = |i: usize| {
+            let rigid = rigid?;
+            let state = rigid.state(i).filter(|s| s.gives())?;
+            Some((i, *state, rigid.is_asleep(i)))
+        };
+        Snapshot {
+            time: self.time,
+            steps: self.steps,
+            sheets: self.sheets.iter().map(|s| (s.name.clone(), s.state())).collect(),
+            bodies: (0..rigid.map_or(0, |r| r.bodies().len())).filter_map(free).collect(),
+            touches: self.touches.clone(),
+            events: self.events.len(),
+        }
+    }
+
+    /// Goes back to a snapshot of this world.
+    ///
+    /// # Errors
+    /// When sheets or bodies have been added, removed or replaced since; nothing is changed then.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
+        let same = |(sheet, (name, state)): (&crate::sheet::Sheet, &(String, SheetState))| {
+            sheet.name == *name && sheet.takes(state)
+        };
+        let sheets = self.sheets.len() == snapshot.sheets.len() && self.sheets.iter().zip(&snapshot.sheets).all(same);
+        let gives = |i: usize| self.rigid.as_ref().and_then(|r| r.state(i)).is_some_and(|s| s.gives());
+        let free = (0..self.rigid.as_ref().map_or(0, |r| r.bodies().len())).filter(|i| gives(*i)).count();
+        let bodies = free == snapshot.bodies.len() && snapshot.bodies.iter().all(|b| gives(b.0));
+        if !(sheets && bodies) {
+            return Err(InputError::new("snapshot", "is of other sheets or bodies than there are now"));
+        }
+        for (sheet, (_, state)) in self.sheets.iter_mut().zip(&snapshot.sheets) {
+            sheet.go_back(state);
+        }
+        if let Some(rigid) = &mut self.rigid {
+            for (index, state, asleep) in &snapshot.bodies {
+                rigid.claim(*index, *state);
+                if *asleep {
+                    rigid.freeze(*index);
+                }
+            }
+        }
+        self.touches.clone_from(&snapshot.touches);
+        self.events.truncate(snapshot.events);
+        (self.time, self.steps) = (snapshot.time, snapshot.steps);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    fn world() -> World {
+        let scene = Scene::parse(
+            r#"(dt: 0.005, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
+                sheets: [(name: "leaf", structure: "shell", grid: (6, 1, 5), size: (0.2, 0.15), material: "pet",
+                    placement: (position: (0, 0.05, 0)))],
+                bodies: [(name: "ball", shape: Ball(0.02), mass: 0.01, placement: (position: (0.3, 0.2, 0)))])"#,
+        );
+        World::new(&scene.expect("valid")).expect("valid")
+    }
+
+    #[test]
+    fn two_runs_from_a_snapshot_are_the_same_and_near_the_first() {
+        let mut world = world();
+        world.advance(0.08);
+        let snapshot = world.snapshot();
+        assert!((snapshot.time() - 0.08).abs() < 1e-12);
+        let run = |world: &mut World| {
+            world.advance(0.1);
+            let ball = world.body_state("ball").expect("there").origin();
+            (world.sheets()[0].x.clone(), ball, world.time(), world.steps(), world.events().len())
+        };
+        let first = run(&mut world);
+        world.restore(&snapshot).expect("of this world");
+        assert!((world.time() - 0.08).abs() < 1e-12);
+        let second = run(&mut world);
+        world.restore(&snapshot).expect("of this world");
+        let third = run(&mut world);
+        assert_eq!((&second.0, second.1, second.2), (&third.0, third.1, third.2));
+        assert_eq!((first.2, first.3, first.4), (second.2, second.3, second.4));
+        let apart = first.0.iter().zip(second.0.iter()).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+        assert!(apart < 1e-3 && first.1.distance(second.1) < 1e-6, "{apart}");
+    }
+
+    #[test]
+    fn a_snapshot_of_another_world_is_refused() {
+        let mut world = world();
+        let snapshot = world.snapshot();
+        world.remove_sheet("leaf");
+        assert!(world.restore(&snapshot).expect_err("refused").problem.contains("other sheets"));
+    }
+}

@@ -1,0 +1,103 @@
+//! The Python client against a game in Rust. Needs Python with iceoryx2 and numpy: SHEETWORK_PYTHON, the system's, or a
+//! virtual environment that is made in the target folder; skipped with a message where none can be had.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use super::place::Place;
+
+const NEEDED: &str = "import iceoryx2, numpy";
+
+fn has_all(python: &Path) -> bool {
+    Command::new(python).args(["-c", NEEDED]).output().is_ok_and(|o| o.status.success())
+}
+
+/// A Python that has what the client needs.
+fn python() -> Option<PathBuf> {
+    let named = std::env::var_os("SHEETWORK_PYTHON").map(PathBuf::from);
+    if let Some(python) = named.into_iter().chain([PathBuf::from("python3")]).find(|p| has_all(p)) {
+        return Some(python);
+    }
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("link-python");
+    let python = folder.join("bin/python");
+    if has_all(&python) {
+        return Some(python);
+    }
+    let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output().is_ok_and(|o| o.status.success());
+    let install = ["-m", "pip", "install", "-q", "--retries", "0", "--timeout", "5", "iceoryx2==0.10.0", "numpy"];
+    let installed = made && Command::new(&python).args(install).output().is_ok_and(|o| o.status.success());
+    (installed && has_all(&python)).then_some(python)
+}
+
+const SCRIPT: &str = r#"
+import numpy, sheetwork
+with sheetwork.attach(wait=30) as game:
+    game.patience = 30
+    status = game.status()
+    assert status["sheets"] == ["strip"] and not status["playing"], status
+    assert {p["path"] for p in game.parameters()} >= {"gravity", "engine", "sheets.strip.material.young"}
+    assert game.get("gravity") == (0.0, -9.81, 0.0)
+    assert game.set("gravity", (0, 50, 0)) == "(0, -9.81, 0)"
+    for path, value in [("gravity", (0, float("nan"), 0)), ("sheets.strip.material.young", -1), ("x", 1)]:
+        try:
+            game.set(path, value)
+            raise SystemExit(f"{path} = {value} was taken")
+        except sheetwork.Refused as reason:
+            assert path in str(reason), reason
+    before = game.frame().sheet("strip").positions.copy()
+    time = game.step(1)
+    frame = game.frame(complete=True)
+    sheet = frame.sheet("strip")
+    assert frame.time == time and frame.steps == 1 and frame.complete if hasattr(frame, "complete") else True
+    assert sheet.positions.shape == (45, 3) and sheet.grid == (9, 1, 5) and sheet.structure == "shell"
+    # In effect by the next step: the free edge goes up.
+    assert sheet.positions[8, 1] > before[8, 1]
+    assert numpy.allclose(numpy.linalg.norm(sheet.normals, axis=1), 1, atol=1e-5)
+    assert sheet.strain.shape == (45,) and abs(sheet.strain).max() < 1e-3
+    assert sheet.temperature is None and sheet.energy["total"] != 0
+    game.play()
+    seen = [f.frame for f in game.frames(count=20, newest=False)]
+    assert seen == sorted(set(seen)) and len(seen) == 20
+    with game.grab("strip", 1.0, 0.5, stiffness=20.0) as hand:
+        target = numpy.array(hand.position) + (0, 0.01, 0)
+        for _ in range(50):
+            force, position = hand.pull(target)
+        assert numpy.allclose(force, -20.0 * (target - position))
+    game.snapshot("a"); game.restore("a"); game.pause(); game.reset()
+    assert "strip" in game.scene()
+try:
+    sheetwork.attach("nobody")
+    raise SystemExit("attached to nobody")
+except sheetwork.NoGame:
+    pass
+data = numpy.zeros(4096, numpy.uint8)
+for size in (0, 10, 143, 144, 4096):
+    try:
+        sheetwork.Frame(data[:size])
+        raise SystemExit("nonsense was taken for a frame")
+    except ValueError:
+        pass
+print("python is content")
+"#;
+
+#[test]
+fn python_reads_sets_is_refused_and_pulls() {
+    let Some(python) = python() else {
+        eprintln!("skipped: no Python with iceoryx2 and numpy, and none can be installed");
+        return;
+    };
+    let place = Place::new("python");
+    let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
+    drop(place.attach());
+    let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runtime/python");
+    let ran = Command::new(python)
+        .args(["-c", SCRIPT])
+        .env("PYTHONPATH", package)
+        .env("PYTHONDONTWRITEBYTECODE", "1")
+        .env("SHEETWORK_LINK_ROOT", place.link.root())
+        .env("SHEETWORK_LINK", place.link.name())
+        .output()
+        .expect("starts");
+    let (out, err) = (String::from_utf8_lossy(&ran.stdout), String::from_utf8_lossy(&ran.stderr));
+    assert!(ran.status.success() && out.contains("python is content"), "{out}{err}");
+}

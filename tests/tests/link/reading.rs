@@ -1,0 +1,135 @@
+//! Reading: what comes is what the world has, to any number of readers, without an allocation, for as long as one likes.
+
+use std::time::{Duration, Instant};
+
+use allocation_counter::measure;
+use sheetwork::link::{Client, Link, LinkError};
+
+use super::place::{PATIENCE, Place, until};
+use super::roles::{Game, strip};
+
+#[test]
+fn a_reader_sees_the_world_and_a_game_alone_writes_nothing() {
+    let place = Place::new("sees");
+    let mut game = Game::new(&strip());
+    let mut link = Link::new(&place.link, &game.world).expect("serves");
+    for _ in 0..5 {
+        game.world.step();
+        link.exchange(&mut game, 2e-3);
+    }
+    assert_eq!((link.statistics().frames, link.statistics().unheard, link.statistics().bytes), (0, 5, 0));
+    let client = Client::attach(&place.link).expect("attaches");
+    let (mut lean, mut full) = (client.frames(false).expect("reads"), client.frames(true).expect("reads"));
+    let mut events = client.events().expect("reads");
+    game.world.step();
+    link.exchange(&mut game, 2e-3);
+    for (frames, complete) in [(&mut lean, false), (&mut full, true)] {
+        let frame = frames.next().expect("sound").expect("there");
+        let (header, view) = (*frame.header(), frame.view().expect("sound"));
+        assert_eq!((header.steps, header.time, header.epoch), (6, game.world.time(), link.epoch()));
+        assert_eq!((header.step_time, header.complete), (2e-3, u32::from(complete)));
+        let (seen, sheet) = (view.sheet("strip").expect("there"), &game.world.sheets()[0]);
+        assert_eq!((seen.header().grid, seen.header().structure()), ([9, 1, 5], "shell"));
+        assert!(seen.positions().iter().zip(sheet.x.iter()).all(|(p, x)| *p == x.as_vec3().to_array()));
+        let energy = sheet.energy(game.world.gravity());
+        assert_eq!(seen.header().energy[3] == energy.total, complete);
+        assert!(frames.next().expect("sound").is_none());
+    }
+    // Nothing has happened; then something does.
+    assert!(events.next().expect("readable").is_none());
+    game.world.sheets_mut()[0].v.set(44, glam::DVec3::splat(f64::NAN));
+    game.world.step();
+    link.exchange(&mut game, 2e-3);
+    let event = events.next().expect("readable").expect("it went unstable");
+    assert_eq!((event["kind"].as_str(), event["sheet"].as_str()), (Some("unstable"), Some("strip")));
+    assert_eq!(event["place_m"].as_array().map(Vec::len), Some(3));
+    assert!(link.statistics().events == 1 && link.statistics().dropped == 0);
+}
+
+#[test]
+fn looking_for_readers_allocates_nothing_and_publishing_no_more_than_iceoryx2_does() {
+    let place = Place::new("allocates");
+    let mut game = Game::new(&strip());
+    let mut link = Link::new(&place.link, &game.world).expect("serves");
+    let steps = |game: &mut Game, link: &mut Link| {
+        game.world.step();
+        link.exchange(game, 1e-3);
+    };
+    (0..300).for_each(|_| steps(&mut game, &mut link));
+    let alone = measure(|| (0..100).for_each(|_| steps(&mut game, &mut link)));
+    assert_eq!(alone.count_total, 0, "with nobody there");
+    let client = Client::attach(&place.link).expect("attaches");
+    let (mut lean, mut full) = (client.frames(false).expect("reads"), client.frames(true).expect("reads"));
+    for _ in 0..20 {
+        steps(&mut game, &mut link);
+    }
+    let (mut read, before) = (0, link.statistics().frames);
+    let mut counted = 0;
+    for _ in 0..100 {
+        counted += measure(|| steps(&mut game, &mut link)).count_total;
+        read += u32::from(lean.latest().expect("sound").is_some()) + u32::from(full.latest().expect("sound").is_some());
+    }
+    // One for each sample is iceoryx2's own, which keeps the lock of what it lends there.
+    assert_eq!((counted, read, link.statistics().frames - before), (200, 200, 200));
+}
+
+#[test]
+fn ten_readers_and_one_that_is_stopped_see_all_they_want() {
+    let place = Place::new("ten");
+    let _game = place.start("game", &[]);
+    let client = place.attach();
+    let stopped = place.start("reader", &[]);
+    let mut ten: Vec<_> = (0..10).map(|_| place.start("reader", &[("SHEETWORK_FRAMES", "40")])).collect();
+    stopped.signal("STOP");
+    for (index, reader) in ten.iter_mut().enumerate() {
+        assert!(reader.ended_well(), "reader {index}");
+    }
+    let before = client.send(&sheetwork::link::Command::Status).expect("answers")["steps"].as_u64().expect("a number");
+    let mut frames = client.frames(false).expect("a place is free again");
+    until(&mut frames, |f| (f.header().steps > before + 20).then_some(()));
+    stopped.signal("CONT");
+}
+
+#[test]
+fn a_thirteenth_reader_is_told_so_and_a_second_game_too() {
+    let place = Place::new("thirteen");
+    let mut game = Game::new(&strip());
+    let mut link = Link::new(&place.link, &game.world).expect("serves");
+    let client = Client::attach(&place.link).expect("attaches");
+    let mut all: Vec<_> = (0..12).map(|_| client.frames(false).expect("a place")).collect();
+    assert!(matches!(client.frames(false).err(), Some(LinkError::Memory(_))));
+    game.world.step();
+    link.exchange(&mut game, 1e-3);
+    assert!(all.iter_mut().all(|f| f.latest().expect("sound").is_some()));
+    assert!(matches!(Link::new(&place.link, &game.world).err(), Some(LinkError::Taken(_))));
+}
+
+#[test]
+fn a_soak_grows_neither_memory_nor_objects() {
+    let seconds = std::env::var("SHEETWORK_LINK_SOAK").ok().and_then(|s| s.parse().ok()).unwrap_or(20.0);
+    let place = Place::new("soak");
+    let game = place.start("game", &[("SHEETWORK_FAST", "1")]);
+    let client = place.attach();
+    let mut frames = client.frames(false).expect("a place");
+    let begin = Instant::now();
+    let (mut warm, mut count) = (None, 0_u64);
+    while begin.elapsed().as_secs_f64() < seconds {
+        count += u64::from(frames.latest().expect("sound").is_some());
+        if count % 50 == 0 {
+            // Others come and go meanwhile.
+            drop(client.frames(true).expect("a place"));
+            client.set("gravity", "(0, -9.81, 0)").expect("accepted");
+        }
+        if warm.is_none() && begin.elapsed().as_secs_f64() > 0.3 * seconds {
+            warm = Some((game.resident(), place.objects()));
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let (memory, objects) = warm.expect("warm by now");
+    let (memory_now, objects_now) = (game.resident(), place.objects());
+    assert!(count > 100, "{count} frames");
+    assert!(objects_now <= objects + 2, "{objects} objects, then {objects_now}");
+    assert!(memory > 0 && memory_now <= memory + (256 << 10), "{memory} bytes, then {memory_now}");
+    eprintln!("soak: {count} frames read, {memory_now} bytes, {objects_now} objects");
+    let _ = PATIENCE;
+}
