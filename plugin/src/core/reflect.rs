@@ -1,7 +1,8 @@
 //! How Bevy's reflection sees the scene description's types, which know nothing of Bevy.
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; the compiler refuses it when the two differ. Lists
-//! of regions (pins, probes, applied velocities and forces) and the stiffness of woven sheets are left out of reflection.
+//! of regions (pins, probes, applied velocities and forces), creases, Burgers' model and the stiffness of woven sheets are left out of
+//! reflection.
 
 #![allow(missing_docs)]
 
@@ -14,7 +15,9 @@ use bevy::reflect::reflect_remote;
 use sheetwork::lattice::StructureKind;
 use sheetwork::lattice::calibrate::Orthotropic;
 use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
-use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw};
+use sheetwork::scene::{
+    Burgers, CreaseSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw,
+};
 
 #[reflect_remote(SheetSpec)]
 #[derive(Clone, Debug, Default)]
@@ -59,6 +62,13 @@ pub(super) struct SheetSpecReflect {
     probes: BTreeMap<String, (f64, f64)>,
     friction: Option<f64>,
     restitution: Option<f64>,
+    temperature: Option<f64>,
+    temperature_gradient: bool,
+    plastic: bool,
+    creep: bool,
+    #[reflect(ignore)]
+    creases: Vec<CreaseSpec>,
+    curl: (f64, f64),
 }
 
 #[reflect_remote(StructureKind)]
@@ -100,12 +110,17 @@ pub(super) struct MaterialReflect {
     thickness: f64,
     damping_ratio: f64,
     yield_stress: Option<f64>,
+    hardening: f64,
+    #[reflect(ignore)]
+    burgers: Option<Burgers>,
     #[reflect(ignore)]
     orthotropic: Option<Orthotropic>,
     specific_heat: f64,
     conductivity: f64,
     emissivity: f64,
+    expansion: f64,
     glass_transition: Option<f64>,
+    softening: Vec<(f64, f64)>,
     wlf: (f64, f64),
 }
 
