@@ -9,7 +9,7 @@ use sheetwork::scene::Scene;
 
 use crate::panels::Display;
 use crate::picture::Layer;
-use crate::{headless, scenes, shell};
+use crate::{headless, playback, scenes, shell};
 
 /// Watch stiff thin sheets fall, bend and slide, and change them while they do.
 ///
@@ -18,7 +18,7 @@ use crate::{headless, scenes, shell};
 #[derive(Clone, Debug, Default, Parser)]
 #[command(name = "sheetwork-editor", version)]
 pub struct Arguments {
-    /// Scene file, or the name of one in assets/scenes; the wedge when left out.
+    /// Scene file, the name of one in assets/scenes, or a recording (.swr); the wedge when left out.
     pub scene: Option<PathBuf>,
     /// Override a field of the scene, as in `--set sheets.0.material.young=900`; may be given again.
     #[arg(long, value_name = "PATH=VALUE")]
@@ -103,6 +103,17 @@ impl Arguments {
         }
     }
 
+    /// The scene in `file`, or that of the recording there.
+    fn described(&self, file: &std::path::Path) -> Result<Scene, InputError> {
+        if !playback::is_recording(file) {
+            return Scene::load(file);
+        }
+        if !self.set.is_empty() {
+            return Err(InputError::new("--set", "changes nothing in a recording").in_file(file));
+        }
+        playback::open(file).map(|(scene, _)| scene)
+    }
+
     fn try_run(&self) -> Result<ExitCode, InputError> {
         for (flag, seconds) in [("--at", self.at), ("--seconds", self.seconds)] {
             if let Some(seconds) = seconds {
@@ -110,7 +121,7 @@ impl Arguments {
             }
         }
         let file = self.scene_file();
-        let mut scene = Scene::load(&file)?;
+        let mut scene = self.described(&file)?;
         for assignment in &self.set {
             let (path, value) = assignment
                 .split_once('=')
@@ -120,20 +131,27 @@ impl Arguments {
         if let Some(picture) = &self.screenshot {
             return shell::offscreen::screenshot(self, &scene, &file, picture);
         }
+        let without_window = || {
+            if playback::is_recording(&file) {
+                let problem = "is a recording: without a window --screenshot with --at draws a moment of it";
+                return Err(InputError::new("", problem).in_file(&file));
+            }
+            headless::run(&scene, self.seconds, self.size)
+        };
         if self.headless {
-            return headless::run(&scene, self.seconds, self.size);
+            return without_window();
         }
         if let Err(reason) = shell::probe::window_possible() {
             eprintln!("No window: {reason}.");
             eprintln!("Running \"{}\" headless instead.", scene.name);
-            return headless::run(&scene, self.seconds, self.size);
+            return without_window();
         }
         match shell::window::run(self, &scene, &file) {
             Ok(code) => Ok(code),
             Err(reason) => {
                 eprintln!("The window could not be opened: {reason}.");
                 eprintln!("Running \"{}\" headless instead.", scene.name);
-                headless::run(&scene, self.seconds, self.size)
+                without_window()
             }
         }
     }

@@ -9,6 +9,7 @@ pub mod headless;
 pub mod link;
 pub mod panels;
 pub mod picture;
+pub mod playback;
 pub mod scenes;
 pub mod session;
 pub mod shell;

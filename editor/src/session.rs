@@ -14,6 +14,7 @@ use sheetwork::sheet::{Status, Vectors};
 use sheetwork::{InputError, World};
 
 use crate::link::LiveLink;
+use crate::playback::{self, Playback};
 
 /// Most wall-clock time a frame spends on stepping.
 pub const FRAME_BUDGET: Duration = Duration::from_millis(30);
@@ -93,6 +94,7 @@ pub struct Session {
     largest_step: Option<f64>,
     generation: u64,
     link: LiveLink,
+    playback: Option<Playback>,
 }
 
 impl Session {
@@ -119,22 +121,48 @@ impl Session {
             largest_step: None,
             generation: 0,
             link: LiveLink::default(),
+            playback: None,
         };
         session.begin();
         Ok(session)
     }
 
-    /// A session with the scene in `file`.
+    /// A session with the scene in `file`, or with the recording there.
     ///
     /// # Errors
-    /// When the file cannot be read or the scene is not valid.
+    /// When the file cannot be read, or the scene or recording is not valid.
     pub fn open(file: &Path) -> Result<Self, InputError> {
+        if playback::is_recording(file) {
+            let (scene, recording) = playback::open(file)?;
+            return Ok(Self::new(&scene)?.play_back(recording).read_from(file));
+        }
         Ok(Self::new(&Scene::load(file)?)?.read_from(file))
     }
 
     /// The session, remembering the file its scene came from: [`Session::reload`] reads it again.
     pub fn read_from(self, file: &Path) -> Self {
         Self { file: Some(file.to_path_buf()), ..self }
+    }
+
+    /// The session with a recording of its scene to show in place of a simulation.
+    pub fn play_back(mut self, mut recording: Playback) -> Self {
+        recording.seek(0.0, &mut self.world);
+        self.playback = Some(recording);
+        self.settle_display();
+        self
+    }
+
+    /// The recording that is shown, where one is.
+    pub fn playback(&self) -> Option<&Playback> {
+        self.playback.as_ref()
+    }
+
+    /// Goes to `at` s from the start of the recording, where one is shown.
+    pub fn seek(&mut self, at: f64) {
+        if let Some(recording) = &mut self.playback {
+            recording.seek(at, &mut self.world);
+            self.settle_display();
+        }
     }
 
     /// Replaces the world by the scene in `file`; keeps speed and whether it plays. When the file is refused the old
@@ -159,6 +187,10 @@ impl Session {
     /// Makes sheet `index` of another material of the library, and starts the scene anew with it; what else was changed
     /// stays. A refusal becomes a message and changes nothing. Returns whether it was taken.
     pub fn choose_material(&mut self, index: usize, name: &str) -> bool {
+        if self.playback.is_some() {
+            self.fail("a recording has the material it was made with; open its scene to try another");
+            return false;
+        }
         let mut scene = self.world.scene().clone();
         let Some(sheet) = scene.sheets.get_mut(index) else { return false };
         sheet.material = MaterialChoice::Named(name.to_owned());
@@ -193,6 +225,10 @@ impl Session {
 
     /// Puts everything back to the start and keeps what was changed by [`Session::set`]. Returns whether it could.
     pub fn reset(&mut self) -> bool {
+        if self.playback.is_some() {
+            self.seek(0.0);
+            return true;
+        }
         if let Err(error) = self.world.reset() {
             self.fail(error.to_string());
             return false;
@@ -257,6 +293,11 @@ impl Session {
         if !self.playing || !real.is_finite() || real <= 0.0 {
             return;
         }
+        if let Some(recording) = &self.playback {
+            self.playing = !recording.is_over();
+            self.seek(recording.at() + real.min(LONGEST_FRAME) * self.speed);
+            return;
+        }
         let dt = self.world.dt();
         self.owed += real.min(LONGEST_FRAME) * self.speed;
         // The slack keeps a frame that is a whole number of steps, but for rounding, at that number.
@@ -290,6 +331,11 @@ impl Session {
     pub fn step(&mut self) {
         self.playing = false;
         self.owed = 0.0;
+        if let Some(recording) = &mut self.playback {
+            recording.step(&mut self.world);
+            self.settle_display();
+            return;
+        }
         let start = Instant::now();
         self.world.step();
         self.settle_display();
@@ -301,6 +347,10 @@ impl Session {
     /// window.
     pub fn run(&mut self, duration: f64) {
         if duration <= 0.0 || !duration.is_finite() {
+            return;
+        }
+        if let Some(recording) = &self.playback {
+            self.seek(recording.at() + duration);
             return;
         }
         let (begin, parts) = (self.world.time(), (duration / self.world.dt()).ceil().clamp(1.0, HISTORY as f64));
@@ -350,6 +400,9 @@ impl Session {
 
     /// Plays.
     pub fn play(&mut self) {
+        if self.playback.as_ref().is_some_and(Playback::is_over) {
+            self.seek(0.0);
+        }
         self.playing = true;
     }
 
@@ -360,7 +413,7 @@ impl Session {
 
     /// Plays if it was paused, and the other way round.
     pub fn toggle(&mut self) {
-        self.playing = !self.playing;
+        if self.playing { self.pause() } else { self.play() }
     }
 
     /// Whether it plays.
@@ -489,6 +542,9 @@ impl Session {
 
     /// Sets a parameter as [`Session::set`] does, but returns the old value, or why not.
     pub(crate) fn try_set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
+        if self.playback.is_some() {
+            return Err(InputError::new(path, "cannot be changed in a recording; open its scene for that"));
+        }
         let old = self.world.set(path, value)?;
         self.keep_change(path, value);
         Ok(old)

@@ -232,3 +232,46 @@ fn the_live_link_shows_the_session_and_what_it_sets_stays_through_a_reset() {
     assert_eq!(session.link().status(), "off");
     let _ = std::fs::remove_dir_all(root);
 }
+
+#[test]
+fn a_recording_is_played_sought_and_not_changed() {
+    let folder = std::env::temp_dir().join(format!("sheetwork-played-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let recorded = folder.join("wedge.swr");
+    let mut simulated = session();
+    let mut recorder = sheetwork::recording::Recorder::create(&recorded, simulated.world(), 60.0).expect("writable");
+    recorder.frame(simulated.world()).expect("writable");
+    for _ in 0..30 {
+        simulated.run(1.0 / 60.0);
+        recorder.frame(simulated.world()).expect("writable");
+    }
+    assert_eq!(recorder.finish().expect("written"), 31);
+
+    let mut played = Session::open(&recorded).expect("a recording");
+    let apart = |a: &Session, b: &Session| {
+        let (a, b) = (&a.world().sheets()[0].x, &b.world().sheets()[0].x);
+        a.iter().zip(b.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max)
+    };
+    let length = played.playback().expect("one is shown").duration();
+    assert!((length - 0.5).abs() < 1e-9, "{length}");
+    played.seek(1e9);
+    assert!(apart(&played, &simulated) < 1e-6, "the end is where the simulation was");
+    played.reset();
+    assert!(played.playback().is_some_and(|r| r.at() == 0.0) && apart(&played, &session()) < 1e-6);
+    played.step();
+    assert!((played.world().time() - 1.0 / 60.0).abs() < 1e-9, "one frame");
+    played.play();
+    for _ in 0..40 {
+        played.frame(1.0 / 60.0);
+    }
+    assert!(!played.playing() && apart(&played, &simulated) < 1e-6, "it stops at its end");
+    assert!(!played.set("gravity", "(0, 0, 0)") && played.messages()[0].text.contains("recording"));
+    played.play();
+    assert!(played.playback().is_some_and(|r| r.at() == 0.0), "from its start again");
+
+    let bytes = std::fs::read(&recorded).expect("readable");
+    std::fs::write(&recorded, &bytes[..bytes.len() - 5]).expect("writable");
+    assert!(!played.load(&recorded), "cut off");
+    assert!(played.playback().is_some(), "the old one stays");
+    std::fs::remove_dir_all(&folder).expect("removed");
+}

@@ -24,6 +24,9 @@ pub enum EventKind {
     Woke,
     /// A sheet went unstable and was stopped.
     Unstable,
+    /// A sheet gave way: it buckled, snapped through or crumpled ([`crate::sheet::Buckle`]). Told of only where
+    /// [`crate::world::World::watch_buckling`] asks for it.
+    Buckled,
 }
 
 /// Something that happened.
@@ -37,6 +40,19 @@ pub struct Event {
     pub sheet: String,
     /// With which body, where there is one.
     pub body: Option<String>,
+    /// Where, m, for what happens at one place of the sheet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place_m: Option<[f64; 3]>,
+    /// Energy that was set free, J, where some was.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_j: Option<f64>,
+}
+
+impl Event {
+    /// What happened to `sheet`, at no place that is known.
+    pub(crate) fn new(time_s: f64, kind: EventKind, sheet: &str, body: Option<String>) -> Self {
+        Self { time_s, kind, sheet: sheet.to_owned(), body, place_m: None, energy_j: None }
+    }
 }
 
 /// How long a sheet must be away from a body to count as off it, s.

@@ -5,6 +5,7 @@
 
 mod parameters;
 mod report;
+mod show;
 mod snapshot;
 
 use std::sync::Arc;
@@ -19,7 +20,7 @@ use crate::contact::detect::deepest;
 use crate::contact::rigid::{BodyState, RigidView, RigidWorld};
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
-use crate::event::{Event, Touches};
+use crate::event::{Event, EventKind, Touches};
 use crate::heat::Room;
 use crate::scene::{Air, BodySpec, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
@@ -41,6 +42,7 @@ pub struct World {
     steps: u64,
     events: Vec<Event>,
     sleep: bool,
+    buckling: bool,
     pool: Option<Arc<rayon::ThreadPool>>,
     groups: Groups,
     /// What heats the sheets; none where nothing does.
@@ -104,6 +106,7 @@ impl World {
             steps: 0,
             events: Vec::new(),
             sleep: true,
+            buckling: false,
             pool: None,
             groups: Groups::default(),
             heat,
@@ -118,8 +121,8 @@ impl World {
     pub fn reset(&mut self) -> Result<(), InputError> {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
         let fresh = Self::build(&self.scene, rigid)?;
-        let (sleep, pool) = (self.sleep, self.pool.take());
-        *self = Self { sleep, pool, ..fresh };
+        let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
+        *self = Self { sleep, buckling, pool, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);
         }
@@ -210,6 +213,7 @@ impl World {
         }
         self.rigid = rigid;
         self.collect_events(|world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
+        self.look_for_buckling(self.time - dt);
     }
 
     /// Advances by `duration` s in equal steps of at most [`World::dt`] against a caller's rigid world, which must already be
@@ -221,6 +225,7 @@ impl World {
             self.step_sheets(Some(view), None, dt);
             self.step_heat(Some(view), None, dt);
             self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
+            self.look_for_buckling(self.time - dt);
         }
         steps
     }
@@ -265,7 +270,34 @@ impl World {
             }
             for (time_s, kind, collider) in std::mem::take(&mut self.touches[index].events) {
                 let body = collider.and_then(|c| name(self, c));
-                self.events.push(Event { time_s, kind, sheet: self.sheets[index].name.clone(), body });
+                self.events.push(Event::new(time_s, kind, &self.sheets[index].name, body));
+            }
+        }
+    }
+
+    /// Looks for sheets that buckle, after every step from now on, or no longer: an [`EventKind::Buckled`] for each time, with place and
+    /// energy. Costs an evaluation of forces and energy a step of every sheet that moves.
+    pub fn watch_buckling(&mut self, watch: bool) {
+        self.buckling = watch;
+        self.sheets.iter_mut().for_each(|s| s.watch_buckling(watch));
+    }
+
+    /// Whether it looks for sheets that buckle.
+    pub fn watches_buckling(&self) -> bool {
+        self.buckling
+    }
+
+    fn look_for_buckling(&mut self, from: f64) {
+        if !self.buckling {
+            return;
+        }
+        for sheet in &mut self.sheets {
+            // One that came in since is watched from here on.
+            sheet.watch_buckling(true);
+            if let Some(buckle) = sheet.look_for_buckling(from) {
+                let event = Event::new(buckle.time, EventKind::Buckled, &sheet.name, None);
+                let (place_m, energy_j) = (Some(buckle.place.to_array()), Some(buckle.energy));
+                self.events.push(Event { place_m, energy_j, ..event });
             }
         }
     }

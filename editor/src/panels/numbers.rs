@@ -157,6 +157,7 @@ fn describe(event: &Event) -> String {
         EventKind::AtRest => "is at rest",
         EventKind::Woke => "wakes",
         EventKind::Unstable => "went unstable",
+        EventKind::Buckled => "buckles",
     };
     match &event.body {
         Some(body) => format!("{} {what} {body}", event.sheet),

@@ -79,7 +79,7 @@ fn open_menu(ui: &mut Ui, state: &mut EditorState) -> Option<PathBuf> {
             chosen = Some(scenes::find(Path::new(state.path.trim())));
         }
     });
-    ui.weak("or drop a file on the window");
+    ui.weak("or drop a file on the window: a scene, or a recording (.swr)");
     chosen
 }
 
@@ -95,6 +95,15 @@ fn transport(ui: &mut Ui, session: &mut Session) {
     }
     if ui.button("⟲ Reset").on_hover_text("Back to the start; changed values stay (Backspace)").clicked() {
         session.reset();
+    }
+    if let Some((at, duration)) = session.playback().map(|r| (r.at(), r.duration())) {
+        let label = ui.label("Recording");
+        let mut now = at;
+        let slider = Slider::new(&mut now, 0.0..=duration).suffix(" s").fixed_decimals(2);
+        if ui.add(slider).labelled_by(label.id).on_hover_text("Moment of the recording").changed() {
+            session.pause();
+            session.seek(now);
+        }
     }
     let label = ui.label("Speed");
     let mut speed = session.speed();

@@ -25,6 +25,7 @@ use super::{Editor, probe, window};
 use crate::cli::Arguments;
 use crate::panels::{self, Display, EditorState};
 use crate::picture::{LARGEST, Look, Picture};
+use crate::playback::is_recording;
 use crate::session::Session;
 
 /// Size of a picture unless told otherwise, pixels.
@@ -42,7 +43,7 @@ const PATIENCE: Duration = Duration::from_secs(120);
 /// When the scene is not valid or the file cannot be written.
 pub fn screenshot(arguments: &Arguments, scene: &Scene, file: &Path, picture: &Path) -> Result<ExitCode, InputError> {
     let size = arguments.size.unwrap_or(PICTURE_SIZE);
-    let mut session = Session::new(scene)?;
+    let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
     session.run(arguments.at.unwrap_or(scene.duration));
     let status = if session.world().unstable().is_some() { ExitCode::from(1) } else { ExitCode::SUCCESS };
     for message in session.messages() {

@@ -23,6 +23,7 @@ use super::stage::{self, Quality, SceneCamera};
 use super::{Editor, offscreen, probe};
 use crate::cli::Arguments;
 use crate::panels::{self, EditorState};
+use crate::playback::is_recording;
 use crate::session::Session;
 
 /// How long the scene waits to be seen before it plays all the same.
@@ -52,7 +53,8 @@ struct Watch {
 pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode, String> {
     let start = Instant::now();
     let adapter = probe::adapter()?;
-    let session = Session::new(scene).map_err(|e| e.to_string())?.read_from(file);
+    let session = if is_recording(file) { Session::open(file) } else { Session::new(scene).map(|s| s.read_from(file)) };
+    let session = session.map_err(|e| e.to_string())?;
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         // Bevy panics when the system gives it no window; that is answered by a headless run, not by a backtrace.

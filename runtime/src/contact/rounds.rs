@@ -128,6 +128,9 @@ pub(crate) fn solve_rounds(
             return Rounds::Failed;
         }
         find(group, look, Margins::of(sheets), &mut scratch.found);
+        if let Some(sheet) = scratch.buried(group).filter(|_| round == 0) {
+            return Rounds::Buried(sheet);
+        }
         scratch.take_up_crossed();
         let rough = round == 0 && scratch.is_impact(group);
         let Some(touched) = solve_and_widen(group, scratch, h, rough, |group, margins, found| {
@@ -225,6 +228,8 @@ pub(crate) enum Rounds {
     Failed,
     /// Given up: a shorter step will do better.
     Hopeless,
+    /// Given up: this sheet of the group was put into a body, and no step will get it out.
+    Buried(u32),
     /// Not settled, with contact in some round, but not in the last.
     Open,
 }

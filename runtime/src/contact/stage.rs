@@ -26,6 +26,8 @@ use crate::sheet::Vectors;
 pub(super) const CLOSED: f64 = 1e-5;
 /// What comes from further apart than this to overlap by more is an impact, m: gravity alone does less in a stage.
 const IMPACT: f64 = 2e-3;
+/// A sheet deeper in a body than this part of its diagonal is not there by what a step left.
+const BURIED: f64 = 0.1;
 /// Slower approaches do not bounce, m/s: what rests must not hop.
 const BOUNCES_ABOVE: f64 = 0.2;
 
@@ -117,6 +119,8 @@ pub(crate) struct Scratch {
     pub deepest: u32,
     /// Whether the step has thrown a sheet about beyond help.
     pub runaway: bool,
+    /// Whether what is left of the step is passed over.
+    pub waits: bool,
     /// Steps on end in which it has been brought back from that, and whether it has in this one.
     pub strays: u32,
     pub strayed: bool,
@@ -375,6 +379,17 @@ impl Scratch {
     pub(super) fn is_impact(&self, group: &Group) -> bool {
         let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
         self.found.contacts.iter().any(|c| gap(c, At::Free) < -IMPACT && gap(c, At::Start) > IMPACT)
+    }
+
+    /// A sheet that began deep within a body, as it can only have been put there.
+    pub(super) fn buried(&self, group: &Group) -> Option<u32> {
+        self.found.contacts[..self.found.glue_from].iter().find_map(|c| {
+            let (Side::Sheet { sheet: index, point }, Side::Body { .. }) = (&c.a, &c.b) else { return None };
+            let sheet = group.sheet(*index);
+            let gap = c.normal.dot(place(group, &c.a, At::Start) - place(group, &c.b, At::Start)) - c.offset;
+            let is_free = point.terms().all(|(i, _)| !sheet.is_held(i as usize));
+            (gap < -BURIED * sheet.spread && is_free).then_some(*index)
+        })
     }
 
     pub(super) fn law(&self, i: usize) -> Law {

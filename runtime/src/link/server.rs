@@ -27,6 +27,8 @@ const HOUSEKEEPING: Duration = Duration::from_millis(500);
 const MOST_COMMANDS: usize = 64;
 /// A world that stands still is shown again after so long, ns.
 const STILL_SHOWN_NS: u64 = 100_000_000;
+/// Calls from one count of those who hear of events to the next, where it is only for what to look for.
+const COUNTED_EVERY: u32 = 16;
 /// Longest event, bytes.
 const EVENT_BYTES: usize = 1024;
 /// How often a start is tried again while a predecessor is being removed.
@@ -77,6 +79,9 @@ pub struct Link {
     /// Readers of frames and of fields then.
     readers: [usize; 2],
     events_seen: usize,
+    /// Whether buckling is looked for because someone hears of events; calls since readers were last counted for that.
+    watches: bool,
+    uncounted: u32,
     unheard: u64,
     accepted: u64,
     refused: u64,
@@ -135,6 +140,8 @@ impl Link {
             written_at: 0,
             readers: [0, 0],
             events_seen: world.events().len(),
+            watches: false,
+            uncounted: COUNTED_EVERY,
             unheard: 0,
             accepted: 0,
             refused: 0,
@@ -150,9 +157,24 @@ impl Link {
         self.publish(host.world(), step_time, host.playing());
     }
 
+    /// Lets the world look for buckling while someone hears of events, unless the game does so anyway.
+    fn watch_for_those_who_hear(&mut self, host: &mut dyn Host) {
+        self.uncounted += 1;
+        if self.uncounted < COUNTED_EVERY {
+            return;
+        }
+        self.uncounted = 0;
+        let heard = self.events.readers() > 0;
+        if heard != self.watches && (self.watches || !host.world().watches_buckling()) {
+            host.world_mut().watch_buckling(heard);
+            self.watches = heard;
+        }
+    }
+
     /// Answers what was asked since the last time. May be called more often than there are steps, for those who pull.
     pub fn answer(&mut self, host: &mut dyn Host) {
         self.desk.grabs.expire(host.world_mut());
+        self.watch_for_those_who_hear(host);
         let clients = self.control.dynamic_config().number_of_clients();
         if clients == 0 && self.clients == 0 {
             return;
@@ -400,8 +422,12 @@ fn event_bytes(epoch: u64, index: usize, event: &Event, world: &World) -> Vec<u8
             _ if touching.is_empty() => sheet.centre_of_mass(),
             _ => touching.iter().map(|i| sheet.x.get(*i)).sum::<glam::DVec3>() / touching.len() as f64,
         };
-        object["place_m"] = json!(place.to_array());
-        object["energy_j"] = json!(sheet.energy(world.gravity()).total);
+        if event.place_m.is_none() {
+            object["place_m"] = json!(place.to_array());
+        }
+        if event.energy_j.is_none() {
+            object["energy_j"] = json!(sheet.energy(world.gravity()).total);
+        }
     }
     let mut bytes = serde_json::to_vec(&object).unwrap_or_default();
     if bytes.len() > EVENT_BYTES {

@@ -265,6 +265,7 @@ fn assemble(
         heat: None,
         first_temperature: spec.temperature,
         has_gradient: spec.temperature_gradient,
+        watch: None,
         flow: None,
         system: None,
         field_before: None,

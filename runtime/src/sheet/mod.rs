@@ -3,6 +3,7 @@
 //! Built from a [`SheetSpec`](crate::scene::SheetSpec) or a .SHT file by `build`; changed while it runs by the setters here;
 //! stepped by [`crate::step`]. SI units throughout.
 
+mod buckle;
 mod build;
 mod creases;
 mod drag;
@@ -29,6 +30,7 @@ mod vectors;
 
 use glam::DVec3;
 
+pub use buckle::Buckle;
 pub use build::{from_file, to_file};
 pub use energy::Energy;
 pub use equilibrium::Equilibrium;
@@ -141,6 +143,8 @@ pub struct Sheet {
     /// Temperature it is described with, °C, and whether its sides may differ.
     pub(crate) first_temperature: Option<f64>,
     pub(crate) has_gradient: bool,
+    /// Of a sheet that is watched for buckling.
+    watch: Option<Box<buckle::Watch>>,
     /// Of a sheet that creeps or yields.
     flow: Option<Box<Flow>>,
     /// The linear system of implicit engines, made when the first step needs it.

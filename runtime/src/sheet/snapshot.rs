@@ -30,6 +30,7 @@ impl Sheet {
         self.status = state.status;
         self.quiet = state.quiet;
         self.work.touching.fill(false);
+        self.work.stage.astray = false;
         self.engine.restart();
         self.field_before = None;
     }

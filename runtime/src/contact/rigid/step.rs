@@ -207,6 +207,14 @@ impl RigidWorld {
         self.write(index);
     }
 
+    /// Puts body `index` at `origin` (m), still: to be looked at. What it was before is gone.
+    pub(crate) fn show(&mut self, index: usize, origin: DVec3, rotation: DQuat) {
+        let Some(motion) = self.motions.get_mut(index) else { return };
+        motion.end = BodyState::standing(origin, rotation);
+        motion.start = motion.end;
+        self.write(index);
+    }
+
     /// Puts body `index`, which moves freely, to sleep: it stays where it is until it is woken.
     pub fn freeze(&mut self, index: usize) {
         let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
