@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use bevy_sheetwork::SheetColour;
 use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
@@ -26,9 +27,13 @@ pub struct Arguments {
     /// Render one frame offscreen to this PNG file and end.
     #[arg(long, value_name = "FILE")]
     pub screenshot: Option<PathBuf>,
-    /// Simulated time of the screenshot, s, from 0; the scene's own duration when left out.
-    #[arg(long, value_name = "SECONDS", requires = "screenshot")]
-    pub at: Option<f64>,
+    /// Simulated time of the screenshot, s, from 0; the scene's own duration when left out. Of several times, as in `--at 1,5`, there is a
+    /// picture each, one below the other.
+    #[arg(long, value_name = "SECONDS", requires = "screenshot", value_delimiter = ',')]
+    pub at: Vec<f64>,
+    /// Have beside it a picture of the scene with a field overridden, as in `--beside engine=rk4`; may be given again for another.
+    #[arg(long, value_name = "PATH=VALUE", requires = "screenshot")]
+    pub beside: Vec<String>,
     /// Size of the picture or the window, pixels.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
@@ -38,6 +43,12 @@ pub struct Arguments {
     /// What of the sheets to draw besides the usual, in window and screenshot.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub show: Vec<Show>,
+    /// What sheets are coloured by; the heat of a scene that has any, when left out.
+    #[arg(long, value_name = "BY")]
+    pub colour: Option<Colour>,
+    /// Temperatures of the darkest and the brightest colour, °C, -273.15 to 5000; from what is there, when left out.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = range, allow_hyphen_values = true)]
+    pub celsius: Option<(f32, f32)>,
     /// Run without a window: print the report, write a picture and a recording to sheetwork-out/.
     #[arg(long, conflicts_with = "screenshot")]
     pub headless: bool,
@@ -64,6 +75,26 @@ pub enum Show {
     Bare,
 }
 
+/// What sheets can be coloured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Colour {
+    /// Nothing: one colour.
+    Plain,
+    /// Temperature.
+    Temperature,
+    /// What is left of the stiffness.
+    Stiffness,
+}
+
+/// Reads `20,120`.
+fn range(text: &str) -> Result<(f32, f32), String> {
+    let wrong = || format!("\"{text}\" is not a range like 20,120, -273.15 to 5000 °C, the lower first");
+    let (low, high) = text.split_once(',').ok_or_else(wrong)?;
+    let end = |s: &str| s.trim().parse().ok().filter(|t: &f32| (-273.15..=5000.0).contains(t)).ok_or_else(wrong);
+    let (low, high) = (end(low)?, end(high)?);
+    if low < high { Ok((low, high)) } else { Err(wrong()) }
+}
+
 /// Reads `1280x720`.
 fn size(text: &str) -> Result<(u32, u32), String> {
     let wrong = || format!("\"{text}\" is not a size like 1280x720, 16x16 to 8192x8192 pixels");
@@ -86,9 +117,21 @@ impl Arguments {
             surface: !asked(Show::Bare),
             layer: if asked(Show::Bottom) { Layer::Bottom } else { Layer::Top },
             smooth: !asked(Show::Flat),
+            colour: self.sheet_colour(),
             springs: asked(Show::Springs),
             masses: asked(Show::Masses),
             ..Display::default()
+        }
+    }
+
+    /// What sheets are coloured by, where that was asked for.
+    pub fn sheet_colour(&self) -> Option<SheetColour> {
+        match (self.colour, self.celsius) {
+            (Some(Colour::Plain), _) => Some(SheetColour::Plain),
+            (Some(Colour::Stiffness), _) => Some(SheetColour::Stiffness),
+            (_, Some((low, high))) => Some(SheetColour::TemperatureBetween { low, high }),
+            (Some(Colour::Temperature), None) => Some(SheetColour::Temperature),
+            (None, None) => None,
         }
     }
 
@@ -115,21 +158,21 @@ impl Arguments {
     }
 
     fn try_run(&self) -> Result<ExitCode, InputError> {
-        for (flag, seconds) in [("--at", self.at), ("--seconds", self.seconds)] {
-            if let Some(seconds) = seconds {
-                sheetwork::check_range(flag, seconds, 0.0, 1e6, "s")?;
-            }
+        let times = self.at.iter().map(|t| ("--at", t)).chain(self.seconds.iter().map(|t| ("--seconds", t)));
+        for (flag, seconds) in times {
+            sheetwork::check_range(flag, *seconds, 0.0, 1e6, "s")?;
         }
         let file = self.scene_file();
         let mut scene = self.described(&file)?;
         for assignment in &self.set {
-            let (path, value) = assignment
-                .split_once('=')
-                .ok_or_else(|| InputError::new("--set", format!("\"{assignment}\" is not PATH=VALUE")))?;
-            scene = scene.with_override(path.trim(), value)?;
+            scene = assigned("--set", &scene, assignment)?;
         }
         if let Some(picture) = &self.screenshot {
-            return shell::offscreen::screenshot(self, &scene, &file, picture);
+            let mut scenes = vec![scene.clone()];
+            for assignment in &self.beside {
+                scenes.push(assigned("--beside", &scene, assignment)?);
+            }
+            return shell::offscreen::screenshot(self, &scenes, &file, picture);
         }
         let without_window = || {
             if playback::is_recording(&file) {
@@ -157,6 +200,13 @@ impl Arguments {
     }
 }
 
+/// The scene with a field overridden as `PATH=VALUE` says.
+fn assigned(flag: &str, scene: &Scene, assignment: &str) -> Result<Scene, InputError> {
+    let wrong = || InputError::new(flag, format!("\"{assignment}\" is not PATH=VALUE"));
+    let (path, value) = assignment.split_once('=').ok_or_else(wrong)?;
+    scene.with_override(path.trim(), value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,11 +219,21 @@ mod tests {
         let display = parse("x --show springs,masses --show flat").expect("valid").display();
         assert!(display.springs && display.masses && display.surface && !display.smooth);
         let shot = parse("x wedge --screenshot a.png --at 1.5 --size 640x360").expect("valid");
-        assert_eq!((shot.size, shot.at), (Some((640, 360)), Some(1.5)));
+        assert_eq!((shot.size, shot.at.clone()), (Some((640, 360)), vec![1.5]));
+        let several = parse("x --screenshot a.png --at 1,5 --beside dt=0.01 --beside engine=rk4").expect("valid");
+        assert_eq!((several.at, several.beside.len()), (vec![1.0, 5.0], 2));
         assert!(parse("x --at 1").is_err(), "--at without --screenshot");
         assert!(parse("x --headless --screenshot a.png").is_err());
         for bad in ["640", "axb", "0x10", "9999x20", "-4x20"] {
             assert!(parse(&format!("x --size={bad}")).is_err(), "{bad}");
+        }
+        let colour = |line: &str| parse(line).expect("valid").sheet_colour();
+        assert_eq!(colour("x"), None);
+        assert_eq!(colour("x --colour stiffness"), Some(SheetColour::Stiffness));
+        let between = SheetColour::TemperatureBetween { low: -10.0, high: 90.5 };
+        assert_eq!(colour("x --celsius -10,90.5"), Some(between));
+        for bad in ["20", "90,20", "a,b", "-300,20", "20,9999"] {
+            assert!(parse(&format!("x --celsius={bad}")).is_err(), "{bad}");
         }
     }
 
@@ -185,6 +245,8 @@ mod tests {
         let wedge = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/scenes/wedge.ron");
         let set = |s: &str| Arguments { scene: Some(wedge.into()), set: vec![s.into()], ..Arguments::default() };
         assert!(refused(set("gravity")).contains("PATH=VALUE"));
+        let beside = Arguments { screenshot: Some("a.png".into()), beside: vec!["dt".into()], ..set("dt=0.01") };
+        assert!(refused(beside).contains("--beside"));
         assert!(refused(set("sheets.0.damping=-1")).contains("0 to 10"));
         let missing = Arguments { scene: Some("no-such-scene".into()), ..Arguments::default() };
         assert!(refused(missing).contains("no-such-scene"));

@@ -18,7 +18,7 @@
 //!
 //! | Plugin | What it does | Needs |
 //! |---|---|---|
-//! | [`SheetworkCorePlugin`] | puts [`Sheet`] and [`SheetBody`] entities into the world, steps it in `FixedUpdate`, sends [`SheetEvent`]s | time and transforms |
+//! | [`SheetworkCorePlugin`] | puts [`Sheet`], [`SheetBody`], [`SheetHeater`] and [`SheetHeatGun`] entities into the world, steps it in `FixedUpdate`, sends [`SheetEvent`]s | time and transforms |
 //! | [`SheetworkAssetPlugin`] | scene files, `.sht` and `.pol` files as assets; [`SheetSceneRoot`] spawns a scene and follows its file | `AssetPlugin` |
 //! | [`SheetworkRenderPlugin`] | meshes and materials for sheets, bodies and the room | `PbrPlugin` |
 //! | [`SheetworkDiagnosticsPlugin`] | step time, masses, contacts, energy in Bevy's `DiagnosticsStore` | nothing |
@@ -54,14 +54,14 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
-    BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetEvent, SheetMotion, SheetState, SheetWorld,
-    SheetworkCorePlugin, SheetworkSet,
+    BodyMotion, BodyShape, HeaterPlace, Sheet, SheetBody, SheetClock, SheetEvent, SheetHeatGun, SheetHeater,
+    SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;
 #[cfg(feature = "link")]
 pub use link::{SheetLink, SheetLinkPlugin};
-pub use render::{SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
+pub use render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use sheetwork;
 
 /// Everything a game needs: core, assets, rendering, diagnostics. [`SheetworkDebugPlugin`] is apart.

@@ -2,14 +2,14 @@
 
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
-    BodyShape, Sheet, SheetBody, SheetClock, SheetEvent, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin,
-    SheetworkSet,
+    BodyShape, Sheet, SheetBody, SheetClock, SheetEvent, SheetHeatGun, SheetHeater, SheetMotion, SheetState,
+    SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
 #[cfg(feature = "link")]
 pub use crate::link::{SheetLink, SheetLinkPlugin};
-pub use crate::render::{SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
+pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
 pub use crate::{SheetworkPlugins, sheetwork};
 pub use sheetwork::event::EventKind;
 pub use sheetwork::lattice::StructureKind;

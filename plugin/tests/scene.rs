@@ -161,3 +161,42 @@ fn polyhedra_and_sheets_are_assets_too() {
     app.world_mut().despawn(body);
     assert!(names(&app).1.is_empty());
 }
+
+#[test]
+fn what_heats_a_scene_comes_with_it() {
+    let mut app = app();
+    let text = r#"(
+        name: "hot", engine: "tr-bdf2", dt: 0.015625, gravity: (0, 0, 0), ambient_temperature: 30, time_lapse: 20,
+        oven: (temperature: 90),
+        heat_gun: (position: (0, 0.05, 0)),
+        heaters: [(name: "lamp", size: (0.1, 0.01, 0.1), hot: [(face: 2, temperature: 300)], placement: (position: (0, 0.1, 0)))],
+        sheets: [(name: "a", structure: "shell", grid: (5, 1, 5), size: (0.1, 0.1), material: "hips")],
+        bodies: [(name: "ball", shape: Ball(0.01), placement: (position: (0, -0.2, 0)), temperature: 60)],
+    )"#;
+    let (root, _) = spawn(&mut app, scene(text));
+    app.world_mut().entity_mut(root).insert(Transform::from_xyz(1.0, 0.0, 0.0));
+    run(&mut app, 1.0);
+    let value = |app: &App, path: &str| {
+        let all = app.world().resource::<SheetWorld>().parameters();
+        all.into_iter().find(|p| p.path == path).map(|p| p.value.parse::<f64>().expect("a number"))
+    };
+    let wanted = [
+        ("ambient_temperature", 30.0),
+        ("time_lapse", 20.0),
+        ("oven.temperature", 90.0),
+        ("heat_gun.position.0", 1.0),
+        ("heaters.lamp.temperature", 300.0),
+        ("bodies.ball.temperature", 60.0),
+    ];
+    for (path, wanted) in wanted {
+        assert_eq!(value(&app, path), Some(wanted), "{path}");
+    }
+    let heaters: Vec<_> = app.world_mut().query::<(&SheetHeater, &GlobalTransform)>().iter(app.world()).collect();
+    assert_eq!(heaters.len(), 1);
+    assert_eq!(heaters[0].1.translation(), Vec3::new(1.0, 0.1, 0.0));
+    let state = *app.world_mut().query::<&SheetState>().single(app.world()).expect("one sheet");
+    let (coldest, hottest) = state.temperature.expect("heated");
+    assert!(coldest > 31.0 && hottest > coldest + 5.0, "hotter below the jet: {coldest} {hottest}");
+    app.world_mut().despawn(root);
+    assert_eq!(value(&app, "heaters.lamp.temperature"), None, "goes with its entity");
+}

@@ -3,6 +3,7 @@
 //! Built from a [`Scene`]; read by those who show it; changed between steps by its setters, or by path with
 //! [`World::set`], with the same checks as a scene file.
 
+mod heat;
 mod parameters;
 mod report;
 mod show;
@@ -239,6 +240,7 @@ impl World {
             sleep: self.sleep,
             sheets_meet: self.scene.contact.sheets,
         };
+        self.sheets.iter_mut().for_each(|s| s.press(stage.time + stage.dt));
         let many = self.sheets.len() > 1;
         let Self { sheets, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| groups.step(sheets, touches, &stage, rigid, parallel);
@@ -248,18 +250,6 @@ impl World {
         }
         self.steps += 1;
         self.time += dt;
-    }
-
-    /// Steps heat after a step of motion of `dt` s.
-    fn step_heat(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
-        if let Some(heat) = &mut self.heat {
-            heat.step(&mut self.sheets, (self.time - dt, dt), view, rigid);
-        }
-    }
-
-    /// How warm the surroundings are, °C: the scene's ambient temperature, or its oven's.
-    pub fn room_temperature(&self) -> f64 {
-        self.heat.as_ref().map_or(self.scene.ambient_temperature, |h| h.surroundings(self.time).celsius)
     }
 
     /// Moves the sheets' events to the world's list, sheet by sheet, so that their order does not depend on threads.

@@ -37,6 +37,7 @@ fn fullest() -> Scene {
             velocities: [(region: Left, value: (0, 0, 0))],
             forces: [(region: All, value: (0, 0, 0))],
             pins: [(region: Back, path: [(time: 0)], clamp: true)],
+            pressure: [(time: 0, pressure: 1)],
             temperature: 20,
         ), (
             structure: "shell",

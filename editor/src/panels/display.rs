@@ -1,13 +1,14 @@
 //! What is drawn of the sheets.
 
-use bevy_egui::egui::Ui;
+use bevy_egui::egui::{ComboBox, DragValue, Ui};
+use bevy_sheetwork::SheetColour;
 
 use super::EditorState;
 use crate::camera::Camera;
 use crate::picture::Layer;
 use crate::session::Session;
 
-/// Surface, layer, smoothing, springs, masses, room.
+/// Surface, layer, smoothing, colours, springs, masses, room.
 pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let display = &mut state.display;
     ui.horizontal(|ui| {
@@ -25,6 +26,7 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
                 .on_hover_text("A spline surface through the masses; where they are far apart it can cut an edge");
             ui.radio_value(&mut display.smooth, false, "Flat").on_hover_text("Triangles between the masses");
         });
+        colours(ui, session, &mut display.colour);
     });
     ui.horizontal(|ui| {
         ui.checkbox(&mut display.room, "Room");
@@ -32,4 +34,39 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
             state.camera = Camera::of(session.world());
         }
     });
+}
+
+/// What the surface is coloured by, and the ends of a scale that is not worked out of what is there.
+fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
+    let now = SheetColour::Temperature.scale(session.world());
+    let (low, high) = now.map_or((20.0, 120.0), |s| (s.low, s.high));
+    let own = match *chosen {
+        Some(own @ SheetColour::TemperatureBetween { .. }) => own,
+        _ => SheetColour::TemperatureBetween { low, high },
+    };
+    let choices = [
+        (None, "Automatic", "Temperature where the scene has heat; stiffness where that follows the thesis's formulas"),
+        (Some(SheetColour::Plain), "One colour", "That of the sheet"),
+        (Some(SheetColour::Temperature), "Temperature", "Of the side that is drawn, from the room's to the hottest"),
+        (Some(own), "Temperature from … to", "On a scale that stays"),
+        (Some(SheetColour::Stiffness), "Stiffness left", "Of that of the cold material"),
+    ];
+    let name = choices.iter().find(|c| c.0 == *chosen).map_or("", |c| c.1);
+    ui.horizontal(|ui| {
+        let label = ui.label("Colour");
+        let shown = ComboBox::from_id_salt("colour").selected_text(name).width(170.0).show_ui(ui, |ui| {
+            for (choice, name, about) in choices {
+                ui.selectable_value(chosen, choice, name).on_hover_text(about);
+            }
+        });
+        shown.response.labelled_by(label.id);
+    });
+    if let Some(SheetColour::TemperatureBetween { low, high }) = chosen {
+        ui.horizontal(|ui| {
+            let from = ui.label("From");
+            ui.add(DragValue::new(low).range(-273.15..=5000.0).suffix(" °C")).labelled_by(from.id);
+            let to = ui.label("to");
+            ui.add(DragValue::new(high).range(*low + 1.0..=5001.0).suffix(" °C")).labelled_by(to.id);
+        });
+    }
 }

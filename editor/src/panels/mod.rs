@@ -6,6 +6,7 @@ mod controls;
 mod display;
 mod engine;
 mod help;
+mod legend;
 mod link;
 mod messages;
 mod numbers;
@@ -18,6 +19,10 @@ use std::path::PathBuf;
 
 use bevy_egui::egui::{self, Rect, ScrollArea, Ui};
 
+use bevy_sheetwork::SheetColour;
+use bevy_sheetwork::render::ColourScale;
+use sheetwork::World;
+
 use crate::camera::Camera;
 use crate::picture::Layer;
 use crate::scenes;
@@ -27,6 +32,7 @@ pub use controls::{format_si, parse_si};
 pub use display::display;
 pub use engine::engine;
 pub use help::help;
+pub use legend::{legend, ticks};
 pub use link::link;
 pub use messages::messages;
 pub use numbers::numbers;
@@ -36,7 +42,7 @@ pub use top::top;
 pub use view::view;
 
 /// What is drawn of the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
     /// The sheets' surfaces.
     pub surface: bool,
@@ -44,6 +50,8 @@ pub struct Display {
     pub layer: Layer,
     /// Whether the surface is smoothed through the masses, or flat between them.
     pub smooth: bool,
+    /// What the surface is coloured by; none for what shows most of a scene's heat, where it has any.
+    pub colour: Option<SheetColour>,
     /// The springs as lines, coloured by their strain.
     pub springs: bool,
     /// The masses as dots.
@@ -54,7 +62,16 @@ pub struct Display {
 
 impl Default for Display {
     fn default() -> Self {
-        Self { surface: true, layer: Layer::Top, smooth: true, springs: false, masses: false, room: true }
+        let (layer, colour) = (Layer::Top, None);
+        Self { surface: true, layer, smooth: true, colour, springs: false, masses: false, room: true }
+    }
+}
+
+impl Display {
+    /// The scale of the colours that the surfaces of `world` have; `None` where they have none, or are not drawn.
+    pub fn scale(&self, world: &World) -> Option<ColourScale> {
+        let colour = self.colour.unwrap_or_else(|| SheetColour::of_heat(world));
+        colour.scale(world).filter(|_| self.surface)
     }
 }
 

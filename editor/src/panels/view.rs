@@ -3,7 +3,7 @@
 use bevy_egui::egui::{self, PointerButton, Sense, Ui};
 use glam::Vec2;
 
-use super::{EditorState, top};
+use super::{EditorState, legend, top};
 use crate::camera::Camera;
 use crate::session::Session;
 
@@ -38,6 +38,9 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
     if response.dragged() {
         ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
+    }
+    if let Some(scale) = state.display.scale(session.world()) {
+        legend(&ui.painter_at(rect), rect, &scale);
     }
     top::keys_and_drops(ui, session, state);
 }

@@ -1,8 +1,9 @@
 //! A picture without graphics hardware: the scene's room, bodies and sheets drawn by a small rasteriser of our own.
 //!
-//! `model` turns a world into triangles, `raster` finds what is seen at every sample, `shade` gives it its colour. Several
-//! samples a pixel and a shadow map of the key light make it fit to be shown.
+//! `model` turns a world into triangles, `raster` finds what is seen at every sample, `shade` gives it its colour, `legend` says what
+//! colours stand for. Several samples a pixel and a shadow map of the key light make it fit to be shown.
 
+mod legend;
 mod model;
 mod raster;
 mod shade;
@@ -18,6 +19,9 @@ pub use model::{Layer, Look};
 
 /// Samples along each edge of a pixel.
 const SAMPLES: usize = 2;
+
+/// Width of the line between pictures, pixels.
+const GAP: u32 = 6;
 
 /// Largest width and height, pixels.
 pub const LARGEST: u32 = 8192;
@@ -54,7 +58,32 @@ impl Picture {
                 pixels.extend(mean.to_array().map(encode));
             }
         }
-        Self { width, height, pixels }
+        let mut picture = Self { width, height, pixels };
+        if let Some(scale) = look.scale(world) {
+            legend::draw(&mut picture, &scale);
+        }
+        picture
+    }
+
+    /// Pictures of one size side by side, row below row, with a white line between them.
+    pub fn tiled(rows: &[Vec<Self>]) -> Self {
+        let (width, height) = rows.iter().flatten().next().map_or((1, 1), |p| (p.width, p.height));
+        let columns = rows.iter().map(Vec::len).max().unwrap_or(1).max(1) as u32;
+        let across = columns * width + (columns - 1) * GAP;
+        let down = rows.len().max(1) as u32 * height + (rows.len().max(1) as u32 - 1) * GAP;
+        let mut pixels = vec![255; 3 * across as usize * down as usize];
+        for (r, row) in rows.iter().enumerate() {
+            for (c, tile) in row.iter().enumerate() {
+                let (left, top) = (c as u32 * (width + GAP), r as u32 * (height + GAP));
+                for (y, line) in tile.pixels.chunks_exact(3 * tile.width as usize).enumerate() {
+                    let first = 3 * ((top as usize + y) * across as usize + left as usize);
+                    if let Some(to) = pixels.get_mut(first..first + line.len()) {
+                        to.copy_from_slice(line);
+                    }
+                }
+            }
+        }
+        Self { width: across, height: down, pixels }
     }
 
     /// The picture at half its width and height, each pixel the mean light of four; an odd last row or column is left out.
@@ -176,6 +205,18 @@ mod tests {
         // Half the light of white is 188 in sRGB.
         assert_eq!(picture.halved(), Picture { width: 1, height: 1, pixels: vec![188; 3] });
         assert!((0..=255).all(|byte| encode(decode(byte)) == byte));
+    }
+
+    #[test]
+    fn pictures_are_put_side_by_side_and_below_one_another() {
+        let tile = |shade| Picture { width: 4, height: 2, pixels: vec![shade; 24] };
+        let all = Picture::tiled(&[vec![tile(10), tile(20)], vec![tile(30), tile(40)]]);
+        assert_eq!((all.width, all.height), (4 + GAP + 4, 2 + GAP + 2));
+        assert_eq!(
+            [all.at(0, 0), all.at(4 + GAP, 1), all.at(3, 2 + GAP), all.at(4, 0)],
+            [[10; 3], [20; 3], [30; 3], [255; 3]]
+        );
+        assert_eq!(Picture::tiled(&[vec![tile(7)]]), tile(7));
     }
 
     #[test]

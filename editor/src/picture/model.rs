@@ -1,11 +1,13 @@
 //! A world as triangles with paint: sheets' surfaces, bodies, floor and back wall. Metres, world coordinates.
 
-use bevy_sheetwork::render::{clear_of_bodies, clearing};
+use bevy_sheetwork::SheetColour;
+use bevy_sheetwork::render::{ColourScale, clear_of_bodies, clearing, glow};
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::contact::rigid::Body;
 use sheetwork::scene::{Polyhedron, Room, Shape};
 use sheetwork::sheet::Sheet;
+use sheetwork::sheet::surface::Surface;
 
 /// Which layer of a sheet is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -18,17 +20,26 @@ pub enum Layer {
 }
 
 /// What of the sheets is drawn, and how.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     /// Which layer the surface goes through.
     pub layer: Layer,
     /// Spline pieces between two masses: 1 (flat) to 16.
     pub parts: u32,
+    /// What sheets are coloured by; none for what shows most of a scene's heat.
+    pub colour: Option<SheetColour>,
 }
 
 impl Default for Look {
     fn default() -> Self {
-        Self { layer: Layer::Top, parts: 4 }
+        Self { layer: Layer::Top, parts: 4, colour: None }
+    }
+}
+
+impl Look {
+    /// The scale of the colours that sheets of `world` have; `None` where they have the one of their material.
+    pub fn scale(&self, world: &World) -> Option<ColourScale> {
+        self.colour.unwrap_or_else(|| SheetColour::of_heat(world)).scale(world)
     }
 }
 
@@ -39,6 +50,12 @@ pub(super) enum Paint {
     Matt(Vec3),
     /// A sheet: one colour above, one below, glossy.
     Sheet(Vec3, Vec3),
+    /// A sheet: colours at the corners above, and below, glossy.
+    Graded([Vec3; 3], [Vec3; 3]),
+    /// A hot face of a heater, in its own light; like the rest of it, it throws no shadow, which would hide what it heats.
+    Glowing(Vec3),
+    /// A cold face of a heater.
+    Metal(Vec3),
     /// A plane with a square grid of this spacing, m, seen from its front only; the axes are those the grid runs along.
     Grid(Vec3, f32, [usize; 2]),
 }
@@ -60,12 +77,12 @@ impl Triangle {
 
     /// Whether it can be seen through from behind.
     pub fn one_sided(&self) -> bool {
-        !matches!(self.paint, Paint::Sheet(..))
+        !matches!(self.paint, Paint::Sheet(..) | Paint::Graded(..))
     }
 
     /// Whether it throws a shadow.
     pub fn throws_shadow(&self) -> bool {
-        !matches!(self.paint, Paint::Grid(..))
+        !matches!(self.paint, Paint::Grid(..) | Paint::Glowing(_) | Paint::Metal(_))
     }
 }
 
@@ -77,8 +94,16 @@ pub(super) struct Model {
 const SHEET_ABOVE: Vec3 = Vec3::new(0.80, 0.115, 0.035);
 const SHEET_BELOW: Vec3 = Vec3::new(0.52, 0.075, 0.03);
 const BODY: Vec3 = Vec3::new(0.36, 0.44, 0.56);
+const HEATER: Vec3 = Vec3::new(0.16, 0.165, 0.18);
 const FLOOR: Vec3 = Vec3::new(0.66, 0.635, 0.60);
 const WALL: Vec3 = Vec3::new(0.70, 0.69, 0.675);
+
+/// Colours of the vertices of a sheet's surface, of one side.
+fn colours(scale: &ColourScale, of: (&Sheet, bool), surface: &Surface) -> Vec<Vec3> {
+    let (mut values, mut colours) = (Vec::new(), Vec::new());
+    scale.paint(of, surface, &mut values, &mut colours);
+    colours.into_iter().map(|[r, g, b, _]| Vec3::new(r, g, b)).collect()
+}
 
 impl Model {
     pub fn of(world: &World, look: &Look) -> Self {
@@ -93,8 +118,10 @@ impl Model {
                 }
             }
         }
+        model.add_heaters(world);
+        let scale = look.scale(world);
         for sheet in world.sheets() {
-            model.add_sheet(world, sheet, look);
+            model.add_sheet(world, sheet, look, scale.filter(|_| sheet.heat().is_some()).as_ref());
         }
         // A number that is none would poison the depth buffer.
         model.triangles.retain(|t| t.corners.iter().all(|c| c.is_finite()));
@@ -143,7 +170,32 @@ impl Model {
         }
     }
 
-    fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look) {
+    fn add_heaters(&mut self, world: &World) {
+        let scene = world.scene();
+        for spec in &scene.heaters {
+            // They were read when the world was built.
+            for heater in spec.resolve(&scene.base).unwrap_or_default() {
+                for (face, heat) in heater.faces.iter().enumerate() {
+                    let paint = match heat.temperature.filter(|_| spec.on) {
+                        Some(celsius) => {
+                            let colour = glow(celsius);
+                            Paint::Glowing(Vec3::new(colour.red, colour.green, colour.blue))
+                        }
+                        None => Paint::Metal(HEATER),
+                    };
+                    for triangle in heater.polyhedron.triangulate_face(face) {
+                        let corner = |i: u32| heater.polyhedron.vertices.get(i as usize).copied().unwrap_or_default();
+                        let corners = triangle.map(|i| spec.placement.apply(corner(i)).as_vec3());
+                        let mut triangle = Triangle { corners, normals: [Vec3::Y; 3], paint };
+                        triangle.normals = [triangle.across().normalize_or(Vec3::Y); 3];
+                        self.triangles.push(triangle);
+                    }
+                }
+            }
+        }
+    }
+
+    fn add_sheet(&mut self, world: &World, sheet: &Sheet, look: &Look, scale: Option<&ColourScale>) {
         let layer = match look.layer {
             Layer::Top => sheet.layers.len().saturating_sub(1),
             Layer::Bottom => 0,
@@ -156,9 +208,18 @@ impl Model {
         }
         let position = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::ZERO, |p| Vec3::from(*p));
         let normal = |i: u32| mesh.normals.get(i as usize).map_or(Vec3::Y, |n| Vec3::from(*n));
+        let sides = scale.map(|scale| [true, false].map(|upper| colours(scale, (sheet, upper), &surface)));
         for triangle in &mesh.indices {
             let (corners, normals) = (triangle.map(position), triangle.map(normal));
-            self.triangles.push(Triangle { corners, normals, paint: Paint::Sheet(SHEET_ABOVE, SHEET_BELOW) });
+            let paint = match &sides {
+                Some(sides) => {
+                    let [above, below] =
+                        [0, 1].map(|s| triangle.map(|i| sides[s].get(i as usize).copied().unwrap_or(Vec3::ONE)));
+                    Paint::Graded(above, below)
+                }
+                None => Paint::Sheet(SHEET_ABOVE, SHEET_BELOW),
+            };
+            self.triangles.push(Triangle { corners, normals, paint });
         }
     }
 

@@ -51,8 +51,14 @@ impl Light {
         let front = triangle.across().dot(direction) < 0.0;
         let normal = if front { normal_at(triangle, point) } else { -normal_at(triangle, point) };
         let (base, gloss) = match triangle.paint {
-            Paint::Matt(colour) => (colour, 0.06),
+            Paint::Matt(colour) | Paint::Metal(colour) => (colour, 0.06),
             Paint::Sheet(above, below) => (if front { above } else { below }, 0.30),
+            Paint::Graded(above, below) => {
+                let [a, b, c] = if front { above } else { below };
+                let [wa, wb, wc] = weights(triangle, point).unwrap_or([1.0, 0.0, 0.0]);
+                (a * wa + b * wb + c * wc, 0.22)
+            }
+            Paint::Glowing(colour) => return colour,
             Paint::Grid(colour, spacing, axes) => (grid(colour, spacing, axes, point, view.sample_width(depth)), 0.0),
         };
         let lit = normal.dot(self.towards).max(0.0);
@@ -85,16 +91,22 @@ impl Light {
 
 /// Normal at a point of a triangle, between those of its corners.
 fn normal_at(triangle: &Triangle, point: Vec3) -> Vec3 {
+    let [na, nb, nc] = triangle.normals;
+    let Some([wa, wb, wc]) = weights(triangle, point) else { return na };
+    (na * wa + nb * wb + nc * wc).normalize_or(na)
+}
+
+/// How much each corner of a triangle counts at a point of it; `None` where it has no area.
+fn weights(triangle: &Triangle, point: Vec3) -> Option<[f32; 3]> {
     let [a, b, c] = triangle.corners;
     let across = triangle.across();
     let area = across.length_squared();
     if area <= 0.0 {
-        return triangle.normals[0];
+        return None;
     }
     let wb = (point - a).cross(c - a).dot(across) / area;
     let wc = (b - a).cross(point - a).dot(across) / area;
-    let [na, nb, nc] = triangle.normals;
-    (na * (1.0 - wb - wc) + nb * wb + nc * wc).normalize_or(na)
+    Some([1.0 - wb - wc, wb, wc])
 }
 
 /// A plane's colour with grid lines drawn on it, every fifth stronger; lines fade where they are finer than a sample.

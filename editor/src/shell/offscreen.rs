@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,7 @@ use bevy::render::render_resource::TextureFormat;
 use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
+use bevy_egui::egui;
 use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
@@ -37,31 +39,50 @@ const WARM_UP: u32 = 2;
 /// How long a picture may take.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Simulates to the asked time, draws, writes the file. Without a graphics driver the picture is our own rasteriser's.
+/// Simulates to the asked times, draws, writes the file: `scenes` side by side, a row for each time. Without a graphics driver the
+/// pictures are our own rasteriser's.
 ///
 /// # Errors
-/// When the scene is not valid or the file cannot be written.
-pub fn screenshot(arguments: &Arguments, scene: &Scene, file: &Path, picture: &Path) -> Result<ExitCode, InputError> {
+/// When a scene is not valid or the file cannot be written.
+pub fn screenshot(
+    arguments: &Arguments,
+    scenes: &[Scene],
+    file: &Path,
+    picture: &Path,
+) -> Result<ExitCode, InputError> {
     let size = arguments.size.unwrap_or(PICTURE_SIZE);
-    let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
-    session.run(arguments.at.unwrap_or(scene.duration));
-    let status = if session.world().unstable().is_some() { ExitCode::from(1) } else { ExitCode::SUCCESS };
-    for message in session.messages() {
-        eprintln!("{}", message.text);
+    let adapter = probe::adapter();
+    match &adapter {
+        Ok(adapter) => eprintln!("Drawing {} with {}.", file.display(), adapter.name),
+        Err(reason) => eprintln!("Drawing {} with the built-in rasteriser: {reason}.", file.display()),
     }
-    let drawn = match probe::adapter() {
-        Ok(adapter) => {
-            eprintln!("Drawing {} with {}.", file.display(), adapter.name);
-            draw(session, size, arguments.display(), arguments.with_ui)
+    let mut status = ExitCode::SUCCESS;
+    let times = if arguments.at.is_empty() { vec![None] } else { arguments.at.iter().copied().map(Some).collect() };
+    let mut rows = Vec::new();
+    for time in times {
+        let mut row = Vec::new();
+        for scene in scenes {
+            let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
+            session.run(time.unwrap_or(scene.duration));
+            if session.world().unstable().is_some() {
+                status = ExitCode::from(1);
+            }
+            for message in session.messages() {
+                eprintln!("{}", message.text);
+            }
+            let drawn = match &adapter {
+                Ok(_) => draw(session, size, arguments.display(), arguments.with_ui),
+                Err(_) => {
+                    let camera = crate::camera::Camera::of(session.world());
+                    let look = Look { colour: arguments.sheet_colour(), ..Look::default() };
+                    Ok(Picture::draw(session.world(), &camera, &look, size))
+                }
+            };
+            row.push(drawn.map_err(|problem| InputError::new("", problem).in_file(picture))?);
         }
-        Err(reason) => {
-            eprintln!("Drawing {} with the built-in rasteriser: {reason}.", file.display());
-            let camera = crate::camera::Camera::of(session.world());
-            Ok(Picture::draw(session.world(), &camera, &Look::default(), size))
-        }
-    };
-    let drawn = drawn.map_err(|problem| InputError::new("", problem).in_file(picture))?;
-    drawn.save(picture).map_err(|e| InputError::io(picture, &e))?;
+        rows.push(row);
+    }
+    Picture::tiled(&rows).save(picture).map_err(|e| InputError::io(picture, &e))?;
     Ok(status)
 }
 
@@ -79,7 +100,7 @@ pub fn draw(
     let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
     // Drawn larger and averaged, lines and highlights come out finer. The panels would come out smaller.
     let finer = if with_panels || width.max(height) > LARGEST / 2 { 1 } else { 2 };
-    let picture = draw_at(session, (finer * width, finer * height), display, with_panels)?;
+    let picture = draw_at(session, (finer * width, finer * height), display, (with_panels, finer))?;
     Ok(if finer == 2 { picture.halved() } else { picture })
 }
 
@@ -87,7 +108,7 @@ fn draw_at(
     session: Session,
     (width, height): (u32, u32),
     display: Display,
-    with_panels: bool,
+    (with_panels, finer): (bool, u32),
 ) -> Result<Picture, String> {
     let mut app = app(session, display);
     let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
@@ -97,8 +118,10 @@ fn draw_at(
     let camera = app.world_mut().spawn(camera).id();
     if with_panels {
         app.add_systems(EguiPrimaryContextPass, show_panels);
-        app.world_mut().entity_mut(camera).insert(PrimaryEguiContext);
+    } else {
+        app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
     }
+    app.world_mut().entity_mut(camera).insert(PrimaryEguiContext);
     for _ in 0..WARM_UP {
         app.update();
     }
@@ -123,9 +146,15 @@ fn app(session: Session, display: Display) -> App {
     let plugins = DefaultPlugins
         .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
         .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
-        .set(LogPlugin { level: Level::ERROR, ..default() })
         .disable::<WinitPlugin>()
         .disable::<PipelinedRenderingPlugin>();
+    // A process has one logger, however many pictures it draws.
+    static LOGGED: AtomicBool = AtomicBool::new(false);
+    let plugins = if LOGGED.swap(true, Ordering::Relaxed) {
+        plugins.disable::<LogPlugin>()
+    } else {
+        plugins.set(LogPlugin { level: Level::ERROR, ..default() })
+    };
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     let state = EditorState { display, ..EditorState::new(&session) };
@@ -152,6 +181,22 @@ fn show_panels(mut contexts: EguiContexts, mut editor: ResMut<Editor>) -> Result
     let context = contexts.ctx_mut()?;
     panels::apply_style(context);
     window::draw_panels(context, &mut editor);
+    Ok(())
+}
+
+/// How many times larger than it will be seen the picture is drawn.
+#[derive(Resource, Clone, Copy)]
+struct Finer(u32);
+
+/// What the sheets' colours stand for, alone.
+fn show_legend(mut contexts: EguiContexts, editor: Res<Editor>, finer: Res<Finer>) -> Result {
+    let Some(scale) = editor.state.display.scale(editor.session.world()) else { return Ok(()) };
+    let context = contexts.ctx_mut()?;
+    let rect = context.viewport_rect();
+    // A picture of the usual size has letters of the usual size.
+    let zoom = (rect.width() * context.pixels_per_point() / (1280.0 * finer.0 as f32)).clamp(0.75, 4.0);
+    context.set_zoom_factor(zoom * finer.0 as f32);
+    panels::legend(&context.layer_painter(egui::LayerId::background()), context.viewport_rect(), &scale);
     Ok(())
 }
 

@@ -1,11 +1,11 @@
-//! Shows the session's world: room, bodies, sheets as meshes; springs as lines and masses as dots where asked for.
+//! Shows the session's world: room, bodies, heaters, sheets as meshes, coloured by their heat where there is any; springs as lines and masses as dots where asked for.
 
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use bevy_sheetwork::render::{
-    SheetRoom, clear_of_bodies, clearing, grid_picture, polyhedra_mesh, room_mesh, sheet_mesh, triangles_of,
-    update_sheet_mesh,
+    ColourScale, SheetRoom, clear_of_bodies, clearing, glow, grid_picture, heater_meshes, polyhedra_mesh, room_mesh,
+    sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
 };
 use sheetwork::scene::Shape;
 use sheetwork::sheet::surface::Surface;
@@ -41,6 +41,9 @@ pub struct SheetPart {
     clearing: (f32, f32),
     layer: Layer,
     smooth: bool,
+    /// Whether its mesh has colours, and room to work them out.
+    coloured: bool,
+    values: Vec<f32>,
 }
 
 /// Shows mass `mass` of sheet `sheet`.
@@ -55,7 +58,7 @@ pub struct Dot {
 pub struct Shown {
     generation: Option<u64>,
     masses: bool,
-    moment: Option<(u64, u64, f64)>,
+    moment: Option<(u64, u64, f64, Option<ColourScale>)>,
 }
 
 /// Materials, made once.
@@ -63,7 +66,10 @@ pub struct Shown {
 pub struct Paints {
     room: Handle<StandardMaterial>,
     body: Handle<StandardMaterial>,
+    heater: Handle<StandardMaterial>,
     sheet: Handle<StandardMaterial>,
+    /// The sheet's in white, for colours of its own.
+    coloured: Handle<StandardMaterial>,
     dot: Handle<StandardMaterial>,
     touching: Handle<StandardMaterial>,
     round: Handle<Mesh>,
@@ -95,6 +101,8 @@ pub fn mix_paints(
             ..matt(Color::srgb(0.95, 0.95, 0.95))
         }),
         body: materials.add(StandardMaterial { perceptual_roughness: 0.6, ..matt(Color::srgb(0.60, 0.67, 0.77)) }),
+        heater: materials.add(matt(Color::srgb(0.42, 0.43, 0.45))),
+        coloured: materials.add(StandardMaterial { base_color: Color::WHITE, reflectance: 0.35, ..sheet.clone() }),
         sheet: materials.add(sheet),
         dot: materials.add(glowing(Color::srgb(0.16, 0.18, 0.22))),
         touching: materials.add(glowing(Color::srgb(1.0, 0.80, 0.15))),
@@ -109,7 +117,7 @@ pub fn rebuild(
     paints: Res<Paints>,
     mut shown: ResMut<Shown>,
     mut scale: ResMut<Scale>,
-    mut meshes: ResMut<Assets<Mesh>>,
+    (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
     roots: Query<Entity, With<Root>>,
 ) {
     let session = &editor.session;
@@ -135,12 +143,31 @@ pub fn rebuild(
         };
         bodies.push((add(mesh, &paints.body), index));
     }
+    let mut hot = Vec::new();
+    for spec in &session.world().scene().heaters {
+        // They were read when the world was built.
+        let heaters = spec.resolve(&session.world().scene().base).unwrap_or_default();
+        let (cold, faces) = heater_meshes(&heaters);
+        let at = Transform::from_translation(spec.placement.position.as_vec3())
+            .with_rotation(spec.placement.quaternion().as_quat());
+        hot.extend(cold.map(|mesh| (add(mesh, &paints.heater), at)));
+        for (mesh, celsius) in faces {
+            let colour = if spec.on { glow(celsius) } else { LinearRgba::gray(0.15) };
+            let material = materials.add(StandardMaterial { base_color: colour.into(), unlit: spec.on, ..default() });
+            hot.push((add(mesh, &material), at));
+        }
+    }
     let display = editor.state.display;
     let mut sheets = Vec::new();
     for index in 0..session.world().sheets().len() {
         if let Some((part, mesh)) = sheet_part(&editor, index, display) {
-            sheets.push((add(mesh, &paints.sheet), part));
+            let paint = if part.coloured { &paints.coloured } else { &paints.sheet };
+            sheets.push((add(mesh, paint), part));
         }
+    }
+    for (entity, at) in hot {
+        // Its shadow would hide what it heats.
+        commands.entity(entity).insert((at, NotShadowCaster));
     }
     if let Some(entity) = room {
         commands.entity(entity).insert((RoomPart, NotShadowCaster));
@@ -161,17 +188,29 @@ fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetP
     };
     let parts = if display.smooth && sheet.triangles.is_none() { SMOOTH_PARTS } else { 1 };
     let surface = sheet.surface(layer, parts)?;
-    let mesh = sheet_mesh(&surface, &sheet.x);
+    let mut mesh = sheet_mesh(&surface, &sheet.x);
     let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
-    Some((SheetPart { index, surface, triangles, clearing, layer: display.layer, smooth: display.smooth }, mesh))
+    let coloured = is_coloured(editor, index);
+    if coloured {
+        mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
+    }
+    let (layer, smooth, values) = (display.layer, display.smooth, Vec::new());
+    Some((SheetPart { index, surface, triangles, clearing, layer, smooth, coloured, values }, mesh))
+}
+
+/// Whether sheet `index` has colours of its own.
+fn is_coloured(editor: &Editor, index: usize) -> bool {
+    let world = editor.session.world();
+    editor.state.display.scale(world).is_some() && world.sheets().get(index).is_some_and(|s| s.heat().is_some())
 }
 
 /// Shows or hides parts as the display asks.
 pub fn choose(
     editor: Res<Editor>,
     mut rooms: Query<&mut Visibility, (With<RoomPart>, Without<SheetPart>)>,
-    mut sheets: Query<(&mut Visibility, &mut SheetPart, &mut Mesh3d)>,
+    mut sheets: Query<(&mut Visibility, &mut SheetPart, &mut Mesh3d, &mut MeshMaterial3d<StandardMaterial>)>,
     mut meshes: ResMut<Assets<Mesh>>,
+    paints: Res<Paints>,
     mut shown: ResMut<Shown>,
 ) {
     let display = editor.state.display;
@@ -179,11 +218,13 @@ pub fn choose(
     for mut visibility in &mut rooms {
         visibility.set_if_neq(seen(display.room));
     }
-    for (mut visibility, mut part, mut mesh) in &mut sheets {
+    for (mut visibility, mut part, mut mesh, mut material) in &mut sheets {
         visibility.set_if_neq(seen(display.surface));
-        if (part.layer, part.smooth) != (display.layer, display.smooth)
+        let wanted = (display.layer, display.smooth, is_coloured(&editor, part.index));
+        if (part.layer, part.smooth, part.coloured) != wanted
             && let Some((new, fresh)) = sheet_part(&editor, part.index, display)
         {
+            material.0 = if new.coloured { paints.coloured.clone() } else { paints.sheet.clone() };
             *part = new;
             mesh.0 = meshes.add(fresh);
             shown.moment = None;
@@ -196,11 +237,12 @@ pub fn animate(
     editor: Res<Editor>,
     mut shown: ResMut<Shown>,
     mut bodies: Query<(&BodyPart, &mut Transform), Without<Dot>>,
-    sheets: Query<(&SheetPart, &Mesh3d)>,
+    mut sheets: Query<(&mut SheetPart, &Mesh3d)>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
     let session = &editor.session;
-    let moment = Some((session.generation(), session.world().steps(), session.alpha()));
+    let scale = editor.state.display.scale(session.world());
+    let moment = Some((session.generation(), session.world().steps(), session.alpha(), scale));
     // A scene that stands still is not sent to the graphics card again.
     if shown.moment == moment {
         return;
@@ -211,7 +253,7 @@ pub fn animate(
             transform.set_if_neq(Transform::from_translation(position.as_vec3()).with_rotation(rotation.as_quat()));
         }
     }
-    for (part, handle) in &sheets {
+    for (mut part, handle) in &mut sheets {
         let (Some(sheet), Some(before)) = (session.world().sheets().get(part.index), session.before().get(part.index))
         else {
             continue;
@@ -227,6 +269,11 @@ pub fn animate(
                 clear_of_bodies(&view, &part.triangles, reach, skin, positions, normals);
             }
         });
+        if let Some(scale) = scale.filter(|_| part.coloured) {
+            let SheetPart { surface, values, layer, .. } = &mut *part;
+            let of = (sheet, *layer == Layer::Top);
+            update_sheet_colours(&mut mesh, |colours| scale.paint(of, surface, values, colours));
+        }
     }
 }
 

@@ -3,19 +3,19 @@
 use bevy::ecs::system::SystemState;
 use bevy::prelude::*;
 use bevy::transform::helper::TransformHelper;
-use sheetwork::scene::{BodySpec, PathKey, Placement, Room, Scene, Shape, SheetSpec};
+use sheetwork::scene::{BodySpec, HeatGunSpec, HeaterSpec, PathKey, Placement, Room, Scene, Shape, SheetSpec};
 use sheetwork::{InputError, World as Sheets};
 
 use super::SheetScene;
 use crate::core::motion::Pose;
-use crate::core::{BodyShape, Sheet, SheetBody, SheetWorld, placement, sync};
+use crate::core::{BodyShape, Sheet, SheetBody, SheetHeater, SheetWorld, heater, placement, sync};
 use crate::render::SheetRoom;
 
-/// Spawns the sheets, bodies and room of a [`SheetScene`] as children of its entity.
+/// Spawns the sheets, bodies, heaters and room of a [`SheetScene`] as children of its entity.
 ///
 /// The scene is placed by the entity's transform (its scale is not used). Where the world is otherwise empty it starts anew at
-/// time 0 with the scene's gravity, engine, step, air and contact defaults; where it is not, gravity, engine, step and air
-/// are the newest scene's. When the asset changes, or this component is inserted again, the scene starts again.
+/// time 0 with the scene's gravity, engine, step, air, contact defaults, surroundings, oven and heat gun; where it is not, gravity,
+/// engine, step, air, surroundings, and oven and heat gun if it has any, are the newest scene's. When the asset changes, or this component is inserted again, the scene starts again.
 #[derive(Component, Reflect, Clone, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, Debug, PartialEq)]
 #[require(Transform, Visibility)]
@@ -68,7 +68,7 @@ fn respawn(world: &mut World, root: Entity, scene: &Scene) {
     let Some(there) = helper.get(world).ok().and_then(|h| h.compute_global_transform(root).ok()) else { return };
     let mut children = Vec::new();
     let built = world.resource_scope(|world, mut sheets: Mut<SheetWorld>| {
-        apply_settings(&mut sheets, scene)?;
+        apply_settings(&mut sheets, scene, placement::pose_of(&there))?;
         spawn(world, &mut sheets, root, placement::pose_of(&there), scene, &mut children)
     });
     if let Err(problem) = built {
@@ -84,9 +84,20 @@ fn set_spawned(world: &mut World, root: Entity, children: Vec<Entity>) {
     }
 }
 
-fn apply_settings(sheets: &mut SheetWorld, scene: &Scene) -> Result<(), InputError> {
+fn apply_settings(sheets: &mut SheetWorld, scene: &Scene, outer: Pose) -> Result<(), InputError> {
+    let gun = scene.heat_gun.clone().map(|gun| placed_gun(gun, outer));
     if sheets.is_empty() {
-        return sheets.restart(scene);
+        return sheets.restart(&Scene { heat_gun: gun, ..scene.clone() });
+    }
+    let now = sheets.time();
+    sheets.set_surroundings(scene)?;
+    if let Some(mut oven) = scene.oven.clone() {
+        oven.schedule.iter_mut().for_each(|key| key.time += now);
+        sheets.set_oven(Some(oven))?;
+    }
+    if let Some(mut gun) = gun {
+        gun.path.iter_mut().for_each(|key| key.time += now);
+        sheets.set_heat_gun(Some(gun))?;
     }
     sheets.set_gravity(scene.gravity)?;
     sheets.set_air(scene.air)?;
@@ -106,6 +117,7 @@ fn spawn(
     children: &mut Vec<Entity>,
 ) -> Result<(), InputError> {
     let defaults = &scene.contact;
+    spawn_heaters(world, sheets, root, outer, scene, children)?;
     if let Some(room) = &scene.room {
         children.push(world.spawn((SheetRoom::from(room), Name::new("room"), ChildOf(root))).id());
     }
@@ -156,6 +168,38 @@ fn spawn(
     Ok(())
 }
 
+/// Puts the heaters of a scene straight into the world.
+fn spawn_heaters(
+    world: &mut World,
+    sheets: &mut SheetWorld,
+    root: Entity,
+    outer: Pose,
+    scene: &Scene,
+    children: &mut Vec<Entity>,
+) -> Result<(), InputError> {
+    for spec in &scene.heaters {
+        let mut spec = spec.clone();
+        let local = placement::transform_of(placement::pose_of_placement(&spec.placement));
+        spec.file = spec.file.map(|file| absolute(scene, &file)).transpose()?;
+        spec.placement = placed(&spec.placement, outer);
+        // Its placement is in the entity's transform from now on.
+        let component = SheetHeater::from(HeaterSpec { placement: Placement::default(), ..spec.clone() });
+        let there = GlobalTransform::from(placement::transform_of(placement::pose_of_placement(&spec.placement)));
+        let put = heater::insert(sheets, &spec, &component, there)?;
+        let name = Name::new(put.name().to_owned());
+        children.push(world.spawn((component, put, local, name, ChildOf(root))).id());
+    }
+    Ok(())
+}
+
+/// A heat gun, moved with its scene.
+fn placed_gun(mut gun: HeatGunSpec, outer: Pose) -> HeatGunSpec {
+    gun.position = outer.0 + outer.1 * gun.position;
+    gun.direction = outer.1 * gun.direction;
+    turn_path(&mut gun.path, outer);
+    gun
+}
+
 /// The world resolves file names against its own scene's folder, which may be another's.
 fn absolute(scene: &Scene, file: &std::path::Path) -> Result<std::path::PathBuf, InputError> {
     let found = scene.resolve(file);
@@ -187,6 +231,7 @@ fn body_component(scene: &Scene, spec: &BodySpec) -> Result<SheetBody, InputErro
         velocity: spec.velocity,
         spin: spec.spin,
         material: spec.material.clone(),
+        temperature: spec.temperature,
     })
 }
 

@@ -47,6 +47,8 @@ pub struct SheetBody {
     pub spin: DVec3,
     /// What it is made of, as the world's pairs of materials name it.
     pub material: Option<String>,
+    /// Temperature, °C, -273.15 to 5000, of a body that gives heat to what touches it; it stays as warm as it is.
+    pub temperature: Option<f64>,
 }
 
 /// The shape of a [`SheetBody`].
@@ -151,6 +153,12 @@ impl SheetBody {
     /// What it is made of, as the world's pairs of materials name it.
     pub fn made_of(mut self, material: impl Into<String>) -> Self {
         self.material = Some(material.into());
+        self
+    }
+
+    /// Makes it as warm as this, °C: it gives heat to the sheets that touch it.
+    pub fn temperature(mut self, celsius: impl Into<f64>) -> Self {
+        self.temperature = Some(celsius.into());
         self
     }
 

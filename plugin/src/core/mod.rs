@@ -1,11 +1,13 @@
 //! The sheets' world inside Bevy's: entities go in, time passes, motion comes out.
 //!
-//! `sheet` and `body` are the components that describe; `world` and `clock` the resources; `sync` puts entities into the
+//! `sheet`, `body`, `heater` and `heat_gun` are the components that describe; `world` and `clock` the resources; `sync` puts entities into the
 //! world; `step` advances it; `motion` is what comes back.
 
 mod body;
 mod clock;
 mod event;
+mod heat_gun;
+pub(crate) mod heater;
 pub(crate) mod motion;
 pub(crate) mod placement;
 mod reflect;
@@ -20,6 +22,8 @@ use bevy::transform::TransformSystems;
 pub use body::{BodyShape, SheetBody};
 pub use clock::SheetClock;
 pub use event::SheetEvent;
+pub use heat_gun::SheetHeatGun;
+pub use heater::{HeaterPlace, SheetHeater};
 pub use motion::{BodyMotion, SheetMotion, SheetState};
 pub use sheet::Sheet;
 pub use world::SheetWorld;
@@ -43,7 +47,7 @@ pub(crate) struct SheetworkSynced;
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct SheetworkDisplay;
 
-/// Puts [`Sheet`] and [`SheetBody`] entities into a [`SheetWorld`] and steps it in `FixedUpdate`.
+/// Puts [`Sheet`], [`SheetBody`], [`SheetHeater`] and [`SheetHeatGun`] entities into a [`SheetWorld`] and steps it in `FixedUpdate`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetworkCorePlugin {
     /// The sheets meet a Rapier world of yours instead of [`SheetBody`] entities: the plugin does not step by itself, and a
@@ -57,12 +61,20 @@ impl Plugin for SheetworkCorePlugin {
         app.add_message::<SheetEvent>();
         app.configure_sets(FixedUpdate, (SheetworkSet::Sync, SheetworkSet::Step, SheetworkSet::Writeback).chain());
         app.add_observer(sync::sheet_removed).add_observer(sync::body_removed);
+        app.add_observer(heater::removed).add_observer(heat_gun::removed);
         app.add_systems(First, clock::begin_frame.after(bevy::time::TimeSystems));
         app.add_systems(
             FixedUpdate,
             (
                 // Bodies first: sheets may be glued to them.
-                (clock::begin_tick, sync::sync_bodies, sync::sync_sheets, sync::move_bodies)
+                (
+                    clock::begin_tick,
+                    sync::sync_bodies,
+                    sync::sync_sheets,
+                    sync::move_bodies,
+                    heater::sync,
+                    heat_gun::aim,
+                )
                     .chain()
                     .in_set(SheetworkSet::Sync),
                 step::advance.run_if(step::owns_bodies).in_set(SheetworkSet::Step),
@@ -72,7 +84,7 @@ impl Plugin for SheetworkCorePlugin {
         // Once a frame too, so that what was spawned in this frame is seen in it.
         app.add_systems(
             PostUpdate,
-            (sync::sync_bodies, sync::sync_sheets)
+            (sync::sync_bodies, sync::sync_sheets, heater::sync)
                 .chain()
                 .in_set(SheetworkSynced)
                 .before(SheetworkDisplay)
@@ -84,6 +96,8 @@ impl Plugin for SheetworkCorePlugin {
         );
         app.register_type::<Sheet>()
             .register_type::<SheetBody>()
+            .register_type::<SheetHeater>()
+            .register_type::<SheetHeatGun>()
             .register_type::<SheetState>()
             .register_type::<SheetClock>();
     }

@@ -21,6 +21,8 @@ pub struct SheetState {
     pub asleep: bool,
     /// Whether it went unstable and was stopped.
     pub unstable: bool,
+    /// Coldest and hottest temperature, °C; none of a sheet that nothing heats.
+    pub temperature: Option<(f32, f32)>,
 }
 
 impl SheetState {
@@ -31,6 +33,7 @@ impl SheetState {
             contacts: sheet.touching().iter().filter(|t| **t).count() as u32,
             asleep: sheet.status == Status::Asleep,
             unstable: matches!(sheet.status, Status::Unstable { .. }),
+            temperature: sheet.heat().map(|h| h.range()).map(|(low, high)| (low as f32, high as f32)),
         }
     }
 }

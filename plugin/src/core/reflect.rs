@@ -1,8 +1,8 @@
 //! How Bevy's reflection sees the scene description's types, which know nothing of Bevy.
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; the compiler refuses it when the two differ. Lists
-//! of regions (pins, probes, applied velocities and forces), creases, Burgers' model and the stiffness of woven sheets are left out of
-//! reflection.
+//! of regions (pins, probes, applied velocities and forces), creases, Burgers' model, the stiffness of woven sheets, and the shape and hot faces
+//! of heaters are left out of reflection.
 
 #![allow(missing_docs)]
 
@@ -16,7 +16,8 @@ use sheetwork::lattice::StructureKind;
 use sheetwork::lattice::calibrate::Orthotropic;
 use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::scene::{
-    Burgers, CreaseSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, RegionVector, SheetSpec, SpringLaw,
+    Burgers, CreaseSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, Polyhedron,
+    PressureKey, RegionVector, SheetSpec, SpringLaw,
 };
 
 #[reflect_remote(SheetSpec)]
@@ -68,6 +69,8 @@ pub(super) struct SheetSpecReflect {
     creep: bool,
     #[reflect(ignore)]
     creases: Vec<CreaseSpec>,
+    #[reflect(ignore)]
+    pressure: Vec<PressureKey>,
     curl: (f64, f64),
 }
 
@@ -122,6 +125,22 @@ pub(super) struct MaterialReflect {
     glass_transition: Option<f64>,
     softening: Vec<(f64, f64)>,
     wlf: (f64, f64),
+}
+
+#[reflect_remote(HeaterSpec)]
+#[derive(Clone, Debug, Default)]
+#[reflect(Default)]
+pub(super) struct HeaterSpecReflect {
+    name: String,
+    file: Option<PathBuf>,
+    #[reflect(ignore)]
+    polyhedron: Option<Polyhedron>,
+    size: Option<DVec3>,
+    #[reflect(ignore)]
+    hot: Vec<HotFaceSpec>,
+    on: bool,
+    #[reflect(remote = PlacementReflect)]
+    placement: Placement,
 }
 
 #[reflect_remote(Placement)]

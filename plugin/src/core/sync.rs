@@ -152,10 +152,14 @@ pub(super) fn sync_bodies(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     assets: Option<Res<Assets<SheetPolyhedra>>>,
-    bodies: Query<(Entity, Ref<SheetBody>, Option<&Name>, Option<&BodyMotion>, Has<Refused>)>,
+    mut bodies: Query<(Entity, Ref<SheetBody>, Option<&Name>, Option<&mut BodyMotion>, Has<Refused>)>,
     transforms: TransformHelper,
 ) {
-    for (entity, body, name, motion, refused) in &bodies {
+    for (entity, body, name, mut motion, refused) in &mut bodies {
+        if let Some(motion) = motion.as_mut().filter(|_| body.is_changed()) {
+            warm_in_place(&mut world, motion.bypass_change_detection(), &body);
+        }
+        let motion = motion.as_deref();
         let stale = match motion {
             None => !refused || body.is_changed(),
             Some(motion) => {
@@ -181,6 +185,21 @@ pub(super) fn sync_bodies(
             }
         }
     }
+}
+
+/// Makes a body that is as hot as it says hotter or colder; nothing else of it changes.
+fn warm_in_place(world: &mut SheetWorld, motion: &mut BodyMotion, body: &SheetBody) {
+    let (Some(was), Some(celsius)) = (motion.built_from.temperature, body.temperature) else { return };
+    if was == celsius || motion.generation != world.generation() {
+        return;
+    }
+    for name in &motion.names {
+        if let Err(problem) = world.set(&format!("bodies.{name}.temperature"), &celsius.to_string()) {
+            error!("{problem}");
+            return;
+        }
+    }
+    motion.built_from.temperature = Some(celsius);
 }
 
 /// The polyhedra a body is made of, empty for other shapes; `None` while their file is loading.
@@ -230,6 +249,7 @@ fn add_body(
             velocity: body.velocity,
             spin: body.spin,
             material: body.material.clone(),
+            temperature: body.temperature,
             friction: body.friction,
             restitution: body.restitution,
             ..BodySpec::new(shape)

@@ -23,7 +23,8 @@ pub(super) struct Move {
 /// changes that to `tr-bdf2`, which holds any material at the game's fixed step, unless engine or step were set before.
 ///
 /// It dereferences to that world, for reading and for setters such as `set_gravity`, `set_engine`, `set_dt` or
-/// `set("sheets.leaf.damping", "0.2")`. Sheets and bodies come and go with their entities: do not add or remove them here.
+/// `set("sheets.leaf.damping", "0.2")`; an oven is put about everything with `set_oven`, and the room made warmer with
+/// `set_surroundings`. Sheets, bodies, heaters and heat guns come and go with their entities: do not add or remove them here.
 #[derive(Resource, Deref, DerefMut)]
 pub struct SheetWorld {
     #[deref]
@@ -86,13 +87,13 @@ impl SheetWorld {
         self.fitted == Some(self.world.dt()) && period != self.world.dt() && self.world.engine().info().implicit
     }
 
-    /// Starts the world anew at time 0 with the gravity, engine, step, air and contact defaults of `settings`, whose sheets,
-    /// bodies and room are left out. Sheets and bodies of entities are put in again where their entities say.
+    /// Starts the world anew at time 0 with the gravity, engine, step, air, contact defaults, surroundings, oven and heat gun of
+    /// `settings`, whose sheets, bodies, heaters and room are left out. Those of entities are put in again where their entities say.
     ///
     /// # Errors
     /// When a setting is out of range; the world is then as before.
     pub fn restart(&mut self, settings: &Scene) -> Result<(), InputError> {
-        let empty = Scene { sheets: vec![], bodies: vec![], room: None, ..settings.clone() };
+        let empty = Scene { sheets: vec![], bodies: vec![], heaters: vec![], room: None, ..settings.clone() };
         self.world = make(&empty, self.borrowed)?;
         self.generation += 1;
         self.moves.clear();

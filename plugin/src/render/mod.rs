@@ -1,11 +1,13 @@
 //! What is seen: meshes and materials for sheets, bodies and the room.
 //!
-//! `sheet` keeps a sheet's mesh where its masses are and `clear` keeps it out of bodies, `body` makes meshes of rigid bodies, `room` draws floor and back wall
-//! with `grid`, the picture of their squares.
+//! `sheet` keeps a sheet's mesh where its masses are, `clear` keeps it out of bodies and `colour` gives it the colours of its temperature; `body`
+//! makes meshes of rigid bodies, `heater` of what heats, `room` draws floor and back wall with `grid`, the picture of their squares.
 
 mod body;
 mod clear;
+mod colour;
 mod grid;
+mod heater;
 mod room;
 mod sheet;
 
@@ -16,9 +18,13 @@ use bevy::transform::TransformSystems;
 
 pub use body::polyhedra_mesh;
 pub use clear::clear_of_bodies;
+pub use colour::{ColourScale, SheetColour, heat_colour};
 pub use grid::grid_picture;
+pub use heater::{glow, heater_meshes};
 pub use room::{SheetRoom, room_mesh};
-pub use sheet::{SheetDisplay, SheetLayer, clearing, sheet_mesh, triangles_of, update_sheet_mesh};
+pub use sheet::{
+    SheetDisplay, SheetLayer, clearing, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
+};
 
 use crate::core::Sheet;
 
@@ -40,7 +46,7 @@ impl Plugin for SheetworkRenderPlugin {
         app.add_systems(
             PostUpdate,
             (
-                (sheet::dress, body::dress, room::dress)
+                (sheet::dress, body::dress, heater::dress, room::dress)
                     .after(crate::core::SheetworkSynced)
                     .before(TransformSystems::Propagate),
                 // Before the asset events are sent, or the picture would be a frame late.
@@ -59,14 +65,17 @@ impl Plugin for SheetworkRenderPlugin {
 #[derive(Resource, Default)]
 struct Materials {
     sheet: Option<Handle<StandardMaterial>>,
+    /// The same in white, for sheets that are coloured vertex by vertex.
+    coloured: Option<Handle<StandardMaterial>>,
     body: Option<Handle<StandardMaterial>>,
+    heater: Option<Handle<StandardMaterial>>,
 }
 
 impl Materials {
     /// A saturated plastic, seen from both sides.
-    fn sheet(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
+    fn sheet(&mut self, coloured: bool, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
         let make = || StandardMaterial {
-            base_color: Color::srgb(0.86, 0.13, 0.03),
+            base_color: if coloured { Color::WHITE } else { Color::srgb(0.86, 0.13, 0.03) },
             perceptual_roughness: 0.38,
             reflectance: 0.5,
             double_sided: true,
@@ -75,7 +84,24 @@ impl Materials {
             depth_bias: 10_000.0,
             ..default()
         };
-        self.sheet.get_or_insert_with(|| assets.add(make())).clone()
+        let kept = if coloured { &mut self.coloured } else { &mut self.sheet };
+        kept.get_or_insert_with(|| assets.add(make())).clone()
+    }
+
+    /// Whether a material is one that [`Materials::sheet`] gave.
+    fn is_of_sheet(&self, material: &Handle<StandardMaterial>) -> bool {
+        [&self.sheet, &self.coloured].into_iter().flatten().any(|m| m == material)
+    }
+
+    /// A dark metal.
+    fn heater(&mut self, assets: &mut Assets<StandardMaterial>) -> Handle<StandardMaterial> {
+        let make = || StandardMaterial {
+            base_color: Color::srgb(0.42, 0.43, 0.45),
+            perceptual_roughness: 0.7,
+            reflectance: 0.35,
+            ..default()
+        };
+        self.heater.get_or_insert_with(|| assets.add(make())).clone()
     }
 
     /// A cool light grey.

@@ -2,7 +2,8 @@
 //!
 //! One layer is drawn, smoothed by splines through its masses, as [`Surface`] has it. Topology is made once; from then on
 //! positions and normals are written into the arrays the mesh already has, and only for a sheet that is seen and has moved.
-//! A sheet's masses are in world space, its mesh is in its entity's.
+//! A sheet's masses are in world space, its mesh is in its entity's. Colours are written where they are asked for, and the mesh has
+//! none otherwise.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
@@ -13,6 +14,7 @@ use sheetwork::lattice::Layer;
 use sheetwork::sheet::surface::Surface;
 use sheetwork::sheet::{Sheet as SheetInWorld, Vectors};
 
+use super::colour::{ColourScale, SheetColour};
 use super::{Materials, clear_of_bodies};
 use crate::core::{SheetMotion, SheetState, SheetWorld};
 
@@ -31,7 +33,7 @@ pub enum SheetLayer {
 }
 
 /// How a sheet is drawn.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 pub struct SheetDisplay {
     /// The layer that is drawn.
@@ -45,11 +47,15 @@ pub struct SheetDisplay {
     /// Whether the drawn surface is kept out of the world's own bodies, where it would cut across an edge between two masses.
     /// It costs about a microsecond a vertex in a frame in which the sheet touches something and moves.
     pub clear_of_bodies: bool,
+    /// What the surface is coloured by: nothing, its temperature, or its stiffness. `Plain` costs nothing; the others some tens of
+    /// nanoseconds a vertex in a frame after a step.
+    pub colour: SheetColour,
 }
 
 impl Default for SheetDisplay {
     fn default() -> Self {
-        Self { layer: SheetLayer::Top, smoothing: 4, default_material: true, clear_of_bodies: true }
+        let colour = SheetColour::Plain;
+        Self { layer: SheetLayer::Top, smoothing: 4, default_material: true, clear_of_bodies: true, colour }
     }
 }
 
@@ -65,9 +71,15 @@ pub(super) struct Drawn {
     reach: f32,
     /// How far outside of a body it is kept, m.
     skin: f32,
-    /// Revision of the motion, time, and transform of the picture in the mesh.
-    at: Option<(u64, f64, GlobalTransform)>,
+    /// Whether the mesh has colours, and room to work them out.
+    coloured: bool,
+    values: Vec<f32>,
+    /// What the picture in the mesh is of.
+    at: Option<Moment>,
 }
+
+/// Revision of the motion, time, and transform; steps and scale of what is coloured.
+type Moment = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
 
 /// Gives a mesh and a material to sheets that have none, and a new mesh to those whose topology is to be another.
 pub(super) fn dress(
@@ -82,20 +94,28 @@ pub(super) fn dress(
         &SheetDisplay,
         Option<&Drawn>,
         Option<&Mesh3d>,
-        Has<MeshMaterial3d<StandardMaterial>>,
+        Option<&MeshMaterial3d<StandardMaterial>>,
     )>,
 ) {
-    for (entity, motion, display, drawn, mesh, has_material) in &sheets {
+    for (entity, motion, display, drawn, mesh, material) in &sheets {
         let masses = motion.positions().len();
-        let fits = |d: &Drawn| d.layer == display.layer && d.smoothing == display.smoothing && d.masses == masses;
+        let coloured = display.colour != SheetColour::Plain
+            && display.colour.scale(&world).is_some()
+            && world.sheet(motion.name()).is_some_and(|s| s.heat().is_some());
+        let fits = |d: &Drawn| {
+            (d.layer, d.smoothing, d.masses, d.coloured) == (display.layer, display.smoothing, masses, coloured)
+        };
         if drawn.is_some_and(fits) {
             continue;
         }
         let Some(sheet) = world.sheet(motion.name()) else { continue };
         let Some((surface, parts)) = surface_of(sheet, display) else { continue };
         let (reach, skin) = clearing(sheet, parts);
-        let made = sheet_mesh(&surface, motion.positions());
+        let mut made = sheet_mesh(&surface, motion.positions());
         let triangles = triangles_of(&made);
+        if coloured {
+            made.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
+        }
         // The same handle, if there is one: others may hold it.
         let kept = mesh.filter(|m| drawn.is_some() && meshes.contains(&m.0));
         let replaced = kept.is_some_and(|m| meshes.insert(&m.0, made.clone()).is_ok());
@@ -104,12 +124,12 @@ pub(super) fn dress(
         }
         let (layer, smoothing) = (display.layer, display.smoothing);
         commands.entity(entity).try_insert((
-            Drawn { surface, triangles, layer, smoothing, masses, reach, skin, at: None },
+            Drawn { surface, triangles, layer, smoothing, masses, reach, skin, coloured, values: Vec::new(), at: None },
             NoAutoAabb,
             Aabb::default(),
         ));
-        if display.default_material && !has_material {
-            commands.entity(entity).try_insert(MeshMaterial3d(defaults.sheet(&mut materials)));
+        if display.default_material && material.is_none_or(|m| defaults.is_of_sheet(&m.0)) {
+            commands.entity(entity).try_insert(MeshMaterial3d(defaults.sheet(coloured, &mut materials)));
         }
     }
 }
@@ -171,8 +191,10 @@ pub(super) fn update(
     let time = world.shown_time();
     let bodies = world.rigid().map(|rigid| rigid.view());
     for ((motion, state, display, there, visible), (handle, mut drawn, mut bounds)) in &mut sheets {
-        // What stands still looks the same at every time.
-        let now = (motion.revision(), if motion.is_moving() { time } else { 0.0 }, *there);
+        let scale = if drawn.coloured { display.colour.scale(&world) } else { None };
+        // What stands still looks the same at every time, unless it warms or cools.
+        let warmth = scale.map(|scale| (world.steps(), scale));
+        let now = (motion.revision(), if motion.is_moving() { time } else { 0.0 }, *there, warmth);
         if !visible.get() || drawn.at == Some(now) || drawn.masses != motion.positions().len() {
             continue;
         }
@@ -188,6 +210,11 @@ pub(super) fn update(
                 *bounds = new;
             }
         });
+        if let (Some(scale), Some(sheet)) = (scale, world.sheet(motion.name())) {
+            let Drawn { surface, values, .. } = &mut *drawn;
+            let upper = display.layer == SheetLayer::Top;
+            update_sheet_colours(&mut mesh, |colours| scale.paint((sheet, upper), surface, values, colours));
+        }
         if written {
             drawn.at = Some(now);
         }
@@ -200,6 +227,13 @@ pub fn update_sheet_mesh(mesh: &mut Mesh, write: impl FnOnce(&mut [[f32; 3]], &m
     write(&mut positions, &mut normals);
     put_arrays(mesh, positions, normals);
     true
+}
+
+/// Lets `write` change the colours of a mesh in place, if it has any; nothing is copied.
+pub fn update_sheet_colours(mesh: &mut Mesh, write: impl FnOnce(&mut Vec<[f32; 4]>)) {
+    if let Ok(VertexAttributeValues::Float32x4(colours)) = mesh.try_attribute_mut(Mesh::ATTRIBUTE_COLOR) {
+        write(colours);
+    }
 }
 
 /// From world space into the entity's.

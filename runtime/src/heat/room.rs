@@ -8,7 +8,7 @@ use super::thesis::Thesis;
 use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::error::{InputError, check_range};
 use crate::heat::{COLDEST, HOTTEST, REFERENCE};
-use crate::scene::{HeatMode, Scene};
+use crate::scene::{HeatMode, Placement, Scene};
 use crate::sheet::{Sheet, Status};
 
 /// Shortest step of heat, s.
@@ -47,17 +47,10 @@ impl Room {
         for kind in TABLE {
             sources.extend((kind.build)(scene)?);
         }
-        let thesis = match scene.heat_mode {
-            HeatMode::Physical => None,
-            HeatMode::Thesis { sensitivity, conductivity } => Some(Thesis::new(scene, sensitivity, conductivity)?),
-        };
-        Ok(Self {
-            surroundings: Surroundings { celsius: scene.ambient_temperature, convection: scene.convection },
-            time_lapse: scene.time_lapse,
-            sources,
-            thesis,
-            pending: 0.0,
-        })
+        let surroundings = Surroundings { celsius: scene.ambient_temperature, convection: scene.convection };
+        let mut room = Self { surroundings, time_lapse: scene.time_lapse, sources, thesis: None, pending: 0.0 };
+        room.model(scene)?;
+        Ok(room)
     }
 
     /// Puts a further source into it.
@@ -72,6 +65,36 @@ impl Room {
         if !self.sources.iter_mut().any(|s| s.turn(&path, celsius)) {
             self.add(hot_body::of(name, celsius, conductance));
         }
+    }
+
+    /// Takes the source at `path` out; false where there is none.
+    pub fn remove(&mut self, path: &str) -> bool {
+        let before = self.sources.len();
+        self.sources.retain(|s| s.path() != path);
+        before != self.sources.len()
+    }
+
+    /// Sends the source at `path` to `placement`; false where there is none that can be sent.
+    pub fn place(&mut self, path: &str, placement: &Placement) -> bool {
+        self.sources.iter_mut().find(|s| s.path() == path).is_some_and(|s| s.place(placement))
+    }
+
+    /// Takes up how `scene` models heat: the thesis's formulas know its heaters.
+    ///
+    /// # Errors
+    /// When a heater's file is not valid; nothing is changed then.
+    pub fn model(&mut self, scene: &Scene) -> Result<(), InputError> {
+        self.thesis = match scene.heat_mode {
+            HeatMode::Physical => None,
+            HeatMode::Thesis { sensitivity, conductivity } => Some(Thesis::new(scene, sensitivity, conductivity)?),
+        };
+        Ok(())
+    }
+
+    /// Takes up the surroundings of `scene`, and how fast time runs there.
+    pub fn surround(&mut self, scene: &Scene) {
+        self.surroundings = Surroundings { celsius: scene.ambient_temperature, convection: scene.convection };
+        self.time_lapse = scene.time_lapse;
     }
 
     /// How warm the surroundings are at `time` (s).

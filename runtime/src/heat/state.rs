@@ -206,6 +206,17 @@ impl Sheet {
         self.heat().map(Heat::celsius)
     }
 
+    /// Temperature of every mass, °C, on the upper or on the lower side; that through the whole thickness where the two are not told
+    /// apart, and `None` as with [`Sheet::temperatures`].
+    pub fn side_temperatures(&self, upper: bool) -> Option<&[f64]> {
+        let heat = self.heat()?;
+        Some(match heat.halves() {
+            Some((_, above)) if upper => above,
+            Some((below, _)) => below,
+            None => heat.celsius(),
+        })
+    }
+
     /// Makes mass `i` as warm as `celsius(i)` says, °C, -273.15 to 5000, through the whole thickness. Stiffness follows at
     /// once. A sheet that nothing heats has temperatures from then on, and keeps them.
     ///

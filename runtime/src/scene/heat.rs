@@ -126,6 +126,21 @@ fn black() -> f64 {
     1.0
 }
 
+impl Default for HeaterSpec {
+    /// One that is on and has no shape yet.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            file: None,
+            polyhedron: None,
+            size: None,
+            hot: Vec::new(),
+            on: true,
+            placement: Placement::default(),
+        }
+    }
+}
+
 impl HeaterSpec {
     /// The heaters it names, in their own axes, m.
     ///

@@ -298,6 +298,9 @@ pub struct SheetSpec {
     pub creep: bool,
     /// Lines along which the sheet is folded as it is made (shell only).
     pub creases: Vec<CreaseSpec>,
+    /// Air pressure on the upper side above that on the lower, at times: linear in between, the first before, the last for good; empty for
+    /// none. It pushes along the normals, wherever they turn: a vacuum below a sheet is a positive one.
+    pub pressure: Vec<PressureKey>,
     /// Curvature along the length and along the width with which the sheet is made, towards its upper side, 1/m; each within
     /// ±1e5 (shell only).
     pub curl: (f64, f64),
@@ -339,6 +342,7 @@ impl Default for SheetSpec {
             plastic: false,
             creep: false,
             creases: Vec::new(),
+            pressure: Vec::new(),
             curl: (0.0, 0.0),
         }
     }
@@ -435,6 +439,28 @@ impl PinSpec {
 
     fn all_axes() -> (bool, bool, bool) {
         (true, true, true)
+    }
+}
+
+/// A difference of pressure at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PressureKey {
+    /// Simulated time, s; 0 to 1e6, increasing along the list.
+    pub time: f64,
+    /// Pressure on the upper side above that on the lower, Pa; within ±1e6.
+    pub pressure: f64,
+}
+
+impl PressureKey {
+    /// Pressure of a list at `time` (s), Pa.
+    pub fn at(keys: &[Self], time: f64) -> f64 {
+        let after = keys.partition_point(|k| k.time <= time);
+        match (after.checked_sub(1).and_then(|i| keys.get(i)), keys.get(after)) {
+            (Some(a), Some(b)) => a.pressure + (b.pressure - a.pressure) * (time - a.time) / (b.time - a.time),
+            (Some(only), None) | (None, Some(only)) => only.pressure,
+            (None, None) => 0.0,
+        }
     }
 }
 

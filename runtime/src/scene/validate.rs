@@ -53,10 +53,6 @@ pub(crate) fn values(scene: &Scene) -> Check {
     for (i, body) in scene.bodies.iter().enumerate() {
         self::body(body).map_err(|e| within(&format!("bodies.{i}"), e))?;
     }
-    for (i, heater) in scene.heaters.iter().enumerate() {
-        self::heater(heater).map_err(|e| within(&format!("heaters.{i}"), e))?;
-    }
-    names("heaters", scene.heaters.iter().map(|h| h.name.as_str()))?;
     names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
     // One without a name must not meet its number's.
     let bodies = scene.body_names();
@@ -242,6 +238,14 @@ fn sheet(s: &SheetSpec) -> Check {
     option("damping_ratio", s.damping_ratio, (0.0, 10.0), "of critical")?;
     check_range("drag.0", s.drag.0, 0.0, 10.0, "")?;
     check_range("drag.1", s.drag.1, 0.0, 10.0, "")?;
+    for (i, key) in s.pressure.iter().enumerate() {
+        check_range(&format!("pressure.{i}.time"), key.time, 0.0, 1e6, "s")?;
+        check_range(&format!("pressure.{i}.pressure"), key.pressure, -1e6, 1e6, "Pa")?;
+        if i > 0 && key.time <= s.pressure[i - 1].time {
+            let problem = format!("{} s does not come after {} s", key.time, s.pressure[i - 1].time);
+            return Err(InputError::new(format!("pressure.{i}.time"), problem));
+        }
+    }
     check_range("flexion_stiffness", s.flexion_stiffness, 0.0, 1e3, "")?;
     check_range("thickness_limit", s.thickness_limit, 0.0, 0.95, "")?;
     option("node_mass", s.node_mass, (1e-12, 1e6), "kg")?;
@@ -385,8 +389,8 @@ fn body(b: &BodySpec) -> Check {
     option("restitution", b.restitution, (0.0, 1.0), "")
 }
 
-/// What heats a scene, but heaters and bodies.
-fn heat(scene: &Scene) -> Check {
+/// What heats a scene, but bodies.
+pub(crate) fn heat(scene: &Scene) -> Check {
     check_range("ambient_temperature", scene.ambient_temperature, COLDEST, HOTTEST, "°C")?;
     check_range("convection", scene.convection, 0.0, 1e6, "W/(m² K)")?;
     check_range("contact_conductance", scene.contact_conductance, 1e-3, 1e6, "W/(m² K)")?;
@@ -419,7 +423,10 @@ fn heat(scene: &Scene) -> Check {
         }
         path(&gun.path).map_err(|e| within("heat_gun", e))?;
     }
-    Ok(())
+    for (i, heater) in scene.heaters.iter().enumerate() {
+        self::heater(heater).map_err(|e| within(&format!("heaters.{i}"), e))?;
+    }
+    names("heaters", scene.heaters.iter().map(|h| h.name.as_str()))
 }
 
 /// A heater of a scene; its file is read when the world is built.

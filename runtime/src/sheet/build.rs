@@ -238,7 +238,9 @@ fn assemble(
         Some(list) => list.clone(),
         None => layers.iter().flat_map(Layer::triangles).collect(),
     };
-    let drag = Drag::new(covered, layers.len(), spec.drag);
+    let mut drag = Drag::new(covered, layers.len(), spec.drag);
+    let lowest = if triangles.is_some() { usize::MAX } else { layers.first().map_or(0, |l| l.triangles().len()) };
+    drag.follow(&spec.pressure, &x, lowest);
     let mut sheet = Sheet {
         name: spec.name.clone(),
         structure,

@@ -8,13 +8,16 @@
 //! sides (Hoerner, *Fluid-Dynamic Drag*, 1965). Areas and normals are those of the triangles around a mass. Sheets do not
 //! shelter one another, and air is not set in motion.
 //!
-//! Implicit stages take f = -K u with K from the place and speed a stage begins at.
+//! A difference of pressure between its two sides (a vacuum below it, air blown under it) pushes each mass by -p A n.
+//!
+//! Implicit stages take f = -K u and the push with K, A and n from the place and speed a stage begins at.
 
 use glam::{DMat3, DVec3};
 
 use super::{Field, Vectors};
 use crate::engine::implicit::Stage;
 use crate::engine::linear::Pattern;
+use crate::scene::PressureKey;
 
 /// Drag of one sheet.
 #[derive(Clone, Debug, Default)]
@@ -24,23 +27,67 @@ pub(crate) struct Drag {
     share: f64,
     /// C_n and C_t.
     pub coefficients: (f64, f64),
+    /// Pressure on the upper side above that on the lower, Pa.
+    pub pressure: f64,
+    /// Area of the lowest layer over the mean of all, which some lattices' upper ones fall short of: pressure finds a whole sheet.
+    cover: f64,
+    /// What it follows; empty for what stays.
+    schedule: Vec<PressureKey>,
     /// n A of each mass, m².
     areas: Vec<DVec3>,
     /// K of each mass, N s/m; empty where there is no air.
     tensors: Vec<DMat3>,
+    /// What pressure pushes each mass by, N; empty where there is none.
+    pushes: Vec<DVec3>,
     wind: DVec3,
 }
 
 impl Drag {
     /// Drag on the triangles of all layers of a sheet.
     pub fn new(triangles: Vec<[u32; 3]>, layers: usize, coefficients: (f64, f64)) -> Self {
-        Self { triangles, share: 1.0 / layers.max(1) as f64, coefficients, ..Self::default() }
+        Self { triangles, share: 1.0 / layers.max(1) as f64, cover: 1.0, coefficients, ..Self::default() }
     }
 
-    /// Takes K from positions `x` (m) and velocities `v` (m/s).
+    /// Lets pressure follow `keys`, from time 0. The sheet lies at `x` (m); `lowest` triangles are those of its lowest layer.
+    pub fn follow(&mut self, keys: &[PressureKey], x: &Vectors, lowest: usize) {
+        let area = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|m| x.get(m as usize));
+            (b - a).cross(c - a).length()
+        };
+        let one: f64 = self.triangles.iter().take(lowest).map(area).sum();
+        let mean = self.triangles.iter().map(area).sum::<f64>() * self.share;
+        self.cover = if mean > 0.0 { one / mean } else { 1.0 };
+        self.schedule = keys.to_vec();
+        self.pressure = PressureKey::at(keys, 0.0);
+    }
+
+    /// Leaves pressure at what it is set to.
+    pub fn hold(&mut self, pressure: f64) {
+        self.schedule.clear();
+        self.pressure = pressure;
+    }
+
+    /// Takes up the pressure of `time` (s); whether that is another than before.
+    pub fn pass(&mut self, time: f64) -> bool {
+        let before = self.pressure;
+        if !self.schedule.is_empty() {
+            self.pressure = PressureKey::at(&self.schedule, time);
+        }
+        self.pressure != before
+    }
+
+    /// Whether it does anything in such air.
+    pub fn acts(&self, field: &Field) -> bool {
+        field.air_density > 0.0 || self.pressure != 0.0
+    }
+
+    /// Takes K and the push from positions `x` (m) and velocities `v` (m/s).
     pub fn begin(&mut self, field: &Field, x: &Vectors, v: &Vectors) {
+        self.pushes.clear();
         if field.air_density == 0.0 {
             self.tensors.clear();
+        }
+        if !self.acts(field) {
             return;
         }
         self.wind = field.wind;
@@ -50,6 +97,12 @@ impl Drag {
             let [a, b, c] = t.map(|m| x.get(m as usize));
             let third = (b - a).cross(c - a) * (self.share / 6.0);
             t.iter().for_each(|m| self.areas[*m as usize] += third);
+        }
+        if self.pressure != 0.0 {
+            self.pushes.extend(self.areas.iter().map(|area| *area * (-self.pressure * self.cover)));
+        }
+        if field.air_density == 0.0 {
+            return;
         }
         let half = 0.5 * field.air_density;
         self.tensors.resize(x.len(), DMat3::ZERO);
@@ -71,6 +124,9 @@ impl Drag {
         for (i, k) in self.tensors.iter().enumerate() {
             force.set(i, force.get(i) - *k * (v.get(i) - self.wind));
         }
+        for (i, push) in self.pushes.iter().enumerate() {
+            force.set(i, force.get(i) + *push);
+        }
     }
 
     /// u of mass `i` in a stage.
@@ -78,7 +134,7 @@ impl Drag {
         (x.get(i) - stage.w.get(i)) * stage.per_time - self.wind
     }
 
-    /// The part of Φ whose gradient is minus the drag, J.
+    /// The part of Φ whose gradient is minus the drag and the push, J.
     pub fn potential(&self, stage: &Stage, x: &Vectors) -> f64 {
         let each = self.tensors.iter().enumerate().map(|(i, k)| {
             if stage.per_time > 0.0 {
@@ -88,13 +144,17 @@ impl Drag {
                 -x.get(i).dot(*k * self.wind)
             }
         });
-        each.sum()
+        let pushed = self.pushes.iter().enumerate().map(|(i, push)| push.dot(x.get(i)));
+        each.sum::<f64>() - pushed.sum::<f64>()
     }
 
     /// Adds the gradient of that, N.
     pub fn add_gradient(&self, stage: &Stage, x: &Vectors, gradient: &mut Vectors) {
         for (i, k) in self.tensors.iter().enumerate() {
             gradient.set(i, gradient.get(i) + *k * self.relative(stage, x, i));
+        }
+        for (i, push) in self.pushes.iter().enumerate() {
+            gradient.set(i, gradient.get(i) - *push);
         }
     }
 

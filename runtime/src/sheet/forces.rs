@@ -41,7 +41,7 @@ impl Forces for SheetForces<'_> {
         self.force.copy_from(self.applied);
         self.springs.add_forces(x, v, self.damped, self.scratch, self.force);
         self.elements.iter().for_each(|e| e.add_forces(x, v, self.force));
-        if self.field.air_density > 0.0 {
+        if self.drag.acts(&self.field) {
             self.drag.add_forces(&self.field, x, v, self.force);
         }
         let axes = a.axes_mut().into_iter().zip(self.force.axes()).zip(v.axes());

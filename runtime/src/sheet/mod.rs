@@ -316,7 +316,7 @@ impl Sheet {
 
     /// Whether forces of the scene, or someone, pull at it.
     pub(crate) fn is_pulled(&self) -> bool {
-        !self.pulls.is_empty() || self.applied.max_squared() > 0.0
+        !self.pulls.is_empty() || self.applied.max_squared() > 0.0 || self.drag.pressure != 0.0
     }
 
     /// Energies under `gravity` (m/s²), J. The potential energy of gravity is zero at the origin.

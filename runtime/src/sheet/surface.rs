@@ -127,6 +127,21 @@ impl Surface {
         self.uvs.is_empty()
     }
 
+    /// Writes what `values`, one a mass, are at the vertices: smoothed as positions are, and no further out than the masses about.
+    ///
+    /// What is shorter than [`Surface::len`] is filled as far as it goes.
+    pub fn interpolate(&self, values: &[f64], out: &mut [f32]) {
+        for (vertex, out) in out.iter_mut().enumerate().take(self.len()) {
+            let (mut sum, mut low, mut high) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
+            for k in self.first[vertex] as usize..self.first[vertex + 1] as usize {
+                let value = values.get(self.masses[k] as usize).map_or(0.0, |v| *v as f32);
+                sum += value * self.weights[k];
+                (low, high) = (low.min(value), high.max(value));
+            }
+            *out = sum.max(low).min(high);
+        }
+    }
+
     /// Writes positions and normals for a moment between two steps: `before` at s = 0, `after` at s = 1.
     ///
     /// Both slices must be [`Surface::len`] long; what is shorter is filled as far as it goes.
@@ -233,6 +248,22 @@ mod tests {
                     assert!((n[1] - 1.0).abs() < 1e-5, "{structure} {n:?}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn values_are_smoothed_as_positions_are_and_do_not_overshoot() {
+        for structure in ["samm", "trimm"] {
+            let sheet = sheet(structure);
+            let surface = Surface::new(&sheet.layers[0], &sheet.uv, 4);
+            let mut seen = vec![0.0; surface.len()];
+            let along: Vec<f64> = sheet.x.iter().map(|p| p.x).collect();
+            surface.interpolate(&along, &mut seen);
+            let drawn = surface.mesh(&sheet.x).positions;
+            assert!(drawn.iter().zip(&seen).all(|(p, v)| (p[0] - v).abs() < 1e-6), "{structure}");
+            let step: Vec<f64> = along.iter().map(|x| if *x < 0.0 { 20.0 } else { 100.0 }).collect();
+            surface.interpolate(&step, &mut seen);
+            assert!(seen.iter().all(|v| (20.0..=100.0).contains(v)), "{structure}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! What can be changed of a running sheet beyond its material: how the air takes hold of it. And which dampings act on it.
+//! What can be changed of a running sheet beyond its material: how the air takes hold of it and presses on it. And which dampings act on it.
 
 use super::Sheet;
 use crate::error::{InputError, check_range};
@@ -13,6 +13,29 @@ impl Sheet {
     /// Drag coefficients across and along the air stream.
     pub fn drag(&self) -> (f64, f64) {
         self.drag.coefficients
+    }
+
+    /// Pressure on the upper side above that on the lower, Pa.
+    pub fn pressure(&self) -> f64 {
+        self.drag.pressure
+    }
+
+    /// Takes up what its scene has pressure be at `time`, s.
+    pub(crate) fn press(&mut self, time: f64) {
+        if self.drag.pass(time) {
+            self.wake();
+        }
+    }
+
+    /// Changes the pressure on the upper side above that on the lower, Pa, -1e6 to 1e6, for good.
+    ///
+    /// # Errors
+    /// When it is out of range; nothing is changed then.
+    pub fn set_pressure(&mut self, pressure: f64) -> Result<(), InputError> {
+        check_range("pressure", pressure, -1e6, 1e6, "Pa")?;
+        self.drag.hold(pressure);
+        self.wake();
+        Ok(())
     }
 
     /// Changes the drag coefficients across and along the air stream, each 0 to 10.

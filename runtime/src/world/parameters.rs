@@ -42,6 +42,7 @@ const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
     ("damping_ratio", "of critical", (0.0, 10.0)),
     ("drag.0", "", (0.0, 10.0)),
     ("drag.1", "", (0.0, 10.0)),
+    ("pressure", "Pa", (-1e6, 1e6)),
     ("friction", "", (0.0, 10.0)),
     ("restitution", "", (0.0, 1.0)),
     ("temperature", "°C", (-273.15, 5000.0)),
@@ -154,6 +155,7 @@ fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
         "damping_ratio" => sheet.damping_ratio().to_string(),
         "drag.0" => sheet.drag().0.to_string(),
         "drag.1" => sheet.drag().1.to_string(),
+        "pressure" => sheet.pressure().to_string(),
         "friction" => sheet.friction.to_string(),
         "restitution" => sheet.restitution.to_string(),
         "temperature" => sheet.temperature()?.to_string(),
@@ -175,6 +177,7 @@ fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), In
         "drag.0" => return sheet.set_drag(value, sheet.drag().1),
         "drag.1" => return sheet.set_drag(sheet.drag().0, value),
         "flexion_limit" => return sheet.set_flexion_limit(Some(value)),
+        "pressure" => return sheet.set_pressure(value),
         "temperature" => return sheet.set_temperature(value),
         // Contact alone: setting the material again would forget what the sheet has worked out for its stiffness.
         _ => {

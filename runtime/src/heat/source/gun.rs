@@ -17,9 +17,16 @@ const EDGE: f64 = 3.0;
 pub(super) const KIND: Kind = Kind { name: "heat_gun", about: "a jet of hot air in a cone that moves", build };
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
-    let gun = scene.heat_gun.iter().map(|spec| Box::new(Gun { spec: spec.clone() }) as Box<dyn Source>);
-    Ok(gun.collect())
+    Ok(scene.heat_gun.iter().map(of).collect())
 }
+
+/// The heat gun that `spec` describes.
+pub(crate) fn of(spec: &HeatGunSpec) -> Box<dyn Source> {
+    Box::new(Gun { spec: spec.clone() })
+}
+
+/// Where its numbers are set.
+pub(crate) const PATH: &str = "heat_gun";
 
 struct Gun {
     spec: HeatGunSpec,
@@ -64,6 +71,16 @@ impl Source for Gun {
                 target.couple(patch, self.spec.temperature, h * patch.area);
             }
         }
+    }
+
+    fn path(&self) -> String {
+        PATH.into()
+    }
+
+    fn place(&mut self, placement: &Placement) -> bool {
+        self.spec.position = placement.position;
+        self.spec.direction = placement.quaternion() * DVec3::NEG_Z;
+        true
     }
 
     fn dials(&self) -> Vec<Dial> {

@@ -11,6 +11,8 @@
 //! F follows a patch that has moved by `CLOSE` of its distance or turned by as much; V is looked at again for one patch in
 //! `TURNS` a step, and where the sheet stands in its own light as often. Neither is looked at for what faces away.
 
+use std::path::Path;
+
 use glam::DVec3;
 use rapier3d::parry::bounding_volume::Aabb;
 use rapier3d::parry::query::Ray;
@@ -22,7 +24,7 @@ use crate::contact::rigid::RigidView;
 use crate::error::InputError;
 use crate::heat::{COLDEST, HOTTEST};
 use crate::scene::heater::Heater;
-use crate::scene::{HeaterSpec, Scene};
+use crate::scene::{HeaterSpec, Placement, Scene};
 
 /// How far a patch may move, as a fraction of its distance from the nearest hot face's middle, and turn (radians), before it is
 /// looked at again: its view factor is then some thousandths off.
@@ -38,18 +40,29 @@ pub(super) const KIND: Kind =
     Kind { name: "heaters", about: "polyhedra with hot faces, by exact view factors, with shadows", build };
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
-    let mut all: Vec<Box<dyn Source>> = Vec::new();
-    for (index, spec) in scene.heaters.iter().enumerate() {
+    let each = |(index, spec): (usize, &HeaterSpec)| {
         let name = if spec.name.is_empty() { index.to_string() } else { spec.name.clone() };
-        let heaters = spec.resolve(&scene.base).map_err(|mut e| {
+        of(&name, spec, &scene.base).map_err(|mut e| {
             if e.file.is_none() {
                 e.field = format!("heaters.{index}.{}", e.field);
             }
             e
-        })?;
-        all.push(Box::new(Radiator::new(name, spec, &heaters)));
-    }
-    Ok(all)
+        })
+    };
+    scene.heaters.iter().enumerate().map(each).collect()
+}
+
+/// The heater that `spec` describes, its file in the folder `base`.
+///
+/// # Errors
+/// When its file is not valid.
+pub(crate) fn of(name: &str, spec: &HeaterSpec, base: &Path) -> Result<Box<dyn Source>, InputError> {
+    Ok(Box::new(Radiator::new(name.to_owned(), spec, &spec.resolve(base)?)))
+}
+
+/// Where the numbers of the heater of that name are set.
+pub(crate) fn path_of(name: &str) -> String {
+    format!("heaters.{name}")
 }
 
 /// A hot face, in the world.
@@ -124,21 +137,25 @@ struct Radiator {
     name: String,
     on: bool,
     faces: Vec<HotFace>,
+    /// Corners of the faces in its own axes, m.
+    own: Vec<Vec<DVec3>>,
     /// Of each sheet.
     seen: Vec<Seen>,
 }
 
 impl Radiator {
     fn new(name: String, spec: &HeaterSpec, heaters: &[Heater]) -> Self {
-        let mut faces = Vec::new();
+        let (mut faces, mut own) = (Vec::new(), Vec::new());
         for heater in heaters {
             for (index, face) in heater.faces.iter().enumerate() {
                 let Some(celsius) = face.temperature.filter(|_| face.emissivity > 0.0) else { continue };
-                let corners = heater.polyhedron.corners(index).into_iter().map(|p| spec.placement.apply(p));
-                faces.push(HotFace::new(corners.collect(), celsius, face.emissivity));
+                let corners = heater.polyhedron.corners(index);
+                let there = corners.iter().map(|p| spec.placement.apply(*p)).collect();
+                faces.push(HotFace::new(there, celsius, face.emissivity));
+                own.push(corners);
             }
         }
-        Self { name, on: spec.on, faces, seen: Vec::new() }
+        Self { name, on: spec.on, faces, own, seen: Vec::new() }
     }
 
     /// Brings view factors and some shadows of a sheet up to date.
@@ -211,9 +228,22 @@ impl Source for Radiator {
         }
     }
 
+    fn path(&self) -> String {
+        path_of(&self.name)
+    }
+
+    fn place(&mut self, placement: &Placement) -> bool {
+        for (face, own) in self.faces.iter_mut().zip(&self.own) {
+            let there = own.iter().map(|p| placement.apply(*p)).collect();
+            *face = HotFace::new(there, face.celsius, face.emissivity);
+        }
+        self.forget();
+        true
+    }
+
     fn dials(&self) -> Vec<Dial> {
         let dial =
-            |name: &str, value, unit, range| Dial { path: format!("heaters.{}.{name}", self.name), value, unit, range };
+            |name: &str, value, unit, range| Dial { path: format!("{}.{name}", self.path()), value, unit, range };
         let on = if self.on { 1.0 } else { 0.0 };
         let celsius = self.faces.iter().map(|f| f.celsius).fold(COLDEST, f64::max);
         vec![dial("on", on, "", (0.0, 1.0)), dial("temperature", celsius, "°C", (COLDEST, HOTTEST))]

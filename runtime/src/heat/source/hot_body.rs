@@ -79,6 +79,10 @@ impl Source for HotBody {
         }
     }
 
+    fn path(&self) -> String {
+        format!("bodies.{}", self.name)
+    }
+
     fn dials(&self) -> Vec<Dial> {
         vec![Dial { path: path_of(&self.name), value: self.celsius, unit: "°C", range: (COLDEST, HOTTEST) }]
     }

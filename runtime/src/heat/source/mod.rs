@@ -16,7 +16,7 @@ use super::stepper::Exchange;
 use super::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::error::InputError;
-use crate::scene::Scene;
+use crate::scene::{Placement, Scene};
 use crate::sheet::Sheet;
 
 /// A kind of source.
@@ -122,6 +122,16 @@ pub trait Source: Send + Sync {
 
     /// Adds what sheet number `index` takes up.
     fn give(&mut self, index: usize, moment: &Moment, target: &mut Target);
+
+    /// Where its numbers are among the world's parameters: `oven`, `heaters.lamp`. The room's have no common place.
+    fn path(&self) -> String {
+        String::new()
+    }
+
+    /// Goes to `placement`; false where it has no place that can be changed so.
+    fn place(&mut self, _placement: &Placement) -> bool {
+        false
+    }
 
     /// What can be changed of it.
     fn dials(&self) -> Vec<Dial> {

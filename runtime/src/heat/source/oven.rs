@@ -8,9 +8,16 @@ use crate::scene::{OvenSpec, Scene};
 pub(super) const KIND: Kind = Kind { name: "oven", about: "the whole room at a temperature", build };
 
 fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
-    let oven = scene.oven.iter().map(|spec| Box::new(Oven { spec: spec.clone() }) as Box<dyn Source>);
-    Ok(oven.collect())
+    Ok(scene.oven.iter().map(of).collect())
 }
+
+/// The oven that `spec` describes.
+pub(crate) fn of(spec: &OvenSpec) -> Box<dyn Source> {
+    Box::new(Oven { spec: spec.clone() })
+}
+
+/// Where its numbers are set.
+pub(crate) const PATH: &str = "oven";
 
 struct Oven {
     spec: OvenSpec,
@@ -25,6 +32,10 @@ impl Source for Oven {
     }
 
     fn give(&mut self, _index: usize, _moment: &Moment, _target: &mut Target) {}
+
+    fn path(&self) -> String {
+        PATH.into()
+    }
 
     fn dials(&self) -> Vec<Dial> {
         let on = if self.spec.on { 1.0 } else { 0.0 };

@@ -3,6 +3,7 @@
 mod canvas;
 mod drops;
 mod front;
+mod heat;
 mod judge;
 mod kicks;
 #[cfg(feature = "link")]
@@ -34,6 +35,8 @@ enum Campaign {
     Kicks(kicks::Kicks),
     /// Robustness of contact: sheets of random material, size and pose thrown at random bodies.
     Drops(drops::Drops),
+    /// What heat adds to a step: a room that is not at 20 °C, and a heater of six faces.
+    Heat(heat::HeatBench),
     /// The live link: what publishing costs the game, and how soon another process sees it.
     #[cfg(feature = "link")]
     Link(link::LinkBench),
@@ -45,6 +48,7 @@ impl Bench {
             Campaign::Pareto(pareto) => pareto.execute(),
             Campaign::Kicks(kicks) => kicks.execute(),
             Campaign::Drops(drops) => drops.execute(),
+            Campaign::Heat(heat) => heat.execute(),
             #[cfg(feature = "link")]
             Campaign::Link(link) => link.execute(),
         }

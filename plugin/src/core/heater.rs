@@ -1,0 +1,152 @@
+//! The component that describes a heater, and how heaters come into the world, are moved, and leave it.
+
+use bevy::ecs::query::Has;
+use bevy::math::DVec3;
+use bevy::prelude::*;
+use bevy::transform::helper::TransformHelper;
+use sheetwork::InputError;
+use sheetwork::scene::{HeaterSpec, HotFaceSpec};
+
+use super::reflect::HeaterSpecReflect;
+use super::sync::Refused;
+use super::{SheetWorld, placement};
+
+/// A hot polyhedron: its hot faces radiate to the sheets, each from its outer side. Sheets and bodies throw shadows in it; nothing
+/// touches it.
+///
+/// ```
+/// # use bevy::prelude::*;
+/// # use bevy_sheetwork::prelude::*;
+/// # fn setup(mut commands: Commands) {
+/// // A panel half a metre above the floor that heats what is below it.
+/// commands.spawn((SheetHeater::cuboid(0.4, 0.02, 0.4).hot(2, 300.0, 0.9), Transform::from_xyz(0.0, 0.5, 0.0)));
+/// # }
+/// ```
+///
+/// It is where its entity's transform has it (its scale is not used), and goes where that is moved.
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
+#[reflect(Component, Clone, Debug, Default, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct SheetHeater {
+    /// All there is to say about it; the placement is within the entity.
+    #[reflect(remote = HeaterSpecReflect)]
+    pub spec: HeaterSpec,
+}
+
+impl From<HeaterSpec> for SheetHeater {
+    fn from(spec: HeaterSpec) -> Self {
+        Self { spec }
+    }
+}
+
+impl SheetHeater {
+    /// A box of this size, m, about its centre; none of its faces is hot yet. They are -x, +x, -y, +y, -z, +z, from 0.
+    pub fn cuboid(x: impl Into<f64>, y: impl Into<f64>, z: impl Into<f64>) -> Self {
+        HeaterSpec { size: Some(DVec3::new(x.into(), y.into(), z.into())), ..HeaterSpec::default() }.into()
+    }
+
+    /// What a `.heater` file of this path has (relative to the working directory).
+    pub fn from_file(file: impl Into<std::path::PathBuf>) -> Self {
+        HeaterSpec { file: Some(file.into()), ..HeaterSpec::default() }.into()
+    }
+
+    /// Makes face number `face` hot: temperature in °C, -273.15 to 5000, emissivity 0 to 1.
+    pub fn hot(mut self, face: u32, temperature: impl Into<f64>, emissivity: impl Into<f64>) -> Self {
+        self.spec.hot.push(HotFaceSpec { face, temperature: temperature.into(), emissivity: emissivity.into() });
+        self
+    }
+
+    /// Name in the world and in parameter paths; made unique there. The entity's `Name` is used if this is empty.
+    pub fn named(mut self, name: impl Into<String>) -> Self {
+        self.spec.name = name.into();
+        self
+    }
+
+    /// Has it on or off.
+    pub fn on(mut self, on: bool) -> Self {
+        self.spec.on = on;
+        self
+    }
+}
+
+/// A heater's place in the [`SheetWorld`]. Put on the entity when the heater is built, and taken off with its [`SheetHeater`].
+#[derive(Component, Clone, Debug)]
+pub struct HeaterPlace {
+    name: String,
+    generation: u32,
+    built_from: SheetHeater,
+    given: GlobalTransform,
+}
+
+impl HeaterPlace {
+    /// The heater's name in the world: `world.set("heaters.NAME.temperature", "250")`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+/// New heaters go in, changed ones are built anew, moved ones are moved.
+pub(super) fn sync(
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    mut heaters: Query<(Entity, Ref<SheetHeater>, Option<&Name>, Option<&mut HeaterPlace>, Has<Refused>)>,
+    transforms: TransformHelper,
+) {
+    for (entity, heater, name, place, refused) in &mut heaters {
+        if place.is_none() && refused && !heater.is_changed() {
+            continue;
+        }
+        let Ok(there) = transforms.compute_global_transform(entity) else { continue };
+        let inner = placement::pose_of_placement(&heater.spec.placement);
+        let placed = placement::placement_of(placement::compose(placement::pose_of(&there), inner));
+        if let Some(mut place) = place.filter(|p| p.generation == world.generation()) {
+            if place.built_from == *heater {
+                if place.given != there {
+                    world.move_heater(&place.name, &placed);
+                    place.given = there;
+                }
+                continue;
+            }
+            world.remove_heater(&place.name);
+        }
+        let mut spec = HeaterSpec { placement: placed, ..heater.spec.clone() };
+        if let (true, Some(name)) = (spec.name.is_empty(), name) {
+            spec.name = name.as_str().to_owned();
+        }
+        match insert(&mut world, &spec, &heater, there) {
+            Ok(place) => {
+                commands.entity(entity).try_insert(place).try_remove::<Refused>();
+            }
+            Err(problem) => {
+                error!("heater {entity} is left out: {problem}");
+                commands.entity(entity).try_insert(Refused).try_remove::<HeaterPlace>();
+            }
+        }
+    }
+}
+
+/// Puts a heater into the world where its description says.
+pub(crate) fn insert(
+    world: &mut SheetWorld,
+    spec: &HeaterSpec,
+    built_from: &SheetHeater,
+    given: GlobalTransform,
+) -> Result<HeaterPlace, InputError> {
+    let name = world.add_heater(spec)?;
+    Ok(HeaterPlace { name, generation: world.generation(), built_from: built_from.clone(), given })
+}
+
+/// A heater leaves the world with its component.
+pub(super) fn removed(
+    removed: On<Remove, SheetHeater>,
+    mut commands: Commands,
+    mut world: ResMut<SheetWorld>,
+    places: Query<&HeaterPlace>,
+) {
+    if let Ok(place) = places.get(removed.entity) {
+        if place.generation == world.generation() {
+            world.remove_heater(&place.name);
+        }
+        commands.entity(removed.entity).try_remove::<HeaterPlace>();
+    }
+}

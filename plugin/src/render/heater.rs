@@ -1,0 +1,109 @@
+//! Meshes of heaters: what is cold of them, and their hot faces, which glow.
+//!
+//! Faces of a heater are brighter the hotter they are, on one scale from the room to 800 °C; a real one of 250 °C glows for no eye.
+
+use bevy::light::NotShadowCaster;
+use bevy::prelude::*;
+use sheetwork::scene::Polyhedron;
+use sheetwork::scene::heater::Heater;
+
+use super::colour::heat_colour;
+use super::{Materials, polyhedra_mesh};
+use crate::core::{SheetHeater, SheetWorld};
+
+/// What the brightest colour stands for, and the darkest, °C.
+const GLOWING: (f64, f64) = (20.0, 800.0);
+
+/// The colour of a face of this temperature, °C.
+pub fn glow(celsius: f64) -> LinearRgba {
+    // Roots, so that a panel of 200 °C is seen to be hot.
+    let s = ((celsius - GLOWING.0) / (GLOWING.1 - GLOWING.0)).clamp(0.0, 1.0).sqrt();
+    heat_colour(s as f32)
+}
+
+/// The mesh of the cold faces of heaters, and those of their hot faces with their temperatures, °C; in their own axes, m. What there is
+/// none of is left out.
+pub fn heater_meshes(heaters: &[Heater]) -> (Option<Mesh>, Vec<(Mesh, f64)>) {
+    let part = |heater: &Heater, hot: Option<f64>| {
+        let of = heater.faces.iter().zip(&heater.polyhedron.faces).filter(|(face, _)| face.temperature == hot);
+        let faces = of.map(|(_, corners)| corners.clone()).collect();
+        Polyhedron { vertices: heater.polyhedron.vertices.clone(), faces }
+    };
+    let cold: Vec<_> = heaters.iter().map(|h| part(h, None)).filter(|p| !p.faces.is_empty()).collect();
+    let mut hot = Vec::new();
+    for heater in heaters {
+        let mut temperatures: Vec<f64> = heater.faces.iter().filter_map(|f| f.temperature).collect();
+        temperatures.sort_by(f64::total_cmp);
+        temperatures.dedup();
+        hot.extend(temperatures.into_iter().map(|t| (polyhedra_mesh(&[part(heater, Some(t))]), t)));
+    }
+    ((!cold.is_empty()).then(|| polyhedra_mesh(&cold)), hot)
+}
+
+/// On a heater that has been dressed: the entities of its parts.
+#[derive(Component)]
+pub(super) struct Drawn(Vec<Entity>);
+
+/// Gives heaters meshes and materials, each part an entity of its own below theirs; anew for those that were changed. They throw no
+/// shadow, which would hide what they heat.
+pub(super) fn dress(
+    mut commands: Commands,
+    world: Res<SheetWorld>,
+    mut meshes: ResMut<Assets<Mesh>>,
+    mut materials: ResMut<Assets<StandardMaterial>>,
+    mut defaults: ResMut<Materials>,
+    heaters: Query<(Entity, &SheetHeater, Option<&Drawn>, Has<Mesh3d>), Changed<SheetHeater>>,
+) {
+    for (entity, heater, drawn, own) in &heaters {
+        for part in drawn.iter().flat_map(|d| &d.0) {
+            commands.entity(*part).try_despawn();
+        }
+        // A mesh beside it is the user's own; one that is not valid has been told of when it was left out of the world.
+        let Ok(all) = heater.spec.resolve(&world.scene().base) else { continue };
+        if own {
+            continue;
+        }
+        let (cold, hot) = heater_meshes(&all);
+        let at = Transform::from_translation(heater.spec.placement.position.as_vec3())
+            .with_rotation(heater.spec.placement.quaternion().as_quat());
+        let metal = defaults.heater(&mut materials);
+        let mut parts: Vec<_> = cold.into_iter().map(|mesh| (mesh, metal.clone())).collect();
+        for (mesh, celsius) in hot {
+            let glowing = || StandardMaterial { base_color: glow(celsius).into(), unlit: true, ..default() };
+            let material = if heater.spec.on { materials.add(glowing()) } else { metal.clone() };
+            parts.push((mesh, material));
+        }
+        let spawn = |(mesh, material)| {
+            commands
+                .spawn((Mesh3d(meshes.add(mesh)), MeshMaterial3d(material), at, NotShadowCaster, ChildOf(entity)))
+                .id()
+        };
+        let parts = parts.into_iter().map(spawn).collect();
+        commands.entity(entity).try_insert(Drawn(parts));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sheetwork::scene::{HeaterSpec, HotFaceSpec};
+
+    #[test]
+    fn cold_and_hot_faces_are_told_apart() {
+        let hot = |face, temperature| HotFaceSpec { face, temperature, emissivity: 1.0 };
+        let spec = HeaterSpec {
+            size: Some(bevy::math::DVec3::ONE),
+            hot: vec![hot(2, 300.0), hot(3, 200.0), hot(0, 300.0)],
+            ..HeaterSpec::default()
+        };
+        let (cold, hot) = heater_meshes(&spec.resolve(std::path::Path::new("")).expect("valid"));
+        let faces = |mesh: &Mesh| mesh.count_vertices() / 6;
+        assert_eq!(cold.as_ref().map(faces), Some(3));
+        assert_eq!(
+            hot.iter().map(|(mesh, celsius)| (faces(mesh), *celsius)).collect::<Vec<_>>(),
+            [(1, 200.0), (2, 300.0)]
+        );
+        let lightness = |celsius| Oklaba::from(glow(celsius)).lightness;
+        assert!(lightness(100.0) < lightness(200.0) && lightness(200.0) < lightness(700.0));
+    }
+}
