@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::contact::detect::Touch;
 use crate::contact::rigid::RigidView;
-use crate::sheet::Sheet;
+use crate::sheet::{Opening, Sheet};
 
 /// Kinds of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
@@ -27,6 +27,8 @@ pub enum EventKind {
     /// A sheet gave way: it buckled, snapped through or crumpled ([`crate::sheet::Buckle`]). Told of only where
     /// [`crate::world::World::watch_buckling`] asks for it.
     Buckled,
+    /// A sheet opened for the first time: it tore or melted.
+    Torn,
 }
 
 /// Something that happened.
@@ -46,12 +48,15 @@ pub struct Event {
     /// Energy that was set free, J, where some was.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy_j: Option<f64>,
+    /// Of what it opened, when it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub opening: Option<Opening>,
 }
 
 impl Event {
     /// What happened to `sheet`, at no place that is known.
     pub(crate) fn new(time_s: f64, kind: EventKind, sheet: &str, body: Option<String>) -> Self {
-        Self { time_s, kind, sheet: sheet.to_owned(), body, place_m: None, energy_j: None }
+        Self { time_s, kind, sheet: sheet.to_owned(), body, place_m: None, energy_j: None, opening: None }
     }
 }
 

@@ -38,4 +38,4 @@ pub mod step;
 mod world;
 
 pub use error::{InputError, check_range};
-pub use world::{BodyReport, Parameter, Report, SheetReport, Snapshot, TemperatureReport, World};
+pub use world::{BodyReport, OpeningReport, Parameter, Report, SheetReport, Snapshot, TemperatureReport, World};

@@ -121,7 +121,12 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
 fn is_unstable(sheet: &Sheet) -> bool {
     // Written so that a NaN is unstable too.
     let slow = sheet.v.max_squared() < SPEED_LIMIT * SPEED_LIMIT;
-    let together = sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < SPREAD_LIMIT * sheet.spread);
+    let most = SPREAD_LIMIT * sheet.spread;
+    let together = match sheet.opened() {
+        None => sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < most),
+        // Its pieces may part.
+        Some(_) => sheet.holds_together(most),
+    };
     sheet.work.stage.astray || !(slow && together)
 }
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 
 pub use parameters::Parameter;
-pub use report::{BodyReport, Report, SheetReport, TemperatureReport};
+pub use report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
 pub use snapshot::Snapshot;
 
 use crate::contact::detect::deepest;
@@ -213,6 +213,7 @@ impl World {
             }
         }
         self.rigid = rigid;
+        self.tear_sheets();
         self.collect_events(|world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
         self.look_for_buckling(self.time - dt);
     }
@@ -225,6 +226,7 @@ impl World {
         for _ in 0..steps {
             self.step_sheets(Some(view), None, dt);
             self.step_heat(Some(view), None, dt);
+            self.tear_sheets();
             self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
             self.look_for_buckling(self.time - dt);
         }
@@ -289,6 +291,27 @@ impl World {
                 let (place_m, energy_j) = (Some(buckle.place.to_array()), Some(buckle.energy));
                 self.events.push(Event { place_m, energy_j, ..event });
             }
+        }
+    }
+
+    /// Looks whether sheets open, after motion and heat.
+    fn tear_sheets(&mut self) {
+        let mut changed = false;
+        for index in 0..self.sheets.len() {
+            let sheet = &mut self.sheets[index];
+            if !sheet.can_open() || sheet.status != Status::Awake {
+                continue;
+            }
+            let before = sheet.opening_revision();
+            let opening = sheet.tear();
+            changed |= sheet.opening_revision() != before;
+            if opening.is_some() {
+                let event = Event::new(self.time, EventKind::Torn, &sheet.name, None);
+                self.events.push(Event { place_m: opening.map(|o| o.place_m), opening, ..event });
+            }
+        }
+        if let Some(heat) = self.heat.as_mut().filter(|_| changed) {
+            heat.forget();
         }
     }
 

@@ -158,6 +158,8 @@ fn describe(event: &Event) -> String {
         EventKind::Woke => "wakes",
         EventKind::Unstable => "went unstable",
         EventKind::Buckled => "buckles",
+        EventKind::Torn if event.opening.is_some_and(|o| o.melted) => "melts",
+        EventKind::Torn => "tears",
     };
     match &event.body {
         Some(body) => format!("{} {what} {body}", event.sheet),

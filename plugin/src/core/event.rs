@@ -2,6 +2,7 @@
 
 use bevy::prelude::*;
 use sheetwork::event::EventKind;
+use sheetwork::sheet::Opening;
 
 use super::{BodyMotion, SheetMotion, SheetWorld};
 
@@ -20,6 +21,8 @@ pub struct SheetEvent {
     pub body: Option<String>,
     /// That body's entity, where it has one.
     pub body_entity: Option<Entity>,
+    /// Where and of what the sheet opened, when it did.
+    pub opening: Option<Opening>,
 }
 
 /// Sends what the world has recorded since the last time.
@@ -45,6 +48,7 @@ pub(super) fn send(
             entity: sheet.map(|(entity, _)| entity),
             body: event.body.clone(),
             body_entity: body.map(|(entity, _)| entity),
+            opening: event.opening,
         });
     }
     world.events_seen = world.events().len();

@@ -1,8 +1,8 @@
 //! How Bevy's reflection sees the scene description's types, which know nothing of Bevy.
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; the compiler refuses it when the two differ. Lists
-//! of regions (pins, probes, applied velocities and forces), creases, Burgers' model, the stiffness of woven sheets, and the shape and hot faces
-//! of heaters are left out of reflection.
+//! of regions (pins, probes, applied velocities and forces), creases, Burgers' model, tack, the stiffness of woven sheets, and the shape and
+//! hot faces of heaters are left out of reflection.
 
 #![allow(missing_docs)]
 
@@ -17,7 +17,7 @@ use sheetwork::lattice::calibrate::Orthotropic;
 use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::scene::{
     Burgers, CreaseSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, Polyhedron,
-    PressureKey, RegionVector, SheetSpec, SpringLaw,
+    PressureKey, RegionVector, SheetSpec, SpringLaw, Tack,
 };
 
 #[reflect_remote(SheetSpec)]
@@ -67,6 +67,8 @@ pub(super) struct SheetSpecReflect {
     temperature_gradient: bool,
     plastic: bool,
     creep: bool,
+    sticky: bool,
+    tearing: bool,
     #[reflect(ignore)]
     creases: Vec<CreaseSpec>,
     #[reflect(ignore)]
@@ -125,6 +127,10 @@ pub(super) struct MaterialReflect {
     glass_transition: Option<f64>,
     softening: Vec<(f64, f64)>,
     wlf: (f64, f64),
+    melts_at: Option<f64>,
+    tears_at: Option<f64>,
+    #[reflect(ignore)]
+    tack: Option<Tack>,
 }
 
 #[reflect_remote(HeaterSpec)]

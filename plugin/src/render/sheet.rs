@@ -67,6 +67,8 @@ pub(super) struct Drawn {
     layer: SheetLayer,
     smoothing: u32,
     masses: usize,
+    /// What was open of it.
+    opening: u64,
     /// How deep the drawn surface may be inside a body, m.
     reach: f32,
     /// How far outside of a body it is kept, m.
@@ -99,16 +101,17 @@ pub(super) fn dress(
 ) {
     for (entity, motion, display, drawn, mesh, material) in &sheets {
         let masses = motion.positions().len();
-        let coloured = display.colour != SheetColour::Plain
-            && display.colour.scale(&world).is_some()
-            && world.sheet(motion.name()).is_some_and(|s| s.heat().is_some());
+        let Some(sheet) = world.sheet(motion.name()) else { continue };
+        let opening = sheet.opening_revision();
+        let coloured =
+            display.colour != SheetColour::Plain && display.colour.scale(&world).is_some() && sheet.heat().is_some();
         let fits = |d: &Drawn| {
-            (d.layer, d.smoothing, d.masses, d.coloured) == (display.layer, display.smoothing, masses, coloured)
+            (d.layer, d.smoothing, d.masses, d.coloured, d.opening)
+                == (display.layer, display.smoothing, masses, coloured, opening)
         };
         if drawn.is_some_and(fits) {
             continue;
         }
-        let Some(sheet) = world.sheet(motion.name()) else { continue };
         let Some((surface, parts)) = surface_of(sheet, display) else { continue };
         let (reach, skin) = clearing(sheet, parts);
         let mut made = sheet_mesh(&surface, motion.positions());
@@ -124,7 +127,19 @@ pub(super) fn dress(
         }
         let (layer, smoothing) = (display.layer, display.smoothing);
         commands.entity(entity).try_insert((
-            Drawn { surface, triangles, layer, smoothing, masses, reach, skin, coloured, values: Vec::new(), at: None },
+            Drawn {
+                surface,
+                triangles,
+                layer,
+                smoothing,
+                masses,
+                opening,
+                reach,
+                skin,
+                coloured,
+                values: Vec::new(),
+                at: None,
+            },
             NoAutoAabb,
             Aabb::default(),
         ));
@@ -140,8 +155,12 @@ fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, 
         SheetLayer::Top => sheet.layers.len().checked_sub(1)?,
         SheetLayer::Bottom => 0,
     };
-    // A sheet that is no rectangle is drawn by its own triangles, between which there is no spline.
-    let parts = if sheet.triangles.is_some() { 1 } else { pieces(sheet.layers.get(index)?, display.smoothing) };
+    // A sheet that is no rectangle, or not whole, is drawn by its own triangles, between which there is no spline.
+    let parts = if sheet.triangles.is_some() || sheet.open_count() > 0 {
+        1
+    } else {
+        pieces(sheet.layers.get(index)?, display.smoothing)
+    };
     Some((sheet.surface(index, parts)?, parts))
 }
 

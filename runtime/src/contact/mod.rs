@@ -9,6 +9,8 @@
 //! Masses of explicit engines meet bodies that do not give way each for itself (`detect`, `response`; thesis 4.6 and appendix B), with who
 //! lies above whom (`through_thickness`); the rest of theirs are rows too.
 //!
+//! What is hot and sticky is held on by forces that the solvers do not know from the scene's own (`stick`).
+//!
 //! Rapier works in `f32` in each body's own frame; positions are taken there in `f64` first, so that a body far from the
 //! origin costs no accuracy. A surface without thickness is kept [`SKIN`] outside another, above what `f32` resolves.
 
@@ -36,6 +38,7 @@ pub mod row;
 pub(crate) mod settled;
 pub mod skin;
 pub(crate) mod stage;
+pub(crate) mod stick;
 pub(crate) mod surroundings;
 pub mod sweeps;
 pub(crate) mod target;

@@ -56,6 +56,10 @@ pub struct Skin {
     offset: f64,
     rectangle: bool,
     stack: bool,
+    /// Masses that are gone and touch nothing; empty where none is.
+    gone: Vec<bool>,
+    /// Counts changes of the triangles.
+    revision: u64,
 }
 
 impl Skin {
@@ -66,11 +70,40 @@ impl Skin {
             Some(triangles) => Self::new(triangles, &sheet.x, offset, false),
             None => {
                 let count = sheet.layers.len();
-                let outer = sheet.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
-                let triangles: Vec<_> = outer.flat_map(|(_, layer)| layer.triangles()).collect();
-                Self { stack: count > 1, ..Self::new(&triangles, &sheet.x, offset, count == 1) }
+                let whole = sheet.opened().is_none();
+                let mut skin = Self::new(&outer_triangles(sheet), &sheet.x, offset, count == 1 && whole);
+                skin.stack = count > 1;
+                skin.note_gone(sheet);
+                skin
             }
         }
+    }
+
+    /// Takes it that what is open of the sheet it is of, and no more, is no part of the surface.
+    pub fn open(&mut self, sheet: &Sheet) {
+        let mut rest = Vectors::default();
+        self.rest.iter().for_each(|p| rest.push(*p));
+        let rectangle = sheet.layers.len() == 1 && sheet.opened().is_none();
+        let (stack, revision) = (self.stack, self.revision + 1);
+        *self = Self { stack, revision, ..Self::new(&outer_triangles(sheet), &rest, self.offset, rectangle) };
+        self.note_gone(sheet);
+    }
+
+    fn note_gone(&mut self, sheet: &Sheet) {
+        if sheet.opened().is_some() {
+            self.gone = (0..sheet.masses()).map(|i| sheet.is_gone(i)).collect();
+        }
+    }
+
+    /// Whether mass `i` is gone: it touches nothing.
+    #[inline]
+    pub fn is_gone(&self, i: usize) -> bool {
+        self.gone.get(i).is_some_and(|gone| *gone)
+    }
+
+    /// Counts changes of the triangles.
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// From triangles over masses whose rest positions are `rest` (m), met at `offset` (m, 0 or more) from the triangles.
@@ -93,7 +126,8 @@ impl Skin {
             owns_edge: edges.map(|e| !std::mem::replace(&mut edge_taken[e as usize], true)),
             size: longest_side(masses.map(|i| rest[i as usize])),
         });
-        Self { triangles: triangles.collect(), edges, border, offset, rectangle, rest, stack: false }
+        let triangles = triangles.collect();
+        Self { triangles, edges, border, offset, rectangle, rest, stack: false, gone: Vec::new(), revision: 0 }
     }
 
     /// Its triangles.
@@ -153,6 +187,13 @@ impl Skin {
             _ => 0.0,
         }
     }
+}
+
+/// Triangles of the lowest and of the highest layer that are closed.
+fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
+    let count = sheet.layers.len();
+    let outer = sheet.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
+    sheet.closed_triangles(outer.flat_map(|(_, layer)| layer.triangles()).collect())
 }
 
 /// The sides of `triangles`, each once, and which of them each triangle has.

@@ -511,6 +511,11 @@ impl Scratch {
         settled::deepest(group, &self.seen.contacts[..self.seen.glue_from])
     }
 
+    /// The force between the two sides of a contact in the last position solve, N; none where there was none.
+    pub(super) fn force_of(&self, key: &Key) -> Option<DVec3> {
+        self.memory.of(key).map(|r| r.position)
+    }
+
     /// Calls `touched` for every contact that is closed, with the part of the group it is with.
     pub fn closed(&self, mut touched: impl FnMut(&Contact, u32)) {
         let all = self.found.contacts.iter().zip(&self.gaps.now).zip(&self.found.parts);

@@ -21,6 +21,8 @@ use glam::DVec3;
 use self::rest::Rests;
 use super::curvature::CurvatureGroup;
 use super::flow::Flows;
+use super::opening::Open;
+use super::staggered::Left;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
 use crate::sheet::Vectors;
 
@@ -76,6 +78,8 @@ pub struct Bending {
     per_time: f64,
     /// Rest curvatures along the normal, of a sheet that is made bent or may stay bent.
     rests: Option<Box<Rests>>,
+    /// What every group is where no cell is open; empty where none ever was.
+    whole: Vec<Left>,
 }
 
 impl Bending {
@@ -264,6 +268,10 @@ pub fn condensed(mut d: [[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
 }
 
 impl Element for Bending {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
     fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
         for group in &self.groups {
             let masses = &self.masses[group.entries.0 as usize..group.entries.1 as usize];
@@ -340,6 +348,19 @@ impl Element for Bending {
             self.pairs[pairs].iter_mut().for_each(|p| p.value *= change);
         }
         self.sum_constant();
+    }
+
+    fn open(&mut self, open: &Open, _gone: &[bool]) {
+        if self.whole.is_empty() {
+            self.whole = self.source.iter().map(Left::whole).collect();
+        }
+        let columns = open.size().0 + 1;
+        for ((source, group), whole) in self.source.iter_mut().zip(&mut self.groups).zip(&self.whole) {
+            let left = whole.of(source, columns, open);
+            (source.area, source.relaxed, source.frame, group.frame) =
+                (left.area, left.relaxed, left.frame, left.frame);
+        }
+        self.find_frames();
     }
 
     fn energy(&self, x: &Vectors) -> f64 {

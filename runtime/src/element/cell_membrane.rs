@@ -14,7 +14,8 @@
 //! material's axes.
 //!
 //! A sheet that has been warm has a stiffness and strains at rest of its own in every cell: `Warmed`, kept apart, so that
-//! one that has not reads and computes nothing for it. Kernels are compiled for both.
+//! one that has not reads and computes nothing for it. Kernels are compiled for both. A cell that is open (torn, melted) has no
+//! stiffness left, and keeps none whatever warms it.
 
 mod creep;
 
@@ -22,6 +23,7 @@ use multiversion::multiversion;
 
 use self::creep::Creeping;
 use super::flow::Flows;
+use super::opening::Open;
 use super::pack::{LANES, Pack, Pack3, Pack9};
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
 use crate::sheet::Vectors;
@@ -88,6 +90,8 @@ pub struct CellMembrane {
     warmed: Vec<Warmed>,
     /// Of a membrane that creeps.
     creeping: Option<Box<Creeping>>,
+    /// Of each packet, which of its cells are open and what softness they had (1 to 0 of the law's); empty where none is.
+    open: Vec<[Option<f64>; LANES]>,
 }
 
 impl CellMembrane {
@@ -308,6 +312,10 @@ impl CellMembrane {
 }
 
 impl Element for CellMembrane {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
     fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
         for packet in &self.packets {
             for l in 0..packet.count {
@@ -343,7 +351,7 @@ impl Element for CellMembrane {
             self.warmed = vec![Warmed::COLD; self.packets.len()];
         }
         let cell = self.cell;
-        for (w, p) in self.warmed.iter_mut().zip(&self.packets) {
+        for (index, (w, p)) in self.warmed.iter_mut().zip(&self.packets).enumerate() {
             let e = cell.strains(&cell.edges(x, p.first));
             for l in 0..p.count {
                 let m = cell.masses(p.first + l);
@@ -352,7 +360,12 @@ impl Element for CellMembrane {
                     w.rest[k].0[l] += expansion - w.expansion[k].0[l];
                     w.expansion[k].0[l] = expansion;
                 }
-                let (before, after) = (w.softness.0[l], warmth.stiffness(&m.map(|m| m as u32)));
+                let after = warmth.stiffness(&m.map(|m| m as u32));
+                if let Some(kept) = open_cell(&mut self.open, index, l) {
+                    *kept = after;
+                    continue;
+                }
+                let before = w.softness.0[l];
                 for k in 0..5 {
                     w.rest[k].0[l] = set_rest(e[k].0[l], w.rest[k].0[l], before, after);
                 }
@@ -422,9 +435,39 @@ impl Element for CellMembrane {
         kernel!(settle, self, &self.cell, &mut self.packets, &self.warmed, x);
     }
 
+    fn open(&mut self, open: &Open, _gone: &[bool]) {
+        if self.warmed.is_empty() {
+            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        }
+        self.open.resize(self.packets.len(), [None; LANES]);
+        for index in 0..self.packets.len() {
+            let p = &self.packets[index];
+            for l in 0..p.count {
+                let mass = p.first + l;
+                let closed = open.is_closed((mass % self.cell.row) as i64, (mass / self.cell.row) as i64);
+                let creeps = self.creeping.as_mut();
+                let of_step = &mut self.warmed[index].softness.0[l];
+                let softness = creeps.map_or(&mut *of_step, |creeping| creeping.softness(index, l));
+                let was = &mut self.open[index][l];
+                if !closed && was.is_none() {
+                    *was = Some(std::mem::replace(softness, 0.0));
+                } else if let Some(kept) = was.take_if(|_| closed) {
+                    *softness = kept;
+                }
+                let now = *softness;
+                *of_step = now;
+            }
+        }
+    }
+
     fn flows(&mut self) -> Option<&mut dyn Flows> {
         self.creeping.is_some().then_some(self as &mut dyn Flows)
     }
+}
+
+/// What softness an open cell had; none of a closed one.
+fn open_cell(open: &mut [[Option<f64>; LANES]], packet: usize, lane: usize) -> Option<&mut f64> {
+    open.get_mut(packet).and_then(|p| p[lane].as_mut())
 }
 
 fn energy<const WARM: bool>(cell: &Cell, packets: &[Packet], warmed: &[Warmed], x: &Vectors) -> f64 {

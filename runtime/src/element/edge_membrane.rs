@@ -338,6 +338,10 @@ impl EdgeMembrane {
 }
 
 impl Element for EdgeMembrane {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
     fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
         for t in &self.triangles {
             for (p, a) in t.masses.iter().enumerate() {

@@ -62,6 +62,10 @@ impl Spring {
 }
 
 impl Element for MixedSprings {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
     fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
         self.springs.iter().for_each(|s| visit(s.masses.0, s.masses.1));
     }

@@ -20,6 +20,7 @@ pub mod edge_membrane;
 pub mod flexion_limit;
 pub mod flow;
 pub mod mixed_spring;
+pub mod opening;
 pub mod pack;
 pub mod pull;
 pub mod spring;
@@ -99,6 +100,9 @@ pub enum Geometric {
 
 /// All elements of one kind in a sheet.
 pub trait Element: Send + Sync {
+    /// A copy of it, with all that it holds.
+    fn boxed(&self) -> Box<dyn Element>;
+
     /// Calls `visit(a, b)` for the masses whose forces depend on each other's place, a > b; repeats are allowed.
     fn couples(&self, visit: &mut dyn FnMut(u32, u32));
 
@@ -151,6 +155,10 @@ pub trait Element: Send + Sync {
 
     /// Takes up the stress at `x` as it is.
     fn settle(&mut self, x: &Vectors);
+
+    /// Takes it that these cells are open, and no others, and that these masses are gone with them: there it holds nothing any more.
+    /// Never adds energy where more have opened. A stiffness has to be taken up after it ([`Element::set_law`]).
+    fn open(&mut self, _open: &opening::Open, _gone: &[bool]) {}
 
     /// Rest curvatures as angles a length, 1/m; `None` where there are none.
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {

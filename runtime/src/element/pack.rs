@@ -44,12 +44,12 @@ impl Pack {
         Self(lanes)
     }
 
-    /// One over each lane.
+    /// One over each lane; zero where it is zero.
     #[inline(always)]
     pub fn reciprocal(self) -> Self {
         let mut lanes = self.0;
         for x in &mut lanes {
-            *x = 1.0 / *x;
+            *x = if *x == 0.0 { 0.0 } else { 1.0 / *x };
         }
         Self(lanes)
     }

@@ -58,6 +58,10 @@ impl Pull {
 }
 
 impl Element for Pull {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(*self)
+    }
+
     fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
         for (i, j) in PAIRS.into_iter().filter(|(i, j)| i != j) {
             if self.weights[i] != 0.0 && self.weights[j] != 0.0 {

@@ -8,6 +8,7 @@
 //! Across a free edge the curvature is relaxed (natural boundary condition: no moment).
 
 use super::curvature::CurvatureGroup;
+use super::opening::Open;
 
 /// Weight of the curvature at a clamp.
 const AT_CLAMP: f64 = 6.0 / 5.0;
@@ -47,6 +48,86 @@ pub fn curvatures(grid: &Grid) -> Vec<CurvatureGroup> {
     let moves = |g: &CurvatureGroup| g.rows.iter().flatten().any(|(m, _)| !grid.clamped[*m as usize]);
     groups.retain(moves);
     groups
+}
+
+/// What of a group is left where cells are open; the rest of it stays.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Left {
+    /// Area that it stands for, m².
+    pub area: f64,
+    /// Directions of curvature that are free to adjust.
+    pub relaxed: Vec<[f64; 3]>,
+    /// Masses that give the normal.
+    pub frame: [u32; 4],
+}
+
+impl Left {
+    /// All of `group`.
+    pub fn whole(group: &CurvatureGroup) -> Self {
+        Self { area: group.area, relaxed: group.relaxed.clone(), frame: group.frame }
+    }
+
+    /// What is left of it: `group` is of a grid of `columns` masses along u.
+    ///
+    /// A mass knows the curvature along a line where two cells side by side along it are closed; of its area every closed cell holds
+    /// a part. Across the edge of what is open there is no moment, as at a free edge. So less is left of the energy, whatever opens.
+    pub fn of(&self, group: &CurvatureGroup, columns: usize, open: &Open) -> Self {
+        let (i, j) = ((group.home as usize % columns) as i64, (group.home as usize / columns) as i64);
+        let is_twist = group.rows[0].is_empty() && group.rows[1].is_empty();
+        if is_twist {
+            let area = if open.is_closed(i, j) { self.area } else { 0.0 };
+            return Self { area, ..self.clone() };
+        }
+        let cells = [(i - 1, j - 1), (i, j - 1), (i - 1, j), (i, j)];
+        let [sw, se, nw, ne] = cells.map(|(i, j)| open.is_closed(i, j));
+        if let Some(axis) = (0..2).find(|a| !group.clamps[*a].is_empty()) {
+            return self.clamp(group, axis, [sw, se, nw, ne], cells, open);
+        }
+        let there = |all: &[bool]| all.iter().filter(|c| **c).count() as f64;
+        let all = cells.map(|(i, j)| open.number(i, j).is_some());
+        let known = [(sw && se) || (nw && ne), (sw && nw) || (se && ne)];
+        let mut left = self.clone();
+        left.area *= there(&[sw, se, nw, ne]) / there(&all);
+        for (axis, direction) in [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]].into_iter().enumerate() {
+            if !known[axis] && !left.relaxed.contains(&direction) {
+                left.relaxed.push(direction);
+            }
+        }
+        if !(0..2).any(|a| known[a] && !group.rows[a].is_empty()) {
+            left.area = 0.0;
+        }
+        left.frame = self.frame(group.home, [sw, se, nw, ne]);
+        left
+    }
+
+    /// The masses of the frame that closed cells join to its mass, and that in place of the others: what is beyond an open cell is no
+    /// measure of the normal.
+    fn frame(&self, home: u32, [sw, se, nw, ne]: [bool; 4]) -> [u32; 4] {
+        let joined = [sw || se, nw || ne, sw || nw, se || ne];
+        std::array::from_fn(|k| if joined[k] { self.frame[k] } else { home })
+    }
+
+    /// That of a group at a clamped mass, which knows the curvature towards one neighbour along `axis`.
+    fn clamp(
+        &self,
+        group: &CurvatureGroup,
+        axis: usize,
+        closed: [bool; 4],
+        cells: [(i64, i64); 4],
+        open: &Open,
+    ) -> Self {
+        let after = group.rows[axis].iter().any(|(m, w)| *m > group.home && *w > 0.0);
+        let beside = match (axis, after) {
+            (0, false) => [0, 2],
+            (0, true) => [1, 3],
+            (_, false) => [0, 1],
+            (_, true) => [2, 3],
+        };
+        let there = beside.iter().filter(|c| open.number(cells[**c].0, cells[**c].1).is_some()).count();
+        let left = beside.iter().filter(|c| closed[**c]).count();
+        let area = self.area * left as f64 / there.max(1) as f64;
+        Self { area, frame: self.frame(group.home, closed), relaxed: self.relaxed.clone() }
+    }
 }
 
 impl Grid<'_> {

@@ -36,6 +36,8 @@ const COLLAPSED: f64 = 0.3;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ThicknessLimit {
     cells: Vec<Cell>,
+    /// Cells of masses that are gone.
+    aside: Vec<Cell>,
     /// Fraction of the rest height that is kept, 0 (no limit) to 1.
     pub fraction: f64,
 }
@@ -43,7 +45,7 @@ pub struct ThicknessLimit {
 impl ThicknessLimit {
     /// No mass limited yet; `fraction` of the rest height is kept.
     pub fn new(fraction: f64) -> Self {
-        Self { cells: Vec::new(), fraction }
+        Self { fraction, ..Self::default() }
     }
 
     /// Adds a mass over three or four corners, as they lie at rest at `x`; other counts are ignored. Four corners come row
@@ -61,6 +63,15 @@ impl ThicknessLimit {
         if cell.rest != 0.0 {
             self.cells.push(cell);
         }
+    }
+
+    /// Lets be the masses that are `gone`, and no others.
+    pub fn open(&mut self, gone: &[bool]) {
+        let mut all = std::mem::take(&mut self.cells);
+        all.append(&mut self.aside);
+        // In the order of their masses, as they were added.
+        all.sort_by_key(|c| c.apex);
+        (self.aside, self.cells) = all.into_iter().partition(|c| gone[c.apex as usize]);
     }
 
     /// Applies the limit to velocities `v` at positions `x` before a step of `dt` s. `inverse_mass` is 0 for held masses;

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::axial::Axial;
 use super::flow::{FlowStep, Flows, Strain};
+use super::opening::Open;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
 use crate::sheet::Vectors;
 
@@ -22,6 +23,8 @@ struct Spring {
     /// Stiffness as a fraction of the law's, and expansion, as warmth has made them.
     softness: f64,
     expansion: f64,
+    /// Whether its mass is gone.
+    cut: bool,
     axial: Axial,
 }
 
@@ -64,6 +67,7 @@ impl WallSprings {
             cold: rest,
             softness: 1.0,
             expansion: 0.0,
+            cut: false,
             axial: Axial { stiffness, rest, ..Axial::default() },
         });
         Self { springs: each.collect(), ..Self::default() }
@@ -92,6 +96,10 @@ impl Spring {
 }
 
 impl Element for WallSprings {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
     fn couples(&self, _visit: &mut dyn FnMut(u32, u32)) {}
 
     fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
@@ -102,13 +110,18 @@ impl Element for WallSprings {
 
     fn set_law(&mut self, law: &Law) {
         for s in &mut self.springs {
-            s.axial.stiffness = s.per_bending * law.bending[0][0] * s.softness;
+            let bending = if s.cut { 0.0 } else { law.bending[0][0] };
+            s.axial.stiffness = s.per_bending * bending * s.softness;
             s.axial.dashpot = s.axial.stiffness * law.retardation;
         }
         for (s, creeping) in self.springs.iter_mut().zip(&mut self.creeping) {
             creeping.stiffness = s.axial.stiffness;
             creeping.apply(s);
         }
+    }
+
+    fn open(&mut self, _open: &Open, gone: &[bool]) {
+        self.springs.iter_mut().for_each(|s| s.cut = gone[s.mass]);
     }
 
     fn warm(&mut self, x: &Vectors, warmth: &Warmth) {

@@ -39,7 +39,7 @@ impl Faces {
     pub fn new(sheet: &Sheet, network: &Network, points: usize) -> Self {
         let of_layer = |index: usize| match &sheet.triangles {
             Some(triangles) => triangles.clone(),
-            None => sheet.layers.get(index).map_or_else(Vec::new, |l| l.triangles()),
+            None => sheet.layers.get(index).map_or_else(Vec::new, |l| sheet.closed_triangles(l.triangles())),
         };
         let top = sheet.layers.len().saturating_sub(1);
         let mut faces = Self {

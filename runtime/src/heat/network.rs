@@ -11,9 +11,13 @@
 //! Both are of second order in the spacing. Through the thickness a mass exchanges heat with the *mean* of the masses around it in
 //! the next layer, q = k A n/t (T - Σ w T): taken one by one they would let heat run along the sheet. So a field that changes
 //! steadily along the sheet drives nothing across it. Every part gives as much as it takes: heat is neither made nor lost.
+//!
+//! Of a sheet that has opened the closed cells alone hold heat and conduct: what melts away takes its heat with it. A mass that is gone
+//! keeps its temperature.
 
 use std::collections::BTreeMap;
 
+use crate::element::opening::Open;
 use crate::lattice::Layer;
 use crate::sheet::Sheet;
 
@@ -69,6 +73,14 @@ impl Network {
         let mut network = Self { area: area.repeat(points), ..Self::default() };
         let per_area = material.density * material.specific_heat * slab;
         network.capacity = network.area.iter().map(|a| a * per_area).collect();
+        if sheet.opened().is_some() {
+            // Of what is gone nothing flows: any capacity will do.
+            network
+                .capacity
+                .iter_mut()
+                .filter(|c| **c == 0.0)
+                .for_each(|c| *c = per_area * sheet.extent.0 * sheet.extent.1);
+        }
         let k = material.conductivity;
         for half in 0..points {
             let up = (half * n) as u32;
@@ -79,10 +91,11 @@ impl Network {
             let (low, high) = (((half - 1) * n) as u32, (half * n) as u32);
             network.links.extend(
                 (0..n)
+                    .filter(|i| network.area[*i] > 0.0)
                     .map(|i| Link { ends: [low + i as u32, high + i as u32], conductance: k * network.area[i] / slab }),
             );
         }
-        for (node, others) in sheet.stack.cells().filter(|c| !c.1.is_empty()) {
+        for (node, others) in sheet.stack.cells().filter(|c| !c.1.is_empty() && !sheet.is_gone(c.0 as usize)) {
             let conductance = k * network.area[node as usize] / slab;
             network.bridges.push(Bridge { node, others: others.to_vec(), conductance });
         }
@@ -135,6 +148,9 @@ fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
     }
     let (nx, _, nz) = sheet.grid;
     let h = [sheet.extent.0 / f64::from(nx - 1), sheet.extent.1 / f64::from(nz - 1)];
+    if let Some(open) = sheet.opened() {
+        return of_torn_layer((layer, h, (nx, nz)), open, area, plane);
+    }
     // A smaller layer's masses lie in the middles of cells and have whole ones.
     let part = |k: u32, n: u32, whole: u32| if n == whole && (k == 0 || k + 1 == n) { 0.5 } else { 1.0 };
     for j in 0..layer.nz {
@@ -146,6 +162,38 @@ fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
             }
             if j + 1 < layer.nz {
                 *plane.entry((a, layer.at(i, j + 1))).or_default() += across.0 * h[0] / h[1];
+            }
+        }
+    }
+}
+
+/// A rectangular layer of masses with spacings `h` (m) by what is closed: every closed cell gives a quarter of its area to each corner, and
+/// half of its width to each of its sides; to masses in the middles of cells, and what joins them, the whole.
+fn of_torn_layer(
+    (layer, h, (nx, nz)): (&Layer, [f64; 2], (u32, u32)),
+    open: &Open,
+    area: &mut [f64],
+    plane: &mut Plane,
+) {
+    let closed = |i: u32, di: i64, j: u32, dj: i64| open.is_closed(i64::from(i) + di, i64::from(j) + dj);
+    let share = |all: &[bool]| all.iter().filter(|c| **c).count() as f64 / all.len() as f64;
+    let at_corners = (layer.nx, layer.nz) == (nx, nz);
+    for j in 0..layer.nz {
+        for i in 0..layer.nx {
+            let a = layer.at(i, j);
+            let [sw, se, nw, ne] = [(-1, -1), (0, -1), (-1, 0), (0, 0)].map(|(di, dj)| closed(i, di, j, dj));
+            let (own, right, front) = if at_corners {
+                (share(&[sw, se, nw, ne]), share(&[se, ne]), share(&[nw, ne]))
+            } else {
+                let joined = |to: bool| if ne && to { 1.0 } else { 0.0 };
+                (share(&[ne]), joined(closed(i, 1, j, 0)), joined(closed(i, 0, j, 1)))
+            };
+            area[a as usize] = own * h[0] * h[1];
+            if i + 1 < layer.nx && right > 0.0 {
+                *plane.entry((a, layer.at(i + 1, j))).or_default() += right * h[1] / h[0];
+            }
+            if j + 1 < layer.nz && front > 0.0 {
+                *plane.entry((a, layer.at(i, j + 1))).or_default() += front * h[0] / h[1];
             }
         }
     }

@@ -80,6 +80,22 @@ impl Heat {
         }
     }
 
+    /// A copy of what it is, without what it is stepped with.
+    pub(crate) fn kept(&self) -> Self {
+        Self {
+            nodes: self.nodes.clone(),
+            mean: self.mean.clone(),
+            applied: self.applied.clone(),
+            compliance: self.compliance.clone(),
+            expansion: self.expansion.clone(),
+            curl: self.curl.clone(),
+            springs: self.springs.clone(),
+            curve: self.curve.clone(),
+            body: None,
+            ..*self
+        }
+    }
+
     /// What heat flows through; `sheet` is the one it is of.
     pub(super) fn body(&mut self, sheet: &Sheet) -> &mut Body {
         let points = if self.mean.is_empty() { 1 } else { 2 };
@@ -88,6 +104,11 @@ impl Heat {
             let faces = Faces::new(sheet, stepper.network(), points);
             Box::new(Body { stepper, faces, exchange: Exchange::default() })
         })
+    }
+
+    /// What heat flows through has changed: it is made anew when it is stepped next. Temperatures stay.
+    pub(crate) fn forget_body(&mut self) {
+        self.body = None;
     }
 
     /// Takes temperatures through `span` s of the exchange of its body.

@@ -17,6 +17,8 @@ pub struct Edge {
 pub struct SheetPlan {
     name: String,
     masses: usize,
+    /// What was open of it.
+    opening: u64,
     grid: (u32, u32, u32),
     structure: StructureKind,
     heated: bool,
@@ -59,6 +61,7 @@ impl Plan {
     pub fn fits(&self, world: &World) -> bool {
         let same = |(plan, sheet): (&SheetPlan, &Sheet)| {
             plan.masses == sheet.masses()
+                && plan.opening == sheet.opening_revision()
                 && plan.heated == temperature_of(sheet).is_some()
                 && plan.grid == sheet.grid
                 && plan.structure == sheet.structure
@@ -102,8 +105,9 @@ impl SheetPlan {
             headers,
             triangles: match &sheet.triangles {
                 Some(triangles) => triangles.clone(),
-                None => sheet.layers.iter().flat_map(|l| l.triangles()).collect(),
+                None => sheet.closed_triangles(sheet.layers.iter().flat_map(|l| l.triangles()).collect()),
             },
+            opening: sheet.opening_revision(),
             edges,
             share: count.into_iter().map(|c| if c > 0.0 { 1.0 / c } else { 0.0 }).collect(),
         }

@@ -60,6 +60,25 @@ pub struct Material {
     /// C1 and C2 (K) of log10 aT = -C1 (T - Tg)/(C2 + T - Tg) above the glass transition (Williams, Landel and Ferry, J. Am.
     /// Chem. Soc. 77, 1955); 1 to 100 each in its unit, C2 to 1000.
     pub wlf: (f64, f64),
+    /// Temperature above which a sheet that can tear melts away, °C, -273.15 to 5000; none for one that does not melt.
+    pub melts_at: Option<f64>,
+    /// Largest principal strain of the mid-surface that a sheet that can tear bears, 0.001 to 10; none for one that does not tear.
+    pub tears_at: Option<f64>,
+    /// How a sheet that is sticky sticks; none for a material that does not.
+    pub tack: Option<Tack>,
+}
+
+/// How a material sticks to what it touches while it is hot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tack {
+    /// Pull per area that it bears, Pa; 1e-3 to 1e9.
+    pub strength: f64,
+    /// Temperature from which on it takes hold, °C, -273.15 to 5000.
+    pub above: f64,
+    /// Temperature below which it lets go, °C, -273.15 to 5000, no more than `above`; none for one that sets and holds when it is cold.
+    #[serde(default)]
+    pub lets_go_below: Option<f64>,
 }
 
 /// Creep by Burgers' model: under a constant stress σ the strain is σ/E (1 + t/τ₁ + r (1 - e^(-t/τ₂))). Times are those at the glass
@@ -128,6 +147,17 @@ const fn row(
         glass_transition,
         softening: Vec::new(),
         wlf: UNIVERSAL_WLF,
+        melts_at: None,
+        tears_at: None,
+        tack: None,
+    }
+}
+
+impl Material {
+    /// The same, that tears at a strain of `tears_at` and melts at `melts_at` °C.
+    const fn opens(mut self, tears_at: f64, melts_at: Option<f64>) -> Self {
+        (self.tears_at, self.melts_at) = (Some(tears_at), melts_at);
+        self
     }
 }
 
@@ -164,56 +194,71 @@ impl Material {
 /// The library: name, one-line description, constants.
 ///
 /// Damping ratios are half the loss factors of the class at room temperature (from 0.002 for metals to 0.3 for plasticised
-/// PVC); yield stresses are tensile, for paper and card the end of proportionality; expansions are those of the class.
+/// PVC); yield stresses are tensile, for paper and card the end of proportionality; expansions are those of the class. Strains at
+/// which they tear are elongations at break of the class; polymers without a melting point melt where they are soft enough to drip.
 pub const LIBRARY: &[(&str, &str, Material)] = &[
     ("thesis", "the thesis's soft sheet: planar springs of 0.185 N/m", THESIS),
     (
         "hips",
         "high-impact polystyrene, 0.5 mm",
-        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0)),
+        row([2.0e9, 0.38, 1045.0, 5.0e-4], [1300.0, 0.16, 0.90, 8e-5], 0.015, Some(2.0e7), Some(100.0))
+            .opens(0.4, Some(240.0)),
     ),
     (
         "pvc",
         "rigid PVC, 0.4 mm",
-        row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(82.0)),
+        row([2.8e9, 0.38, 1390.0, 4.0e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(82.0))
+            .opens(0.3, Some(200.0)),
     ),
     (
         "pvc-plasticised",
         "plasticised PVC, 0.4 mm",
-        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0)),
+        row([1.0e7, 0.45, 1250.0, 4.0e-4], [1400.0, 0.17, 0.92, 1.2e-4], 0.15, None, Some(0.0)).opens(2.5, Some(180.0)),
     ),
     (
         "packaging-pvc",
         "packaging PVC, 0.15 mm",
-        row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(80.0)),
+        row([2.8e9, 0.38, 1390.0, 1.5e-4], [950.0, 0.16, 0.91, 7e-5], 0.015, Some(5.0e7), Some(80.0))
+            .opens(0.3, Some(160.0)),
     ),
     (
         "pet",
         "PET film, 0.1 mm",
-        row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85, 6e-5], 0.01, Some(1.0e8), Some(70.0)),
+        row([4.5e9, 0.38, 1395.0, 1.0e-4], [1170.0, 0.15, 0.85, 6e-5], 0.01, Some(1.0e8), Some(70.0))
+            .opens(1.0, Some(255.0)),
     ),
     (
         "paper",
         "printer paper, 80 g/m²",
-        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None),
+        row([3.0e9, 0.30, 800.0, 1.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None).opens(0.02, None),
     ),
-    ("card", "card, 300 g/m²", row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(1.5e7), None)),
+    (
+        "card",
+        "card, 300 g/m²",
+        row([2.5e9, 0.30, 750.0, 4.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(1.5e7), None).opens(0.02, None),
+    ),
     (
         "playing-card",
         "playing card, 0.3 mm",
-        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None),
+        row([3.0e9, 0.30, 850.0, 3.0e-4], [1340.0, 0.10, 0.93, 1e-5], 0.02, Some(2.0e7), None).opens(0.02, None),
     ),
     (
         "steel-foil",
         "steel foil, 0.1 mm",
-        row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15, 1.2e-5], 0.001, Some(5.0e8), None),
+        row([2.05e11, 0.29, 7850.0, 1.0e-4], [480.0, 50.0, 0.15, 1.2e-5], 0.001, Some(5.0e8), None)
+            .opens(0.1, Some(1450.0)),
     ),
     (
         "aluminium-foil",
         "aluminium foil, 16 µm",
-        row([6.9e10, 0.33, 2700.0, 1.6e-5], [900.0, 220.0, 0.04, 2.3e-5], 0.001, Some(5.0e7), None),
+        row([6.9e10, 0.33, 2700.0, 1.6e-5], [900.0, 220.0, 0.04, 2.3e-5], 0.001, Some(5.0e7), None)
+            .opens(0.03, Some(660.0)),
     ),
-    ("rubber", "rubber sheet, 1 mm", row([3.0e6, 0.49, 1100.0, 1.0e-3], [1900.0, 0.16, 0.94, 2e-4], 0.05, None, None)),
+    (
+        "rubber",
+        "rubber sheet, 1 mm",
+        row([3.0e6, 0.49, 1100.0, 1.0e-3], [1900.0, 0.16, 0.94, 2e-4], 0.05, None, None).opens(4.0, None),
+    ),
 ];
 
 /// The material of that name in the library.

@@ -19,6 +19,8 @@ pub mod pol;
 pub mod polyhedron;
 mod record_lines;
 pub mod sht;
+pub mod sticking;
+pub mod tearing;
 pub mod validate;
 
 use std::collections::BTreeMap;
@@ -31,7 +33,7 @@ pub use body::{BodySpec, Shape};
 pub use contact::{ContactDefaults, PairSpec};
 pub use flow::CreaseSpec;
 pub use heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
-pub use material::{Burgers, Material, MaterialChoice};
+pub use material::{Burgers, Material, MaterialChoice, Tack};
 pub use polyhedron::Polyhedron;
 
 use crate::engine::EngineKind;
@@ -296,6 +298,11 @@ pub struct SheetSpec {
     pub plastic: bool,
     /// Whether it creeps as the material's `burgers` says.
     pub creep: bool,
+    /// Whether it sticks to what it touches, and to itself, as the material's `tack` says (implicit engines only).
+    pub sticky: bool,
+    /// Whether its cells open where the material's `tears_at` or `melts_at` is passed (rectangles of square cells: shell, samm, slamm,
+    /// double-diagonal, provot2d, provot3d).
+    pub tearing: bool,
     /// Lines along which the sheet is folded as it is made (shell only).
     pub creases: Vec<CreaseSpec>,
     /// Air pressure on the upper side above that on the lower, at times: linear in between, the first before, the last for good; empty for
@@ -341,6 +348,8 @@ impl Default for SheetSpec {
             temperature_gradient: false,
             plastic: false,
             creep: false,
+            sticky: false,
+            tearing: false,
             creases: Vec::new(),
             pressure: Vec::new(),
             curl: (0.0, 0.0),

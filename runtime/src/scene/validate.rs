@@ -208,6 +208,11 @@ pub fn material(field: &str, m: &Material) -> Check {
     option(&at("glass_transition"), m.glass_transition, (-273.15, 1000.0), "°C")?;
     check_range(&at("wlf.0"), m.wlf.0, 1.0, 100.0, "")?;
     check_range(&at("wlf.1"), m.wlf.1, 1.0, 1000.0, "K")?;
+    option(&at("melts_at"), m.melts_at, (COLDEST, HOTTEST), "°C")?;
+    if let Some(tack) = &m.tack {
+        super::sticking::check_tack(tack).map_err(|e| within(&at("tack"), e))?;
+    }
+    option(&at("tears_at"), m.tears_at, (1e-3, 10.0), "of strain")?;
     let woven = m.orthotropic.as_ref().map_or(Ok(()), |measured| Target::orthotropic(measured).map(drop));
     woven.map_err(|e| within(&at("orthotropic"), e))
 }
@@ -266,6 +271,8 @@ fn sheet(s: &SheetSpec) -> Check {
         pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
     }
     super::flow::check(s)?;
+    super::tearing::check(s)?;
+    super::sticking::check(s)?;
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;

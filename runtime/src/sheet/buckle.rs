@@ -56,6 +56,8 @@ pub(crate) struct Watch {
     next_force: Vectors,
     still: Vectors,
     scratch: SpringScratch,
+    /// Of the cells that had opened.
+    revision: u64,
     fall: Option<Fall>,
     last: Option<Buckle>,
 }
@@ -95,8 +97,11 @@ impl Sheet {
 impl Watch {
     fn look(&mut self, sheet: &Sheet, time: f64) -> Option<Buckle> {
         let n = sheet.masses();
-        let is_first = self.x.len() != n;
+        // What tears gives energy off too, but does not buckle.
+        let is_first = self.x.len() != n || self.revision != sheet.opening_revision();
+        self.revision = sheet.opening_revision();
         if is_first {
+            self.fall = None;
             for buffer in [&mut self.next_force, &mut self.still] {
                 *buffer = Vectors::zeros(n);
             }

@@ -6,6 +6,7 @@ use super::creases;
 use super::drag::Drag;
 use super::flow::Flow;
 use super::generated::{Calibrated, cuts, generated};
+use super::tears::Tears;
 use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
 use crate::element::Element;
@@ -20,9 +21,9 @@ use crate::element::triangle::triangle_curvatures;
 use crate::error::InputError;
 use crate::lattice::outline::{Edge, Mesh};
 use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
-use crate::scene::flow as scene_flow;
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
+use crate::scene::{flow as scene_flow, sticking, tearing as scene_tearing};
 
 /// What is common to a generated sheet and one from a file, before it is placed.
 pub(super) struct Parts {
@@ -86,8 +87,39 @@ impl Sheet {
             sheet.begin_heat(scene.ambient_temperature);
         }
         sheet.work.touching = vec![false; sheet.masses()];
+        if spec.sticky {
+            sticking::of_engine(scene.engine)?;
+            sticking::of_material(&sheet.material)?;
+            sheet.areas = areas(&sheet);
+        }
+        if spec.tearing {
+            scene_tearing::of_material(&sheet.material)?;
+            sheet.tears = Some(Box::new(Tears::new(&sheet)));
+        }
         Ok(sheet)
     }
+}
+
+/// Area that falls to each mass, m²: of its layer in proportion to the masses.
+fn areas(sheet: &Sheet) -> Vec<f64> {
+    let place = |m: u32| {
+        let (u, v) = sheet.uv[m as usize];
+        (u * sheet.extent.0, v * sheet.extent.1)
+    };
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(place);
+        0.5 * ((b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)).abs()
+    };
+    let covered: f64 = match &sheet.triangles {
+        Some(triangles) => triangles.iter().map(area).sum(),
+        None => sheet.extent.0 * sheet.extent.1,
+    };
+    let mut all = vec![0.0; sheet.masses()];
+    for layer in &sheet.layers {
+        let whole: f64 = layer.range().map(|i| sheet.mass[i]).sum();
+        layer.range().for_each(|i| all[i] = covered * sheet.mass[i] / whole);
+    }
+    all
 }
 
 /// Triangles of a mesh as they are drawn, counter-clockwise seen from the upper side.
@@ -269,6 +301,8 @@ fn assemble(
         has_gradient: spec.temperature_gradient,
         watch: None,
         flow: None,
+        tears: None,
+        areas: Vec::new(),
         system: None,
         field_before: None,
         clamped: vec![false; n],

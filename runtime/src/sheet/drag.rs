@@ -48,6 +48,11 @@ impl Drag {
         Self { triangles, share: 1.0 / layers.max(1) as f64, cover: 1.0, coefficients, ..Self::default() }
     }
 
+    /// Takes up other triangles.
+    pub fn set_triangles(&mut self, triangles: Vec<[u32; 3]>) {
+        self.triangles = triangles;
+    }
+
     /// Lets pressure follow `keys`, from time 0. The sheet lies at `x` (m); `lowest` triangles are those of its lowest layer.
     pub fn follow(&mut self, keys: &[PressureKey], x: &Vectors, lowest: usize) {
         let area = |t: &[u32; 3]| {

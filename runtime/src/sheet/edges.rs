@@ -7,7 +7,7 @@ impl Sheet {
     pub fn edges(&self) -> Vec<[u32; 2]> {
         let triangles = match &self.triangles {
             Some(triangles) => triangles.clone(),
-            None => self.layers.iter().flat_map(|layer| layer.triangles()).collect(),
+            None => self.closed_triangles(self.layers.iter().flat_map(|layer| layer.triangles()).collect()),
         };
         let sides = triangles.into_iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
         let mut edges: Vec<[u32; 2]> = sides.map(|[a, b]| [a.min(b), a.max(b)]).collect();

@@ -5,7 +5,8 @@ use serde::Serialize;
 
 use super::{Sheet, Vectors};
 
-/// Energies, J. Gravity's is zero at the origin; a held mass has gravity's energy and moves nothing.
+/// Energies, J. Gravity's is zero at the origin; a held mass has gravity's energy and moves nothing. One that is gone has what gravity
+/// gave it where it went.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Energy {
     /// Σ ½ m v².
@@ -30,8 +31,10 @@ impl Energy {
     }
 
     pub(super) fn of(sheet: &Sheet, g: DVec3) -> Self {
-        let kinetic = sheet.v.iter().zip(&sheet.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum();
-        let gravity = sheet.x.iter().zip(&sheet.mass).map(|(x, m)| -m * g.dot(x)).sum();
+        let moves = |i: usize| if sheet.is_gone(i) { 0.0 } else { sheet.mass[i] };
+        let place = |i: usize, x: DVec3| sheet.left_at(i).unwrap_or(x);
+        let kinetic = sheet.v.iter().enumerate().map(|(i, v)| 0.5 * moves(i) * v.length_squared()).sum();
+        let gravity = sheet.x.iter().enumerate().map(|(i, x)| -sheet.mass[i] * g.dot(place(i, x))).sum();
         let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
         let springs = sheet.flow.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
         let elastic = springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements;

@@ -10,6 +10,7 @@ use crate::error::{InputError, check_range};
 use crate::sheet::Vectors;
 
 /// What a sheet that flows holds beyond its elements.
+#[derive(Clone)]
 pub(crate) struct Flow {
     law: FlowLaw,
     /// Temperature of the sheet where nothing heats it, °C.
@@ -26,7 +27,7 @@ pub(crate) struct Flow {
 }
 
 /// The springs of a lattice that creeps, as stretch, m.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct SpringFlow {
     strains: Vec<Strain>,
     /// Stiffness at once (N/m) and length when they were made (m).

@@ -56,8 +56,8 @@ impl Sheet {
 
     fn set_free(&mut self, freed: &[u32]) {
         for mass in freed {
-            if !self.pins.masses().any(|held| held == *mass) {
-                let i = *mass as usize;
+            let i = *mass as usize;
+            if !self.is_gone(i) && !self.pins.masses().any(|held| held == *mass) {
                 self.inverse_mass[i] = 1.0 / self.mass[i];
             }
         }
@@ -67,7 +67,7 @@ impl Sheet {
     }
 
     /// Which masses are free has changed: what an implicit engine has worked out is of the others.
-    fn forget_system(&mut self) {
+    pub(super) fn forget_system(&mut self) {
         self.system = None;
         self.field_before = None;
         self.wake();

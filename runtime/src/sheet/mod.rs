@@ -25,6 +25,7 @@ mod region;
 mod snapshot;
 pub(crate) mod stage;
 pub mod surface;
+mod tears;
 mod tuning;
 mod vectors;
 
@@ -42,6 +43,8 @@ pub use probe::Probe;
 pub use region::select;
 pub(crate) use snapshot::SheetState;
 use surface::Surface;
+pub use tears::Opening;
+use tears::Tears;
 pub use vectors::Vectors;
 
 use self::drag::Drag;
@@ -57,7 +60,7 @@ use crate::engine::{Engine, EngineKind};
 use crate::error::{InputError, check_range};
 use crate::heat::Heat;
 use crate::lattice::{Layer, StructureKind};
-use crate::scene::Material;
+use crate::scene::{Material, Tack};
 
 /// How a sheet fares.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -147,6 +150,10 @@ pub struct Sheet {
     watch: Option<Box<buckle::Watch>>,
     /// Of a sheet that creeps or yields.
     flow: Option<Box<Flow>>,
+    /// Of a sheet whose cells can open.
+    tears: Option<Box<Tears>>,
+    /// Of a sheet that sticks, the area of it that falls to each mass, m².
+    areas: Vec<f64>,
     /// The linear system of implicit engines, made when the first step needs it.
     system: Option<Box<System>>,
     field_before: Option<Field>,
@@ -199,6 +206,8 @@ pub(crate) struct Work {
     pub near: Option<Box<crate::step::NearWork>>,
     /// Its contact surface, made when it is first near something.
     pub skin: Option<Box<crate::contact::skin::Skin>>,
+    /// What it sticks to.
+    pub stuck: Option<Box<crate::contact::stick::Stuck>>,
     /// Colliders that masses touched in this step.
     pub met: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
 }
@@ -225,8 +234,15 @@ impl Sheet {
     }
 
     /// Layer `index` as a surface to draw, with `parts` spline pieces from mass to mass of a grid; `None` where there is no such
-    /// layer.
+    /// layer. What has opened is left out, and no spline drawn over it: a sheet that is not whole is drawn flat between its masses.
     pub fn surface(&self, index: usize, parts: u32) -> Option<Surface> {
+        if self.opened().is_some() {
+            let layer = self.layers.get(index)?;
+            let mut surface = Surface::new(layer, &self.uv, 1);
+            let closed = self.closed_triangles(layer.triangles());
+            surface.keep(closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect());
+            return Some(surface);
+        }
         match &self.triangles {
             Some(triangles) => (index == 0).then(|| Surface::of_triangles(triangles, &self.uv)),
             None => self.layers.get(index).map(|layer| Surface::new(layer, &self.uv, parts)),
@@ -324,6 +340,16 @@ impl Sheet {
         Energy::of(self, gravity)
     }
 
+    /// How its material sticks; none of a sheet that does not.
+    pub(crate) fn tack(&self) -> Option<Tack> {
+        if self.areas.is_empty() { None } else { self.material.tack }
+    }
+
+    /// Area of the sheet that falls to mass `i`, m².
+    pub(crate) fn area_of(&self, i: u32) -> f64 {
+        self.areas.get(i as usize).copied().unwrap_or(0.0)
+    }
+
     /// Largest speed of a mass, m/s.
     pub fn max_speed(&self) -> f64 {
         self.v.max_squared().sqrt()
@@ -393,7 +419,7 @@ impl Sheet {
                 return Err(InputError::new("flexion_limit", problem));
             }
         }
-        self.flexion_limit = limit.map(|limit| FlexionLimit { triples: self.flexion.clone(), limit });
+        self.flexion_limit = limit.map(|limit| FlexionLimit { triples: self.closed_triples(), limit });
         self.wake();
         Ok(())
     }

@@ -16,6 +16,8 @@ pub struct Pins {
     groups: Vec<Group>,
     glue: Vec<Glue>,
     rails: Vec<Rail>,
+    /// Masses that are gone, which nothing is glued to; empty where none is.
+    gone: Vec<bool>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -136,7 +138,14 @@ impl Pins {
     /// (m).
     pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
         let free = self.glue.iter().filter_map(|g| g.body.filter(|h| !h.leads).map(|h| (g, h.index)));
-        free.flat_map(|(g, index)| g.masses.iter().map(move |(mass, _, local)| (*mass, index, *local)))
+        let all = free.flat_map(|(g, index)| g.masses.iter().map(move |(mass, _, local)| (*mass, index, *local)));
+        all.filter(|(mass, ..)| !self.gone.get(*mass as usize).is_some_and(|gone| *gone))
+    }
+
+    /// Lets go of the glue of the masses that are `gone`, and of no others.
+    pub(crate) fn set_gone(&mut self, gone: &[bool]) {
+        self.gone.clear();
+        self.gone.extend_from_slice(gone);
     }
 
     /// Free glued masses, each with the state of its body at the end of the step.

@@ -1,6 +1,13 @@
-//! What is kept of a sheet to go back to: positions, velocities, whether it sleeps.
+//! What is kept of a sheet to go back to: positions, velocities, what is open, what it sticks to, whether it sleeps; and where heat, creep
+//! or yield change it, its temperatures and what has stayed of them.
 
+use super::flow::Flow;
 use super::{Sheet, Status, Vectors};
+use crate::contact::stick::Stuck;
+use crate::element::Element;
+use crate::element::spring::Springs;
+use crate::heat::Heat;
+use crate::scene::Material;
 
 /// A sheet at one time.
 #[derive(Clone, Debug)]
@@ -9,29 +16,97 @@ pub(crate) struct SheetState {
     v: Vectors,
     status: Status,
     quiet: f64,
+    /// Which cells are open, of a sheet that can.
+    open: Vec<bool>,
+    stuck: Option<Box<Stuck>>,
+    changed: Option<Changed>,
+}
+
+/// What steps change of a sheet besides where it is.
+struct Changed {
+    /// Without the hands that pull at it.
+    elements: Vec<Box<dyn Element>>,
+    springs: Springs,
+    heat: Option<Box<Heat>>,
+    flow: Option<Box<Flow>>,
+    /// The material that all this is of.
+    material: Material,
+}
+
+impl Clone for Changed {
+    fn clone(&self) -> Self {
+        Self {
+            elements: self.elements.iter().map(|e| e.boxed()).collect(),
+            springs: self.springs.clone(),
+            heat: self.heat.as_ref().map(|h| Box::new(h.kept())),
+            flow: self.flow.clone(),
+            material: self.material.clone(),
+        }
+    }
+}
+
+impl std::fmt::Debug for Changed {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Changed").field("elements", &self.elements.len()).finish_non_exhaustive()
+    }
 }
 
 impl Sheet {
     /// The sheet as it is now.
     pub(crate) fn state(&self) -> SheetState {
-        SheetState { x: self.x.clone(), v: self.v.clone(), status: self.status, quiet: self.quiet }
+        let open = self.open_cells().unwrap_or_default().to_vec();
+        let (x, v, stuck) = (self.x.clone(), self.v.clone(), self.work.stuck.clone());
+        let own = self.elements.len() - self.pulls.len();
+        let changes = self.heat.is_some() || self.flow.is_some();
+        let changed = changes.then(|| Changed {
+            elements: self.elements[..own].iter().map(|e| e.boxed()).collect(),
+            springs: self.springs.clone(),
+            heat: self.heat.as_ref().map(|h| Box::new(h.kept())),
+            flow: self.flow.clone(),
+            material: self.material.clone(),
+        });
+        SheetState { x, v, status: self.status, quiet: self.quiet, open, stuck, changed }
     }
 
     /// Whether `state` is one of this sheet.
     pub(crate) fn takes(&self, state: &SheetState) -> bool {
-        state.x.len() == self.masses()
+        let cells = state.open.len() == self.open_cells().map_or(0, <[bool]>::len);
+        let flows = |c: &Changed| c.flow.is_some() == self.flow.is_some() && c.springs.len() == self.springs.len();
+        state.x.len() == self.masses() && cells && state.changed.as_ref().is_none_or(flows)
     }
 
-    /// Goes back to `state`, which it must take. Its engine begins anew from there, as after a change of engine.
+    /// Goes back to `state`, which it must take. Its engine begins anew from there, as after a change of engine; its material stays as it
+    /// is set now.
     pub(crate) fn go_back(&mut self, state: &SheetState) {
         self.wake();
         self.x.copy_from(&state.x);
         self.v.copy_from(&state.v);
+        self.set_open(&state.open);
+        self.work.stuck.clone_from(&state.stuck);
+        if let Some(changed) = &state.changed {
+            self.take_back(changed.clone());
+        }
         self.status = state.status;
         self.quiet = state.quiet;
         self.work.touching.fill(false);
         self.work.stage.astray = false;
         self.engine.restart();
         self.field_before = None;
+    }
+
+    fn take_back(&mut self, changed: Changed) {
+        let own = self.elements.len() - self.pulls.len();
+        self.elements.splice(..own, changed.elements);
+        (self.springs, self.flow) = (changed.springs, changed.flow);
+        if changed.heat.is_some() {
+            self.heat = changed.heat;
+        }
+        // What elements know of the system's blocks is of then.
+        self.system = None;
+        let now = std::mem::replace(&mut self.material, changed.material);
+        if now != self.material {
+            // Both were allowed when they were set, and what creeps is not changed while it does.
+            let _ = self.set_material(now);
+        }
     }
 }

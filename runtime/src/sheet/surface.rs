@@ -104,6 +104,11 @@ impl Surface {
         surface
     }
 
+    /// Leaves these triangles alone.
+    pub(super) fn keep(&mut self, triangles: Vec<[u32; 3]>) {
+        self.indices = triangles;
+    }
+
     /// A mesh of the surface at positions `x`.
     pub fn mesh(&self, x: &Vectors) -> SurfaceMesh {
         let n = self.uvs.len();

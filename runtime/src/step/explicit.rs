@@ -92,6 +92,8 @@ impl Shared<'_> {
         let Some(lead) = members.first().map(|i| *i as usize) else { return false };
         let dt = self.stage.dt;
         for sheet in members.iter().map(|i| *i as usize) {
+            // Sheets of explicit engines do not stick.
+            sheets[sheet].unstick();
             skin(&mut sheets[sheet]);
             sheets[sheet].work.met.clear();
             sheets[sheet].begin_contact(dt);

@@ -16,6 +16,7 @@ use crate::contact::mover::Mover;
 use crate::contact::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::contact::row::Side;
 use crate::contact::stage::Scratch;
+use crate::contact::stick::stick;
 use crate::contact::surroundings::Surroundings;
 use crate::event::{EventKind, Recorder, Touches};
 use crate::sheet::{Sheet, Status};
@@ -272,6 +273,7 @@ impl Shared<'_> {
             sheet.work.x_before.copy_from(&sheet.x);
         }
         let Some(lead) = members.first().map(|i| *i as usize) else { return };
+        members.iter().for_each(|i| sheets[*i as usize].hold_on());
         let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
         let mut work = sheets[lead].work.near.take().unwrap_or_default();
         let movers = std::mem::take(&mut scratch.movers);
@@ -302,6 +304,8 @@ impl Shared<'_> {
         group.each(|sheet| limit(sheet, stage.dt));
         let Group { sheets, movers, .. } = group;
         self.note(sheets, members, &scratch, &work);
+        stick(sheets, members, &scratch, self.surroundings, work.bodies());
+        members.iter().for_each(|i| sheets[*i as usize].hold_no_more());
         self.finish(sheets, touches, members);
         let first_claim = claims.len();
         self.claim(&movers, &work, claims);

@@ -8,11 +8,12 @@ use crate::contact::Group;
 use crate::contact::find::{BodyMotion, FindCounters, Finder, Pair, Problem, Scope, SheetMotion};
 use crate::contact::frame::RigidFrame;
 use crate::contact::mover::{Mover, frame};
-use crate::contact::rigid::{BodyContact, RigidView};
+use crate::contact::rigid::{BodyContact, BodyState, RigidView};
 use crate::contact::rounds::{Look, Margins};
 use crate::contact::row::{Contact, Side};
 use crate::contact::skin::Skin;
 use crate::contact::stage::{Found, mass_point};
+use crate::contact::stick::on_bodies;
 use crate::contact::surroundings::Surroundings;
 use crate::sheet::Sheet;
 
@@ -216,7 +217,12 @@ impl Find for Near<'_> {
         for (mover, index) in group.movers.iter_mut().zip(&self.work.bodies) {
             let over = &self.surroundings.bodies[*index as usize];
             if mover.start.gives() {
-                let free = mover.start.fly(to - from, self.gravity);
+                let mut free = mover.start.fly(to - from, self.gravity);
+                on_bodies(group.sheets, group.members, |body, force, at| {
+                    if body == *index {
+                        free = pulled(&free, force, mover.start.place(at), to - from);
+                    }
+                });
                 mover.begin(free);
             } else {
                 mover.start = over.start.fly(from, DVec3::ZERO);
@@ -254,6 +260,13 @@ impl Find for Near<'_> {
     fn end_stage(&mut self, group: &mut Group) {
         group.movers.iter_mut().for_each(|mover| mover.start = mover.end());
     }
+}
+
+/// A body that a force (N) at `at` (m) has pulled for `span` s.
+fn pulled(free: &BodyState, force: DVec3, at: DVec3, span: f64) -> BodyState {
+    let turn = free.inverse_inertia() * (at - free.centre()).cross(force);
+    let moved = free.displaced(force * (0.5 * span * span * free.inverse_mass()), turn * (0.5 * span * span));
+    moved.kicked(force * span, at)
 }
 
 /// The frame `inner` of the axes of `outer`, in the world.

@@ -71,10 +71,31 @@ pub struct SheetReport {
     pub stiffness: Option<DeliveredStiffness>,
     /// Times a mass met a surface.
     pub contacts: u64,
+    /// What has opened; nothing of a sheet that cannot.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub opening: Option<OpeningReport>,
     /// Work of looking for contact, and of solving it, of the group that the sheet is the first of.
     pub detection: FindCounters,
     /// See `detection`.
     pub contact_work: ContactCounters,
+}
+
+/// What has opened of a sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OpeningReport {
+    /// Cells that are open.
+    pub cells: usize,
+    /// Of how many.
+    pub of: usize,
+    /// Energy that opening has taken out of the motion, J.
+    pub released_j: f64,
+}
+
+impl OpeningReport {
+    fn of(sheet: &Sheet) -> Option<Self> {
+        let of = sheet.open_cells()?.len();
+        Some(Self { cells: sheet.open_count(), of, released_j: sheet.energy_released() })
+    }
 }
 
 /// Temperatures of a sheet, °C. Without a source of heat, those of the surroundings.
@@ -140,6 +161,7 @@ impl World {
             guarded: sheet.counters.guarded,
             stiffness: sheet.delivered_stiffness(self.dt),
             contacts: sheet.counters.contacts,
+            opening: OpeningReport::of(sheet),
             detection: sheet.detection(),
             contact_work: sheet.contact_counters(),
         });

@@ -1,7 +1,7 @@
 //! Snapshots: a world as it was, to go back to.
 //!
-//! Kept are time, positions and velocities of every mass, the state of every body that moves freely, what sleeps, and how much had happened. Parameters
-//! stay as they are set, so that a snapshot is a start for trying others. Engines begin anew from there, as after a change of
+//! Kept are time, positions and velocities of every mass, its temperature and what has stayed of heat, creep and yield, the state of every
+//! body that moves freely, what sleeps, and how much had happened. Parameters stay as they are set, so that a snapshot is a start for trying others. Engines begin anew from there, as after a change of
 //! engine: what an implicit scheme carries from step to step, and what Rapier remembers of its contacts, is not kept. Two
 //! runs from one snapshot are the same; a run from it and the run it was taken of differ by the error of the scheme's start.
 
@@ -75,6 +75,9 @@ impl World {
                 }
             }
         }
+        if let Some(heat) = &mut self.heat {
+            heat.forget();
+        }
         self.touches.clone_from(&snapshot.touches);
         self.events.truncate(snapshot.events);
         (self.time, self.steps) = (snapshot.time, snapshot.steps);
@@ -118,6 +121,44 @@ mod tests {
         assert_eq!((first.2, first.3, first.4), (second.2, second.3, second.4));
         let apart = first.0.iter().zip(second.0.iter()).map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
         assert!(apart < 1e-3 && first.1.distance(second.1) < 1e-6, "{apart}");
+    }
+
+    /// A clamped strip that an oven softens, so that it sags for good; another that is folded past its yield.
+    #[test]
+    fn heat_creep_and_yield_go_back_too() {
+        let scene = Scene::parse(
+            r#"(engine: "tr-bdf2", dt: 0.02, time_lapse: 10,
+                oven: (convection: 20, schedule: [(time: 0, temperature: 150)]),
+                sheets: [(name: "hot", structure: "shell", grid: (9, 1, 3), size: (0.2, 0.05), material: "hips", creep: true,
+                        pins: [(region: Left, clamp: true)]),
+                    (name: "lattice", structure: "slamm", grid: (5, 2, 3), size: (0.1, 0.05), material: "hips", creep: true,
+                        placement: (position: (0, 0.3, 0)), pins: [(region: Left)])])"#,
+        );
+        let mut world = World::new(&scene.expect("valid")).expect("valid");
+        let seen = |world: &World| {
+            let of = |s: &crate::sheet::Sheet| (s.x.clone(), s.temperatures().map(<[f64]>::to_vec));
+            world.sheets().iter().map(of).collect::<Vec<_>>()
+        };
+        world.advance(1.0);
+        let snapshot = world.snapshot();
+        let then = seen(&world);
+        world.advance(1.0);
+        let later = seen(&world);
+        assert!(then[0].1 != later[0].1, "it warms");
+        let mut ends = Vec::new();
+        for _ in 0..2 {
+            world.restore(&snapshot).expect("of this world");
+            assert_eq!(seen(&world), then);
+            world.advance(1.0);
+            ends.push(seen(&world));
+        }
+        assert_eq!(ends[0], ends[1], "two runs from one snapshot");
+        for (a, b) in ends[0].iter().zip(&later) {
+            let apart = a.0.iter().zip(b.0.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max);
+            assert!(apart < 2e-3, "{apart} m from the run it was taken of");
+            let (a, b) = (a.1.as_deref().unwrap_or_default(), b.1.as_deref().unwrap_or_default());
+            assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.5), "as warm");
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::engine::EngineKind;
 use sheetwork::recording::Recorder;
 use sheetwork::scene::Scene;
+use sheetwork::sheet::Opening;
 use sheetwork::{InputError, Report, World};
 
 use crate::{number, print_json, print_line};
@@ -181,7 +182,16 @@ fn table(report: &Report) -> String {
     for event in &report.events {
         let kind = serde_json::to_value(event.kind).ok().and_then(|v| v.as_str().map(str::to_owned));
         let body = event.body.as_ref().map_or_else(String::new, |b| format!(", {b}"));
-        lines.push(format!("{:>9.4} s  {}: {}{body}", event.time_s, event.sheet, kind.unwrap_or_default()));
+        let opening = event.opening.as_ref().map_or_else(String::new, opening);
+        lines.push(format!("{:>9.4} s  {}: {}{body}{opening}", event.time_s, event.sheet, kind.unwrap_or_default()));
     }
     lines.join("\n")
+}
+
+/// Where a sheet opened, and of what.
+fn opening(o: &Opening) -> String {
+    let [x, y, z] = o.place_m;
+    let how = if o.melted { "melted" } else { "torn" };
+    let warm = o.temperature_c.map_or_else(String::new, |t| format!(", {t:.1} °C"));
+    format!(", {how} at ({x:.4}, {y:.4}, {z:.4}) m, strain {:.3} %{warm}", 100.0 * o.strain)
 }

@@ -30,7 +30,7 @@ pub(super) const GRAZE: f64 = 1e-3;
 
 /// Rows of all masses against a half space.
 pub(super) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: &mut Vec<Contact>) {
-    for (i, p) in local.end.iter().enumerate() {
+    for (i, p) in local.end.iter().enumerate().filter(|(i, _)| !meeting.skin.is_gone(*i)) {
         let height = normal.dot(*p);
         if height.min(normal.dot(local.put(i))) <= meeting.offset + meeting.margin {
             let i = i as u32;
@@ -50,7 +50,7 @@ pub(super) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
     let mut tests = 0;
     for i in 0..local.end.len() {
         let (a, b, put) = (local.start[i], local.end[i], local.put(i));
-        if !(a.min(b).min(put).cmple(high).all() && a.max(b).max(put).cmpge(low).all()) {
+        if !(a.min(b).min(put).cmple(high).all() && a.max(b).max(put).cmpge(low).all()) || meeting.skin.is_gone(i) {
             continue;
         }
         tests += 1;

@@ -108,6 +108,7 @@ impl Drift {
 /// The triangles of a sheet by where they are in a stage, and the normals they have at its base.
 pub(super) struct SkinTree {
     id: u32,
+    revision: u64,
     tree: Bvh,
     /// What the boxes are seen from, and how much they are grown (m); `None` when they are of another stage.
     fresh: Option<(Drift, f64)>,
@@ -142,6 +143,7 @@ impl SkinTree {
         });
         Self {
             id,
+            revision: skin.revision(),
             tree: Bvh::from_iter(BvhBuildStrategy::Binned, boxes),
             fresh: None,
             has_ridges: false,
@@ -159,7 +161,8 @@ impl SkinTree {
     }
 
     pub fn is_of(&self, id: u32, skin: &Skin) -> bool {
-        self.id == id && self.areas.len() == skin.triangles().len() && self.mass_areas.len() == skin.masses()
+        let counts = self.areas.len() == skin.triangles().len() && self.mass_areas.len() == skin.masses();
+        self.id == id && self.revision == skin.revision() && counts
     }
 
     pub fn forget(&mut self) {

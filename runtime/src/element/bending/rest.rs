@@ -139,6 +139,13 @@ impl Bending {
         all
     }
 
+    /// Finds where the masses of the frames are in their groups.
+    pub(super) fn find_frames(&mut self) {
+        if let Some(rests) = &mut self.rests {
+            rests.frame = self.groups.iter().map(|g| frame_places(g, &self.masses)).collect();
+        }
+    }
+
     /// Takes up the stiffness of the groups; see [`crate::element::Element::set_law`].
     pub(super) fn set_rest_law(&mut self, stiffness: f64) {
         let Some(rests) = &mut self.rests else { return };

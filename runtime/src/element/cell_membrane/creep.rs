@@ -1,6 +1,6 @@
 //! The membrane of a grid that creeps: [`Warmed`] then holds the law of the step, and here is what it is made of; see `element/flow`.
 
-use super::{Cell, CellMembrane, LANES, Pack, Warmed, half_dot};
+use super::{Cell, CellMembrane, LANES, Pack, Warmed, half_dot, open_cell};
 use crate::element::Warmth;
 use crate::element::flow::{Decay, FlowStep, Flows, Strain};
 use crate::sheet::Vectors;
@@ -26,6 +26,11 @@ impl Creeping {
     fn new(packets: usize, share: [f64; 2]) -> Self {
         let part = Part { strains: [[Strain::default(); LANES]; 5], softness: Pack::splat(1.0) };
         Self { parts: vec![part; packets], share, running: false }
+    }
+
+    /// What warmth has left of the law's stiffness in cell `l` of packet `index`.
+    pub fn softness(&mut self, index: usize, l: usize) -> &mut f64 {
+        &mut self.parts[index].softness.0[l]
     }
 }
 
@@ -67,7 +72,8 @@ impl CellMembrane {
     pub(super) fn warm_creeping(&mut self, x: &Vectors, warmth: &Warmth) -> bool {
         let Some(creeping) = &mut self.creeping else { return false };
         let (cell, share) = (self.cell, creeping.share);
-        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed) {
+        let parts = self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed);
+        for (index, ((p, part), w)) in parts.enumerate() {
             let e = cell.strains(&cell.edges(x, p.first));
             for l in 0..p.count {
                 let m = cell.masses(p.first + l);
@@ -75,6 +81,10 @@ impl CellMembrane {
                     w.expansion[k].0[l] = warmth.mean_expansion(edge);
                 }
                 let after = warmth.stiffness(&m.map(|m| m as u32));
+                if let Some(kept) = open_cell(&mut self.open, index, l) {
+                    *kept = after;
+                    continue;
+                }
                 let kept = (part.softness.0[l] / after).min(1.0);
                 for k in 0..5 {
                     let grown = expansion(w, k, l);
