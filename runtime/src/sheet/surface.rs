@@ -265,7 +265,10 @@ mod tests {
             let along: Vec<f64> = sheet.x.iter().map(|p| p.x).collect();
             surface.interpolate(&along, &mut seen);
             let drawn = surface.mesh(&sheet.x).positions;
-            assert!(drawn.iter().zip(&seen).all(|(p, v)| (p[0] - v).abs() < 1e-6), "{structure}");
+            // Shifted rows are drawn to beyond their ends, where a position goes on in a line and a value does not.
+            let inside = |p: &[f32; 3]| structure == "samm" || p[0].abs() < 0.15;
+            let off = drawn.iter().zip(&seen).filter(|(p, _)| inside(p)).map(|(p, v)| (p[0] - v).abs());
+            assert!(off.fold(0.0, f32::max) < 1e-6, "{structure}");
             let step: Vec<f64> = along.iter().map(|x| if *x < 0.0 { 20.0 } else { 100.0 }).collect();
             surface.interpolate(&step, &mut seen);
             assert!(seen.iter().all(|v| (20.0..=100.0).contains(v)), "{structure}");
