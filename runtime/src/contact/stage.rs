@@ -13,6 +13,7 @@ use glam::{DMat3, DVec3};
 use super::coulomb::Law;
 use super::delassus::Group;
 use super::dual::{ACCURACY, Dual};
+use super::find::is_of_surface;
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
 use super::on_forces::Few;
@@ -119,8 +120,6 @@ pub(crate) struct Scratch {
     pub deepest: u32,
     /// Whether the step has thrown a sheet about beyond help.
     pub runaway: bool,
-    /// Whether what is left of the step is passed over.
-    pub waits: bool,
     /// Steps on end in which it has been brought back from that, and whether it has in this one.
     pub strays: u32,
     pub strayed: bool,
@@ -384,11 +383,12 @@ impl Scratch {
     /// A sheet that began deep within a body, as it can only have been put there.
     pub(super) fn buried(&self, group: &Group) -> Option<u32> {
         self.found.contacts[..self.found.glue_from].iter().find_map(|c| {
-            let (Side::Sheet { sheet: index, point }, Side::Body { .. }) = (&c.a, &c.b) else { return None };
+            // Of a mass in a surface: corners and edges can be far behind one another's planes and yet apart.
+            let Side::Sheet { sheet: index, point } = &c.a else { return None };
             let sheet = group.sheet(*index);
             let gap = c.normal.dot(place(group, &c.a, At::Start) - place(group, &c.b, At::Start)) - c.offset;
             let is_free = point.terms().all(|(i, _)| !sheet.is_held(i as usize));
-            (gap < -BURIED * sheet.spread && is_free).then_some(*index)
+            (gap < -BURIED * sheet.spread && is_free && is_of_surface(&c.key)).then_some(*index)
         })
     }
 

@@ -56,11 +56,11 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         // What is in the midst of a hard blow is so in the next step.
         scratch.expected = if group.members.len() > 1 { scratch.deepest.saturating_sub(1) } else { 0 };
         scratch.deepest = 0;
-        (scratch.runaway, scratch.waits) = (false, false);
+        scratch.runaway = false;
         if !std::mem::take(&mut scratch.strayed) {
             scratch.strays = 0;
         }
-    } else if scratch.runaway || scratch.waits {
+    } else if scratch.runaway {
         return;
     }
     // One state is enough to keep: a half begins where it would come back to.
@@ -92,8 +92,6 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch) {
     scratch.strays += u32::from(!std::mem::replace(&mut scratch.strayed, true));
     if scratch.strays <= STRAYS {
         stay(group);
-        // A solve without an answer has none in the next part either, and took long to say so.
-        scratch.waits = group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed);
         group.each(|sheet| sheet.work.stage.failed = false);
         return;
     }

@@ -1,5 +1,7 @@
 //! Names of features: a kind, the sheet or body it belongs to, and its number there.
 
+use crate::contact::row::Key;
+
 /// What a feature is.
 #[derive(Clone, Copy)]
 pub(super) enum Kind {
@@ -21,4 +23,10 @@ pub(super) fn name(kind: Kind, id: u32, index: u32) -> u64 {
 pub(in crate::contact) fn thing(name: u64) -> u64 {
     let is_sheet = name >> 56 <= Kind::Triangle as u64;
     (name >> 32 & 0x00ff_ffff) << 1 | u64::from(is_sheet)
+}
+
+/// Whether a contact of this name is of a mass and the surface of a body.
+pub(in crate::contact) fn is_of_surface(key: &Key) -> bool {
+    let [of, on] = key.map(|name| name >> 56);
+    of == Kind::Mass as u64 && (on == Kind::Face as u64 || on == Kind::Ball as u64)
 }

@@ -24,7 +24,7 @@ mod tree;
 use glam::DVec3;
 use rapier3d::parry::partitioning::BvhWorkspace;
 
-pub(super) use self::keys::thing;
+pub(super) use self::keys::{is_of_surface, thing};
 use self::local::{Local, Meeting};
 use self::surfaces::{Couple, Party};
 use self::tree::{Cuboid, Drift, SkinTree};
