@@ -380,16 +380,22 @@ impl Scratch {
         self.found.contacts.iter().any(|c| gap(c, At::Free) < -IMPACT && gap(c, At::Start) > IMPACT)
     }
 
-    /// A sheet that began deep within a body, as it can only have been put there.
+    /// A sheet that began deep within bodies with half of its masses or more, as it can only have been put there.
     pub(super) fn buried(&self, group: &Group) -> Option<u32> {
-        self.found.contacts[..self.found.glue_from].iter().find_map(|c| {
-            // Of a mass in a surface: corners and edges can be far behind one another's planes and yet apart.
-            let Side::Sheet { sheet: index, point } = &c.a else { return None };
-            let sheet = group.sheet(*index);
+        let is_deep = |c: &&Contact| {
+            let Side::Sheet { sheet, point } = &c.a else { return false };
             let gap = c.normal.dot(place(group, &c.a, At::Start) - place(group, &c.b, At::Start)) - c.offset;
-            let is_free = point.terms().all(|(i, _)| !sheet.is_held(i as usize));
-            (gap < -BURIED * sheet.spread && is_free && is_of_surface(&c.key)).then_some(*index)
-        })
+            let sheet = group.sheet(*sheet);
+            // Of a mass in a surface: corners and edges can be far behind one another's planes and yet apart.
+            gap < -BURIED * sheet.spread
+                && is_of_surface(&c.key)
+                && point.terms().all(|(i, _)| !sheet.is_held(i as usize))
+        };
+        let deep = || self.found.contacts[..self.found.glue_from].iter().filter(is_deep);
+        let Side::Sheet { sheet: first, .. } = deep().next()?.a else { return None };
+        // A body that passes in a step is seen from behind by some.
+        let of_first = |c: &&Contact| matches!(c.a, Side::Sheet { sheet, .. } if sheet == first);
+        (2 * deep().filter(of_first).count() >= group.sheet(first).masses()).then_some(first)
     }
 
     pub(super) fn law(&self, i: usize) -> Law {

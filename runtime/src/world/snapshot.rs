@@ -123,11 +123,12 @@ mod tests {
         assert!(apart < 1e-3 && first.1.distance(second.1) < 1e-6, "{apart}");
     }
 
-    /// A clamped strip that an oven softens, so that it sags for good; another that is folded past its yield.
+    /// A clamped strip and a lattice that an oven softens, so that they sag for good, in air that lets them do nothing else: what restoring
+    /// did not bring back would be seen for long.
     #[test]
     fn heat_creep_and_yield_go_back_too() {
         let scene = Scene::parse(
-            r#"(engine: "tr-bdf2", dt: 0.02, time_lapse: 10,
+            r#"(engine: "tr-bdf2", dt: 0.02, time_lapse: 10, air: (factor: 0.9),
                 oven: (convection: 20, schedule: [(time: 0, temperature: 150)]),
                 sheets: [(name: "hot", structure: "shell", grid: (9, 1, 3), size: (0.2, 0.05), material: "hips", creep: true,
                         pins: [(region: Left, clamp: true)]),
@@ -155,7 +156,7 @@ mod tests {
         assert_eq!(ends[0], ends[1], "two runs from one snapshot");
         for (a, b) in ends[0].iter().zip(&later) {
             let apart = a.0.iter().zip(b.0.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max);
-            assert!(apart < 2e-3, "{apart} m from the run it was taken of");
+            assert!(apart < 5e-4, "{apart} m from the run it was taken of");
             let (a, b) = (a.1.as_deref().unwrap_or_default(), b.1.as_deref().unwrap_or_default());
             assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.5), "as warm");
         }
