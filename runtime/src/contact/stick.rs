@@ -125,10 +125,10 @@ pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, ar
         sheets[i].work.stuck.get_or_insert_default().begin(masses);
     }
     scratch.closed(|contact, _| {
-        if let Some((sheet, mass, _)) = of_mass(contact) {
-            if let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck {
-                stuck.count[mass as usize] += 1;
-            }
+        if let Some((sheet, mass, _)) = of_mass(contact)
+            && let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck
+        {
+            stuck.count[mass as usize] += 1;
         }
     });
     let hanging = |body: u32| {
