@@ -38,6 +38,9 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 
 /// What the surface is coloured by, and the ends of a scale that is not worked out of what is there.
 fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
+    if session.playback().is_some() {
+        return;
+    }
     let now = SheetColour::Temperature.scale(session.world());
     let (low, high) = now.map_or((20.0, 120.0), |s| (s.low, s.high));
     let own = match *chosen {

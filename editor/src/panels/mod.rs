@@ -68,6 +68,11 @@ impl Default for Display {
 }
 
 impl Display {
+    /// The same for `session`: a recording has no temperatures that sheets could be coloured by.
+    pub fn of(self, session: &Session) -> Self {
+        if session.playback().is_some() { Self { colour: Some(SheetColour::Plain), ..self } } else { self }
+    }
+
     /// The scale of the colours that the surfaces of `world` have; `None` where they have none, or are not drawn.
     pub fn scale(&self, world: &World) -> Option<ColourScale> {
         let colour = self.colour.unwrap_or_else(|| SheetColour::of_heat(world));
@@ -104,7 +109,7 @@ impl EditorState {
     /// The state a fresh editor has with this session.
     pub fn new(session: &Session) -> Self {
         Self {
-            display: Display::default(),
+            display: Display::default().of(session),
             camera: Camera::of(session.world()),
             sheet: 0,
             path: String::new(),
@@ -120,6 +125,7 @@ impl EditorState {
     /// Opens a scene file in the session and looks at it as it asks; a refusal becomes a message.
     pub fn open(&mut self, session: &mut Session, file: &std::path::Path) {
         if session.load(file) {
+            self.display = self.display.of(session);
             self.camera = Camera::of(session.world());
             self.sheet = 0;
         }

@@ -157,7 +157,7 @@ fn app(session: Session, display: Display) -> App {
     };
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
-    let state = EditorState { display, ..EditorState::new(&session) };
+    let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
     app.insert_resource(Editor { session, state });
     add_scene(&mut app, Quality::BEST);
     while app.plugins_state() == PluginsState::Adding {

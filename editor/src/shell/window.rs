@@ -90,7 +90,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     let mut state = EditorState::new(&session);
-    state.display = arguments.display();
+    state.display = arguments.display().of(&session);
     session.set_link(true);
     state.path = session.file().map(|f| f.display().to_string()).unwrap_or_default();
     app.insert_resource(Editor { session, state }).insert_resource(watch);

@@ -69,6 +69,10 @@ def main():
     arguments.add_argument("--low", type=float, default=1e8, help="smallest Young's modulus to try, Pa")
     arguments.add_argument("--high", type=float, default=1e11, help="largest Young's modulus to try, Pa")
     options = arguments.parse_args()
+    for name in ("droop", "low", "high"):
+        value = getattr(options, name)
+        if not 0.0 < value < math.inf:
+            arguments.error(f"--{name} {value}: must be a number above 0")
     with sheetwork.attach(options.link, wait=5.0) as game:
         game.patience = 60.0
         sheet = options.sheet or game.status()["sheets"][0]

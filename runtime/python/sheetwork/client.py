@@ -5,6 +5,7 @@ import json
 import os
 import stat
 import time
+import weakref
 
 import iceoryx2 as iox2
 import numpy as np
@@ -246,7 +247,8 @@ class Game:
     def frames(self, complete=False, seconds=None, count=None, newest=True):
         """Frames as they come, until `seconds` have passed or `count` came.
 
-        With `newest` those that were overtaken are passed over. A frame's arrays are valid until the next is asked for.
+        With `newest` those that were overtaken are passed over. A frame's arrays look into shared memory until the next is asked
+        for, and are its own from then on. An array that is kept by itself goes on holding one of a reader's few places there: copy it.
         Raises Unlike where a frame cannot be read.
         """
         service, port = self._subscribe("fields" if complete else "frames")
@@ -254,7 +256,7 @@ class Game:
         quiet, given = time.monotonic(), 0
         try:
             while (end is None or time.monotonic() < end) and (count is None or given < count):
-                sample = port.receive()
+                sample = _received(port)
                 if sample is None:
                     if time.monotonic() - quiet > 1.0:
                         quiet = time.monotonic()
@@ -262,25 +264,33 @@ class Game:
                     time.sleep(_LOOK_EVERY)
                     continue
                 while newest:
-                    following = port.receive()
+                    following = _received(port)
                     if following is None:
                         break
                     sample.delete()
                     sample = following
                 quiet = time.monotonic()
                 given += 1
-                yield self._frame(sample)
-                sample.delete()
+                frame = self._frame(sample)
+                sample = None
+                try:
+                    yield frame
+                finally:
+                    # Whoever still has it has it for good.
+                    _kept(frame)
         finally:
             port.delete()
             del service
 
     def _frame(self, sample):
         kind = ctypes.c_uint8 * (8 * sample.header.number_of_elements)
-        data = np.frombuffer(kind.from_address(sample.payload_ptr), dtype=np.uint8)
+        memory = kind.from_address(sample.payload_ptr)
+        # The place in shared memory is held as long as any array looks at it: never less, which would kill Python.
+        weakref.finalize(memory, sample.delete)
+        data = np.frombuffer(memory, dtype=np.uint8)
         data.flags.writeable = False
         try:
-            frame = Frame(data, sample)
+            frame = Frame(data)
         except ValueError as problem:
             raise Unlike(str(problem)) from None
         if self._last is not None:
@@ -316,6 +326,16 @@ class Game:
             del service
 
 
+def _received(port):
+    """What has come, or None."""
+    try:
+        return port.receive()
+    except iox2.ReceiveError as error:
+        if "Borrow" in str(error):
+            raise Refused("arrays of earlier frames are held; copy what is kept") from None
+        raise
+
+
 def _kept(frame):
     """The frame with arrays of its own, so that it outlives its place in shared memory."""
     for sheet in frame.sheets:
@@ -324,7 +344,6 @@ def _kept(frame):
             if array is not None:
                 setattr(sheet, name, array.copy())
     frame.bodies = frame.bodies.copy()
-    frame._owner = None
     return frame
 
 

@@ -61,7 +61,7 @@ def _array(data, offset, count, kind, width):
 
 
 class Sheet:
-    """A sheet of a frame: views into shared memory, valid as long as the frame is."""
+    """A sheet of a frame: views into shared memory, its own arrays once the next frame is asked for."""
 
     def __init__(self, data, header):
         n = int(header["masses"])
@@ -91,10 +91,9 @@ class Sheet:
 
 
 class Frame:
-    """A frame of the whole world. It holds one of the few places a reader has: look at it and let it go."""
+    """A frame of the whole world: it looks into shared memory until the next is asked for, and keeps copies then."""
 
-    def __init__(self, data, owner=None):
-        self._owner = owner
+    def __init__(self, data):
         if data.size < FRAME.itemsize:
             raise ValueError(f"{data.size} bytes are no frame")
         header = data[: FRAME.itemsize].view(FRAME)[0]

@@ -38,6 +38,10 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let dt = setup.dt.unwrap_or_else(|| gentle_step(setup, from, t.ambient));
     // It ends between where it begins and what it tends to.
     let reaches = (t.to - from) * (t.ambient - from) > 0.0 && (t.to - t.ambient) * (from - t.ambient) > 0.0;
+    if !reaches && t.to != from {
+        let problem = format!("{} °C is never reached from {from} °C in surroundings of {} °C", t.to, t.ambient);
+        return Err(InputError::new("--to", problem));
+    }
     let mut time = (t.to == from).then_some(0.0);
     let mut steps = 0;
     while reaches && time.is_none() && steps < MOST {
