@@ -4,6 +4,8 @@
 //! is left over says where between the last two steps the picture is. A frame never spends more than [`FRAME_BUDGET`] on
 //! stepping; time that could not be made up is dropped and counted, so that a slow scene runs slowly instead of choking.
 
+mod recording;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -142,27 +144,6 @@ impl Session {
     /// The session, remembering the file its scene came from: [`Session::reload`] reads it again.
     pub fn read_from(self, file: &Path) -> Self {
         Self { file: Some(file.to_path_buf()), ..self }
-    }
-
-    /// The session with a recording of its scene to show in place of a simulation.
-    pub fn play_back(mut self, mut recording: Playback) -> Self {
-        recording.seek(0.0, &mut self.world);
-        self.playback = Some(recording);
-        self.settle_display();
-        self
-    }
-
-    /// The recording that is shown, where one is.
-    pub fn playback(&self) -> Option<&Playback> {
-        self.playback.as_ref()
-    }
-
-    /// Goes to `at` s from the start of the recording, where one is shown.
-    pub fn seek(&mut self, at: f64) {
-        if let Some(recording) = &mut self.playback {
-            recording.seek(at, &mut self.world);
-            self.settle_display();
-        }
     }
 
     /// Replaces the world by the scene in `file`; keeps speed and whether it plays. When the file is refused the old

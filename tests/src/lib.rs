@@ -3,6 +3,8 @@
 //!
 //! The tests themselves are in `tests/tests`, one file a subject; each says where the number it expects comes from.
 
+pub mod game;
+
 use std::path::PathBuf;
 
 use glam::DVec3;

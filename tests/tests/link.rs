@@ -1,4 +1,4 @@
-//! The live link between real processes: this program starts itself again in other roles, and does to them what happens to
+//! The live link between real processes: `link_role` is started in several roles, and these do to it what happens to
 //! games and their watchers. Where each link has its files in a folder of its own, tests do not meet.
 //!
 //! The long campaigns are the same tests with `SHEETWORK_LINK_KILLS` (how often to kill, 8 otherwise) and
@@ -6,8 +6,6 @@
 
 #[path = "link/place.rs"]
 mod place;
-#[path = "link/roles.rs"]
-mod roles;
 
 #[path = "link/knobs.rs"]
 mod knobs;

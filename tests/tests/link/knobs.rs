@@ -3,7 +3,7 @@
 use sheetwork::link::{Client, Command, Link, LinkError};
 
 use super::place::{Place, until};
-use super::roles::{Game, strip};
+use sheetwork_tests::game::{Game, strip};
 
 #[test]
 fn parameters_are_listed_set_in_order_and_refused_with_reasons() {

@@ -9,6 +9,9 @@ use sheetwork::link::{Client, Frames, LinkPlace};
 /// How long to wait for anything: a machine with much else to do must not fail a test.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
+/// What a test meets in another process.
+pub const ROLES: &str = env!("CARGO_BIN_EXE_link_role");
+
 /// A link of a test's own.
 pub struct Place {
     folder: PathBuf,
@@ -23,16 +26,15 @@ impl Place {
         Self { folder, link }
     }
 
-    /// This program in another role, its scene and what else it is told in the environment.
+    /// The program of roles in this one; what else it is told is in the environment.
     pub fn start(&self, role: &str, more: &[(&str, &str)]) -> Process {
-        let program = std::env::current_exe().expect("this program");
-        self.start_by(Command::new(program), role, more)
+        self.start_by(Command::new(ROLES), role, more)
     }
 
     pub fn start_by(&self, mut program: Command, role: &str, more: &[(&str, &str)]) -> Process {
-        program.args([&format!("roles::{role}"), "--exact", "--ignored", "--nocapture", "--test-threads=1"]);
+        program.arg(role);
         program.env("SHEETWORK_LINK_ROOT", self.link.root()).env("SHEETWORK_LINK", self.link.name());
-        program.env("SHEETWORK_ROLE", role).envs(more.iter().copied());
+        program.envs(more.iter().copied());
         Process(program.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::inherit()).spawn().expect("starts"))
     }
 

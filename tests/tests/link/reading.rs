@@ -6,7 +6,7 @@ use allocation_counter::measure;
 use sheetwork::link::{Client, Link, LinkError};
 
 use super::place::{PATIENCE, Place, until};
-use super::roles::{Game, strip};
+use sheetwork_tests::game::{Game, strip};
 
 #[test]
 fn a_reader_sees_the_world_and_a_game_alone_writes_nothing() {

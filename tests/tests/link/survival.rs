@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use sheetwork::link::{Client, LinkError};
 use sheetwork_tests::Random;
 
-use super::place::{PATIENCE, Place, Process, until};
+use super::place::{PATIENCE, Place, Process, ROLES, until};
 
 /// How often to kill.
 fn kills() -> u32 {
@@ -78,7 +78,7 @@ fn what_a_killed_game_left_is_gone_after_the_next_one_ends() {
     drop(place.attach());
     game.kill();
     assert!(place.objects() > 0, "it had no time to clean up");
-    let world = sheetwork::World::new(&super::roles::strip()).expect("valid");
+    let world = sheetwork::World::new(&sheetwork_tests::game::strip()).expect("valid");
     drop(sheetwork::link::Link::new(&place.link, &world).expect("serves"));
     assert_eq!(place.objects(), 0);
     assert!(matches!(Client::attach(&place.link).err(), Some(LinkError::NoGame(..))));
@@ -108,9 +108,8 @@ fn frames_of_another_layout_or_a_wrong_size_are_told_and_harm_nobody() {
 #[test]
 fn shared_memory_that_fills_up_kills_nobody() {
     let place = Place::new("crowded");
-    let program = std::env::current_exe().expect("this program");
     let mut inside = Command::new("unshare");
-    inside.args(["-m", "sh", "-c", "mount -t tmpfs -o size=8m tmpfs /dev/shm && exec \"$@\"", "sh"]).arg(program);
+    inside.args(["-m", "sh", "-c", "mount -t tmpfs -o size=8m tmpfs /dev/shm && exec \"$@\"", "sh"]).arg(ROLES);
     let possible =
         Command::new("unshare").args(["-m", "sh", "-c", "mount -t tmpfs -o size=8m tmpfs /dev/shm"]).output();
     if !possible.is_ok_and(|o| o.status.success()) {
@@ -134,7 +133,7 @@ fn another_user_cannot_attach() {
     use std::os::unix::fs::PermissionsExt;
     use std::os::unix::process::CommandExt;
     let place = Place::new("intruder");
-    let world = sheetwork::World::new(&super::roles::strip()).expect("valid");
+    let world = sheetwork::World::new(&sheetwork_tests::game::strip()).expect("valid");
     let _link = sheetwork::link::Link::new(&place.link, &world).expect("serves");
     let mode = |p: &std::path::Path| std::fs::metadata(p).expect("there").permissions().mode() & 0o777;
     assert_eq!(mode(place.link.root()), 0o700);
@@ -147,7 +146,7 @@ fn another_user_cannot_attach() {
     }
     // As nobody, from a copy that nobody may read.
     let copy = std::env::temp_dir().join(format!("sheetwork-intruder-{}", std::process::id()));
-    std::fs::copy(std::env::current_exe().expect("this program"), &copy).expect("copied");
+    std::fs::copy(ROLES, &copy).expect("copied");
     std::fs::set_permissions(&copy, std::fs::Permissions::from_mode(0o755)).expect("set");
     let mut program = Command::new(&copy);
     program.uid(65534).current_dir("/");

@@ -1,78 +1,42 @@
-//! What this program is when it is started by a test. Started by hand these end at once.
+//! What tests of the live link meet in another process: `link_role ROLE`, its link and what else it is told in the environment. It fails as
+//! a test does, by a panic.
 
 use std::path::Path;
+use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::*;
+use sheetwork::World;
 use sheetwork::link::layout::FrameHeader;
-use sheetwork::link::{Client, Host, Link, LinkError, LinkPlace};
-use sheetwork::scene::Scene;
-use sheetwork::{InputError, World};
-
-use super::place::PATIENCE;
+use sheetwork::link::{Client, Link, LinkError, LinkPlace};
+use sheetwork_tests::game::{Game, strip};
 
 /// Longest that a process lives whose test has died.
 const LONGEST: Duration = Duration::from_secs(600);
+/// How long to wait for anything: a machine with much else to do must not fail a test.
+const PATIENCE: Duration = Duration::from_secs(60);
 
-fn role(name: &str) -> bool {
-    std::env::var("SHEETWORK_ROLE").as_deref() == Ok(name)
+fn main() -> ExitCode {
+    match std::env::args().nth(1).as_deref() {
+        Some("game") => game(),
+        Some("reader") => reader(),
+        Some("intruder") => intruder(),
+        Some("liar") => liar(),
+        Some("crowded") => crowded(),
+        _ => {
+            eprintln!("usage: link_role game|reader|intruder|liar|crowded");
+            return ExitCode::from(2);
+        }
+    }
+    ExitCode::SUCCESS
 }
 
 fn place() -> LinkPlace {
     LinkPlace::new("").expect("named in the environment")
 }
 
-/// A small sheet, clamped at one edge.
-pub fn strip() -> Scene {
-    Scene::parse(
-        r#"(name: "strip", dt: 0.004166666666666667, engine: "tr-bdf2", sheets: [(name: "strip", structure: "shell", grid: (9, 1, 5),
-            size: (0.2, 0.1), material: "pet", damping_ratio: 0.2, pins: [(region: Left, clamp: true)])])"#,
-    )
-    .expect("valid")
-}
-
-pub struct Game {
-    pub world: World,
-    pub playing: bool,
-}
-
-impl Game {
-    pub fn new(scene: &Scene) -> Self {
-        Self { world: World::new(scene).expect("valid"), playing: true }
-    }
-}
-
-impl Host for Game {
-    fn world(&self) -> &World {
-        &self.world
-    }
-
-    fn world_mut(&mut self) -> &mut World {
-        &mut self.world
-    }
-
-    fn playing(&self) -> bool {
-        self.playing
-    }
-
-    fn play(&mut self, playing: bool) -> Result<(), InputError> {
-        self.playing = playing;
-        Ok(())
-    }
-
-    fn load(&mut self, file: &Path) -> Result<(), InputError> {
-        self.world = World::new(&Scene::load(file)?)?;
-        Ok(())
-    }
-}
-
 /// A game at 240 Hz, or as fast as it can with SHEETWORK_FAST.
-#[test]
-#[ignore = "a role"]
 fn game() {
-    if !role("game") {
-        return;
-    }
     let mut game = Game::new(&strip());
     game.playing = std::env::var_os("SHEETWORK_PAUSED").is_none();
     let fast = std::env::var_os("SHEETWORK_FAST").is_some();
@@ -91,12 +55,7 @@ fn game() {
 }
 
 /// A reader of SHEETWORK_FRAMES frames, or for ever.
-#[test]
-#[ignore = "a role"]
 fn reader() {
-    if !role("reader") {
-        return;
-    }
     let wanted = std::env::var("SHEETWORK_FRAMES").ok().and_then(|n| n.parse().ok()).unwrap_or(u64::MAX);
     let client = Client::attach_within(&place(), PATIENCE).expect("a game");
     let mut frames = client.frames(true).expect("a place");
@@ -117,22 +76,13 @@ fn reader() {
 }
 
 /// Tries to attach; well when it is refused.
-#[test]
-#[ignore = "a role"]
 fn intruder() {
-    if role("intruder") {
-        let refused = Client::attach(&place()).err().expect("refused");
-        assert!(matches!(refused, LinkError::Refused(_)), "{refused}");
-    }
+    let refused = Client::attach(&place()).err().expect("refused");
+    assert!(matches!(refused, LinkError::Refused(_)), "{refused}");
 }
 
 /// A game that writes frames of another layout, of a wrong size, and nonsense.
-#[test]
-#[ignore = "a role"]
 fn liar() {
-    if !role("liar") {
-        return;
-    }
     let place = place();
     let mut honest = Link::new(&LinkPlace::within(place.root(), "honest").expect("a name"), &Game::new(&strip()).world)
         .expect("makes the folder");
@@ -172,12 +122,7 @@ fn liar() {
 type Path_ = iceoryx2::prelude::Path;
 
 /// A game and its reader with 8 MiB of shared memory, which someone fills and empties again.
-#[test]
-#[ignore = "a role"]
 fn crowded() {
-    if !role("crowded") {
-        return;
-    }
     let mut game = Game::new(&strip());
     let mut link = Link::new(&place(), &game.world).expect("there is room at first");
     let mut steps = |link: &mut Link, n: u32| {
