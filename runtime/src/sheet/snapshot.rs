@@ -33,15 +33,27 @@ struct Changed {
     material: Material,
 }
 
+impl Changed {
+    fn copy(
+        elements: &[Box<dyn Element>],
+        springs: &Springs,
+        heat: Option<&Heat>,
+        flow: Option<&Flow>,
+        material: &Material,
+    ) -> Self {
+        Self {
+            elements: elements.iter().map(|e| e.boxed()).collect(),
+            springs: springs.clone(),
+            heat: heat.map(|h| Box::new(h.kept())),
+            flow: flow.map(|f| Box::new(f.clone())),
+            material: material.clone(),
+        }
+    }
+}
+
 impl Clone for Changed {
     fn clone(&self) -> Self {
-        Self {
-            elements: self.elements.iter().map(|e| e.boxed()).collect(),
-            springs: self.springs.clone(),
-            heat: self.heat.as_ref().map(|h| Box::new(h.kept())),
-            flow: self.flow.clone(),
-            material: self.material.clone(),
-        }
+        Self::copy(&self.elements, &self.springs, self.heat.as_deref(), self.flow.as_deref(), &self.material)
     }
 }
 
@@ -58,12 +70,9 @@ impl Sheet {
         let (x, v, stuck) = (self.x.clone(), self.v.clone(), self.work.stuck.clone());
         let own = self.elements.len() - self.pulls.len();
         let changes = self.heat.is_some() || self.flow.is_some();
-        let changed = changes.then(|| Changed {
-            elements: self.elements[..own].iter().map(|e| e.boxed()).collect(),
-            springs: self.springs.clone(),
-            heat: self.heat.as_ref().map(|h| Box::new(h.kept())),
-            flow: self.flow.clone(),
-            material: self.material.clone(),
+        let changed = changes.then(|| {
+            let elements = &self.elements[..own];
+            Changed::copy(elements, &self.springs, self.heat.as_deref(), self.flow.as_deref(), &self.material)
         });
         SheetState { x, v, status: self.status, quiet: self.quiet, open, stuck, changed }
     }

@@ -8,7 +8,7 @@ use super::{World, free_name};
 use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::error::InputError;
 use crate::heat::Room;
-use crate::heat::source::{gun, heater, oven};
+use crate::heat::source::{Source, gun, heater, oven};
 use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, validate};
 use crate::sheet::Sheet;
 
@@ -80,10 +80,7 @@ impl World {
     pub fn set_oven(&mut self, spec: Option<OvenSpec>) -> Result<(), InputError> {
         let source = spec.as_ref().map(oven::of);
         self.heated_by(Scene { oven: spec, ..self.scene.clone() })?;
-        if let Some(heat) = &mut self.heat {
-            heat.remove(oven::PATH);
-            source.into_iter().for_each(|s| heat.add(s));
-        }
+        self.replace_source(oven::PATH, source);
         Ok(())
     }
 
@@ -94,11 +91,16 @@ impl World {
     pub fn set_heat_gun(&mut self, spec: Option<HeatGunSpec>) -> Result<(), InputError> {
         let source = spec.as_ref().map(gun::of);
         self.heated_by(Scene { heat_gun: spec, ..self.scene.clone() })?;
+        self.replace_source(gun::PATH, source);
+        Ok(())
+    }
+
+    /// Takes `source`, where there is one, in place of the one at `path`.
+    fn replace_source(&mut self, path: &str, source: Option<Box<dyn Source>>) {
         if let Some(heat) = &mut self.heat {
-            heat.remove(gun::PATH);
+            heat.remove(path);
             source.into_iter().for_each(|s| heat.add(s));
         }
-        Ok(())
     }
 
     /// Holds the nozzle of the heat gun at `placement`, so that it blows along that one's -z; false when there is none.
