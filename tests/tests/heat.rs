@@ -12,7 +12,7 @@ use sheetwork::scene::{
     HeatMode, HeaterSpec, HotFaceSpec, Material, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw, material,
 };
-use sheetwork_tests::{Random, body, world};
+use sheetwork_tests::{Random, body, shipped, world};
 
 /// (T - T₀)/(T₁ - T₀) of a slab with one side stepped and the other insulated, by its series (Carslaw and Jaeger, *Conduction of Heat
 /// in Solids*, 3.4).
@@ -409,4 +409,28 @@ fn a_warm_step_with_heat_allocates_nothing() {
         assert!(world.unstable().is_none());
         assert_eq!(counted.count_total, 0, "{structure}");
     }
+}
+
+#[test]
+fn a_vacuum_draws_a_hot_sheet_over_a_mould_and_it_keeps_the_shape() {
+    let mut scene = shipped("vacuum_forming");
+    scene.sheets[0].grid = (13, 1, 13);
+    let mut world = world(&scene);
+    let (frame, ball) = (scene.sheets[0].placement.position.y, 0.05);
+    let low = |w: &World| w.sheets()[0].x.y.iter().fold(frame, |low: f64, y| low.min(*y));
+    world.advance(1.9);
+    assert!(low(&world) > frame - 0.01, "softened only: {}", low(&world));
+    world.advance(4.05);
+    let (drawn, formed) = (low(&world), world.sheets()[0].x.clone());
+    assert!(drawn < frame - 0.012, "{drawn}");
+    let on_mould = formed.iter().filter(|p| p.length() < ball + 2.0 * world.sheets()[0].material().thickness).count();
+    assert!(on_mould >= 21, "{on_mould} masses lie on the mould");
+    world.advance(1.05);
+    assert!(world.sheets()[0].pressure() == 0.0 && world.sheets()[0].temperatures().is_some_and(|t| t[0] < 40.0));
+    let kept = low(&world);
+    assert!(((frame - kept) / (frame - drawn) - 1.0).abs() < 0.05, "drawn to {drawn}, kept {kept}");
+    // Off the mould's top it springs further: it shrank between frame and mould.
+    let most = formed.iter().zip(world.sheets()[0].x.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max);
+    assert!(most < 0.1 * (frame - drawn), "sprang back by {most} m of {}", frame - drawn);
+    assert!(world.penetration() < 1e-4);
 }

@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::delassus::{Group, frame_of};
-use super::on_masses::{accuracy, solve_counted};
+use super::on_masses::solve_counted;
 use super::pick::Picker;
 use super::primal::{Accuracy, OnForces, Primal};
 use super::stage::{ContactCounters, Scratch, Solved, jumped};
@@ -87,7 +87,8 @@ impl Scratch {
                 break;
             }
             self.activate(&mut few, &mut primal, group, h);
-            let done = few.solve(&mut primal, &mut self.counters, &accuracy(rough, group.members.len()));
+            let accuracy = self.accuracy(rough, group.members.len());
+            let done = few.solve(&mut primal, &mut self.counters, &accuracy);
             settled = Some(done);
             if !done && !self.last_resort {
                 break;
@@ -149,7 +150,8 @@ impl Scratch {
                 primal.force[k] = if u.is_some() { row.frame.transpose() * known.velocity } else { DVec3::ZERO };
             }
             begun = self.chosen.len();
-            settled = few.solve(&mut primal, &mut self.counters, &accuracy(false, group.members.len()));
+            let accuracy = self.accuracy(false, group.members.len());
+            settled = few.solve(&mut primal, &mut self.counters, &accuracy);
             if !settled && !self.last_resort {
                 break;
             }

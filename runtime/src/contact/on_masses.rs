@@ -19,6 +19,8 @@ const NEAR: f64 = 5e-5;
 const BEHIND: f64 = 0.05;
 /// What may be moved into, m: more than this and the solve is as good done twice.
 const FURTHEST: f64 = 1e-4;
+/// Accuracy of gaps as a fraction of the deepest overlap there would be.
+const OF_DEPTH: f64 = 5e-5;
 /// Times that contacts are chosen.
 const GROWING: u32 = 4;
 /// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
@@ -148,7 +150,7 @@ impl Scratch {
     }
 
     fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
-        let accuracy = accuracy(rough, group.members.len());
+        let accuracy = self.accuracy(rough, group.members.len());
         let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.on_own) {
             Some(system) => system,
             None => &mut self.joint,
@@ -159,6 +161,13 @@ impl Scratch {
         }
         let mut space = OnMasses { tangent, slots: &self.slots };
         solve_counted(primal, &mut space, &mut self.counters, &accuracy)
+    }
+
+    /// How accurate a solve for `sheets` sheets is to be: what would go in deeply need not be put apart as finely.
+    pub(super) fn accuracy(&self, rough: bool, sheets: usize) -> Accuracy {
+        let accuracy = accuracy(rough, sheets);
+        let deepest = self.gaps.free.iter().fold(0.0_f64, |deepest, gap| deepest.max(-gap));
+        Accuracy { gap: accuracy.gap.max(OF_DEPTH * deepest), ..accuracy }
     }
 
     /// Contact `i` as the unknowns see it, and the force it had (N, in its frame), in a stage of weight `h` (s).
@@ -279,8 +288,8 @@ impl Scratch {
     }
 }
 
-/// How accurate a solve for `sheets` sheets is to be.
-pub(super) fn accuracy(rough: bool, sheets: usize) -> Accuracy {
+/// How accurate a solve for `sheets` sheets is to be in any case.
+fn accuracy(rough: bool, sheets: usize) -> Accuracy {
     match rough {
         true if sheets > 1 => Accuracy::ROUGH_TOGETHER,
         true => Accuracy::ROUGH,

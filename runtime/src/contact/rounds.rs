@@ -26,6 +26,9 @@ const HOPELESS_SOON: f64 = 1e4;
 /// How far pairs may be moved into one another that are looked for, m, at most, and how often it is tried with more.
 const WIDEST: f64 = 0.1;
 const WIDENINGS: u32 = 3;
+/// A round that leaves more than this part of the overlap before it has not helped, and the next would not.
+const HELPED: f64 = 0.8;
+
 /// What is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Look {
@@ -121,6 +124,7 @@ pub(crate) fn solve_rounds(
     let sheets = group.members.len();
     // What has touched in any round may be met again: without contact it would go through.
     let mut met = false;
+    let mut before = f64::INFINITY;
     let mut look = Look::First;
     scratch.begin_rounds();
     for round in 0..ROUNDS + LAST {
@@ -154,7 +158,8 @@ pub(crate) fn solve_rounds(
         let mut apart = !scratch.crossed;
         if apart && done && moved {
             let overlap = scratch.overlap(group, |group, found| find(group, Look::Reached, Margins::NARROW, found));
-            apart = overlap <= settled::allowed(round, sheets);
+            apart = overlap <= settled::allowed(round, sheets, overlap > HELPED * before);
+            before = overlap;
         }
         if done && apart {
             return if touched { Rounds::Touched } else { Rounds::Free };

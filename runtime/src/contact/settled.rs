@@ -28,11 +28,11 @@ const APART: f64 = 0.1;
 /// Rounds within which the finer limit is asked for.
 const SPARE: u32 = 5;
 
-/// Overlap (m) that is let pass after round number `round` of `sheets` sheets.
-pub(super) fn allowed(round: u32, sheets: usize) -> f64 {
+/// Overlap (m) that is let pass after round number `round` of `sheets` sheets; `stalled` when that round did not help.
+pub(super) fn allowed(round: u32, sheets: usize, stalled: bool) -> f64 {
     if sheets > 1 {
         TOGETHER
-    } else if round < SPARE {
+    } else if round < SPARE && !stalled {
         FINE
     } else {
         ENOUGH

@@ -193,7 +193,7 @@ impl Cell {
         for k in 0..5 {
             e[k] = e[k] - w.rest[k];
         }
-        self.stress(&e).map(|s| s * w.softness)
+        scaled(self.stress(&e), w.softness)
     }
 
     /// Energy stored by packet `index` at strain `e`, J.
@@ -211,7 +211,7 @@ impl Cell {
     #[inline(always)]
     fn softened<const WARM: bool>(&self, e: &[Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
         let s = self.stress(e);
-        if WARM { s.map(|s| s * warmed[index].softness) } else { s }
+        if WARM { scaled(s, warmed[index].softness) } else { s }
     }
 
     /// Adds `scale` times the gradient for stress `s` on edges `d`.
@@ -235,22 +235,27 @@ impl Cell {
     }
 
     /// The tangent's ten blocks, in the order of [`PAIRS`]: second derivatives by edges, summed with the signs with which
-    /// the masses enter them.
+    /// the masses enter them. Of a cell that has been warm `softness` is what is left of its stiffness; `s` has it already.
     #[inline(always)]
-    fn tangent(&self, d: &[Pack3; 4], s: &[Pack; 5]) -> [Pack9; 10] {
+    fn tangent(&self, d: &[Pack3; 4], s: &[Pack; 5], softness: Option<Pack>) -> [Pack9; 10] {
         let (uu, vv, uv) = (self.iu * self.iu, self.iv * self.iv, self.iu * self.iv);
         let scale = 1.0 + self.viscous;
-        let [c11, c22, c12, c66] = [self.c[0] * scale, self.c[1] * scale, self.c[2] * scale, self.c[3] * scale];
+        let mut c = self.c.map(|c| Pack::splat(c * scale));
+        if let Some(left) = softness {
+            for c in &mut c {
+                *c = *c * left;
+            }
+        }
+        let [c11, c22, c12, c66] = c;
         let (a, b) = self.middle(d);
         let (a, b) = (a * (0.5 * self.iv), b * (0.5 * self.iu));
         let [d1, d2, d3, d4] = [d[0] * uu, d[1] * uu, d[2] * vv, d[3] * vv];
         let shear = s[4] * (0.25 * uv);
         let (h12, h34) = (Pack9::outer(b, b, c66), Pack9::outer(a, a, c66));
-        let along = |d: Pack3, c: f64, h: Pack9, s: Pack| (Pack9::outer(d, d, c) + h).plus_identity(s);
-        let h11 = along(d1, c11, h12, s[0] * uu);
-        let h22 = along(d2, c11, h12, s[1] * uu);
-        let h33 = along(d3, c22, h34, s[2] * vv);
-        let h44 = along(d4, c22, h34, s[3] * vv);
+        let h11 = (Pack9::outer(d1, d1, c11) + h12).plus_identity(s[0] * uu);
+        let h22 = (Pack9::outer(d2, d2, c11) + h12).plus_identity(s[1] * uu);
+        let h33 = (Pack9::outer(d3, d3, c22) + h34).plus_identity(s[2] * vv);
+        let h44 = (Pack9::outer(d4, d4, c22) + h34).plus_identity(s[3] * vv);
         let mixed = Pack9::outer(b, a, c66).plus_identity(shear);
         let h13 = Pack9::outer(d1, d3, c12) + mixed;
         let h14 = Pack9::outer(d1, d4, c12) + mixed;
@@ -281,6 +286,15 @@ impl std::ops::Mul<f64> for Pack9 {
         }
         self
     }
+}
+
+/// Each of `s` times `by`. A loop, for a closure would not be compiled for the kernel's vector width.
+#[inline(always)]
+fn scaled(mut s: [Pack; 5], by: Pack) -> [Pack; 5] {
+    for k in 0..5 {
+        s[k] = s[k] * by;
+    }
+    s
 }
 
 #[inline(always)]

@@ -44,16 +44,6 @@ impl Pack {
         Self(lanes)
     }
 
-    /// One over each lane; zero where it is zero.
-    #[inline(always)]
-    pub fn reciprocal(self) -> Self {
-        let mut lanes = self.0;
-        for x in &mut lanes {
-            *x = if *x == 0.0 { 0.0 } else { 1.0 / *x };
-        }
-        Self(lanes)
-    }
-
     /// Sum of the first `count` lanes.
     #[inline(always)]
     pub fn sum(self, count: usize) -> f64 {
@@ -185,8 +175,8 @@ pub struct Pack9(pub [Pack; 9]);
 impl Pack9 {
     /// (scale a) bᵀ.
     #[inline(always)]
-    pub fn outer(a: Pack3, b: Pack3, scale: f64) -> Self {
-        let a = a * scale;
+    pub fn outer(a: Pack3, b: Pack3, scale: Pack) -> Self {
+        let a = a.scaled(scale);
         Self([
             a.x * b.x,
             a.x * b.y,

@@ -4,8 +4,9 @@
 //! the two-point gradient. A sheet that nothing heats has none of this: [`Sheet::heat`] is then `None`, it is as warm as the
 //! surroundings and as stiff as its material says.
 //!
-//! Stiffness is taken up when some mass is `STEP` warmer or colder than when it last was; E, expansion and curl then follow
-//! every mass, and elements hold strain where they soften and stress where they stiffen ([`crate::element::Element::warm`]).
+//! Stiffness is taken up when some mass is `STEP` warmer or colder than when it last was, or so much that its E is another by
+//! `SOFTER`; E, expansion and curl then follow every mass, and elements hold strain where they soften and stress where they
+//! stiffen ([`crate::element::Element::warm`]).
 
 use super::faces::Faces;
 use super::softening::Softening;
@@ -15,8 +16,10 @@ use crate::error::{InputError, check_range};
 use crate::scene::Material;
 use crate::sheet::Sheet;
 
-/// Change of temperature that stiffness follows, K: at the glass transition less than a percent of E.
-const STEP: f64 = 0.02;
+/// Change of temperature that stiffness and size follow, K: polystyrene grows by 7e-6 with it.
+const STEP: f64 = 0.1;
+/// Change of E that is followed, as a fraction of it: 0.02 K in the midst of a glass transition.
+const SOFTER: f64 = 8e-3;
 /// Change of a given stiffness that is followed, as a fraction of it.
 const GIVEN: f64 = 2e-3;
 
@@ -26,8 +29,9 @@ pub struct Heat {
     nodes: Vec<f64>,
     /// Mean through the thickness, °C; empty where a mass has one point.
     mean: Vec<f64>,
-    /// Temperatures that stiffness was last taken up at, °C, like `nodes`.
+    /// Temperatures that stiffness was last taken up at, °C, like `nodes`, and by how much a mass may leave them, K.
     applied: Vec<f64>,
+    room: Vec<f64>,
     compliance: Vec<f64>,
     expansion: Vec<f64>,
     /// Curvature that a difference of the halves makes, 1/m; empty where a mass has one point.
@@ -68,6 +72,7 @@ impl Heat {
             nodes: vec![celsius; n * points],
             mean: if points > 1 { vec![celsius; n] } else { Vec::new() },
             applied: vec![f64::NAN; n * points],
+            room: vec![0.0; n],
             compliance: vec![1.0; n],
             expansion: vec![0.0; n],
             curl: if points > 1 { vec![0.0; n] } else { Vec::new() },
@@ -86,6 +91,7 @@ impl Heat {
             nodes: self.nodes.clone(),
             mean: self.mean.clone(),
             applied: self.applied.clone(),
+            room: self.room.clone(),
             compliance: self.compliance.clone(),
             expansion: self.expansion.clone(),
             curl: self.curl.clone(),
@@ -188,8 +194,9 @@ impl Heat {
 
     /// Whether some mass is another than stiffness was taken up at.
     fn has_moved(&self) -> bool {
+        let mut all = self.nodes.iter().zip(&self.applied).zip(self.room.iter().cycle());
         // NaN stands for never.
-        self.nodes.iter().zip(&self.applied).any(|(now, then)| then.is_nan() || (now - then).abs() > STEP)
+        all.any(|((now, then), room)| then.is_nan() || (now - then).abs() > *room)
     }
 
     /// Works out compliance and expansion of every mass.
@@ -200,7 +207,11 @@ impl Heat {
         }
         for i in 0..self.compliance.len() {
             let celsius = self.celsius()[i];
-            self.compliance[i] = 1.0 / self.curve.fraction(celsius);
+            let fraction = self.curve.fraction(celsius);
+            self.compliance[i] = 1.0 / fraction;
+            // A table has corners: the steeper side counts.
+            let change = |by: f64| (self.curve.fraction(celsius + by) / fraction).ln().abs();
+            self.room[i] = STEP * (SOFTER / change(STEP).max(change(-STEP)).max(SOFTER));
             self.expansion[i] = self.coefficient * (celsius - super::REFERENCE);
         }
         let (lower, upper) = self.nodes.split_at(self.mean.len());

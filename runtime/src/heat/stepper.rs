@@ -110,18 +110,27 @@ impl System {
     }
 
     /// Makes the factor one for stages of d h = `length` (s) and the slopes at `celsius`, unless the one there is will do. Returns the
-    /// largest part of a diagonal that is a slope: by no more is each step of Newton's iteration shorter than the one before.
-    fn prepare(&mut self, network: &Network, exchange: &Exchange, celsius: &[f64], length: f64, stale: f64) -> f64 {
-        let (mut near, mut largest) = (self.length == length, 0.0_f64);
+    /// largest part of a diagonal by which a slope is wrong there, and the largest that is a slope at all: the former, and the latter
+    /// by as much as it changes on the way, is what each step of Newton's iteration leaves.
+    fn prepare(
+        &mut self,
+        network: &Network,
+        exchange: &Exchange,
+        celsius: &[f64],
+        length: f64,
+        stale: f64,
+    ) -> (f64, f64) {
+        let (mut near, mut wrong, mut largest) = (self.length == length, 0.0_f64, 0.0_f64);
         for (i, t) in celsius.iter().enumerate() {
             let slope = exchange.slope(i, *t);
             let diagonal = network.capacity[i] / length + slope;
             // Not `>`: NaN stands for none yet.
             near &= (slope - self.slope[i]).abs() <= stale * diagonal;
+            wrong = wrong.max((slope - self.slope[i]).abs() / diagonal);
             largest = largest.max(slope / diagonal);
         }
         if near {
-            return largest;
+            return (wrong, largest);
         }
         self.length = length;
         self.values.fill(0.0);
@@ -137,7 +146,7 @@ impl System {
         }
         // Diagonally dominant but for bridges, which are positive by themselves: it has a factor.
         let _ = self.factor.factorize(&self.values);
-        largest
+        (0.0, largest)
     }
 }
 
@@ -236,18 +245,21 @@ impl Stepper {
         for round in 0..ROUNDS {
             self.flow_at(celsius, exchange, k);
             let stale = if round < PATIENCE { STALE } else { 0.0 };
-            let shrinks = self.system.prepare(&self.network, exchange, celsius, length, stale);
+            let (wrong, slope) = self.system.prepare(&self.network, exchange, celsius, length, stale);
             let right = &mut self.system.right;
             for i in 0..celsius.len() {
                 right[i] = self.flow[k][i] - self.network.capacity[i] * (celsius[i] - self.base[i]) / length;
             }
             self.system.factor.solve(right);
-            let mut furthest = 0.0_f64;
+            let (mut furthest, mut coldest) = (0.0_f64, f64::INFINITY);
             for (t, d) in celsius.iter_mut().zip(&*right) {
                 *t += d;
                 furthest = furthest.max(d.abs());
+                coldest = coldest.min(*t);
             }
-            if furthest * shrinks <= CLOSE {
+            // A slope goes with the third power of the absolute temperature.
+            let turned = 3.0 * furthest / (coldest + ZERO_CELSIUS).max(1.0);
+            if furthest * (wrong + slope * turned.min(1.0)) <= CLOSE {
                 break;
             }
         }

@@ -153,6 +153,11 @@ impl Drag {
         each.sum::<f64>() - pushed.sum::<f64>()
     }
 
+    /// What the push does in moving masses from `from` to `to`, J.
+    pub fn pushed(&self, from: &Vectors, to: &Vectors) -> f64 {
+        self.pushes.iter().enumerate().map(|(i, push)| push.dot(to.get(i) - from.get(i))).sum()
+    }
+
     /// Adds the gradient of that, N.
     pub fn add_gradient(&self, stage: &Stage, x: &Vectors, gradient: &mut Vectors) {
         for (i, k) in self.tensors.iter().enumerate() {

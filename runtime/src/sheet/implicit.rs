@@ -387,6 +387,10 @@ impl Implicit for ImplicitSheet<'_> {
         0.5 * self.mass.iter().sum::<f64>() * speed * speed
     }
 
+    fn pressed(&self, from: &Vectors, to: &Vectors) -> f64 {
+        self.drag.pushed(from, to)
+    }
+
     fn direction(
         &mut self,
         stage: &Stage,

@@ -100,6 +100,8 @@ impl Sheet {
     pub(crate) fn prepare_stage(&mut self, field: Field, k: usize, dt: f64) {
         self.with_scheme(field, |problem, scheme, stage, (x, v)| {
             scheme.prepare(problem, k, dt, (x, v), &mut stage.iterate);
+            // A film that a vacuum draws moves slowly and turns much work into strain: a part of that is as good a measure.
+            let pressed = problem.pressed(x, &stage.iterate).abs();
             let problem_stage = scheme.stage();
             // Begin where the sheet is, unless the guess is the better place.
             stage.free.copy_from(x);
@@ -110,7 +112,7 @@ impl Sheet {
                 stage.iterate.copy_from(&stage.free);
             }
             stage.reference = back.min(ahead);
-            stage.scale = problem.inertial(&problem_stage, x).max(problem.kinetic_at(STILL));
+            stage.scale = problem.inertial(&problem_stage, x).max(problem.kinetic_at(STILL)).max(pressed);
             stage.done = false;
             stage.failed = false;
             stage.length = scheme.length(k, dt);

@@ -60,7 +60,9 @@ fn touch([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) ->
         (p.try_normalize()?, w)
     };
     let (last, last_weights) = closest(end);
-    let same = last.length() > 0.5 * radius && last.normalize_or_zero().dot(direction) > SAME_SIDE;
+    // A round of contact before this one knows better where the triangle will be than its motion without contact does.
+    let first = base == start;
+    let same = first && last.length() > 0.5 * radius && last.normalize_or_zero().dot(direction) > SAME_SIDE;
     let (normal, weights) = if same { (last.normalize_or_zero(), last_weights) } else { (direction, weights) };
     (normal.dot(at(end, weights)) - touching <= meeting.margin).then_some((normal, weights))
 }

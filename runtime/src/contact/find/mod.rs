@@ -15,6 +15,7 @@ mod ball;
 mod corners;
 mod edges;
 mod faces;
+mod graph;
 mod keys;
 mod local;
 mod prune;
@@ -24,6 +25,7 @@ mod tree;
 use glam::DVec3;
 use rapier3d::parry::partitioning::BvhWorkspace;
 
+use self::graph::stays_graph;
 pub(super) use self::keys::{is_of_surface, thing};
 use self::local::{Local, Meeting};
 use self::surfaces::{Couple, Party};
@@ -307,7 +309,8 @@ impl Finder {
         let Some(margin) = problem.between else { return };
         for (s, sheet) in problem.sheets.iter().enumerate().filter(|(_, sheet)| sheet.awake) {
             let passes_over = self.trees.get(s).is_some_and(|tree| self.passes_over(tree));
-            let folded = |tree: &&mut SkinTree| !passes_over && !tree.stays_flat(sheet);
+            let folded =
+                |tree: &&mut SkinTree| !passes_over && !tree.stays_flat(sheet) && !stays_graph(sheet, tree.height());
             let Some(tree) = self.trees.get_mut(s).filter(folded) else { continue };
             tree.refresh(sheet, &Drift::of(std::iter::once(sheet)), half_room(sheet, margin));
             tree.refresh_ridges(sheet);

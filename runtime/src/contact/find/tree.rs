@@ -261,6 +261,11 @@ impl SkinTree {
         !self.flat_at.is_empty()
     }
 
+    /// Least height of a triangle at rest, m.
+    pub fn height(&self) -> f64 {
+        self.height
+    }
+
     /// Whether no triangle turns by more than 45° from one direction in the stage. A rectangle of which that is true is a
     /// graph over a plane and cannot meet itself.
     pub fn stays_flat(&self, sheet: &SheetMotion) -> bool {

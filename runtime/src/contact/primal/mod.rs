@@ -40,6 +40,11 @@ const STICKS: f64 = 1e-3;
 /// one that contacts which contradict one another leave.
 const STALLED: f64 = 0.1;
 const CONTRADICTED: f64 = 10.0;
+/// A gap that a round of forces does not lessen to this fraction asks for weights so many times larger, up to so many times the sheet's
+/// own stiffness: where many contacts hold a soft sheet together, they are stiffer than each by itself.
+const SLOW: f64 = 0.4;
+const FASTER: f64 = 5.0;
+const STIFFEST: f64 = 1e4;
 /// Sum of forces, as a fraction of the largest there was on the way, below which they are what rounding has left.
 const ROUNDING: f64 = 1e-6;
 /// A contact with less than this fraction of all normal force does not rub.
@@ -208,13 +213,20 @@ impl Primal {
             return false;
         }
         let tolerance = accuracy.gap;
-        let (mut updated, mut exact, mut trusted) = (0, true, true);
+        let (mut updated, mut exact, mut trusted, mut inside) = (0, true, true, false);
         let mut before = f64::INFINITY;
         for round in 0..=accuracy.patience {
             let soon =
                 round == STEPS_OUTSIDE && !accuracy.braced && !exact && !space.is_cheap() && self.changes() > MANY;
-            if soon || round == accuracy.patience {
-                return !space.is_cheap() && self.go_inside(space, accuracy.balance_inside);
+            if !inside && (soon || round == accuracy.patience) {
+                if !space.is_cheap() && self.go_inside(space, accuracy.balance_inside) {
+                    return true;
+                }
+                // What it came to may be a good place to go on from.
+                inside = true;
+            }
+            if round == accuracy.patience {
+                return false;
             }
             let braced = accuracy.braced
                 && !space.is_cheap()
@@ -228,6 +240,10 @@ impl Primal {
                 let missed = self.missed(accuracy.slip);
                 self.project();
                 let stalled = missed > (1.0 - STALLED) * before && missed <= CONTRADICTED * tolerance;
+                if missed > SLOW * before && self.stiffer.x < STIFFEST {
+                    self.stiffer *= FASTER;
+                    self.factored.clear();
+                }
                 before = missed;
                 if missed <= tolerance || stalled {
                     if updated >= accuracy.updates || !self.limit_friction() {

@@ -108,15 +108,8 @@ pub(super) fn add_tangent<const WARM: bool>(
             // Shear has no sign of its own: its geometric part is always indefinite.
             s[4] = Pack::default();
         }
-        if WARM {
-            // The tangent is linear in stiffness and stress together.
-            let stiffer = warmed[i].softness.reciprocal();
-            s = s.map(|s| s * stiffer);
-        }
-        let mut blocks = cell.tangent(&d, &s);
-        if WARM {
-            blocks.iter_mut().flat_map(|b| &mut b.0).for_each(|b| *b = *b * warmed[i].softness);
-        }
+        let softness = if WARM { Some(warmed[i].softness) } else { None };
+        let blocks = cell.tangent(&d, &s, softness);
         for (block, slots) in blocks.iter().zip(&p.blocks) {
             block.scatter(slots, p.count, values);
         }

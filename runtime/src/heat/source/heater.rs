@@ -8,8 +8,9 @@
 //! counted with the room. F is exact ([`crate::heat::view_factor`]); a face radiates from its outer side only. V is by rays to
 //! `RAYS` points of the face, weighted as they are seen: bodies stop them, and the sheet itself.
 //!
-//! F follows a patch that has moved by `CLOSE` of its distance or turned by as much; V is looked at again for one patch in
-//! `TURNS` a step, and where the sheet stands in its own light as often. Neither is looked at for what faces away.
+//! F follows a patch that has moved by `CLOSE` of its distance or turned by as much, one patch in `GLANCES` a step; V is looked
+//! at again for one patch in `TURNS` a step, and where the sheet stands in its own light as often. Neither is looked at for what
+//! faces away.
 
 use std::path::Path;
 
@@ -29,6 +30,9 @@ use crate::scene::{HeaterSpec, Placement, Scene};
 /// How far a patch may move, as a fraction of its distance from the nearest hot face's middle, and turn (radians), before it is
 /// looked at again: its view factor is then some thousandths off.
 const CLOSE: f64 = 1e-3;
+/// Steps in which all patches that move have been looked at. Even at 20 m/s a patch then sees the face as it did a hand's breadth ago,
+/// for a thirtieth of a second.
+const GLANCES: usize = 2;
 /// Steps in which all patches' shadows have been looked at.
 const TURNS: usize = 16;
 /// Points of a face that rays are sent to, for each of its corners.
@@ -123,12 +127,14 @@ impl HotFace {
 /// What is kept of a sheet's patches.
 #[derive(Default)]
 struct Seen {
-    /// Place and normal that view factors are of; NaN before the first.
-    at: Vec<(DVec3, DVec3)>,
+    /// Place and normal that view factors are of, NaN before the first, and the squared distance of the nearest face's middle, m².
+    at: Vec<(DVec3, DVec3, f64)>,
     /// F and V of every patch, face by face.
     factors: Vec<(f64, f64)>,
     /// Patch whose shadows are looked at next, and whether all have been.
     next: usize,
+    /// Steps so far, round and round.
+    glance: usize,
     complete: bool,
     own: Option<Own>,
 }
@@ -166,7 +172,7 @@ impl Radiator {
         let (faces, seen) = (&self.faces, &mut self.seen[index]);
         let patches = &target.faces.patches;
         if seen.at.len() != patches.len() {
-            seen.at = vec![(DVec3::NAN, DVec3::NAN); patches.len()];
+            seen.at = vec![(DVec3::NAN, DVec3::NAN, f64::NAN); patches.len()];
             seen.factors = vec![(0.0, 1.0); patches.len() * faces.len()];
         }
         let turn = if seen.complete { patches.len().div_ceil(TURNS) } else { patches.len() };
@@ -175,18 +181,23 @@ impl Radiator {
         if !seen.complete || shadows.start < turn {
             own.refresh(target.sheet, target.faces);
         }
+        seen.glance = (seen.glance + 1) % GLANCES;
         for (i, patch) in patches.iter().enumerate() {
+            let shaded = shadows.contains(&i) || shadows.contains(&(i + patches.len()));
+            if seen.complete && !shaded && i % GLANCES != seen.glance {
+                continue;
+            }
             let (place, normal) = (target.sheet.x.get(patch.mass as usize), target.faces.normals[i]);
-            let (was, faced) = seen.at[i];
-            let reach = faces.iter().map(|f| f.middle.distance_squared(place)).fold(f64::INFINITY, f64::min);
+            let (was, faced, reach) = seen.at[i];
             let moved = was.distance_squared(place) + faced.distance_squared(normal) * reach;
             let factors = &mut seen.factors[i * faces.len()..(i + 1) * faces.len()];
             // NaN is of a patch that has not been looked at.
             if moved.is_nan() || moved > CLOSE * CLOSE * reach {
-                seen.at[i] = (place, normal);
+                let reach = faces.iter().map(|f| f.middle.distance_squared(place)).fold(f64::INFINITY, f64::min);
+                seen.at[i] = (place, normal, reach);
                 factors.iter_mut().zip(faces).for_each(|(f, face)| f.0 = face.view_factor(place, normal));
             }
-            if shadows.contains(&i) || shadows.contains(&(i + patches.len())) {
+            if shaded {
                 for (factors, face) in factors.iter_mut().zip(faces).filter(|(f, _)| f.0 > 0.0) {
                     factors.1 = face.visible(place, normal, |from, to| {
                         stops(moment.view, from, to) || own.stops(target.sheet, patch.mass, from, to)

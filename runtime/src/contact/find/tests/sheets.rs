@@ -117,6 +117,15 @@ fn flat_and_sleeping_sheets_look_at_no_triangles() {
     let flat = square(11, 0.1);
     let own = skin(11, &flat);
     let bent = mapped(&flat, |p| DVec3::new(p.x, 4.0 * p.x * p.x, p.z));
+    // A sheet over a ball: its sides lean by 69°.
+    let draped = mapped(&flat, |p| {
+        let r = (p.x * p.x + p.z * p.z).sqrt().max(1e-12);
+        let angle = (r / 0.05).min(1.2);
+        let down = 0.05 * (1.0 - angle.cos()) + (r - 0.05 * angle) * angle.sin();
+        let out = (0.05 * angle.sin() + (r - 0.05 * angle) * angle.cos()) / r;
+        DVec3::new(out * p.x, -down, out * p.z)
+    });
+    let sunk = mapped(&draped, |p| DVec3::new(p.x, 1.2 * p.y, p.z));
     let far = shifted(&flat, up(1.0));
     let touching = shifted(&flat, up(2.0 * HALF));
     let count = |sheets: &[SheetMotion]| {
@@ -131,6 +140,11 @@ fn flat_and_sleeping_sheets_look_at_no_triangles() {
     let asleep = |x| SheetMotion { awake: false, ..moved(1, &own, x, x) };
     assert_eq!(count(&[awake(&flat), awake(&far)]), 0);
     assert_eq!(count(&[awake(&bent)]), 0);
+    assert_eq!(count(&[moved(0, &own, &draped, &sunk)]), 0);
+    // One that is folded, or becomes so, is looked at.
+    let folded = mapped(&flat, |p| DVec3::new(p.x.abs(), 0.1 * p.x, p.z));
+    assert!(count(&[moved(0, &own, &draped, &folded)]) > 0);
+    assert!(count(&[awake(&folded)]) > 0);
     assert_eq!(count(&[asleep(&flat), asleep(&touching)]), 0);
     assert!(count(&[awake(&flat), asleep(&touching)]) > 0);
 }
