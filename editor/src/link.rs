@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use sheetwork::link::{Host, Link, LinkError, LinkPlace, LinkStatistics};
+use sheetwork::link::{Attached, Host, Link, LinkError, LinkPlace, LinkStatistics};
 use sheetwork::{InputError, World};
 
 use crate::session::Session;
@@ -18,7 +18,12 @@ pub struct LiveLink {
     since: Option<(Instant, u64, u64)>,
     /// Frames and bytes a second.
     rates: (f64, f64),
+    /// Who is attached, as it was when the rates were taken.
+    who: Vec<Attached>,
 }
+
+/// How often rates and names are taken, s.
+const TAKEN_EVERY: f64 = 0.5;
 
 impl LiveLink {
     /// Whether it is on.
@@ -38,13 +43,18 @@ impl LiveLink {
         if !self.is_attached() {
             return format!("\"{name}\": nobody is attached");
         }
-        let [frames, fields, events] = self.now.readers;
         let (rate, bytes) = self.rates;
-        format!(
-            "\"{name}\": {} attached, {frames} follow the motion, {fields} all fields, {events} events; {rate:.0} frames/s, {:.1} kB/s",
-            self.now.clients.max(frames).max(fields),
-            1e-3 * bytes
-        )
+        let who = match self.who.as_slice() {
+            // Not asked yet.
+            [] => "somebody".to_owned(),
+            all => all.iter().map(Attached::to_string).collect::<Vec<_>>().join(", "),
+        };
+        format!("\"{name}\": {who}; {rate:.0} frames/s, {:.1} kB/s", 1e-3 * bytes)
+    }
+
+    /// Who is attached, as it was half a second ago at most.
+    pub fn attached(&self) -> &[Attached] {
+        &self.who
     }
 
     /// Opens it under the usual name, or closes it. A second editor gets a name with its process's number.
@@ -87,11 +97,15 @@ impl LiveLink {
         let Some(link) = &mut self.link else { return };
         let step_time = session.timing().step_s;
         link.exchange(session, step_time);
-        self.now = link.statistics();
+        let before = std::mem::replace(&mut self.now, link.statistics());
         let (frames, bytes) = (self.now.frames, self.now.bytes);
         let (at, frames_then, bytes_then) = *self.since.get_or_insert_with(|| (Instant::now(), frames, bytes));
         let elapsed = at.elapsed().as_secs_f64();
-        if elapsed > 0.5 {
+        let changed = (before.clients, before.readers) != (self.now.clients, self.now.readers);
+        if changed || elapsed > TAKEN_EVERY {
+            self.who = link.attached();
+        }
+        if elapsed > TAKEN_EVERY {
             self.rates = ((frames - frames_then) as f64 / elapsed, (bytes - bytes_then) as f64 / elapsed);
             self.since = Some((Instant::now(), frames, bytes));
         }

@@ -1,11 +1,11 @@
-//! A recording in the editor: its frames instead of a simulation, at any speed, to any moment.
+//! A recording in the editor: its frames instead of a simulation, at any speed, to any moment: places, temperatures, holes.
 //!
 //! Made by `sheetwork run --record`, `sheetwork record` or a run without a window. Between two frames things lie on the straight line
 //! from one to the other.
 
 use std::path::{Path, PathBuf};
 
-use sheetwork::recording::{Frame, Header, read};
+use sheetwork::recording::{Frame, Header, Warmth, read};
 use sheetwork::scene::Scene;
 use sheetwork::{InputError, World};
 
@@ -36,9 +36,9 @@ pub fn open(file: &Path) -> Result<(Scene, Playback), InputError> {
         return Err(InputError::new("", "is a recording without a frame").in_file(file));
     };
     // Checked once, so that a frame can be shown without asking.
-    let mut world = World::new(&scene)?;
+    let world = World::new(&scene)?;
     for (index, frame) in frames.iter().enumerate() {
-        world.show(frame).map_err(|e| InputError::new(format!("frame {index}"), e.problem).in_file(file))?;
+        world.can_show(frame).map_err(|e| InputError::new(format!("frame {index}"), e.problem).in_file(file))?;
     }
     Ok((scene, Playback { shown: first, frames, at: 0.0 }))
 }
@@ -75,6 +75,11 @@ impl Playback {
         self.at >= self.duration()
     }
 
+    /// Whether it has temperatures, or what those have made of the stiffness, that sheets can be coloured by.
+    pub fn has_heat(&self) -> bool {
+        self.frames.iter().flat_map(|f| &f.warmth).any(|w| *w != Warmth::Unknown)
+    }
+
     /// Frames there are.
     pub fn len(&self) -> usize {
         self.frames.len()
@@ -107,7 +112,12 @@ impl Playback {
         for (shown, (a, b)) in self.shown.bodies.iter_mut().zip(a.bodies.iter().zip(&b.bodies)) {
             *shown = (a.0.lerp(b.0, part), a.1.slerp(b.1, part));
         }
-        // Every frame was shown once when it was opened.
+        self.shown.warmth.clear();
+        let warmth = a.warmth.iter().enumerate().map(|(index, from)| from.towards(b.warmth_of(index), part));
+        self.shown.warmth.extend(warmth);
+        // What opened between the two is seen when the second is there.
+        self.shown.open.clone_from(if part < 1.0 { &a.open } else { &b.open });
+        // Every frame was found to be of this world when it was opened.
         let _ = world.show(&self.shown);
     }
 

@@ -216,14 +216,18 @@ fn the_live_link_shows_the_session_and_what_it_sets_stays_through_a_reset() {
         let other = scope.spawn(|| {
             let mut client = Client::attach(&place).expect("attaches");
             client.set_patience(std::time::Duration::from_secs(60));
+            let _frames = client.frames(false).expect("reads");
             client.set("gravity", "(0, -2, 0)").expect("accepted");
             assert!(client.set("gravity", "(0, 1e9, 0)").is_err());
             client.send(&Command::Step { steps: 3 }).expect("done");
             client.send(&Command::Reset).expect("done");
         });
+        let mut named = false;
         while !other.is_finished() {
             session.exchange();
+            named |= session.link().status().contains(&format!("({})", std::process::id()));
         }
+        assert!(named, "the status says which process is attached");
         other.join().expect("no panic");
     });
     assert_eq!((session.world().steps(), session.world().gravity().y), (0, -2.0));
@@ -273,5 +277,62 @@ fn a_recording_is_played_sought_and_not_changed() {
     std::fs::write(&recorded, &bytes[..bytes.len() - 5]).expect("writable");
     assert!(!played.load(&recorded), "cut off");
     assert!(played.playback().is_some(), "the old one stays");
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
+
+#[test]
+fn a_recording_shows_temperatures_with_their_legend_and_holes() {
+    use bevy_sheetwork::SheetColour;
+    use sheetwork_editor::panels::EditorState;
+    let scene = Scene::parse(
+        r#"(name: "drawn", dt: 0.005, engine: "tr-bdf2", gravity: (0, 0, 0), oven: (temperature: 150, convection: 100), sheets: [
+            (name: "strip", structure: "shell", grid: (9, 1, 5), size: (0.2, 0.1), material: "paper", tearing: true, damping_ratio: 0.5,
+            temperature: 20, pins: [(region: Left), (region: Right, path: [(time: 0), (time: 0.4, offset: (0.04, 0, 0))])])])"#,
+    )
+    .expect("valid");
+    let folder = std::env::temp_dir().join(format!("sheetwork-warm-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let recorded = folder.join("drawn.swr");
+    let mut simulated = Session::new(&scene).expect("valid");
+    let mut recorder = sheetwork::recording::Recorder::create(&recorded, simulated.world(), 20.0).expect("writable");
+    recorder.frame(simulated.world()).expect("writable");
+    for _ in 0..8 {
+        simulated.run(0.05);
+        recorder.frame(simulated.world()).expect("writable");
+    }
+    recorder.finish().expect("written");
+    let (hot, torn) = (&simulated.world().sheets()[0], simulated.world().sheets()[0].open_count());
+    assert!(torn > 0 && hot.temperatures().expect("heated")[20] > 40.0);
+
+    let mut played = Session::open(&recorded).expect("a recording");
+    let state = EditorState::new(&played);
+    let begin = played.world().sheets()[0].opening_revision();
+    assert_eq!(played.world().sheets()[0].open_count(), 0);
+    played.seek(1e9);
+    let shown = &played.world().sheets()[0];
+    assert!(shown.open_count() == torn && shown.opening_revision() != begin, "whoever draws it is told");
+    assert_eq!(shown.open_cells(), hot.open_cells());
+    let pairs = shown.temperatures().expect("shown").iter().zip(hot.temperatures().expect("heated"));
+    assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 0.06);
+    let scale = SheetColour::Temperature.scale(simulated.world());
+    assert!(scale.is_some() && state.display.scale(played.world()) == scale, "the legend of the simulation");
+    // Half way between two frames it is as warm as half way.
+    let warmth = |session: &Session| session.world().sheets()[0].temperatures().expect("shown")[20];
+    played.seek(0.10);
+    let before = warmth(&played);
+    played.seek(0.15);
+    let after = warmth(&played);
+    played.seek(0.125);
+    assert!((warmth(&played) - 0.5 * (before + after)).abs() < 1e-3 && after > before + 0.5);
+    played.seek(0.0);
+    assert_eq!(played.world().sheets()[0].open_count(), 0, "whole again");
+
+    // A bit that has turned is told of, and the old recording stays.
+    let mut bytes = std::fs::read(&recorded).expect("readable");
+    let middle = bytes.len() - 1000;
+    bytes[middle] ^= 1;
+    std::fs::write(&recorded, bytes).expect("writable");
+    assert!(!played.load(&recorded));
+    assert!(played.messages().last().is_some_and(|m| m.text.contains("damaged")), "{:?}", played.messages());
     std::fs::remove_dir_all(&folder).expect("removed");
 }

@@ -5,6 +5,7 @@
 
 mod failure;
 mod heat;
+mod nearest;
 mod parameters;
 mod report;
 mod show;

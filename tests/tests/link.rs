@@ -17,3 +17,5 @@ mod python;
 mod reading;
 #[path = "link/survival.rs"]
 mod survival;
+#[path = "link/topology.rs"]
+mod topology;

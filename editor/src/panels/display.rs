@@ -38,7 +38,7 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 
 /// What the surface is coloured by, and the ends of a scale that is not worked out of what is there.
 fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
-    if session.playback().is_some() {
+    if session.playback().is_some_and(|recording| !recording.has_heat()) {
         return;
     }
     let now = SheetColour::Temperature.scale(session.world());

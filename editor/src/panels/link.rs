@@ -12,4 +12,8 @@ pub fn link(ui: &mut Ui, session: &mut Session) {
         session.set_link(on);
     }
     ui.label(RichText::new(session.link().status()).weak());
+    for one in session.link().attached() {
+        let commands = if one.commands { ", may command" } else { "" };
+        ui.label(RichText::new(format!("{one}: reads {} streams{commands}", one.reads)).weak().small());
+    }
 }

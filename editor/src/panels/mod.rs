@@ -68,9 +68,10 @@ impl Default for Display {
 }
 
 impl Display {
-    /// The same for `session`: a recording has no temperatures that sheets could be coloured by.
+    /// The same for `session`: an old recording has no temperatures that sheets could be coloured by.
     pub fn of(self, session: &Session) -> Self {
-        if session.playback().is_some() { Self { colour: Some(SheetColour::Plain), ..self } } else { self }
+        let plain = session.playback().is_some_and(|recording| !recording.has_heat());
+        if plain { Self { colour: Some(SheetColour::Plain), ..self } } else { self }
     }
 
     /// The scale of the colours that the surfaces of `world` have; `None` where they have none, or are not drawn.

@@ -41,6 +41,8 @@ pub struct SheetPart {
     clearing: (f32, f32),
     layer: Layer,
     smooth: bool,
+    /// What was open of it when its mesh was made.
+    opening: u64,
     /// Whether its mesh has colours, and room to work them out.
     coloured: bool,
     values: Vec<f32>,
@@ -194,8 +196,8 @@ fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetP
     if coloured {
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
     }
-    let (layer, smooth, values) = (display.layer, display.smooth, Vec::new());
-    Some((SheetPart { index, surface, triangles, clearing, layer, smooth, coloured, values }, mesh))
+    let (layer, smooth, values, opening) = (display.layer, display.smooth, Vec::new(), sheet.opening_revision());
+    Some((SheetPart { index, surface, triangles, clearing, layer, smooth, opening, coloured, values }, mesh))
 }
 
 /// Whether sheet `index` has colours of its own.
@@ -220,8 +222,9 @@ pub fn choose(
     }
     for (mut visibility, mut part, mut mesh, mut material) in &mut sheets {
         visibility.set_if_neq(seen(display.surface));
-        let wanted = (display.layer, display.smooth, is_coloured(&editor, part.index));
-        if (part.layer, part.smooth, part.coloured) != wanted
+        let opening = editor.session.world().sheets().get(part.index).map_or(0, |s| s.opening_revision());
+        let wanted = (display.layer, display.smooth, opening, is_coloured(&editor, part.index));
+        if (part.layer, part.smooth, part.opening, part.coloured) != wanted
             && let Some((new, fresh)) = sheet_part(&editor, part.index, display)
         {
             material.0 = if new.coloured { paints.coloured.clone() } else { paints.sheet.clone() };
@@ -242,7 +245,8 @@ pub fn animate(
 ) {
     let session = &editor.session;
     let scale = editor.state.display.scale(session.world());
-    let moment = Some((session.generation(), session.world().steps(), session.alpha(), scale));
+    let at = session.playback().map_or(0.0, |recording| recording.at());
+    let moment = Some((session.generation(), session.world().steps(), session.alpha() + at, scale));
     // A scene that stands still is not sent to the graphics card again.
     if shown.moment == moment {
         return;

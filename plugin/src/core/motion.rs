@@ -111,6 +111,13 @@ impl SheetMotion {
     /// Takes in where the masses are at `time`; says whether that is news. Nothing is allocated.
     pub(super) fn record(&mut self, time: f64, x: &Vectors) -> bool {
         let same = *x == self.states[2];
+        if time < self.times[2] {
+            // The world has gone back, by a reset or to a snapshot: nothing lies between then and now.
+            self.states.iter_mut().for_each(|state| copy(state, x));
+            (self.times, self.still) = ([time; 3], 0);
+            self.revision += 1;
+            return true;
+        }
         if time <= self.times[2] {
             // No time has passed; someone may have moved masses by hand.
             if !same {
@@ -178,6 +185,8 @@ impl Flight {
         if time > self.times[2] {
             self.times = [self.times[1], self.times[2], time];
             self.poses = [self.poses[1], self.poses[2], pose];
+        } else if time < self.times[2] {
+            *self = Self::at(time, pose);
         } else {
             self.poses[2] = pose;
         }

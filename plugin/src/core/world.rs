@@ -102,6 +102,19 @@ impl SheetWorld {
         Ok(())
     }
 
+    /// Puts every sheet and body back to where its entity put it in, at time 0. Engine, step and all else are those of the settings that it
+    /// was started with: what was set since is to be set again.
+    ///
+    /// # Errors
+    /// When a file that a sheet or body names cannot be read any more; the world is then as before.
+    pub fn reset(&mut self) -> Result<(), InputError> {
+        self.world.reset()?;
+        self.moves.clear();
+        self.events_seen = 0;
+        (self.owed, self.shown) = (0.0, 0.0);
+        Ok(())
+    }
+
     /// Counts the restarts; what was put into an earlier world is no longer in this one.
     pub(crate) fn generation(&self) -> u32 {
         self.generation
@@ -173,8 +186,9 @@ impl SheetWorld {
         let whole = (steps - steps.round()).abs() < 1e-6 && self.owed < 1e-6 * self.world.dt();
         let behind = if whole || self.borrowed { tick } else { tick + self.world.dt() };
         let target = now + self.owed + fraction * tick - behind;
-        // Never backwards: not after a pause, and not when the speed changes.
-        self.shown = target.min(now).max(self.shown);
+        // Never backwards: not after a pause, and not when the speed changes; but back with the world itself.
+        let least = if self.shown > now { 0.0 } else { self.shown };
+        self.shown = target.min(now).max(least);
     }
 
     /// Wall-clock time the last [`SheetWorld::advance`] or [`SheetWorld::advance_with`] took.

@@ -8,6 +8,7 @@ Lengths are m, times s, forces N, temperatures degrees Celsius. The protocol is 
 """
 
 from .client import (
+    Full,
     Game,
     Grab,
     LinkError,
@@ -17,10 +18,11 @@ from .client import (
     Unlike,
     attach,
 )
-from .layout import LAYOUT, Frame, Sheet
+from .layout import LAYOUT, Frame, Sheet, Topology
 
 __all__ = [
     "Frame",
+    "Full",
     "Game",
     "Grab",
     "LAYOUT",
@@ -29,6 +31,7 @@ __all__ = [
     "Refused",
     "Sheet",
     "Silent",
+    "Topology",
     "Unlike",
     "attach",
 ]

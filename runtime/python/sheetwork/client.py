@@ -10,7 +10,7 @@ import weakref
 import iceoryx2 as iox2
 import numpy as np
 
-from .layout import LAYOUT, Frame
+from .layout import LAYOUT, Frame, Topology
 
 _BYTES = iox2.Slice[ctypes.c_uint8]
 _WORDS = iox2.Slice[ctypes.c_uint64]
@@ -34,6 +34,10 @@ class Silent(LinkError):
     """The game does not answer."""
 
 
+class Full(LinkError):
+    """As many processes are attached as may be."""
+
+
 class Unlike(LinkError):
     """The other end is of another version, or no Sheetwork."""
 
@@ -42,7 +46,7 @@ def attach(name="", root=None, wait=0.0):
     """Attaches to the game that serves the link `name` (SHEETWORK_LINK, or "sheetwork", if empty).
 
     `root` is the folder of its files (SHEETWORK_LINK_ROOT, or the user's own), `wait` how long to wait for a game, s.
-    Raises NoGame, Refused or Unlike.
+    Raises NoGame, Full, Refused or Unlike.
     """
     end = time.monotonic() + wait
     while True:
@@ -72,10 +76,33 @@ def _prefix(root):
     return f"sheetwork_{value:08x}_"
 
 
+def _tidy(root):
+    """Removes objects that a process was killed over before they had a size: iceoryx2 would wait for them without end."""
+    prefix = _prefix(root)
+    for _ in range(40):
+        unfinished = False
+        for entry in os.scandir("/dev/shm"):
+            try:
+                about = entry.stat() if entry.name.startswith(prefix) else None
+                if about is not None and about.st_size == 0:
+                    if time.time() - about.st_mtime > 1.0:
+                        os.unlink(entry.path)
+                    else:
+                        unfinished = True
+            except OSError:
+                continue
+        if not unfinished:
+            return True
+        time.sleep(0.05)
+    return False
+
+
 def _text(value):
     """A value as a scene file has it."""
     if isinstance(value, str):
         return value
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
     if isinstance(value, (list, tuple, np.ndarray)):
         return "(" + ", ".join(_text(v) for v in value) + ")"
     return repr(float(value))
@@ -96,6 +123,8 @@ class Game:
         self.patience = 2.0
         self.missed = 0
         self.restarts = 0
+        #: Names of the sheets that, by the last answer, went unstable and stand still until a reset or a restore.
+        self.stopped = []
         self._last = None
         root, exists = _folder(root)
         if not exists:
@@ -103,6 +132,9 @@ class Game:
         config = iox2.config.default()
         config.global_cfg.root_path = iox2.Path.new(root)
         config.global_cfg.prefix = iox2.FileName.new(_prefix(root))
+        self._root = root
+        # A node that is made cleans up first.
+        _tidy(root)
         builder = iox2.NodeBuilder.new().config(config).signal_handling_mode(iox2.SignalHandlingMode.Disabled)
         self._node = builder.create(iox2.ServiceType.Ipc)
         try:
@@ -112,12 +144,15 @@ class Game:
         if service.dynamic_config.number_of_servers == 0:
             raise NoGame(f'no game serves the link "{self.name}"')
         self._control = service
-        self._client = (
-            service.client_builder()
-            .initial_max_slice_len(_MOST_BYTES)
-            .allocation_strategy(iox2.AllocationStrategy.Static)
-            .create()
-        )
+        try:
+            self._client = (
+                service.client_builder()
+                .initial_max_slice_len(_MOST_BYTES)
+                .allocation_strategy(iox2.AllocationStrategy.Static)
+                .create()
+            )
+        except iox2.ClientCreateError as error:
+            raise _full(error, "command a game") from None
 
     def __enter__(self):
         return self
@@ -132,6 +167,11 @@ class Game:
             client.delete()
         self._control = self._node = None
 
+    def _clean_up(self):
+        """Removes what dead processes have left."""
+        if _tidy(self._root):
+            self._node.try_cleanup_dead_nodes()
+
     def _builder(self, what):
         return self._node.service_builder(iox2.ServiceName.new(f"sheetwork/{self.name}/{what}"))
 
@@ -140,6 +180,8 @@ class Game:
             return NoGame(f'no game serves the link "{self.name}"')
         if "InsufficientPermissions" in str(error):
             return Refused("not allowed; a link is for its own user")
+        if "ExceedsMaxNumberOfNodes" in str(error):
+            return _full(error, "be attached to a game")
         return Unlike(f"the other end does not fit: {error}")
 
     def send(self, op, **arguments):
@@ -157,17 +199,18 @@ class Game:
                 answer = json.loads(_bytes_of(response))
                 response.delete()
                 pending.delete()
+                self.stopped = answer.get("stopped", [])
                 if not answer.get("ok"):
                     raise Refused(answer.get("error", "refused without a reason"))
                 return answer
             if time.monotonic() > end:
                 pending.delete()
-                self._node.try_cleanup_dead_nodes()
+                self._clean_up()
                 raise Silent("the game does not answer")
             time.sleep(_LOOK_EVERY)
 
     def status(self):
-        """How the game stands: scene, engine, dt, playing, sheets, process, events."""
+        """How the game stands: scene, engine, dt, playing, sheets, process, events, stopped."""
         return self.send("status")
 
     def parameters(self):
@@ -181,8 +224,10 @@ class Game:
         return found
 
     def get(self, path):
-        """A parameter's value: a number, a tuple, or text."""
+        """A parameter's value: a number, a tuple, True or False, or text."""
         found = self.send("get", path=path)
+        if found["kind"] == "boolean":
+            return found["value"] == "true"
         if found["kind"] == "vector":
             return tuple(float(part) for part in found["value"].strip("()").split(","))
         try:
@@ -191,7 +236,8 @@ class Game:
             return found["value"]
 
     def set(self, path, value):
-        """Sets a parameter, in effect from the next step; returns the old value as text. Raises Refused."""
+        """Sets a parameter, in effect from the next step: a number, three of them, True or False, or text. Returns the old value as
+        text. Raises Refused."""
         return self.send("set", path=path, value=_text(value))["old"]
 
     def play(self):
@@ -242,16 +288,21 @@ class Game:
             service = self._builder(what).publish_subscribe(_WORDS).open()
         except iox2.PublishSubscribeOpenError as error:
             raise self._not_opened(error) from None
-        return service, service.subscriber_builder().create()
+        try:
+            return service, service.subscriber_builder().create()
+        except iox2.SubscriberCreateError as error:
+            raise _full(error, f"read a game's {what}") from None
 
-    def frames(self, complete=False, seconds=None, count=None, newest=True):
+    def frames(self, complete=False, seconds=None, count=None, newest=True, triangles=False):
         """Frames as they come, until `seconds` have passed or `count` came.
 
-        With `newest` those that were overtaken are passed over. A frame's arrays look into shared memory until the next is asked
+        With `newest` those that were overtaken are passed over. With `triangles` sheets have `triangles` and `open`: as they tear,
+        triangles are fewer. A frame's arrays look into shared memory until the next is asked
         for, and are its own from then on. An array that is kept by itself goes on holding one of a reader's few places there: copy it.
         Raises Unlike where a frame cannot be read.
         """
         service, port = self._subscribe("fields" if complete else "frames")
+        meshes = _Meshes(self) if triangles else None
         end = None if seconds is None else time.monotonic() + seconds
         quiet, given = time.monotonic(), 0
         try:
@@ -260,7 +311,7 @@ class Game:
                 if sample is None:
                     if time.monotonic() - quiet > 1.0:
                         quiet = time.monotonic()
-                        self._node.try_cleanup_dead_nodes()
+                        self._clean_up()
                     time.sleep(_LOOK_EVERY)
                     continue
                 while newest:
@@ -270,9 +321,11 @@ class Game:
                     sample.delete()
                     sample = following
                 quiet = time.monotonic()
-                given += 1
                 frame = self._frame(sample)
                 sample = None
+                if meshes is not None and not meshes.give(frame):
+                    continue
+                given += 1
                 try:
                     yield frame
                 finally:
@@ -281,6 +334,8 @@ class Game:
         finally:
             port.delete()
             del service
+            if meshes is not None:
+                meshes.close()
 
     def _frame(self, sample):
         kind = ctypes.c_uint8 * (8 * sample.header.number_of_elements)
@@ -302,9 +357,9 @@ class Game:
         self._last = (frame.epoch, frame.frame)
         return frame
 
-    def frame(self, complete=False, patience=2.0):
+    def frame(self, complete=False, patience=2.0, triangles=False):
         """One frame, with arrays of its own. Raises Silent."""
-        for frame in self.frames(complete, seconds=patience, count=1):
+        for frame in self.frames(complete, seconds=patience, count=1, triangles=triangles):
             return _kept(frame)
         raise Silent("no frame came")
 
@@ -324,6 +379,45 @@ class Game:
         finally:
             port.delete()
             del service
+
+
+class _Meshes:
+    """The topology of a game's sheets, as it changes."""
+
+    def __init__(self, game):
+        self._service, self._port = game._subscribe("topology")
+        self._now = None
+
+    def give(self, frame):
+        """Gives the sheets of `frame` their triangles; False where they have not come yet."""
+        while True:
+            sample = self._port.receive()
+            if sample is None:
+                break
+            data = np.frombuffer(_bytes_of(sample, 8), dtype=np.uint8)
+            sample.delete()
+            try:
+                self._now = Topology(data)
+            except ValueError as problem:
+                raise Unlike(str(problem)) from None
+        now = self._now
+        if now is None or now.epoch != frame.epoch or now.version < frame.topology:
+            return False
+        for sheet, (triangles, cells) in zip(frame.sheets, now.sheets):
+            sheet.triangles, sheet.open = triangles, cells
+        return True
+
+    def close(self):
+        self._port.delete()
+        self._service = None
+
+
+def _full(error, what):
+    """What an error of a port that cannot be made means."""
+    if "ExceedsMax" in str(error):
+        text = f"no more than 12 processes may {what} at once, and as many do: end one of them, and try again half a second later"
+        return Full(text)
+    return LinkError(f"shared memory: {error}")
 
 
 def _received(port):

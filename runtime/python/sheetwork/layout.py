@@ -24,7 +24,7 @@ FRAME = np.dtype(
         ("playing", "<u4"),
         ("complete", "<u4"),
         ("bodies", "<u4"),
-        ("reserved", "<u4"),
+        ("topology", "<u4"),
         ("bodies_at", "<u8"),
         ("units", "S32"),
     ]
@@ -44,6 +44,33 @@ SHEET = np.dtype(
         ("strain", "<u8"),
         ("temperature", "<u8"),
         ("contact", "<u8"),
+    ]
+)
+
+TOPOLOGY_MAGIC = b"sheettop"
+
+TOPOLOGY = np.dtype(
+    [
+        ("magic", "S8"),
+        ("layout", "<u4"),
+        ("header_bytes", "<u4"),
+        ("sheet_bytes", "<u4"),
+        ("sheets", "<u4"),
+        ("bytes", "<u8"),
+        ("epoch", "<u8"),
+        ("version", "<u4"),
+        ("reserved", "<u4"),
+    ]
+)
+
+SHEET_TOPOLOGY = np.dtype(
+    [
+        ("name", "S64"),
+        ("masses", "<u4"),
+        ("triangles", "<u4"),
+        ("triangles_at", "<u8"),
+        ("cells", "<u4", 2),
+        ("cells_at", "<u8"),
     ]
 )
 
@@ -86,6 +113,10 @@ class Sheet:
         self.temperature = _array(data, int(header["temperature"]), n, "<f4", 1)
         #: n, 1 where a mass touched a body in the last step.
         self.contact = _array(data, int(header["contact"]), n, "u1", 1)
+        #: m x 3, masses of each triangle that has not opened; None where the frame was asked for without.
+        self.triangles = None
+        #: Along the length x along the width, True where a cell is open; None where the frame was asked for without, or the sheet cannot open.
+        self.open = None
         if self.positions is None:
             raise ValueError("the positions of a sheet lie outside the sample")
 
@@ -115,6 +146,10 @@ class Frame:
         #: CLOCK_MONOTONIC when it was written, ns: `time.monotonic_ns()` is the same clock.
         self.written_at = int(header["written_at"])
         self.playing = bool(header["playing"])
+        #: Whether normals, strain and energies are in it.
+        self.complete = bool(header["complete"])
+        #: Which topology of this epoch the sheets have.
+        self.topology = int(header["topology"])
         #: Position (m) and rotation (quaternion x, y, z, w) of each body.
         bodies = _array(data, int(header["bodies_at"]), int(header["bodies"]), "<f4", 7)
         self.bodies = np.empty((0, 7), "<f4") if bodies is None else bodies
@@ -124,3 +159,42 @@ class Frame:
     def sheet(self, name):
         """The sheet of that name; None where there is none."""
         return next((s for s in self.sheets if s.name == name), None)
+
+
+class Topology:
+    """Which masses of the sheets make triangles: arrays of its own."""
+
+    def __init__(self, data):
+        if data.size < TOPOLOGY.itemsize:
+            raise ValueError(f"{data.size} bytes are no topology")
+        header = data[: TOPOLOGY.itemsize].view(TOPOLOGY)[0]
+        if bytes(header["magic"]) != TOPOLOGY_MAGIC:
+            raise ValueError("the sample is no topology of Sheetwork")
+        if header["layout"] != LAYOUT:
+            raise ValueError(f"the game writes layout {header['layout']}, and this reader knows {LAYOUT}")
+        own, each, count = int(header["header_bytes"]), int(header["sheet_bytes"]), int(header["sheets"])
+        fits = own >= TOPOLOGY.itemsize and each >= SHEET_TOPOLOGY.itemsize and count <= MOST_SHEETS
+        if not fits or own + count * each > data.size or int(header["bytes"]) != data.size:
+            raise ValueError(f"the topology says it has {header['bytes']} bytes and has {data.size}")
+        self.epoch = int(header["epoch"])
+        self.version = int(header["version"])
+        places = range(own, own + count * each, each)
+        #: Of each sheet, in the order of a frame's: its triangles, and which of its cells are open (None of one that cannot).
+        self.sheets = [_mesh(data, data[at : at + SHEET_TOPOLOGY.itemsize].view(SHEET_TOPOLOGY)[0]) for at in places]
+
+
+def _mesh(data, header):
+    """Triangles and open cells of a sheet."""
+    count, masses = int(header["triangles"]), int(header["masses"])
+    triangles = np.empty((0, 3), "<u4") if count == 0 else _array(data, int(header["triangles_at"]), count, "<u4", 3)
+    if triangles is None:
+        raise ValueError("the triangles of a sheet lie outside the sample")
+    if count and int(triangles.max()) >= masses:
+        raise ValueError(f"a triangle is of a mass beyond its {masses}")
+    if int(header["cells_at"]) == 0:
+        return triangles.copy(), None
+    along, across = (int(n) for n in header["cells"])
+    cells = _array(data, int(header["cells_at"]), along * across, "u1", 1)
+    if cells is None:
+        raise ValueError("the cells of a sheet lie outside the sample")
+    return triangles.copy(), (cells != 0).reshape(across, along).T

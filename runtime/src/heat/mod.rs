@@ -10,6 +10,7 @@ pub mod faces;
 pub mod network;
 pub(crate) mod room;
 mod shadow;
+mod shown;
 pub mod softening;
 pub mod source;
 pub mod state;

@@ -7,8 +7,9 @@ use serde_json::{Map, Value, json};
 
 use super::command::{Command, Host, Standing};
 use super::grabs::Grabs;
+use crate::sheet::Status;
 use crate::world::Snapshot;
-use crate::{InputError, Parameter};
+use crate::{InputError, Parameter, World};
 
 /// Largest answer, bytes; what is longer comes in parts.
 pub const ANSWER_BYTES: usize = 16 << 10;
@@ -37,7 +38,7 @@ impl Desk {
             Command::Get { path } => {
                 let all = host.world().parameters();
                 let found = all.iter().find(|p| p.path == *path);
-                found.map(|p| object(parameter(p))).ok_or_else(|| InputError::new(path, "there is no such parameter"))
+                found.map(|p| object(parameter(p))).ok_or_else(|| host.world().no_such_parameter(path))
             }
             Command::Set { path, value } => host.set(path, value).map(|old| object(json!({ "old": old }))),
             Command::Play => host.play(true).map(|()| Body::new()),
@@ -107,6 +108,12 @@ fn object(value: Value) -> Body {
     }
 }
 
+/// Names of the sheets that went unstable: they stand still until a reset, or until a snapshot of when they were sound is restored.
+pub fn stopped(world: &World) -> Vec<String> {
+    let unstable = world.sheets().iter().filter(|s| matches!(s.status, Status::Unstable { .. }));
+    unstable.map(|s| s.name.clone()).take(64).collect()
+}
+
 fn standing(host: &dyn Host) -> Standing {
     let world = host.world();
     Standing {
@@ -117,6 +124,7 @@ fn standing(host: &dyn Host) -> Standing {
         sheets: world.sheets().iter().map(|s| s.name.clone()).take(64).collect(),
         process: std::process::id(),
         events: world.events().len(),
+        stopped: stopped(world),
     }
 }
 

@@ -1,28 +1,21 @@
 //! The other end of a link: what a process holds that watches a game and commands it.
 //!
-//! A reader looks into shared memory whenever it wants to; the game does not know when. Waiting is looking again every 50 µs.
+//! Reading is in `reader`.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use iceoryx2::port::client::Client as Port;
-use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
-use iceoryx2::sample::Sample;
+use iceoryx2::service::port_factory::client::ClientCreateError;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
 use super::command::{Command, MOST_BYTES, Standing};
-use super::layout::{FrameHeader, FrameView};
+use super::reader::{Events, Frames, LOOK_EVERY, Topology};
 use super::server::{Control, control};
-use super::stream::{ByteService, EVENTS_BEHIND, FRAMES_BEHIND, bytes_of, service};
-use super::{Ipc, LinkError, LinkPlace, node_at};
-
-/// How often one who waits looks.
-const LOOK_EVERY: Duration = Duration::from_micros(50);
-/// After so long without a sign of the game, what dead processes left is looked for.
-const QUIET: Duration = Duration::from_secs(1);
+use super::{Ipc, LinkError, LinkPlace, clean_up, node_at};
 
 /// A process's hold on a game.
 pub struct Client {
@@ -42,12 +35,31 @@ pub struct RemoteParameter {
     pub value: String,
     /// Its unit; empty for a name or a plain number.
     pub unit: String,
-    /// "number", "vector" or "name".
+    /// "number" (or "none" where there may be none), "vector", "boolean" or "name".
     pub kind: String,
     /// Smallest value, of a number.
     pub min: Option<f64>,
     /// Largest value, of a number.
     pub max: Option<f64>,
+}
+
+impl RemoteParameter {
+    /// Its value, of a number.
+    pub fn number(&self) -> Option<f64> {
+        if self.kind == "number" { self.value.parse().ok() } else { None }
+    }
+
+    /// Its value, of a boolean.
+    pub fn boolean(&self) -> Option<bool> {
+        if self.kind == "boolean" { self.value.parse().ok() } else { None }
+    }
+
+    /// Its value, of a vector.
+    pub fn vector(&self) -> Option<[f64; 3]> {
+        let inner = self.value.strip_prefix('(').and_then(|v| v.strip_suffix(')')).filter(|_| self.kind == "vector")?;
+        let parts: Result<Vec<f64>, _> = inner.split(',').map(|c| c.trim().parse()).collect();
+        parts.ok()?.try_into().ok()
+    }
 }
 
 /// What a hand feels.
@@ -79,7 +91,10 @@ impl Client {
         let port = control.client_builder().initial_max_slice_len(MOST_BYTES);
         let port = port.allocation_strategy(AllocationStrategy::Static);
         let port = port.backpressure_strategy(BackpressureStrategy::DiscardData).create();
-        let port = port.map_err(|e| LinkError::Memory(format!("no more may attach: {e:?}")))?;
+        let port = port.map_err(|e| match e {
+            ClientCreateError::ExceedsMaxSupportedClients => LinkError::Full("command a game"),
+            e => LinkError::Memory(format!("no port for commands: {e:?}")),
+        })?;
         Ok(Self { place: place.clone(), patience: Duration::from_secs(2), port, control, node })
     }
 
@@ -91,7 +106,9 @@ impl Client {
         let start = Instant::now();
         loop {
             match Self::attach(place) {
-                Err(LinkError::NoGame(..) | LinkError::Memory(_)) if start.elapsed() < patience => {
+                Err(LinkError::NoGame(..) | LinkError::Memory(_) | LinkError::Full(_))
+                    if start.elapsed() < patience =>
+                {
                     std::thread::sleep(Duration::from_millis(20));
                 }
                 result => return result,
@@ -140,7 +157,7 @@ impl Client {
                 Err(e) => return Err(LinkError::Memory(format!("{e:?}"))),
             }
             if start.elapsed() > self.patience {
-                self.node.try_cleanup_dead_nodes();
+                clean_up(&self.node, &self.place);
                 return Err(LinkError::Silent);
             }
             std::thread::sleep(LOOK_EVERY);
@@ -190,12 +207,12 @@ impl Client {
         self.ask(&Command::Get { path: path.into() })
     }
 
-    /// Sets a parameter, in effect from the next step on; returns the old value.
+    /// Sets a parameter, in effect from the next step on: a number, a boolean, or text as a scene file has it; returns the old value.
     ///
     /// # Errors
     /// When the game refuses, with its reason, or does not answer.
-    pub fn set(&self, path: &str, value: &str) -> Result<String, LinkError> {
-        let answer = self.send(&Command::Set { path: path.into(), value: value.into() })?;
+    pub fn set(&self, path: &str, value: impl std::fmt::Display) -> Result<String, LinkError> {
+        let answer = self.send(&Command::Set { path: path.into(), value: value.to_string() })?;
         Ok(answer.get("old").and_then(Value::as_str).unwrap_or_default().to_owned())
     }
 
@@ -242,15 +259,15 @@ impl Client {
     /// # Errors
     /// When there are twelve readers already, or no memory.
     pub fn frames(&self, complete: bool) -> Result<Frames, LinkError> {
-        let what = if complete { "fields" } else { "frames" };
-        Ok(Frames {
-            port: reader(&self.node, &self.place, what, FRAMES_BEHIND)?,
-            last: None,
-            missed: 0,
-            restarts: 0,
-            faulty: 0,
-            heard: Instant::now(),
-        })
+        Frames::new(&self.node, &self.place, complete)
+    }
+
+    /// Which masses make triangles, from now on: to be asked with every frame that is drawn.
+    ///
+    /// # Errors
+    /// When there are twelve readers already, or no memory.
+    pub fn topology(&self) -> Result<Topology, LinkError> {
+        Topology::new(&self.node, &self.place)
     }
 
     /// Events from now on.
@@ -258,7 +275,7 @@ impl Client {
     /// # Errors
     /// When there are twelve readers already, or no memory.
     pub fn events(&self) -> Result<Events, LinkError> {
-        Ok(Events { port: reader(&self.node, &self.place, "events", EVENTS_BEHIND)? })
+        Events::new(&self.node, &self.place)
     }
 }
 
@@ -290,150 +307,4 @@ fn read_answer(bytes: &[u8]) -> Result<Map<String, Value>, LinkError> {
     }
     let reason = answer.get("error").and_then(Value::as_str).unwrap_or("refused without a reason");
     Err(LinkError::Refused(reason.to_owned()))
-}
-
-/// A reader's end of a stream, with what it needs to live.
-struct Reader {
-    port: Subscriber<Ipc, [u64], ()>,
-    _service: ByteService,
-    node: Arc<Node<Ipc>>,
-}
-
-fn reader(node: &Arc<Node<Ipc>>, place: &LinkPlace, what: &str, behind: usize) -> Result<Reader, LinkError> {
-    let service = service(node, place, what, behind, false)?;
-    let port = service.subscriber_builder().create();
-    let port = port.map_err(|e| LinkError::Memory(format!("no more may read {what}: {e:?}")))?;
-    Ok(Reader { port, _service: service, node: Arc::clone(node) })
-}
-
-/// Frames of a game, as they come.
-pub struct Frames {
-    port: Reader,
-    last: Option<FrameHeader>,
-    missed: u64,
-    restarts: u64,
-    faulty: u64,
-    heard: Instant,
-}
-
-/// A frame, where the game wrote it. It holds one of the few places there are: look at it and let it go.
-pub struct Frame {
-    sample: Sample<Ipc, [u64], ()>,
-    header: FrameHeader,
-}
-
-impl Frame {
-    /// What is common to its sheets.
-    pub fn header(&self) -> &FrameHeader {
-        &self.header
-    }
-
-    /// The whole frame.
-    ///
-    /// # Errors
-    /// When the game has gone mad since it was received, and writes to what it gave away.
-    pub fn view(&self) -> Result<FrameView<'_>, LinkError> {
-        FrameView::new(bytes_of(self.sample.payload())).map_err(LinkError::Unlike)
-    }
-}
-
-impl Frames {
-    /// The newest frame since the last call; none where there is none. Those between are passed over.
-    ///
-    /// # Errors
-    /// When the newest cannot be read: it is of another layout, or damaged.
-    pub fn latest(&mut self) -> Result<Option<Frame>, LinkError> {
-        let mut newest = None;
-        while let Some(frame) = self.next()? {
-            newest = Some(frame);
-        }
-        Ok(newest)
-    }
-
-    /// The next frame; none where there is none yet.
-    ///
-    /// # Errors
-    /// When it cannot be read: it is of another layout, or damaged.
-    #[allow(clippy::should_implement_trait)]
-    pub fn next(&mut self) -> Result<Option<Frame>, LinkError> {
-        let received = self.port.port.receive().map_err(|e| LinkError::Memory(format!("{e:?}")))?;
-        let Some(sample) = received else {
-            if self.heard.elapsed() > QUIET {
-                self.heard = Instant::now();
-                self.port.node.try_cleanup_dead_nodes();
-            }
-            return Ok(None);
-        };
-        self.heard = Instant::now();
-        let header = match FrameView::new(bytes_of(sample.payload())) {
-            Ok(view) => *view.header(),
-            Err(problem) => {
-                self.faulty += 1;
-                return Err(LinkError::Unlike(problem));
-            }
-        };
-        if let Some(last) = &self.last {
-            if last.epoch == header.epoch {
-                self.missed += header.frame.saturating_sub(last.frame + 1);
-            } else {
-                self.restarts += 1;
-            }
-        }
-        self.last = Some(header);
-        Ok(Some(Frame { sample, header }))
-    }
-
-    /// The next frame, waited for.
-    ///
-    /// # Errors
-    /// [`LinkError::Silent`] after `patience`; or it cannot be read.
-    pub fn wait(&mut self, patience: Duration) -> Result<Frame, LinkError> {
-        let start = Instant::now();
-        loop {
-            if let Some(frame) = self.next()? {
-                return Ok(frame);
-            }
-            if start.elapsed() > patience {
-                return Err(LinkError::Silent);
-            }
-            std::thread::sleep(LOOK_EVERY);
-        }
-    }
-
-    /// Frames of the present epoch that went by unread.
-    pub fn missed(&self) -> u64 {
-        self.missed
-    }
-
-    /// Times the game was another than before.
-    pub fn restarts(&self) -> u64 {
-        self.restarts
-    }
-
-    /// Samples that could not be read.
-    pub fn faulty(&self) -> u64 {
-        self.faulty
-    }
-}
-
-/// Events of a game, as they come.
-pub struct Events {
-    port: Reader,
-}
-
-impl Events {
-    /// The next event, a JSON object; none where there is none yet. What cannot be read is passed over.
-    ///
-    /// # Errors
-    /// When shared memory cannot be read.
-    #[allow(clippy::should_implement_trait)]
-    pub fn next(&mut self) -> Result<Option<Map<String, Value>>, LinkError> {
-        loop {
-            let received = self.port.port.receive().map_err(|e| LinkError::Memory(format!("{e:?}")))?;
-            let Some(sample) = received else { return Ok(None) };
-            if let Ok(event) = serde_json::from_slice(bytes_of(sample.payload())) {
-                return Ok(Some(event));
-            }
-        }
-    }
 }

@@ -26,7 +26,7 @@ pub enum Command {
         #[serde(default)]
         from: usize,
     },
-    /// One parameter.
+    /// One parameter: its value, kind, unit and range.
     Get {
         /// Its path.
         path: String,
@@ -143,6 +143,9 @@ pub struct Standing {
     pub process: u32,
     /// Events so far.
     pub events: usize,
+    /// Names of the sheets that went unstable: they stand still until a reset, or until a snapshot of when they were sound is restored.
+    #[serde(default)]
+    pub stopped: Vec<String>,
 }
 
 /// A game, as the link drives it.

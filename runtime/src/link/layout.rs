@@ -62,8 +62,8 @@ pub struct FrameHeader {
     pub complete: u32,
     /// Number of bodies.
     pub bodies: u32,
-    /// Nothing yet: 0.
-    pub reserved: u32,
+    /// Which topology of this epoch the sheets have: another number where triangles have opened or sheets are others.
+    pub topology: u32,
     /// Where the bodies are: of each 7 f32, its position (m) and its rotation (quaternion x, y, z, w).
     pub bodies_at: u64,
     /// [`UNITS`].
@@ -112,7 +112,7 @@ pub(crate) fn name_field<const N: usize>(name: &str) -> [u8; N] {
 }
 
 /// The name in a fixed field.
-fn name_of(field: &[u8]) -> &str {
+pub(super) fn name_of(field: &[u8]) -> &str {
     let end = field.iter().position(|b| *b == 0).unwrap_or(field.len());
     std::str::from_utf8(&field[..end]).unwrap_or("?")
 }
@@ -258,7 +258,7 @@ impl<'a> SheetView<'a> {
 }
 
 /// `n` of `T` at `offset`; none where that is 0, not aligned or beyond the end.
-fn array<T: Plain>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T]> {
+pub(super) fn array<T: Plain>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T]> {
     let at = usize::try_from(offset).ok()?;
     let end = at.checked_add(n.checked_mul(size_of::<T>())?)?;
     let part = bytes.get(at..end).filter(|_| at != 0)?;
@@ -273,11 +273,13 @@ fn array<T: Plain>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T]> {
 ///
 /// # Safety
 /// Only plain numbers, arrays of them, and `repr(C)` structures of those.
-unsafe trait Plain: Copy {}
+pub(super) unsafe trait Plain: Copy {}
 // SAFETY: plain numbers.
 unsafe impl Plain for u8 {}
 // SAFETY: plain numbers.
 unsafe impl Plain for f32 {}
+// SAFETY: an array of plain numbers.
+unsafe impl Plain for [u32; 3] {}
 // SAFETY: an array of plain numbers.
 unsafe impl Plain for [f32; 3] {}
 // SAFETY: an array of plain numbers.
@@ -288,8 +290,27 @@ unsafe impl Plain for FrameHeader {}
 unsafe impl Plain for SheetHeader {}
 
 /// A `T` at byte `at`, wherever that is aligned.
-fn read<T: Plain>(bytes: &[u8], at: usize) -> Option<T> {
+pub(super) fn read<T: Plain>(bytes: &[u8], at: usize) -> Option<T> {
     let part = bytes.get(at..at.checked_add(size_of::<T>())?)?;
     // SAFETY: the bytes are there, and any bytes make a T.
     Some(unsafe { part.as_ptr().cast::<T>().read_unaligned() })
+}
+
+/// The `n` numbers at `offset`, to be written; none where they do not lie in `out`, which a plan that fits never has.
+pub(super) fn take<T: Plain>(out: &mut [u8], offset: u64, n: usize) -> &mut [T] {
+    let at = offset as usize;
+    let Some(part) = out.get_mut(at..at + n * size_of::<T>()) else { return &mut [] };
+    if !part.as_ptr().cast::<T>().is_aligned() {
+        return &mut [];
+    }
+    // SAFETY: inside `out`, aligned, and any bytes make a T.
+    unsafe { std::slice::from_raw_parts_mut(part.as_mut_ptr().cast(), n) }
+}
+
+/// Copies a header to byte `at`.
+pub(super) fn put<T: Plain>(out: &mut [u8], at: usize, value: T) {
+    if let Some(part) = out.get_mut(at..at + size_of::<T>()) {
+        // SAFETY: as many bytes as a T has; T is made of plain numbers.
+        unsafe { part.as_mut_ptr().cast::<T>().write_unaligned(value) };
+    }
 }

@@ -11,6 +11,7 @@
 //! |---|---|---|
 //! | `frames` | positions, contact flags, temperature | whoever follows the motion |
 //! | `fields` | the same with normals, strain and energies | whoever needs those: they cost time |
+//! | `topology` | which masses make triangles, when that changes | whoever draws |
 //! | `events` | what happened, one JSON object each | logs, triggers |
 //! | `control` | commands and their answers, JSON | knobs |
 //!
@@ -19,24 +20,31 @@
 //! Who may attach: [`place`].
 
 mod answer;
+mod attached;
 mod client;
 mod command;
 mod grabs;
 pub mod layout;
 pub mod place;
 mod plan;
+mod reader;
 mod server;
 mod stream;
+pub mod topology;
 mod write;
 
 #[cfg(test)]
 mod tests;
 
+use std::time::Duration;
+
 use iceoryx2::prelude::*;
 
-pub use client::{Client, Events, Frame, Frames, PulledTo, RemoteParameter};
+pub use attached::Attached;
+pub use client::{Client, PulledTo, RemoteParameter};
 pub use command::{Command, Host, Standing};
 pub use place::LinkPlace;
+pub use reader::{Events, Frame, Frames, Topology};
 pub use server::{Link, LinkStatistics};
 
 /// Variant of iceoryx2: between processes, ports that may move between threads.
@@ -63,6 +71,10 @@ pub enum LinkError {
     /// The other end is of another version, or no Sheetwork.
     #[error("the other end does not fit: {0}")]
     Unlike(String),
+    /// As many are attached as may be; what no more of them can do.
+    #[error("no more than {most} processes may {0} at once, and as many do: end one of them, and try again half a second later",
+        most = MOST_CLIENTS)]
+    Full(&'static str),
     /// Shared memory cannot be had: full, or not allowed.
     #[error("shared memory: {0}")]
     Memory(String),
@@ -71,6 +83,16 @@ pub enum LinkError {
 impl From<LinkError> for crate::InputError {
     fn from(error: LinkError) -> Self {
         Self::new("link", error.to_string())
+    }
+}
+
+/// Times that it is looked again, 50 ms apart, whether what is unfinished in shared memory may be removed.
+const TIDYINGS: usize = 40;
+
+/// Removes what dead processes have left at `place`.
+fn clean_up(node: &Node<Ipc>, place: &LinkPlace) {
+    if place.tidy() {
+        node.try_cleanup_dead_nodes();
     }
 }
 
@@ -86,6 +108,13 @@ fn node_at(place: &LinkPlace, name: &str) -> Result<Node<Ipc>, LinkError> {
     place.ready()?;
     if place::free_shared_memory() < stream::MARGIN {
         return Err(LinkError::Memory("/dev/shm is full".into()));
+    }
+    // A node that is made cleans up first.
+    for _ in 0..TIDYINGS {
+        if place.tidy() {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(50));
     }
     let memory = |e: &dyn std::fmt::Debug| LinkError::Memory(format!("no node in {}: {e:?}", place.root().display()));
     let node = NodeBuilder::new()

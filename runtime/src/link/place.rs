@@ -6,11 +6,14 @@
 
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use iceoryx2::prelude::*;
 
 use super::LinkError;
 
+/// An object that has no size yet after so long will never have one: it takes its maker microseconds.
+const UNFINISHED: Duration = Duration::from_secs(1);
 /// Variable that names another folder.
 pub const ROOT_VARIABLE: &str = "SHEETWORK_LINK_ROOT";
 /// Variable that names the link that is meant when none is given.
@@ -86,6 +89,20 @@ impl LinkPlace {
             }
             Ok(_) => Ok(()),
         }
+    }
+
+    /// Removes objects of shared memory that a process was killed over before they had a size: iceoryx2 waits without end for those to be
+    /// finished when it removes what the dead have left. False where there is one that may yet be: then it must not be asked to.
+    pub(super) fn tidy(&self) -> bool {
+        let prefix = self.prefix();
+        let mut finished = true;
+        for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
+            let ours = entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes());
+            let Some(about) = ours.then(|| entry.metadata().ok()).flatten().filter(|m| m.len() == 0) else { continue };
+            let old = about.modified().ok().and_then(|m| m.elapsed().ok()).is_some_and(|age| age > UNFINISHED);
+            finished &= old && std::fs::remove_file(entry.path()).is_ok();
+        }
+        finished
     }
 
     /// iceoryx2's configuration: its own defaults, and not what a file of the machine says, because both ends must agree.

@@ -1,4 +1,5 @@
-//! What a world's frames look like: sizes, offsets, which masses are neighbours. Made anew when its sheets change.
+//! What a world's frames look like: sizes, offsets, which masses are neighbours. Made anew when its sheets change; when one opens, only what
+//! joins its masses follows, and only where someone reads of that.
 
 use super::layout::{ALIGNMENT, FrameHeader, MOST_SHEETS, SheetHeader, aligned, name_field};
 use crate::World;
@@ -6,6 +7,7 @@ use crate::lattice::StructureKind;
 use crate::sheet::Sheet;
 
 /// An edge to measure strain along.
+#[derive(Clone, Copy)]
 pub struct Edge {
     pub a: u32,
     pub b: u32,
@@ -17,13 +19,20 @@ pub struct Edge {
 pub struct SheetPlan {
     name: String,
     masses: usize,
-    /// What was open of it.
-    opening: u64,
     grid: (u32, u32, u32),
     structure: StructureKind,
     heated: bool,
     /// Header with the offsets of a frame of positions, and of a complete one.
     pub headers: [SheetHeader; 2],
+    /// Cells along the length and along the width of a sheet that can open.
+    pub cells: (usize, usize),
+    /// Triangles of the whole sheet.
+    most_triangles: usize,
+    /// Edges of the whole sheet.
+    whole: Vec<Edge>,
+    /// What was open when it was last looked, and when the following were made.
+    seen: u64,
+    opening: Option<u64>,
     /// Triangles of all layers, counter-clockwise seen from the upper side.
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<Edge>,
@@ -54,14 +63,14 @@ impl Plan {
             let planned = SheetPlan::new(world, index, sheet, &mut plan.bytes);
             plan.sheets.push(planned);
         }
+        plan.follow(world);
         plan
     }
 
-    /// Whether it is still that of `world`.
+    /// Whether it is still that of `world`, whatever has opened.
     pub fn fits(&self, world: &World) -> bool {
         let same = |(plan, sheet): (&SheetPlan, &Sheet)| {
             plan.masses == sheet.masses()
-                && plan.opening == sheet.opening_revision()
                 && plan.heated == temperature_of(sheet).is_some()
                 && plan.grid == sheet.grid
                 && plan.structure == sheet.structure
@@ -70,10 +79,34 @@ impl Plan {
         let n = world.sheets().len().min(MOST_SHEETS);
         self.sheets.len() == n && self.bodies == bodies_of(world) && self.sheets.iter().zip(world.sheets()).all(same)
     }
+
+    /// Whether something has opened, or closed, since this was last asked.
+    pub fn has_opened(&mut self, world: &World) -> bool {
+        let mut opened = false;
+        for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
+            let before = std::mem::replace(&mut plan.seen, sheet.opening_revision());
+            opened |= plan.seen != before;
+        }
+        opened
+    }
+
+    /// Makes triangles and edges those of what is closed now.
+    pub fn follow(&mut self, world: &World) {
+        for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
+            if plan.opening != Some(sheet.opening_revision()) {
+                plan.follow(sheet);
+            }
+        }
+    }
+
+    /// Triangles and cells of each sheet when it is whole.
+    pub fn largest(&self) -> impl Iterator<Item = (usize, usize)> + Clone {
+        self.sheets.iter().map(|s| (s.most_triangles, s.cells.0 * s.cells.1))
+    }
 }
 
 impl SheetPlan {
-    /// The plan of a sheet whose arrays begin at `ends`, which it moves on.
+    /// The plan of a sheet whose arrays begin at `ends`, which it moves on; without its triangles yet.
     fn new(world: &World, index: usize, sheet: &Sheet, ends: &mut [usize; 2]) -> Self {
         let n = sheet.masses();
         let heated = temperature_of(sheet).is_some();
@@ -90,12 +123,7 @@ impl SheetPlan {
             header.normals = take(12 * n, complete == 1);
             header.strain = take(4 * n, complete == 1);
         }
-        let edges = edges_of(world, index, sheet);
-        let mut count = vec![0.0_f32; n];
-        for edge in &edges {
-            count[edge.a as usize] += 1.0;
-            count[edge.b as usize] += 1.0;
-        }
+        let bottom = sheet.layers.first().map_or((0, 0), |l| (l.nx as usize, l.nz as usize));
         Self {
             name: sheet.name.clone(),
             masses: n,
@@ -103,14 +131,38 @@ impl SheetPlan {
             structure: sheet.structure,
             heated,
             headers,
-            triangles: match &sheet.triangles {
-                Some(triangles) => triangles.clone(),
-                None => sheet.closed_triangles(sheet.layers.iter().flat_map(|l| l.triangles()).collect()),
+            cells: if sheet.can_open() { (bottom.0.max(1) - 1, bottom.1.max(1) - 1) } else { (0, 0) },
+            most_triangles: match &sheet.triangles {
+                Some(triangles) => triangles.len(),
+                None => sheet.layers.iter().map(|l| l.triangles().len()).sum(),
             },
-            opening: sheet.opening_revision(),
-            edges,
-            share: count.into_iter().map(|c| if c > 0.0 { 1.0 / c } else { 0.0 }).collect(),
+            whole: edges_of(world, index, sheet),
+            seen: sheet.opening_revision(),
+            opening: None,
+            triangles: Vec::new(),
+            edges: Vec::new(),
+            share: Vec::new(),
         }
+    }
+
+    fn follow(&mut self, sheet: &Sheet) {
+        self.opening = Some(sheet.opening_revision());
+        self.triangles = match &sheet.triangles {
+            Some(triangles) => triangles.clone(),
+            None => sheet.closed_triangles(sheet.layers.iter().flat_map(|l| l.triangles()).collect()),
+        };
+        self.edges.clone_from(&self.whole);
+        if let Some(open) = sheet.opened() {
+            let gone = |mass: u32| sheet.is_gone(mass as usize);
+            let cut = |e: &Edge| gone(e.a) || gone(e.b) || open.cuts(sheet.in_cells(e.a), sheet.in_cells(e.b));
+            self.edges.retain(|e| !cut(e));
+        }
+        let mut count = vec![0.0_f32; self.masses];
+        for edge in &self.edges {
+            count[edge.a as usize] += 1.0;
+            count[edge.b as usize] += 1.0;
+        }
+        self.share = count.into_iter().map(|c| if c > 0.0 { 1.0 / c } else { 0.0 }).collect();
     }
 }
 
@@ -135,7 +187,7 @@ fn header(sheet: &Sheet) -> SheetHeader {
     }
 }
 
-/// Edges of a sheet with their lengths at rest: springs that join masses of one layer; where there are no springs, the sides
+/// Edges of a whole sheet with their lengths at rest: springs that join masses of one layer; where there are no springs, the sides
 /// of its triangles as it was built.
 fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<Edge> {
     let inverse = |rest: f64| if rest > 0.0 { 1.0 / rest } else { 0.0 };
@@ -150,7 +202,7 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<Edge> {
         return Vec::new();
     }
     let rest = |[a, b]: [u32; 2]| built.x.get(a as usize).distance(built.x.get(b as usize));
-    sheet.edges().into_iter().map(|e| Edge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
+    built.edges().into_iter().map(|e| Edge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
 }
 
 /// Temperature of each mass, °C, of a sheet that has one.

@@ -3,31 +3,36 @@
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use iceoryx2::port::server::Server;
 use iceoryx2::prelude::*;
 use iceoryx2::service::port_factory::request_response::PortFactory as Factory;
 use serde_json::{Value, json};
 
-use super::answer::{ANSWER_BYTES, Desk};
+use super::answer::{ANSWER_BYTES, Desk, stopped};
+use super::attached::Attached;
 use super::command::{Command, Host};
 use super::place::free_shared_memory;
 use super::plan::{Plan, SMALLEST};
-use super::stream::{EVENTS_BEHIND, FRAMES_BEHIND, MARGIN, Stream};
+use super::stream::{EVENTS, FRAMES, MARGIN, Stream, TOPOLOGY};
+use super::topology;
 use super::write::{Moment, frame};
-use super::{Ipc, LinkError, LinkPlace, MOST_CLIENTS, monotonic_ns, node_at};
+use super::{Ipc, LinkError, LinkPlace, MOST_CLIENTS, clean_up, monotonic_ns, node_at};
 use crate::World;
 use crate::event::Event;
 use crate::sheet::Status;
 
 /// How often what dead processes left is looked for.
 const HOUSEKEEPING: Duration = Duration::from_millis(500);
+/// How long the end of a link waits for its housekeeping to end.
+const LONGEST_END: Duration = Duration::from_secs(2);
 /// Most commands in one exchange: a flood of them is spread over the steps.
 const MOST_COMMANDS: usize = 64;
 /// A world that stands still is shown again after so long, ns.
 const STILL_SHOWN_NS: u64 = 100_000_000;
-/// Calls from one count of those who hear of events to the next, where it is only for what to look for.
+/// Calls from one count to the next of those who hear of events, where it is only for what to look for, and of readers, where it is likely that
+/// there are none.
 const COUNTED_EVERY: u32 = 16;
 /// Longest event, bytes.
 const EVENT_BYTES: usize = 1024;
@@ -40,8 +45,8 @@ pub(super) type Control = Factory<Ipc, [u8], (), [u8], ()>;
 /// What a link has done since it began.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkStatistics {
-    /// Readers of frames, of fields and of events now.
-    pub readers: [usize; 3],
+    /// Readers of frames, of fields, of events and of topology now.
+    pub readers: [usize; 4],
     /// Processes that may send commands now.
     pub clients: usize,
     /// Frames written, positions and complete ones.
@@ -68,6 +73,7 @@ pub struct Link {
     frames: Stream,
     fields: Stream,
     events: Stream,
+    topology: Stream,
     control: Control,
     server: Server<Ipc, [u8], (), [u8], ()>,
     desk: Desk,
@@ -76,12 +82,17 @@ pub struct Link {
     /// Steps and time of the last frame, and when that was, ns.
     steps: Option<(u64, f64)>,
     written_at: u64,
-    /// Readers of frames and of fields then.
-    readers: [usize; 2],
+    /// Readers of frames, fields and topology then.
+    readers: [usize; 3],
+    /// Number of the present topology, and of that which was sent.
+    version: u32,
+    sent: u32,
     events_seen: usize,
     /// Whether buckling is looked for because someone hears of events; calls since readers were last counted for that.
     watches: bool,
     uncounted: u32,
+    /// Calls since readers were last looked for where there are none.
+    unlooked: u32,
     unheard: u64,
     accepted: u64,
     refused: u64,
@@ -105,7 +116,9 @@ impl Link {
                 Err(LinkError::Taken(_) | LinkError::Memory(_)) if attempt < ATTEMPTS => {
                     // Someone who died a moment ago is not yet told from someone who lives.
                     attempt += 1;
-                    node.blocking_cleanup_dead_nodes(Duration::from_millis(50));
+                    if place.tidy() {
+                        node.blocking_cleanup_dead_nodes(Duration::from_millis(50));
+                    }
                     std::thread::sleep(Duration::from_millis(25));
                 }
                 result => return result,
@@ -116,9 +129,10 @@ impl Link {
     fn on(place: &LinkPlace, world: &World, node: &Arc<Node<Ipc>>) -> Result<Self, LinkError> {
         let plan = Plan::new(world);
         let room = |bytes: usize| bytes.max(SMALLEST);
-        let frames = Stream::new(node, place, "frames", FRAMES_BEHIND, room(plan.bytes[0]))?;
-        let fields = Stream::new(node, place, "fields", FRAMES_BEHIND, room(plan.bytes[1]))?;
-        let events = Stream::new(node, place, "events", EVENTS_BEHIND, EVENT_BYTES)?;
+        let frames = Stream::new(node, place, "frames", FRAMES, room(plan.bytes[0]))?;
+        let fields = Stream::new(node, place, "fields", FRAMES, room(plan.bytes[1]))?;
+        let events = Stream::new(node, place, "events", EVENTS, EVENT_BYTES)?;
+        let topology = Stream::new(node, place, "topology", TOPOLOGY, room(topology::most_bytes(&plan)))?;
         let control = control(node, place, true)?;
         let server = control.server_builder().initial_max_slice_len(ANSWER_BYTES);
         let server = server.allocation_strategy(AllocationStrategy::Static);
@@ -131,6 +145,7 @@ impl Link {
             frames,
             fields,
             events,
+            topology,
             control,
             server,
             desk: Desk::default(),
@@ -138,14 +153,17 @@ impl Link {
             frame: 0,
             steps: None,
             written_at: 0,
-            readers: [0, 0],
+            readers: [0; 3],
+            version: 1,
+            sent: 0,
             events_seen: world.events().len(),
             watches: false,
             uncounted: COUNTED_EVERY,
+            unlooked: 0,
             unheard: 0,
             accepted: 0,
             refused: 0,
-            housekeeping: keep_house(node),
+            housekeeping: keep_house(node, place),
             node: Arc::clone(node),
         })
     }
@@ -216,6 +234,10 @@ impl Link {
     fn reply(&self, world: &World, result: Result<serde_json::Map<String, Value>, crate::InputError>) -> Vec<u8> {
         let mut answer =
             json!({ "ok": result.is_ok(), "epoch": self.epoch, "steps": world.steps(), "time": world.time() });
+        let stopped = stopped(world);
+        if !stopped.is_empty() {
+            answer["stopped"] = stopped.into();
+        }
         match result {
             Ok(body) => body.into_iter().for_each(|(key, value)| answer[key] = value),
             Err(error) => answer["error"] = error.to_string().into(),
@@ -237,15 +259,14 @@ impl Link {
             self.tell(world);
         }
         let now = (world.steps(), world.time());
-        let (frames, fields) = (self.frames.readers(), self.fields.readers());
-        if frames == 0 && fields == 0 {
+        let readers = self.count_readers();
+        let before = std::mem::replace(&mut self.readers, readers);
+        if readers == [0; 3] {
             self.unheard += u64::from(self.steps != Some(now));
             self.steps = Some(now);
-            self.readers = [0, 0];
             return;
         }
-        let newcomer = frames > self.readers[0] || fields > self.readers[1];
-        self.readers = [frames, fields];
+        let newcomer = readers.iter().zip(before).any(|(now, before)| *now > before);
         if self.steps == Some(now) && !newcomer && !self.idle_is_due() {
             return;
         }
@@ -253,9 +274,17 @@ impl Link {
         if !self.fit(world) {
             return;
         }
+        let [frames, fields, topology] = readers;
+        if fields > 0 || topology > 0 {
+            self.plan.follow(world);
+        }
+        if topology > 0 {
+            self.show_topology(world, topology);
+        }
         let written_at = monotonic_ns();
         self.written_at = written_at;
-        let moment = Moment { epoch: self.epoch, frame: self.frame, step_time, written_at, playing };
+        let (epoch, topology) = (self.epoch, self.version);
+        let moment = Moment { epoch, frame: self.frame, topology, step_time, written_at, playing };
         self.frame += 1;
         let plan = &self.plan;
         if frames > 0 {
@@ -263,6 +292,29 @@ impl Link {
         }
         if fields > 0 {
             self.fields.write(fields, plan.bytes[1], |out| frame(plan, world, &moment, true, out));
+        }
+    }
+
+    /// Readers of frames, fields and topology. Whoever reads attaches as one who may command first: where there is none of those and nobody
+    /// read the last time, readers are looked for only now and then, because after a step each look is a way to memory.
+    fn count_readers(&mut self) -> [usize; 3] {
+        self.unlooked = (self.unlooked + 1) % COUNTED_EVERY;
+        if self.readers == [0; 3] && self.unlooked != 0 && !self.is_commanded() {
+            return [0; 3];
+        }
+        [self.frames.readers(), self.fields.readers(), self.topology.readers()]
+    }
+
+    /// Sends the topology if it has changed; otherwise only those get it who are new.
+    fn show_topology(&mut self, world: &World, readers: usize) {
+        if self.sent == self.version {
+            self.topology.welcome(readers);
+            return;
+        }
+        let (plan, which) = (&self.plan, (self.epoch, self.version));
+        let write = |out: &mut [u8]| topology::write(plan, world, which, out);
+        if self.topology.write(readers, topology::bytes(plan), write) {
+            self.sent = self.version;
         }
     }
 
@@ -279,6 +331,7 @@ impl Link {
     /// Makes the plan fit the world; false where there is no memory for it.
     fn fit(&mut self, world: &World) -> bool {
         if self.plan.fits(world) {
+            self.version += u32::from(self.plan.has_opened(world));
             return true;
         }
         let plan = Plan::new(world);
@@ -286,9 +339,11 @@ impl Link {
         let place = &self.place;
         let resized = room
             && self.frames.resize(place, plan.bytes[0]).is_ok()
-            && self.fields.resize(place, plan.bytes[1]).is_ok();
+            && self.fields.resize(place, plan.bytes[1]).is_ok()
+            && self.topology.resize(place, topology::most_bytes(&plan)).is_ok();
         if resized {
             self.plan = plan;
+            self.version += 1;
         } else {
             self.frames.dropped += 1;
         }
@@ -336,16 +391,31 @@ impl Link {
         self.epoch
     }
 
+    /// Who is attached. Asks the system for their names: not to be called in every step.
+    pub fn attached(&self) -> Vec<Attached> {
+        let mut list = Vec::new();
+        self.control.dynamic_config().list_clients(|client| {
+            if let Ok(process) = client.node_id.pid::<Ipc>() {
+                Attached::count(&mut list, process.value() as u32, true);
+            }
+            CallbackProgression::Continue
+        });
+        for stream in [&self.frames, &self.fields, &self.topology, &self.events] {
+            stream.list(|process| Attached::count(&mut list, process, false));
+        }
+        list
+    }
+
     /// What it has done since it began.
     pub fn statistics(&self) -> LinkStatistics {
         LinkStatistics {
-            readers: [self.frames.readers(), self.fields.readers(), self.events.readers()],
+            readers: [self.frames.readers(), self.fields.readers(), self.events.readers(), self.topology.readers()],
             clients: self.control.dynamic_config().number_of_clients(),
             frames: self.frames.written + self.fields.written,
             unheard: self.unheard,
-            dropped: self.frames.dropped + self.fields.dropped + self.events.dropped,
+            dropped: self.frames.dropped + self.fields.dropped + self.events.dropped + self.topology.dropped,
             events: self.events.written,
-            bytes: self.frames.bytes + self.fields.bytes + self.events.bytes,
+            bytes: self.frames.bytes + self.fields.bytes + self.events.bytes + self.topology.bytes,
             accepted: self.accepted,
             refused: self.refused,
         }
@@ -355,7 +425,13 @@ impl Link {
 impl Drop for Link {
     fn drop(&mut self) {
         self.housekeeping.0 = None;
-        if let Some(thread) = self.housekeeping.1.take() {
+        let Some(thread) = self.housekeeping.1.take() else { return };
+        // Never for long: it may be at what another process does not finish.
+        let start = Instant::now();
+        while !thread.is_finished() && start.elapsed() < LONGEST_END {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        if thread.is_finished() {
             let _ = thread.join();
         }
     }
@@ -379,6 +455,7 @@ pub(super) fn control(node: &Node<Ipc>, place: &LinkPlace, create: bool) -> Resu
     }
     builder.open().map_err(|e| match e {
         OpenError::DoesNotExist => LinkError::NoGame(place.name().into(), String::new()),
+        OpenError::ExceedsMaxNumberOfNodes => LinkError::Full("be attached to a game"),
         OpenError::InsufficientPermissions => {
             LinkError::Refused(format!("{}: not allowed; a link is for its own user", place.root().display()))
         }
@@ -395,13 +472,13 @@ fn epoch() -> u64 {
 }
 
 /// A thread that removes what dead processes leave behind, so that no step has to.
-fn keep_house(node: &Arc<Node<Ipc>>) -> (Option<Sender<()>>, Option<JoinHandle<()>>) {
+fn keep_house(node: &Arc<Node<Ipc>>, place: &LinkPlace) -> (Option<Sender<()>>, Option<JoinHandle<()>>) {
     let (end, ended) = channel::<()>();
-    let node = Arc::clone(node);
+    let (node, place) = (Arc::clone(node), place.clone());
     let work = move || {
         use std::sync::mpsc::RecvTimeoutError::Timeout;
         while ended.recv_timeout(HOUSEKEEPING) == Err(Timeout) {
-            node.try_cleanup_dead_nodes();
+            clean_up(&node, &place);
         }
     };
     // Without the thread a dead reader stays counted until the next start.

@@ -6,6 +6,7 @@
 use std::mem::MaybeUninit;
 
 use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError};
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
@@ -25,31 +26,39 @@ const NODES: usize = 2 * MOST_CLIENTS + 2;
 /// A service of bytes, eight together: so they are aligned.
 pub type ByteService = Factory<Ipc, [u64], ()>;
 
-/// Frames a reader of frames may be behind before it misses some.
-pub const FRAMES_BEHIND: usize = 4;
-/// Events a reader may be behind.
-pub const EVENTS_BEHIND: usize = 64;
+/// What a stream keeps for its readers.
+#[derive(Clone, Copy, Debug)]
+pub struct Queue {
+    /// Samples a reader may be behind before it misses some.
+    pub behind: usize,
+    /// Samples that one who comes later gets.
+    pub history: usize,
+}
 
-/// The service of stream `what`, made if there is none yet (`create`), otherwise opened.
-pub fn service(
-    node: &Node<Ipc>,
-    place: &LinkPlace,
-    what: &str,
-    behind: usize,
-    create: bool,
-) -> Result<ByteService, LinkError> {
+/// Of frames and of fields.
+pub const FRAMES: Queue = Queue { behind: 4, history: 0 };
+/// Of events.
+pub const EVENTS: Queue = Queue { behind: 64, history: 0 };
+/// Of topology: the newest is all that counts.
+pub const TOPOLOGY: Queue = Queue { behind: 1, history: 1 };
+
+/// The service of stream `what`, which a game has made.
+pub fn open(node: &Node<Ipc>, place: &LinkPlace, what: &str) -> Result<ByteService, LinkError> {
+    let name = place.service(what)?;
+    node.service_builder(&name).publish_subscribe::<[u64]>().open().map_err(|e| not_opened(place, &e))
+}
+
+/// The service of stream `what`, made if there is none yet.
+fn make(node: &Node<Ipc>, place: &LinkPlace, what: &str, queue: Queue) -> Result<ByteService, LinkError> {
     let name = place.service(what)?;
     let builder = node.service_builder(&name).publish_subscribe::<[u64]>();
-    if !create {
-        return builder.open().map_err(|e| not_opened(place, &e));
-    }
     let made = builder
         .max_publishers(1)
         .max_subscribers(MOST_CLIENTS)
         .max_nodes(NODES)
-        .subscriber_max_buffer_size(behind)
+        .subscriber_max_buffer_size(queue.behind)
         .subscriber_max_borrowed_samples(BORROWED)
-        .history_size(0)
+        .history_size(queue.history)
         .enable_safe_overflow(true)
         .open_or_create();
     made.map_err(|e| match e {
@@ -64,6 +73,7 @@ fn not_opened(place: &LinkPlace, error: &PublishSubscribeOpenError) -> LinkError
         PublishSubscribeOpenError::InsufficientPermissions => {
             LinkError::Refused(format!("{}: not allowed; a link is for its own user", place.root().display()))
         }
+        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => LinkError::Full("be attached to a game"),
         e => LinkError::Unlike(format!("{e:?}")),
     }
 }
@@ -72,8 +82,9 @@ fn not_opened(place: &LinkPlace, error: &PublishSubscribeOpenError) -> LinkError
 pub struct Stream {
     service: ByteService,
     publisher: Option<Publisher<Ipc, [u64], ()>>,
-    /// Samples a reader can hold up.
+    /// Samples a reader can hold up, and those that are held besides: the last ones, one that is written, one to spare.
     each: usize,
+    own: usize,
     /// Largest sample, bytes.
     capacity: usize,
     /// Readers that there were the last time, and for how many memory is there.
@@ -93,15 +104,14 @@ impl Stream {
         node: &Node<Ipc>,
         place: &LinkPlace,
         what: &str,
-        behind: usize,
+        queue: Queue,
         capacity: usize,
     ) -> Result<Self, LinkError> {
-        let service = service(node, place, what, behind, true)?;
-        let each = behind + BORROWED;
         let mut stream = Self {
-            service,
+            service: make(node, place, what, queue)?,
             publisher: None,
-            each,
+            each: queue.behind + BORROWED,
+            own: queue.history + 2,
             capacity: 0,
             readers: 0,
             ready_for: 0,
@@ -120,7 +130,7 @@ impl Stream {
             return Ok(());
         }
         self.publisher = None;
-        let chunks = MOST_CLIENTS * self.each + 2;
+        let chunks = MOST_CLIENTS * self.each + self.own;
         let builder = self.service.publisher_builder().initial_max_slice_len(capacity.div_ceil(WORD));
         let made = builder
             .allocation_strategy(AllocationStrategy::Static)
@@ -154,6 +164,24 @@ impl Stream {
         sent
     }
 
+    /// Gives what is kept to those who came since, without writing anything.
+    pub fn welcome(&mut self, readers: usize) {
+        if let (true, Some(publisher)) = (self.ready(readers), &self.publisher) {
+            // Whom it cannot reach is tried again the next time.
+            let _ = publisher.update_connections();
+        }
+    }
+
+    /// Calls `each` with the process of every reader.
+    pub fn list(&self, mut each: impl FnMut(u32)) {
+        self.service.dynamic_config().list_subscribers(|reader| {
+            if let Ok(process) = reader.node_id.pid::<Ipc>() {
+                each(process.value() as u32);
+            }
+            CallbackProgression::Continue
+        });
+    }
+
     fn send(&self, bytes: usize, fill: impl FnOnce(&mut [u8])) -> bool {
         let Some(publisher) = &self.publisher else { return false };
         let Ok(mut sample) = publisher.loan_slice_uninit(bytes.div_ceil(WORD)) else { return false };
@@ -168,7 +196,7 @@ impl Stream {
         if readers == self.readers && readers <= self.ready_for {
             return true;
         }
-        let chunks = readers.min(MOST_CLIENTS) * self.each + 2;
+        let chunks = readers.min(MOST_CLIENTS) * self.each + self.own;
         let needed = if readers > self.ready_for { chunks * (self.capacity + 256) } else { 0 };
         if free_shared_memory() < MARGIN + needed as u64 {
             return false;

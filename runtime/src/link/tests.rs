@@ -2,6 +2,7 @@
 
 use super::layout::{FrameView, LAYOUT};
 use super::plan::Plan;
+use super::topology::{self, Meshes, SheetMesh};
 use super::write::{Moment, frame};
 use crate::World;
 use crate::scene::Scene;
@@ -23,7 +24,7 @@ fn written(world: &World, complete: bool, memory: &mut Aligned) -> usize {
     let plan = Plan::new(world);
     assert!(plan.fits(world));
     let bytes = plan.bytes[usize::from(complete)];
-    let moment = Moment { epoch: 7, frame: 3, step_time: 1e-3, written_at: 5, playing: true };
+    let moment = Moment { epoch: 7, frame: 3, topology: 2, step_time: 1e-3, written_at: 5, playing: true };
     frame(&plan, world, &moment, complete, &mut memory.0[..bytes]);
     bytes
 }
@@ -88,6 +89,35 @@ fn samples_cut_short_or_damaged_are_refused_or_harmless() {
     memory.0[8] = LAYOUT as u8 + 1;
     let refused = FrameView::new(&memory.0[..bytes]).err().expect("another layout");
     assert!(refused.contains("layout 2"), "{refused}");
+}
+
+#[test]
+fn topology_is_read_as_it_is_written_and_damage_is_refused_or_harmless() {
+    let world = world();
+    let plan = Plan::new(&world);
+    let bytes = topology::bytes(&plan);
+    assert!(bytes <= topology::most_bytes(&plan));
+    let mut memory = Box::new(Aligned([0xff; 1 << 16]));
+    topology::write(&plan, &world, (7, 3), &mut memory.0[..bytes]);
+    let meshes = Meshes::read(&memory.0[..bytes]).expect("sound");
+    assert_eq!((meshes.epoch, meshes.version, meshes.sheets.len()), (7, 3, 2));
+    for (mesh, (plan, sheet)) in meshes.sheets.iter().zip(plan.sheets.iter().zip(world.sheets())) {
+        assert_eq!((&mesh.name, mesh.masses, &mesh.triangles), (&sheet.name, sheet.masses(), &plan.triangles));
+        assert!(!mesh.triangles.is_empty() && mesh.open.is_empty());
+    }
+    for cut in 0..bytes {
+        assert!(Meshes::read(&memory.0[..cut]).is_err(), "{cut} bytes of {bytes}");
+    }
+    for at in 0..bytes.min(600) {
+        for bit in 0..8 {
+            memory.0[at] ^= 1 << bit;
+            if let Ok(meshes) = Meshes::read(&memory.0[..bytes]) {
+                let within = |m: &SheetMesh| m.triangles.iter().flatten().all(|i| (*i as usize) < m.masses);
+                assert!(meshes.sheets.iter().all(within));
+            }
+            memory.0[at] ^= 1 << bit;
+        }
+    }
 }
 
 #[test]

@@ -6,7 +6,7 @@
 use glam::Vec3;
 use multiversion::multiversion;
 
-use super::layout::{FrameHeader, LAYOUT, MAGIC, SheetHeader, UNITS};
+use super::layout::{FrameHeader, LAYOUT, MAGIC, SheetHeader, UNITS, put, take};
 use super::plan::{Plan, SheetPlan, temperature_of};
 use crate::World;
 use crate::sheet::{Sheet, Status, Vectors};
@@ -16,6 +16,7 @@ use crate::sheet::{Sheet, Status, Vectors};
 pub struct Moment {
     pub epoch: u64,
     pub frame: u64,
+    pub topology: u32,
     pub step_time: f64,
     pub written_at: u64,
     pub playing: bool,
@@ -40,11 +41,11 @@ pub fn frame(plan: &Plan, world: &World, moment: &Moment, complete: bool, out: &
         playing: u32::from(moment.playing),
         complete: u32::from(complete),
         bodies: plan.bodies as u32,
-        reserved: 0,
+        topology: moment.topology,
         bodies_at: plan.bodies_at as u64,
         units: UNITS,
     };
-    put(out, 0, &[header]);
+    put(out, 0, header);
     let poses = world.rigid().into_iter().flat_map(|r| (0..plan.bodies).filter_map(|i| r.pose(i)));
     for (to, (place, turn)) in take::<[f32; 7]>(out, header.bodies_at, plan.bodies).iter_mut().zip(poses) {
         let (p, q) = (place.as_vec3(), turn.as_quat());
@@ -62,7 +63,7 @@ pub fn frame(plan: &Plan, world: &World, moment: &Moment, complete: bool, out: &
             let e = sheet.energy(world.gravity());
             header.energy = [e.kinetic, e.elastic, e.gravity, e.total];
         }
-        put(out, size_of::<FrameHeader>() + index * size_of::<SheetHeader>(), &[header]);
+        put(out, size_of::<FrameHeader>() + index * size_of::<SheetHeader>(), header);
     }
 }
 
@@ -126,40 +127,3 @@ fn strain(plan: &SheetPlan, sheet: &Sheet, out: &mut [f32]) {
     }
     out.iter_mut().zip(&plan.share).for_each(|(sum, share)| *sum *= share);
 }
-
-/// The `n` numbers at `offset`, to be written; none where they do not lie in `out`, which a plan that fits never has.
-fn take<T: Number>(out: &mut [u8], offset: u64, n: usize) -> &mut [T] {
-    let at = offset as usize;
-    let Some(part) = out.get_mut(at..at + n * size_of::<T>()) else { return &mut [] };
-    if !part.as_ptr().cast::<T>().is_aligned() {
-        return &mut [];
-    }
-    // SAFETY: inside `out`, aligned, and any bytes make a T.
-    unsafe { std::slice::from_raw_parts_mut(part.as_mut_ptr().cast(), n) }
-}
-
-/// Copies a header to byte `at`.
-fn put<T: Number>(out: &mut [u8], at: usize, value: &[T; 1]) {
-    if let Some(part) = out.get_mut(at..at + size_of::<T>()) {
-        // SAFETY: as many bytes as a T has; T is made of plain numbers.
-        unsafe { part.as_mut_ptr().cast::<T>().write_unaligned(value[0]) };
-    }
-}
-
-/// Plain numbers and structures of them.
-///
-/// # Safety
-/// Any bytes must make one.
-unsafe trait Number: Copy {}
-// SAFETY: plain numbers.
-unsafe impl Number for u8 {}
-// SAFETY: plain numbers.
-unsafe impl Number for f32 {}
-// SAFETY: an array of plain numbers.
-unsafe impl Number for [f32; 3] {}
-// SAFETY: an array of plain numbers.
-unsafe impl Number for [f32; 7] {}
-// SAFETY: `repr(C)`, of plain numbers and arrays of them.
-unsafe impl Number for FrameHeader {}
-// SAFETY: `repr(C)`, of plain numbers and arrays of them.
-unsafe impl Number for SheetHeader {}

@@ -265,7 +265,7 @@ impl Sheet {
     }
 
     /// Opens the cells of `cells`, and no others: to go back to another time.
-    pub(super) fn set_open(&mut self, cells: &[bool]) {
+    pub(crate) fn set_open(&mut self, cells: &[bool]) {
         let Some(tears) = self.tears.as_mut().filter(|t| t.open.cells() != cells) else { return };
         tears.open.set_all(cells);
         tears.told = !tears.open.is_whole();

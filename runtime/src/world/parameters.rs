@@ -21,12 +21,14 @@ pub struct Parameter {
 }
 
 impl Parameter {
-    /// What it is: "number" (or "none" where there is none), "vector" of three numbers, or "name".
+    /// What it is: "number" (or "none" where there is none), "vector" of three numbers, "boolean" (true or false), or "name".
     pub fn kind(&self) -> &'static str {
         if self.value.starts_with('(') {
             "vector"
         } else if self.range.is_some() {
             "number"
+        } else if ["true", "false"].contains(&self.value.as_str()) {
+            "boolean"
         } else {
             "name"
         }
@@ -65,7 +67,11 @@ impl World {
             new("air.wind", text(self.air.wind), "m/s", Some((-1e3, 1e3))),
         ];
         for dial in self.heat.iter().flat_map(|h| h.dials()) {
-            all.push(new(&dial.path, dial.value.to_string(), dial.unit, Some(dial.range)));
+            all.push(if is_switch(&dial.path) {
+                new(&dial.path, (dial.value >= 0.5).to_string(), "", None)
+            } else {
+                new(&dial.path, dial.value.to_string(), dial.unit, Some(dial.range))
+            });
         }
         for sheet in &self.sheets {
             for (name, unit, range) in OF_SHEET {
@@ -101,28 +107,20 @@ impl World {
         Ok(before)
     }
 
-    /// Sets a parameter of what heats the sheets; false where there is none of that path. `true` and `false` are 1 and 0.
+    /// Sets a parameter of what heats the sheets; false where there is none of that path.
     fn turn_heat(&mut self, path: &str, value: &str) -> Result<bool, InputError> {
         let Some(heat) = &mut self.heat else { return Ok(false) };
         if !heat.dials().iter().any(|d| d.path == path) {
             return Ok(false);
         }
-        let value = match value {
-            "true" => 1.0,
-            "false" => 0.0,
-            _ => number(path, value)?,
-        };
+        let value = if is_switch(path) { f64::from(u8::from(boolean(path, value)?)) } else { number(path, value)? };
         let turned = heat.turn(path, value)?;
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(turned)
     }
 
     fn set_of_sheet(&mut self, path: &str, value: &str) -> Result<String, InputError> {
-        let unknown = || {
-            let names: Vec<String> = self.parameters().into_iter().map(|p| p.path).collect();
-            let problem = format!("cannot be set while the world runs; these can: {}", names.join(", "));
-            InputError::new(path, problem)
-        };
+        let unknown = || self.no_such_parameter(path);
         let rest = path.strip_prefix("sheets.").and_then(|r| r.split_once('.'));
         let Some((which, name)) = rest else { return Err(unknown()) };
         let by_name = self.sheets.iter().position(|s| s.name == which);
@@ -187,6 +185,20 @@ fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), In
         }
     }
     sheet.set_material(material)
+}
+
+/// Whether what heats is switched on and off by this parameter.
+fn is_switch(path: &str) -> bool {
+    path.ends_with(".on")
+}
+
+/// `true` or `false`; 1 and 0 are taken too.
+fn boolean(path: &str, value: &str) -> Result<bool, InputError> {
+    match value {
+        "true" | "1" => Ok(true),
+        "false" | "0" => Ok(false),
+        _ => Err(InputError::new(path, format!("\"{value}\" is neither true nor false"))),
+    }
 }
 
 fn number(path: &str, value: &str) -> Result<f64, InputError> {

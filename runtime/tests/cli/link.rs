@@ -67,6 +67,8 @@ fn a_served_scene_is_watched_set_told_recorded_and_pulled() {
         (&["set", young, "-3"][..], "outside"),
         (&["set", "sheets.sheet.colour", "3"], "cannot be set"),
         (&["get", "colour"], "no such parameter"),
+        (&["set", "sheets.sheet.material.yuong", "3"], "did you mean sheets.sheet.material.young"),
+        (&["params", "nosuch"], "no parameter has \"nosuch\""),
         (&["tell", "load", "no-such.ron"], "no-such.ron"),
         (&["grab", "nobody", "0", "0"], "nobody"),
         (&["watch", "--link", "other"], "there are: sheetwork"),
@@ -91,6 +93,62 @@ fn a_served_scene_is_watched_set_told_recorded_and_pulled() {
     let (header, frames) = sheetwork::recording::read(&served.place.path("a.swr")).expect("a recording");
     assert_eq!((header.masses.as_slice(), header.bodies, frames[0].bodies.len()), (&[441][..], 1, 1));
     assert!(frames.windows(2).all(|f| f[0].time < f[1].time));
+}
+
+#[test]
+fn what_is_heated_is_switched_watched_and_recorded_with_its_temperatures() {
+    let served = Served::new("warm-link", &["assets/scenes/melting_hole.ron", "--paused"]);
+    served.json(&["tell", "--wait", "60", "status"]);
+    let switch = "heaters.panel.on";
+    assert_eq!(served.json(&["get", switch, "--json"])["value"], true);
+    assert_eq!(served.json(&["params", switch, "--json"])[0]["kind"], "boolean");
+    assert!(served.run(&["params", switch]).out.ends_with("true or false\n"));
+    assert_eq!(served.json(&["set", switch, "false", "--json"])["old"], "true");
+    assert_eq!(served.run(&["set", switch, "true"]).out, "heaters.panel.on: false -> true\n");
+    assert!(served.run(&["set", switch, "0.3"]).err.contains("neither true nor false"));
+    served.json(&["tell", "step", "3"]);
+    let line: Value = serde_json::from_str(served.run(&["watch", "--json", "--frames", "1"]).out.trim()).expect("JSON");
+    let warm = &line["sheets"][0]["temperature_c"];
+    assert_eq!(keys(warm), ["min", "mean", "max"]);
+    assert!(warm["max"].as_f64() > warm["min"].as_f64() && warm["min"].as_f64() > Some(19.0), "{warm}");
+    let csv = served.run(&["watch", "--csv", "--frames", "1"]).out;
+    let rows: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();
+    assert_eq!((rows[0].last(), rows[0].len()), (Some(&"hottest_c"), rows[1].len()));
+    assert!(served.run(&["watch", "--frames", "1"]).out.contains("warmth"));
+    served.json(&["tell", "play"]);
+    assert!(served.json(&["record", "w.swr", "--seconds", "0.5", "--json"])["frames"].as_u64() > Some(1));
+    let (header, frames) = sheetwork::recording::read(&served.place.path("w.swr")).expect("a recording");
+    let last = frames.last().expect("frames");
+    assert!(matches!(last.warmth_of(0), sheetwork::recording::Warmth::Mean(t) if t.len() == header.masses[0]));
+}
+
+#[test]
+fn a_short_soak_says_what_is_held() {
+    let ran = Place::new("soak").run(&["bench", "soak", "--frames", "300", "--json"]);
+    let result = ran.json();
+    let wanted =
+        ["frames", "seconds", "written", "bytes", "dropped", "commands", "kills", "before", "warm", "after", "grown"];
+    assert_eq!(keys(&result), wanted);
+    assert_eq!(
+        (result["frames"].as_u64(), result["kills"].as_u64(), result["dropped"].as_u64()),
+        (Some(300), Some(20), Some(0))
+    );
+    assert!(result["written"].as_u64() >= Some(300) && result["after"]["memory_bytes"].as_u64() > Some(100_000));
+    assert_eq!(ran.status, Some(i32::from(result["grown"] == true)));
+}
+
+#[test]
+fn a_sheet_that_went_unstable_is_told_of_beside_the_answer() {
+    let served = Served::new("unstable-link", &["assets/scenes/cantilever_sheet.ron", "--paused"]);
+    served.json(&["tell", "--wait", "60", "status"]);
+    assert_eq!(served.run(&["set", "engine", "euler"]).err, "");
+    assert_eq!(served.json(&["tell", "step", "100"])["stopped"], serde_json::json!(["sheet"]));
+    let set = served.run(&["set", "engine", "tr-bdf2"]);
+    assert_eq!((set.status, set.out.as_str()), (Some(0), "engine: euler -> tr-bdf2\n"));
+    assert!(set.err.contains("sheet went unstable") && set.err.contains("tell reset"), "{}", set.err);
+    let reset = served.run(&["tell", "reset"]);
+    assert!(reset.err.is_empty() && reset.json().get("stopped").is_none());
+    assert!(served.json(&["tell", "step", "10"]).get("stopped").is_none());
 }
 
 #[test]

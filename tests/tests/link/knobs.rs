@@ -44,6 +44,69 @@ fn parameters_are_listed_set_in_order_and_refused_with_reasons() {
 }
 
 #[test]
+fn switches_are_booleans_and_a_wrong_path_is_told_the_nearest() {
+    let place = Place::new("switches");
+    let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
+    let client = place.attach();
+    let film = sheetwork_tests::scenes_folder().join("melting_hole.ron").display().to_string();
+    client.send(&Command::Load { file: film }).expect("done");
+    let path =
+        client.parameters().expect("answers").into_iter().find(|p| p.path.ends_with(".on")).expect("a heater").path;
+    let switch = client.get(&path).expect("answers");
+    assert_eq!(
+        (switch.kind.as_str(), switch.boolean(), switch.number(), switch.min),
+        ("boolean", Some(true), None, None)
+    );
+    assert_eq!(client.set(&path, false), Ok("true".into()));
+    assert_eq!(client.get(&path).expect("answers").boolean(), Some(false));
+    assert_eq!(client.set(&path, "true"), Ok("false".into()));
+    for (value, says) in [("0.5", "neither true nor false"), ("on", "neither true nor false")] {
+        let refused = client.set(&path, value).expect_err("refused").to_string();
+        assert!(refused.contains(says), "{refused}");
+    }
+    let gravity = client.get("gravity").expect("answers");
+    assert_eq!((gravity.vector(), gravity.number(), gravity.boolean()), (Some([0.0, -9.81, 0.0]), None, None));
+    assert_eq!(client.set("dt", 0.002).map(|_| client.get("dt").expect("answers").number()), Ok(Some(0.002)));
+    for wrong in [client.get("gravty").map(|p| p.value), client.set("gravty", "1")] {
+        let refused = wrong.expect_err("refused").to_string();
+        assert!(refused.contains("did you mean gravity?") && refused.contains("sheetwork params"), "{refused}");
+        assert!(!refused.contains("young"), "not all of them: {refused}");
+    }
+}
+
+/// An engine that these sheets do not bear: they are stopped and named, whatever is set, until they are put back.
+#[test]
+fn a_sheet_that_went_unstable_is_named_until_reset_or_restore() {
+    let place = Place::new("unstable");
+    let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
+    let client = place.attach();
+    let tip = |client: &Client| {
+        let mut frames = client.frames(false).expect("a place");
+        until(&mut frames, |f| Some(f.view().expect("sound").sheets().next().expect("one").positions()[8]))
+    };
+    let stopped =
+        |answer: serde_json::Map<String, serde_json::Value>| answer.get("stopped").cloned().unwrap_or_default();
+    client.send(&Command::Step { steps: 5 }).expect("done");
+    client.send(&Command::Snapshot { name: "sound".into() }).expect("done");
+    for back in [Command::Restore { name: "sound".into() }, Command::Reset] {
+        client.set("engine", "euler").expect("accepted");
+        let answer = client.send(&Command::Step { steps: 300 }).expect("done");
+        assert_eq!(stopped(answer), serde_json::json!(["strip"]));
+        assert_eq!(client.status().expect("answers").stopped, ["strip"]);
+        // The old engine alone does not bring it back, and says so.
+        let set = Command::Set { path: "engine".into(), value: "tr-bdf2".into() };
+        assert_eq!(stopped(client.send(&set).expect("accepted")), serde_json::json!(["strip"]));
+        let stood = tip(&client);
+        client.send(&Command::Step { steps: 5 }).expect("done");
+        assert_eq!(tip(&client), stood);
+        assert_eq!(stopped(client.send(&back).expect("done")), serde_json::Value::Null);
+        let begun = tip(&client);
+        assert_eq!(stopped(client.send(&Command::Step { steps: 20 }).expect("done")), serde_json::Value::Null);
+        assert!(tip(&client) != begun && client.status().expect("answers").stopped.is_empty(), "it moves again");
+    }
+}
+
+#[test]
 fn commands_play_step_reset_keep_and_restore() {
     let place = Place::new("commands");
     let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);

@@ -48,13 +48,21 @@ with sheetwork.attach(wait=30) as game:
     time = game.step(1)
     frame = game.frame(complete=True)
     sheet = frame.sheet("strip")
-    assert frame.time == time and frame.steps == 1 and frame.complete if hasattr(frame, "complete") else True
+    assert frame.time == time and frame.steps == 1 and frame.complete and sheet.triangles is None
+    drawn = game.frame(triangles=True, patience=30)
+    mesh = drawn.sheet("strip")
+    assert mesh.triangles.shape == (64, 3) and mesh.triangles.max() == 44 and mesh.open is None and drawn.topology >= 1
     assert sheet.positions.shape == (45, 3) and sheet.grid == (9, 1, 5) and sheet.structure == "shell"
     # In effect by the next step: the free edge goes up.
     assert sheet.positions[8, 1] > before[8, 1]
     assert numpy.allclose(numpy.linalg.norm(sheet.normals, axis=1), 1, atol=1e-5)
     assert sheet.strain.shape == (45,) and abs(sheet.strain).max() < 1e-3
     assert sheet.temperature is None and sheet.energy["total"] != 0
+    # What it does not bear stops it, and every answer says so.
+    game.set("engine", "euler"); game.step(300)
+    assert game.stopped == ["strip"] and game.status()["stopped"] == ["strip"], game.stopped
+    game.reset()
+    assert game.stopped == [] and game.get("engine") == "tr-bdf2"
     game.play()
     seen = [f.frame for f in game.frames(count=20, newest=False)]
     assert seen == sorted(set(seen)) and len(seen) == 20
@@ -65,6 +73,25 @@ with sheetwork.attach(wait=30) as game:
         assert numpy.allclose(force, -20.0 * (target - position))
     game.snapshot("a"); game.restore("a"); game.pause(); game.reset()
     assert "strip" in game.scene()
+    # A film that is heated and can tear.
+    game.load(FILM)
+    lamp = next(p["path"] for p in game.parameters() if p["kind"] == "boolean")
+    assert game.get(lamp) is True and game.set(lamp, False) == "true" and game.get(lamp) is False
+    assert game.set(lamp, numpy.bool_(True)) == "false" and game.get(lamp) is True
+    for value in (0.5, "warm"):
+        try:
+            game.set(lamp, value)
+            raise SystemExit(f"{lamp} = {value} was taken")
+        except sheetwork.Refused as reason:
+            assert "neither true nor false" in str(reason), reason
+    game.step(2)
+    film = game.frame(triangles=True, patience=30).sheets[0]
+    assert film.temperature.shape == (961,) and film.temperature.dtype == numpy.float32 and film.temperature.min() >= 19
+    assert film.open.shape == (30, 30) and not film.open.any() and len(film.triangles) == 1800
+    try:
+        game.set("gravty", 1)
+    except sheetwork.Refused as reason:
+        assert "did you mean gravity?" in str(reason), reason
 try:
     sheetwork.attach("nobody")
     raise SystemExit("attached to nobody")
@@ -75,6 +102,11 @@ for size in (0, 10, 143, 144, 4096):
     try:
         sheetwork.Frame(data[:size])
         raise SystemExit("nonsense was taken for a frame")
+    except ValueError:
+        pass
+    try:
+        sheetwork.Topology(data[:size])
+        raise SystemExit("nonsense was taken for a topology")
     except ValueError:
         pass
 print("python is content")
@@ -90,8 +122,10 @@ fn python_reads_sets_is_refused_and_pulls() {
     let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
     drop(place.attach());
     let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runtime/python");
+    let film = sheetwork_tests::scenes_folder().join("melting_hole.ron");
+    let script = format!("FILM = {:?}\n{SCRIPT}", film.display().to_string());
     let ran = Command::new(python)
-        .args(["-c", SCRIPT])
+        .args(["-c", &script])
         .env("PYTHONPATH", package)
         .env("PYTHONDONTWRITEBYTECODE", "1")
         .env("SHEETWORK_LINK_ROOT", place.link.root())

@@ -97,7 +97,15 @@ fn a_thirteenth_reader_is_told_so_and_a_second_game_too() {
     let mut link = Link::new(&place.link, &game.world).expect("serves");
     let client = Client::attach(&place.link).expect("attaches");
     let mut all: Vec<_> = (0..12).map(|_| client.frames(false).expect("a place")).collect();
-    assert!(matches!(client.frames(false).err(), Some(LinkError::Memory(_))));
+    let refused = client.frames(false).err().expect("refused");
+    assert!(matches!(refused, LinkError::Full(_)) && refused.to_string().contains("12 processes"), "{refused}");
+    let clients: Vec<_> = (0..11).map(|_| Client::attach(&place.link).expect("a place")).collect();
+    let refused = Client::attach(&place.link).err().expect("refused");
+    assert!(matches!(refused, LinkError::Full(_)) && refused.to_string().contains("12 processes"), "{refused}");
+    let who = link.attached();
+    assert_eq!((who.len(), who[0].process, who[0].reads, who[0].commands), (1, std::process::id(), 12, true));
+    assert!(who[0].name.starts_with("link-"), "{}", who[0]);
+    drop(clients);
     game.world.step();
     link.exchange(&mut game, 1e-3);
     assert!(all.iter_mut().all(|f| f.latest().expect("sound").is_some()));

@@ -84,6 +84,42 @@ fn what_a_killed_game_left_is_gone_after_the_next_one_ends() {
     assert!(matches!(Client::attach(&place.link).err(), Some(LinkError::NoGame(..))));
 }
 
+/// Killed between making an object and giving it a size, a process leaves what iceoryx2 alone would wait for without end.
+#[test]
+fn an_object_that_was_never_finished_holds_nobody_up() {
+    let place = Place::new("unfinished");
+    let mut game = place.start("game", &[]);
+    let mut reader = place.start("reader", &[]);
+    assert!(heard_first(&mut reader, "reading"));
+    reader.kill();
+    game.kill();
+    let mut unfinished = 0;
+    for entry in std::fs::read_dir("/dev/shm").expect("there").flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with(&place.link.prefix()) && name.ends_with(".connection") {
+            let object = std::fs::File::options().write(true).open(entry.path()).expect("this user's");
+            object.set_len(0).expect("cut");
+            unfinished += 1;
+        }
+    }
+    assert!(unfinished > 0, "a reader was connected");
+    let (done, ended) = std::sync::mpsc::channel();
+    let link = place.link.clone();
+    std::thread::spawn(move || {
+        let world = sheetwork::World::new(&sheetwork_tests::game::strip()).expect("valid");
+        drop(sheetwork::link::Link::new(&link, &world).expect("serves"));
+        let _ = done.send(());
+    });
+    assert!(ended.recv_timeout(PATIENCE).is_ok(), "the next game waits for the dead");
+    assert_eq!(place.objects(), 0);
+}
+
+/// Whether a process says a line, up to that line.
+fn heard_first(child: &mut Process, wanted: &str) -> bool {
+    let Some(out) = child.0.stdout.take() else { return false };
+    BufReader::new(out).lines().map_while(Result::ok).any(|line| line.contains(wanted))
+}
+
 #[test]
 fn frames_of_another_layout_or_a_wrong_size_are_told_and_harm_nobody() {
     let place = Place::new("liar");

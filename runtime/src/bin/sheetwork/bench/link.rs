@@ -1,6 +1,7 @@
 //! `sheetwork bench link`: what the live link costs the game, and how soon another process sees a frame.
 //!
-//! A world of so many masses is stepped in real time and published. The cost is that of [`Link::exchange`] alone. Another
+//! A world of so many masses is stepped in real time and published. The cost is that of [`Link::exchange`] alone: of looking for commands
+//! (`look`), and of publishing. Another
 //! process of this program reads, and measures from when a frame was written to when it has it; it looks every 50 µs, as all
 //! readers do, or all the time (`--spin`).
 
@@ -39,7 +40,8 @@ pub struct LinkBench {
     reader: Option<String>,
 }
 
-struct Game(World);
+/// A world that is stepped by the benchmark alone.
+pub(super) struct Game(pub(super) World);
 
 impl Host for Game {
     fn world(&self) -> &World {
@@ -88,10 +90,14 @@ impl LinkBench {
             let all = ["p10_us", "median_us", "p99_us", "max_us"].map(part).concat();
             print_line(&format!("{key:<8} {what:<8}{all}"))
         };
+        line("nobody", "look")?;
         line("nobody", "publish")?;
+        line("nobody", "both")?;
         print_line(&format!("nobody, again    {:>11.2}", result["nobody"]["again_us"].as_f64().unwrap_or(f64::NAN)))?;
         for key in ["frames", "fields"] {
+            line(key, "look")?;
             line(key, "publish")?;
+            line(key, "both")?;
             line(key, "latency")?;
         }
         Ok(ExitCode::SUCCESS)
@@ -110,7 +116,8 @@ impl LinkBench {
         let start = Instant::now();
         (0..calls).for_each(|_| link.exchange(&mut game, 0.0));
         let again_us = 1e6 * start.elapsed().as_secs_f64() / f64::from(calls);
-        let mut result = json!({ "vertices": game.0.sheets()[0].masses(), "rate_hz": self.rate, "nobody": { "publish": nobody, "again_us": again_us } });
+        let mut result = json!({ "vertices": game.0.sheets()[0].masses(), "rate_hz": self.rate, "nobody": nobody });
+        result["nobody"]["again_us"] = again_us.into();
         for what in ["frames", "fields"] {
             let reader = self.start(root, what)?;
             let start = Instant::now();
@@ -118,26 +125,35 @@ impl LinkBench {
                 link.exchange(&mut game, 0.0);
                 std::thread::sleep(Duration::from_millis(1));
             }
-            let publish = self.part(&mut game, &mut link);
+            let took = self.part(&mut game, &mut link);
             let out = reader.wait_with_output().map_err(|e| InputError::new("reader", e.to_string()))?;
             let latency: Value = serde_json::from_slice(&out.stdout).unwrap_or_default();
-            result[what] = json!({ "publish": publish, "latency": latency });
+            result[what] = took;
+            result[what]["latency"] = latency;
         }
         Ok(result)
     }
 
     /// Steps in real time for a while; what the exchanges took.
     fn part(&self, game: &mut Game, link: &mut Link) -> Value {
-        let (start, mut due, mut took) = (Instant::now(), Duration::ZERO, Vec::new());
+        let (start, mut due) = (Instant::now(), Duration::ZERO);
+        let mut took = [Vec::new(), Vec::new(), Vec::new()];
         while start.elapsed().as_secs_f64() < self.seconds {
             game.0.step();
+            // As `Link::exchange` does.
             let now = Instant::now();
-            link.exchange(game, 0.0);
-            took.push(now.elapsed().as_secs_f64());
+            link.answer(game);
+            let between = Instant::now();
+            link.publish(&game.0, 0.0, true);
+            let end = Instant::now();
+            for (list, (from, to)) in took.iter_mut().zip([(now, between), (between, end), (now, end)]) {
+                list.push((to - from).as_secs_f64());
+            }
             due += Duration::from_secs_f64(1.0 / self.rate);
             std::thread::sleep(due.saturating_sub(start.elapsed()));
         }
-        summary(took)
+        let [look, publish, both] = took.map(summary);
+        json!({ "look": look, "publish": publish, "both": both })
     }
 
     fn start(&self, root: &Path, what: &str) -> Result<Child, InputError> {

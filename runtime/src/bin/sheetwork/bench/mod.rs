@@ -13,6 +13,8 @@ mod pareto;
 mod plot;
 mod point;
 mod reference;
+#[cfg(feature = "link")]
+mod soak;
 mod sweep;
 mod table;
 
@@ -40,6 +42,9 @@ enum Campaign {
     /// The live link: what publishing costs the game, and how soon another process sees it.
     #[cfg(feature = "link")]
     Link(link::LinkBench),
+    /// The live link for long: an hour's frames at speed, with processes that come, go and are killed.
+    #[cfg(feature = "link")]
+    Soak(soak::Soak),
 }
 
 impl Bench {
@@ -51,6 +56,8 @@ impl Bench {
             Campaign::Heat(heat) => heat.execute(),
             #[cfg(feature = "link")]
             Campaign::Link(link) => link.execute(),
+            #[cfg(feature = "link")]
+            Campaign::Soak(soak) => soak.execute(),
         }
     }
 }

@@ -8,7 +8,7 @@ use serde_json::json;
 use sheetwork::InputError;
 use sheetwork::link::{Command, RemoteParameter};
 
-use super::Target;
+use super::{Target, tell_of_stopped};
 use crate::{print_json, print_line};
 
 /// All parameters of a running game.
@@ -27,7 +27,12 @@ impl Parameters {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let filter = self.filter.as_deref().unwrap_or_default();
         let mut all = self.target.attach()?.parameters()?;
+        let count = all.len();
         all.retain(|p| p.path.contains(filter));
+        if all.is_empty() && !filter.is_empty() {
+            let problem = format!("no parameter has \"{filter}\" in its path; `sheetwork params` lists all {count}");
+            return Err(InputError::new("params", problem));
+        }
         if self.json {
             print_json(&all.iter().map(row).collect::<Vec<_>>())?;
             return Ok(ExitCode::SUCCESS);
@@ -37,6 +42,7 @@ impl Parameters {
         for p in &all {
             let range = match (p.min, p.max) {
                 (Some(min), Some(max)) => format!("{} to {}", short(min), short(max)),
+                _ if p.kind == "boolean" => "true or false".to_owned(),
                 _ => String::new(),
             };
             let line = format!("{:<paths$}  {:>values$} {:<units$}  {range}", p.path, p.value, p.unit);
@@ -47,7 +53,8 @@ impl Parameters {
 }
 
 fn row(p: &RemoteParameter) -> serde_json::Value {
-    json!({ "path": p.path, "value": p.value, "unit": p.unit, "kind": p.kind, "min": p.min, "max": p.max })
+    let value = p.boolean().map_or_else(|| json!(p.value), |b| json!(b));
+    json!({ "path": p.path, "value": value, "unit": p.unit, "kind": p.kind, "min": p.min, "max": p.max })
 }
 
 fn short(value: f64) -> String {
@@ -96,12 +103,15 @@ pub struct Set {
 
 impl Set {
     pub fn execute(self) -> Result<ExitCode, InputError> {
-        let old = self.target.attach()?.set(&self.path, &self.value)?;
+        let command = Command::Set { path: self.path.clone(), value: self.value.clone() };
+        let answer = self.target.attach()?.send(&command)?;
+        let old = answer.get("old").and_then(|old| old.as_str()).unwrap_or_default();
         if self.json {
             print_json(&json!({ "path": self.path, "old": old, "value": self.value }))?;
         } else {
             print_line(&format!("{}: {old} -> {}", self.path, self.value))?;
         }
+        tell_of_stopped(&answer);
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -168,6 +178,7 @@ impl Tell {
         };
         let answer = self.target.attach()?.send(&command)?;
         print_json(&answer)?;
+        tell_of_stopped(&answer);
         Ok(ExitCode::SUCCESS)
     }
 }

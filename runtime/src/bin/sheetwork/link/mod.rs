@@ -17,6 +17,16 @@ pub use watch::Watch;
 
 use crate::number;
 
+/// Tells, on standard error, of sheets that an answer says are stopped.
+fn tell_of_stopped(answer: &serde_json::Map<String, serde_json::Value>) {
+    let names = answer.get("stopped").and_then(serde_json::Value::as_array);
+    for name in names.into_iter().flatten().filter_map(serde_json::Value::as_str) {
+        eprintln!(
+            "note: {name} went unstable and stands still: `sheetwork tell reset` starts it again, `sheetwork tell restore` goes back to a snapshot"
+        );
+    }
+}
+
 /// Which game is meant.
 #[derive(Args)]
 struct Target {

@@ -1,4 +1,4 @@
-//! `sheetwork record`: what a running game shows, to a recording.
+//! `sheetwork record`: what a running game shows, to a recording: places, temperatures, what has torn.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -7,8 +7,10 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use glam::{Quat, Vec3};
 use serde_json::json;
+use sheetwork::link::Topology;
 use sheetwork::link::layout::FrameView;
-use sheetwork::recording::{Frame, Header, Recorder};
+use sheetwork::recording::{Frame, Header, Recorder, Warmth};
+use sheetwork::scene::{HeatMode, Scene};
 use sheetwork::{InputError, check_range};
 
 use super::Target;
@@ -41,7 +43,11 @@ impl Record {
         check_range("--rate", self.rate, 1e-3, 1e5, "1/s")?;
         let client = self.target.attach()?;
         let (scene, source) = (client.status()?.scene, client.scene()?);
+        // By the thesis's formulas sheets have no temperatures that would say anything.
+        let by_thesis = |scene: Scene| matches!(scene.heat_mode, HeatMode::Thesis { .. });
+        let warm = !Scene::parse(&source).is_ok_and(by_thesis);
         let mut frames = client.frames(false)?;
+        let mut topology = client.topology()?;
         let mut frame = frames.wait(PATIENCE)?;
         let epoch = frame.header().epoch;
         let shape = |view: &FrameView| -> Vec<usize> { view.sheets().map(|s| s.positions().len()).collect() };
@@ -60,7 +66,8 @@ impl Record {
             }
             // Time that runs backwards is a reset: the recording goes on with it.
             if time >= due || time < due - 2.0 / self.rate {
-                recorder.append(&copied(&view))?;
+                topology.wait(view.header(), PATIENCE)?;
+                recorder.append(&copied(&view, &topology, warm))?;
                 due = (time + 1e-9).max(due.max(time - 0.5 / self.rate)) + 1.0 / self.rate - 1e-6;
             }
             match frames.wait(PATIENCE) {
@@ -81,7 +88,13 @@ impl Record {
     }
 }
 
-fn copied(view: &FrameView) -> Frame {
+fn copied(view: &FrameView, topology: &Topology, warm: bool) -> Frame {
+    let warmth = |celsius: &[f32]| match celsius {
+        [_, ..] if warm => Warmth::Mean(celsius.to_vec()),
+        _ => Warmth::Unknown,
+    };
+    let whole = |open: &[bool]| !open.contains(&true);
+    let meshes = topology.sheets().iter();
     Frame {
         time: view.header().time,
         sheets: view.sheets().map(|s| s.positions().iter().map(|p| Vec3::from(*p)).collect()).collect(),
@@ -90,5 +103,7 @@ fn copied(view: &FrameView) -> Frame {
             .iter()
             .map(|[x, y, z, a, b, c, d]| (Vec3::new(*x, *y, *z), Quat::from_xyzw(*a, *b, *c, *d)))
             .collect(),
+        warmth: view.sheets().map(|s| warmth(s.temperature())).collect(),
+        open: meshes.map(|m| if whole(&m.open) { [].into() } else { m.open.as_slice().into() }).collect(),
     }
 }

@@ -20,7 +20,7 @@ const DRAWN_EVERY: [Duration; 2] = [Duration::from_millis(100), Duration::from_s
 const SPARK: usize = 40;
 /// Columns of the CSV.
 const COLUMNS: &str = "epoch,frame,time_s,step_time_s,sheet,status,contacts,lowest_m,mean_m,highest_m,\
-                       kinetic_j,elastic_j,gravity_j,total_j";
+                       kinetic_j,elastic_j,gravity_j,total_j,coldest_c,mean_c,hottest_c";
 
 /// Watches a running game.
 #[derive(Args)]
@@ -55,30 +55,38 @@ struct Row {
     /// Lowest, mean and highest y, m.
     heights: [f64; 3],
     energy: [f64; 4],
+    /// Coldest, mean and hottest, °C, of a sheet that has temperatures.
+    celsius: Option<[f64; 3]>,
+}
+
+/// Least, mean and most of some values.
+fn spread(values: impl Iterator<Item = f64>) -> [f64; 3] {
+    let (mut low, mut sum, mut high, mut count) = (f64::INFINITY, 0.0, f64::NEG_INFINITY, 0_u32);
+    for value in values {
+        (low, sum, high, count) = (low.min(value), sum + value, high.max(value), count + 1);
+    }
+    [low, sum / f64::from(count.max(1)), high]
 }
 
 impl Row {
     fn of(sheet: &SheetView) -> Self {
-        let (mut low, mut sum, mut high) = (f64::INFINITY, 0.0, f64::NEG_INFINITY);
-        for p in sheet.positions() {
-            let y = f64::from(p[1]);
-            (low, sum, high) = (low.min(y), sum + y, high.max(y));
-        }
-        let header = sheet.header();
+        let (header, celsius) = (sheet.header(), sheet.temperature());
         Self {
             name: header.name().to_owned(),
             status: ["awake", "asleep", "unstable"].get(header.status as usize).copied().unwrap_or("?"),
             contacts: header.contacts,
-            heights: [low, sum / sheet.positions().len().max(1) as f64, high],
+            heights: spread(sheet.positions().iter().map(|p| f64::from(p[1]))),
             energy: header.energy,
+            celsius: (!celsius.is_empty()).then(|| spread(celsius.iter().map(|t| f64::from(*t)))),
         }
     }
 
     fn csv(&self, h: &FrameHeader) -> String {
         let [low, mean, high] = self.heights;
         let energy = self.energy.map(|e| if e.is_nan() { String::new() } else { format!("{e:.9e}") }).join(",");
+        let celsius = self.celsius.map_or_else(|| ",,".to_owned(), |c| c.map(|t| format!("{t:.3}")).join(","));
         format!(
-            "{},{},{:.6},{:.3e},{},{},{},{low:.6},{mean:.6},{high:.6},{energy}",
+            "{},{},{:.6},{:.3e},{},{},{},{low:.6},{mean:.6},{high:.6},{energy},{celsius}",
             h.epoch, h.frame, h.time, h.step_time, self.name, self.status, self.contacts
         )
     }
@@ -92,6 +100,9 @@ impl Row {
         if !self.energy[3].is_nan() {
             let [kinetic, elastic, gravity, total] = self.energy;
             row["energy_j"] = json!({ "kinetic": kinetic, "elastic": elastic, "gravity": gravity, "total": total });
+        }
+        if let Some([min, mean, max]) = self.celsius {
+            row["temperature_c"] = json!({ "min": min, "mean": mean, "max": max });
         }
         row
     }
@@ -193,8 +204,8 @@ struct Screen {
     title: String,
     live: bool,
     lines: usize,
-    /// Mean heights and energies of each sheet, oldest first.
-    history: BTreeMap<String, [Vec<f64>; 2]>,
+    /// Mean heights, energies and highest temperatures of each sheet, oldest first.
+    history: BTreeMap<String, [Vec<f64>; 3]>,
     events: Vec<String>,
     /// Arrivals in the present second, and frames a second in the last.
     arrived: (Instant, u32),
@@ -253,7 +264,8 @@ impl Screen {
         ];
         for row in rows {
             let kept = self.history.entry(row.name.clone()).or_default();
-            for (list, value) in kept.iter_mut().zip([row.heights[1], row.energy[0]]) {
+            let hottest = row.celsius.map_or(f64::NAN, |c| c[2]);
+            for (list, value) in kept.iter_mut().zip([row.heights[1], row.energy[0], hottest]) {
                 list.push(value);
                 let from = list.len().saturating_sub(SPARK);
                 list.drain(..from);
@@ -261,6 +273,9 @@ impl Screen {
             let [low, mean, high] = row.heights;
             lines.push(format!("{:<20} {:<8} {:>5} touch", row.name, row.status, row.contacts));
             lines.push(format!("  height {low:>9.4} {mean:>9.4} {high:>9.4} m  {}", spark(&kept[0])));
+            if let Some([low, mean, high]) = row.celsius {
+                lines.push(format!("  warmth {low:>9.2} {mean:>9.2} {high:>9.2} °C {}", spark(&kept[2])));
+            }
             if !row.energy[3].is_nan() {
                 let [kinetic, elastic, ..] = row.energy;
                 lines.push(format!("  energy {kinetic:>9.2e} kinetic {elastic:>9.2e} elastic J  {}", spark(&kept[1])));

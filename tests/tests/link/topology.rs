@@ -1,0 +1,100 @@
+//! Triangles: what a sheet is drawn by is sent once, to who comes later too, and again when it has torn.
+
+use std::time::Duration;
+
+use sheetwork::link::{Client, Link};
+use sheetwork::scene::Scene;
+
+use super::place::{PATIENCE, Place};
+use sheetwork_tests::game::{Game, strip};
+
+/// A strip of paper whose end is drawn away until it tears.
+fn drawn() -> Scene {
+    Scene::parse(
+        r#"(name: "drawn", dt: 0.004, engine: "tr-bdf2", gravity: (0, 0, 0), sheets: [(name: "strip", structure: "shell", grid: (9, 1, 5),
+            size: (0.2, 0.1), material: "paper", tearing: true, damping_ratio: 0.5, pins: [(region: Left),
+            (region: Right, path: [(time: 0), (time: 0.4, offset: (0.04, 0, 0))])])])"#,
+    )
+    .expect("valid")
+}
+
+#[test]
+fn triangles_come_once_and_to_who_takes_anothers_place() {
+    let place = Place::new("triangles");
+    let mut game = Game::new(&strip());
+    let mut link = Link::new(&place.link, &game.world).expect("serves");
+    let client = Client::attach(&place.link).expect("attaches");
+    let (mut frames, mut topology) = (client.frames(false).expect("reads"), client.topology().expect("reads"));
+    let mut step = |link: &mut Link| {
+        game.world.step();
+        link.exchange(&mut game, 1e-3);
+    };
+    step(&mut link);
+    let frame = frames.next().expect("sound").expect("there");
+    assert!(topology.follow(frame.header()).expect("sound"));
+    let mesh = topology.sheet("strip").expect("there");
+    assert_eq!((mesh.masses, mesh.triangles.len(), mesh.open.len(), topology.sheets().len()), (45, 64, 0, 1));
+    drop(frame);
+    drop(frames);
+    // Nothing more is written for who has it.
+    let written = link.statistics().bytes;
+    (0..50).for_each(|_| step(&mut link));
+    assert_eq!(link.statistics().bytes, written);
+    // As many readers as before, but another.
+    drop(topology);
+    let (mut frames, mut topology) = (client.frames(false).expect("reads"), client.topology().expect("reads"));
+    step(&mut link);
+    let frame = frames.next().expect("sound").expect("there");
+    assert!(topology.follow(frame.header()).expect("sound"));
+    assert_eq!((topology.version(), topology.sheets()[0].triangles.len()), (frame.header().topology, 64));
+}
+
+#[test]
+fn what_tears_is_told_and_what_is_reset_is_whole() {
+    let place = Place::new("tears");
+    let mut game = Game::new(&drawn());
+    let mut link = Link::new(&place.link, &game.world).expect("serves");
+    let client = Client::attach(&place.link).expect("attaches");
+    let (mut frames, mut topology) = (client.frames(true).expect("reads"), client.topology().expect("reads"));
+    let mut versions = Vec::new();
+    for step in 0..90 {
+        if step == 80 {
+            game.world.reset().expect("the same scene");
+        } else {
+            game.world.step();
+        }
+        link.exchange(&mut game, 1e-3);
+        let frame = frames.latest().expect("sound").expect("there");
+        assert!(topology.follow(frame.header()).expect("sound"), "step {step}");
+        let (sheet, mesh) = (&game.world.sheets()[0], topology.sheet("strip").expect("there"));
+        assert_eq!(mesh.open, sheet.open_cells().expect("it can open"), "step {step}");
+        assert_eq!(mesh.cells, (8, 4));
+        let drawn = sheet.surface(0, 1).expect("drawn").mesh(&sheet.x);
+        assert_eq!(mesh.triangles, drawn.indices, "step {step}");
+        // What is cut is no strain.
+        let view = frame.view().expect("sound");
+        assert!(view.sheet("strip").expect("there").strain().iter().all(|e| e.abs() < 0.2), "step {step}");
+        versions.push((topology.version(), sheet.open_count()));
+    }
+    let most = versions.iter().map(|v| v.1).max().expect("steps");
+    assert!(most >= 4 && versions[0].1 == 0 && versions[89].1 == 0, "{versions:?}");
+    assert!(
+        versions.windows(2).all(|v| (v[0].0 == v[1].0) == (v[0].1 == v[1].1)),
+        "a version for each change: {versions:?}"
+    );
+}
+
+#[test]
+fn a_game_in_another_process_sends_its_triangles() {
+    let place = Place::new("mesh");
+    let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
+    let client = place.attach();
+    let mut topology = client.topology().expect("reads");
+    let frame = client.frames(false).expect("reads").wait(PATIENCE).expect("a frame");
+    assert_eq!(topology.wait(frame.header(), PATIENCE).expect("topology")[0].triangles.len(), 64);
+    assert!(
+        topology
+            .wait(&sheetwork::link::layout::FrameHeader { topology: 9, ..*frame.header() }, Duration::ZERO)
+            .is_err()
+    );
+}
