@@ -135,7 +135,7 @@ pub fn read(file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
 fn first_version(header: &Header, bytes: &[u8]) -> Result<Vec<Frame>, String> {
     let size = bytes::first_version_bytes(header);
     let whole = bytes.len() / size;
-    if bytes.len() % size != 0 {
+    if !bytes.len().is_multiple_of(size) {
         return Err(format!("ends within frame {whole}: {} bytes of {size}", bytes.len() % size));
     }
     let read = |(i, b)| bytes::decode_first_version(header, b).ok_or_else(|| format!("frame {i} cannot be read"));

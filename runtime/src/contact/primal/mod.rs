@@ -40,11 +40,10 @@ const STICKS: f64 = 1e-3;
 /// one that contacts which contradict one another leave.
 const STALLED: f64 = 0.1;
 const CONTRADICTED: f64 = 10.0;
-/// A gap that a round of forces does not lessen to this fraction asks for weights so many times larger, up to so many times the sheet's
-/// own stiffness: where many contacts hold a soft sheet together, they are stiffer than each by itself.
+/// A gap that a round of forces does not lessen to this fraction asks for weights so many times larger: where many contacts hold a soft
+/// sheet together, they are stiffer than each by itself.
 const SLOW: f64 = 0.4;
 const FASTER: f64 = 5.0;
-const STIFFEST: f64 = 1e4;
 /// Sum of forces, as a fraction of the largest there was on the way, below which they are what rounding has left.
 const ROUNDING: f64 = 1e-6;
 /// A contact with less than this fraction of all normal force does not rub.
@@ -63,6 +62,8 @@ pub(crate) struct Accuracy {
     /// ρ over the sheet's own stiffness at the contact: with 100 a contact closes to a hundredth of its depth in a step. Friction
     /// needs less, since it changes over from holding to sliding.
     pub stiffer: DVec3,
+    /// Up to what weights of gaps grow where they close slowly; piles take longer with more.
+    pub stiffest: f64,
     /// How much more a slip counts, which would add up from step to step.
     pub slip: f64,
     /// By what fraction of their sum forces may be short of holding the displacement: stiff contacts hide in small gaps what is
@@ -84,6 +85,7 @@ impl Accuracy {
         gap: 2e-7,
         slip: 10.0,
         stiffer: DVec3::new(100.0, 10.0, 10.0),
+        stiffest: 1e4,
         balance: 1e-7,
         balance_inside: 1e-3,
         updates: 5,
@@ -96,6 +98,7 @@ impl Accuracy {
         gap: 5e-6,
         slip: 1.0,
         stiffer: DVec3::new(30.0, 3.0, 3.0),
+        stiffest: 0.0,
         balance: 1e-3,
         balance_inside: 1e-2,
         updates: 0,
@@ -105,7 +108,7 @@ impl Accuracy {
     /// Where a sheet is still far from where it will be, and where several are.
     pub const ROUGH: Self =
         Self { gap: 1e-5, slip: 10.0, balance: 1e-3, balance_inside: 1e-2, updates: 0, ..Self::FINE };
-    pub const ROUGH_TOGETHER: Self = Self { braced: true, ..Self::ROUGH };
+    pub const ROUGH_TOGETHER: Self = Self { braced: true, stiffest: 0.0, ..Self::ROUGH };
 }
 
 /// How a contact acts.
@@ -240,7 +243,7 @@ impl Primal {
                 let missed = self.missed(accuracy.slip);
                 self.project();
                 let stalled = missed > (1.0 - STALLED) * before && missed <= CONTRADICTED * tolerance;
-                if missed > SLOW * before && self.stiffer.x < STIFFEST {
+                if missed > SLOW * before && self.stiffer.x < accuracy.stiffest {
                     self.stiffer *= FASTER;
                     self.factored.clear();
                 }
