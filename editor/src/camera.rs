@@ -4,6 +4,9 @@ use glam::{Vec2, Vec3};
 use sheetwork::World;
 use sheetwork::scene::Shape;
 
+use crate::pick::Ray;
+use crate::session::Session;
+
 /// Where the picture is taken from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
@@ -40,6 +43,19 @@ impl Camera {
             return Self::looking(spec.eye.as_vec3(), spec.target.as_vec3());
         }
         Self::fitted(world)
+    }
+
+    /// The view that a session asks for, farther away and aside where variants are shown beside its own world.
+    pub fn of_session(session: &Session) -> Self {
+        let camera = Self::of(session.world());
+        let others = session.beside().filter(|b| b.1.is_ok()).count();
+        if others == 0 {
+            return camera;
+        }
+        let middle = 0.5 * session.offset(others);
+        // From the front, so that none stands before another.
+        let distance = (1.15 * camera.distance).max(1.02 * session.offset(others + 1).x);
+        Self { target: camera.target + middle, distance, yaw: 0.16, ..camera }
     }
 
     /// A view from the right and above that holds the sheets and bodies of `world`.
@@ -84,6 +100,52 @@ impl Camera {
         self.target += (up * drag.y - right * drag.x) * scale;
     }
 
+    /// The ray from the eye through the place (x, y) of a picture of `size` (width, height), in points from its upper left.
+    pub fn ray(&self, at: Vec2, size: Vec2) -> Ray {
+        let (right, up) = self.axes();
+        let half = (0.5 * self.field_of_view).tan();
+        let (x, y) = (2.0 * at.x / size.x.max(1.0) - 1.0, 1.0 - 2.0 * at.y / size.y.max(1.0));
+        let aspect = size.x / size.y.max(1.0);
+        Ray::new(self.eye(), -self.back() + right * (x * half * aspect) + up * (y * half))
+    }
+
+    /// Where a point (m) is in a picture of `size`, in points from its upper left; none behind the eye.
+    pub fn project(&self, point: Vec3, size: Vec2) -> Option<Vec2> {
+        let (right, up) = self.axes();
+        let way = point - self.eye();
+        let depth = -way.dot(self.back());
+        if depth <= 1e-6 * self.distance {
+            return None;
+        }
+        let scale = 0.5 * size.y / ((0.5 * self.field_of_view).tan() * depth);
+        Some(0.5 * size + Vec2::new(way.dot(right), -way.dot(up)) * scale)
+    }
+
+    /// Where the ray through a place of the picture meets the plane through `point` that faces the eye, m.
+    pub fn on_plane(&self, at: Vec2, size: Vec2, point: Vec3) -> Vec3 {
+        let ray = self.ray(at, size);
+        let to = ray.to.as_vec3();
+        let depth = (point - self.eye()).dot(self.back());
+        self.eye() + to * (depth / to.dot(self.back()).min(-1e-6))
+    }
+
+    /// Metres a point of a picture `height` points high, at the distance of `point`.
+    pub fn metres_a_point(&self, point: Vec3, height: f32) -> f32 {
+        let depth = -(point - self.eye()).dot(self.back());
+        2.0 * depth.max(1e-6) * (0.5 * self.field_of_view).tan() / height.max(1.0)
+    }
+
+    /// The same camera from a side: yaw and pitch in radians.
+    pub fn from_side(&self, yaw: f32, pitch: f32) -> Self {
+        Self { yaw, pitch: pitch.clamp(-1.55, 1.55), ..*self }
+    }
+
+    /// The same camera, its target and distance those of the whole content of `world`.
+    pub fn focused(&self, world: &World) -> Self {
+        let fitted = Self::fitted(world);
+        Self { target: fitted.target, distance: fitted.distance, ..*self }
+    }
+
     /// Comes nearer by notches of the wheel, or goes away for negative ones.
     pub fn zoom(&mut self, notches: f32) {
         self.distance = (self.distance * (-0.12 * notches.clamp(-20.0, 20.0)).exp()).clamp(1e-4, 1e4);
@@ -91,7 +153,7 @@ impl Camera {
 }
 
 /// Box around the sheets and the bodies that have an end, as they are now, m.
-fn content(world: &World) -> Option<(Vec3, Vec3)> {
+pub(crate) fn content(world: &World) -> Option<(Vec3, Vec3)> {
     let mut points = Vec::new();
     for sheet in world.sheets() {
         points.extend(sheet.x.bounds().into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
@@ -122,6 +184,24 @@ mod tests {
         assert!(camera.eye().distance(eye) < 1e-6);
         let (right, up) = camera.axes();
         assert!(right.dot(camera.back()).abs() < 1e-6 && up.dot(right).abs() < 1e-6 && up.y > 0.0);
+    }
+
+    #[test]
+    fn a_point_is_seen_where_its_ray_goes() {
+        let camera = Camera { target: Vec3::new(0.1, 0.2, 0.3), yaw: 0.7, pitch: 0.3, ..Camera::default() };
+        let size = Vec2::new(800.0, 500.0);
+        for at in [Vec2::new(400.0, 250.0), Vec2::new(13.0, 420.0), Vec2::new(777.0, 5.0)] {
+            let ray = camera.ray(at, size);
+            let point = (ray.from + ray.to * 0.37).as_vec3();
+            assert!(camera.project(point, size).is_some_and(|p| p.distance(at) < 0.02), "{at}");
+            let on = camera.on_plane(at, size, camera.target);
+            assert!((on - camera.target).dot(camera.back()).abs() < 1e-6);
+            assert!(camera.project(on, size).is_some_and(|p| p.distance(at) < 0.02));
+        }
+        assert!(camera.project(camera.target, size).is_some_and(|p| p.distance(0.5 * size) < 1e-2));
+        assert_eq!(camera.project(camera.eye() + camera.back(), size), None, "behind");
+        let wide = camera.metres_a_point(camera.target, 500.0) * 500.0;
+        assert!((wide / (2.0 * camera.distance * (0.5 * camera.field_of_view).tan()) - 1.0).abs() < 1e-5);
     }
 
     #[test]

@@ -8,8 +8,9 @@ use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
-use crate::panels::Display;
+use crate::panels::{Display, EditorState, Section, Tool};
 use crate::picture::Layer;
+use crate::session::{Session, Variant};
 use crate::{headless, playback, scenes, shell};
 
 /// Watch stiff thin sheets fall, bend and slide, and change them while they do.
@@ -40,6 +41,24 @@ pub struct Arguments {
     /// Have the panels in the screenshot too.
     #[arg(long, requires = "screenshot")]
     pub with_ui: bool,
+    /// Show the scene with a field overridden beside it and in step, as in `--compare engine=rk4`; may be given up to three times.
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub compare: Vec<String>,
+    /// Sections of the controls to have open, in window and screenshot; all of them for `all`.
+    #[arg(long, value_name = "SECTION", value_delimiter = ',')]
+    pub open: Vec<Open>,
+    /// Have plots below the view.
+    #[arg(long)]
+    pub plots: bool,
+    /// Open the window without playing.
+    #[arg(long, conflicts_with_all = ["screenshot", "headless"])]
+    pub paused: bool,
+    /// Have light panels in place of dark ones.
+    #[arg(long)]
+    pub light: bool,
+    /// The tool that the left button has.
+    #[arg(long, value_name = "TOOL")]
+    pub tool: Option<Hold>,
     /// What of the sheets to draw besides the usual, in window and screenshot.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub show: Vec<Show>,
@@ -75,6 +94,44 @@ pub enum Show {
     Bare,
 }
 
+/// A section of the controls.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Open {
+    /// What sheets are made of.
+    Material,
+    /// What they are.
+    Sheet,
+    /// Rigid bodies.
+    Bodies,
+    /// How time passes.
+    Engine,
+    /// What heats.
+    Heat,
+    /// What is drawn.
+    Display,
+    /// Where it is seen from.
+    Camera,
+    /// Variants beside the scene.
+    Compare,
+    /// Other processes.
+    Link,
+    /// Every one.
+    All,
+}
+
+/// A tool of the left mouse button.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Hold {
+    /// Turns the view.
+    Look,
+    /// Pulls at a sheet.
+    Grab,
+    /// Pins masses.
+    Pin,
+    /// Moves bodies and heaters.
+    Move,
+}
+
 /// What sheets can be coloured by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Colour {
@@ -84,6 +141,14 @@ pub enum Colour {
     Temperature,
     /// What is left of the stiffness.
     Stiffness,
+    /// How far it is stretched.
+    Stretch,
+    /// How sharply it is bent.
+    Bending,
+    /// How fast it is.
+    Speed,
+    /// What contact holds it with.
+    Contact,
 }
 
 /// Reads `20,120`.
@@ -101,6 +166,25 @@ fn size(text: &str) -> Result<(u32, u32), String> {
     let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
     let side = |s: &str| s.trim().parse().ok().filter(|n| (16..=8192).contains(n)).ok_or_else(wrong);
     Ok((side(width)?, side(height)?))
+}
+
+impl Open {
+    /// The sections that are meant.
+    fn sections(self) -> Vec<Section> {
+        let one = match self {
+            Self::Material => Section::Material,
+            Self::Sheet => Section::Sheet,
+            Self::Bodies => Section::Bodies,
+            Self::Engine => Section::Engine,
+            Self::Heat => Section::Heat,
+            Self::Display => Section::Display,
+            Self::Camera => Section::Camera,
+            Self::Compare => Section::Compare,
+            Self::Link => Section::Link,
+            Self::All => return Section::ALL.iter().map(|s| s.0).collect(),
+        };
+        vec![one]
+    }
 }
 
 impl Arguments {
@@ -124,11 +208,35 @@ impl Arguments {
         }
     }
 
+    /// The panels as they are at first.
+    pub fn state(&self, session: &Session) -> EditorState {
+        let mut state =
+            EditorState { display: self.display().of(session), light: self.light, ..EditorState::new(session) };
+        state.plots.shown = self.plots;
+        if !self.open.is_empty() {
+            state.open_sections = self.open.iter().flat_map(|open| open.sections()).collect();
+        }
+        state.tool = match self.tool {
+            Some(Hold::Grab) => Tool::Grab,
+            Some(Hold::Pin) => Tool::Pin,
+            Some(Hold::Move) => Tool::Move,
+            Some(Hold::Look) | None => Tool::Look,
+        };
+        if state.tool == Tool::Move {
+            state.selected = session.items().last().copied();
+        }
+        state
+    }
+
     /// What sheets are coloured by, where that was asked for.
     pub fn sheet_colour(&self) -> Option<SheetColour> {
         match (self.colour, self.celsius) {
             (Some(Colour::Plain), _) => Some(SheetColour::Plain),
             (Some(Colour::Stiffness), _) => Some(SheetColour::Stiffness),
+            (Some(Colour::Stretch), _) => Some(SheetColour::Stretch),
+            (Some(Colour::Bending), _) => Some(SheetColour::Bending),
+            (Some(Colour::Speed), _) => Some(SheetColour::Speed),
+            (Some(Colour::Contact), _) => Some(SheetColour::Contact),
             (_, Some((low, high))) => Some(SheetColour::TemperatureBetween { low, high }),
             (Some(Colour::Temperature), None) => Some(SheetColour::Temperature),
             (None, None) => None,
@@ -164,6 +272,7 @@ impl Arguments {
         }
         let file = self.scene_file();
         let mut scene = self.described(&file)?;
+        self.variants()?;
         for assignment in &self.set {
             scene = assigned("--set", &scene, assignment)?;
         }
@@ -197,6 +306,22 @@ impl Arguments {
                 without_window()
             }
         }
+    }
+}
+
+impl Arguments {
+    /// What the scene is compared with.
+    ///
+    /// # Errors
+    /// When one is no `PATH=VALUE`.
+    pub fn variants(&self) -> Result<Vec<Variant>, InputError> {
+        let variant = |text: &String| {
+            let parts = text.split_once('=').map(|(path, value)| (path.trim().to_owned(), value.trim().to_owned()));
+            let (path, value) =
+                parts.ok_or_else(|| InputError::new("--compare", format!("\"{text}\" is not PATH=VALUE")))?;
+            Ok(Variant { path, value })
+        };
+        self.compare.iter().map(variant).collect()
     }
 }
 

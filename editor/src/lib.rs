@@ -1,15 +1,26 @@
 //! The Sheetwork editor: open a scene, watch it, change it while it runs.
 //!
-//! `session` holds the world and its clock, `panels` draws the controls with egui alone, `picture` and `headless` do without
-//! graphics hardware, and `shell` is the thin Bevy layer that puts it on a screen or into an image file.
+//! `document` is the scene that is edited, with its undo; `session` holds it with the world and its clock, `timeline` and `samples` what has been of
+//! a run, `keeping` what stays between runs. `panels` draws the controls with egui alone, `picture` and `headless` do without graphics hardware,
+//! and `shell` is the thin Bevy layer that puts it on a screen or into an image file.
 
+pub mod browser;
 pub mod camera;
 pub mod cli;
+pub mod document;
+pub mod gizmo;
+pub mod hang;
 pub mod headless;
+pub mod keeping;
 pub mod link;
 pub mod panels;
+pub mod pick;
 pub mod picture;
 pub mod playback;
+pub mod samples;
 pub mod scenes;
 pub mod session;
 pub mod shell;
+pub mod templates;
+pub mod timeline;
+pub mod units;

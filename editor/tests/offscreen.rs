@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sheetwork_editor::panels::Display;
+use sheetwork_editor::panels::{Display, EditorState};
 use sheetwork_editor::picture::Picture;
 use sheetwork_editor::session::Session;
 use sheetwork_editor::shell::{offscreen, probe};
@@ -22,12 +22,13 @@ fn the_driver_draws_the_sheet_the_body_and_the_panels() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron");
     let mut session = Session::open(&file).expect("the test's scene is valid");
     session.run(0.05);
-    let picture = offscreen::draw(session, (320, 200), Display::default(), false).expect("a picture");
+    let picture = offscreen::draw(session, (320, 200), Display::default()).expect("a picture");
     assert_eq!((picture.width, picture.height, picture.pixels.len()), (320, 200, 320 * 200 * 3));
     let red = share(&picture, |[r, _, b]| i32::from(r) - i32::from(b) > 70);
     assert!((0.02..0.6).contains(&red), "the sheet covers {red}");
-    let panels =
-        offscreen::draw(Session::open(&file).expect("valid"), (640, 400), Display::default(), true).expect("a picture");
+    let session = Session::open(&file).expect("valid");
+    let state = EditorState::new(&session);
+    let panels = offscreen::draw_panels(session, state, (640, 400)).expect("a picture");
     let dark = share(&panels, |[r, g, b]| r < 60 && g < 60 && b < 60);
     assert!((0.4..0.95).contains(&dark), "the panels cover {dark}");
     let blue = share(&picture, |[r, _, b]| i32::from(b) - i32::from(r) > 12);

@@ -72,13 +72,15 @@ fn a_scene_is_opened_from_the_menu_and_a_bad_file_is_told() {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron");
     let generation = harness.state().0.generation();
     harness.state_mut().1.scenes = vec![file];
-    harness.get_by_label("Scene").click();
+    harness.get_by_label("File").click();
+    harness.run_steps(3);
+    harness.get_by_label("Scenes ⏵").click();
     harness.run_steps(3);
     harness.get_by_role_and_label(Role::Button, "wedge").click();
     harness.run_steps(3);
     assert_ne!(harness.state().0.generation(), generation);
     harness.state_mut().1.path = "no-such-scene.ron".into();
-    harness.get_by_label("Scene").click();
+    harness.get_by_label("File").click();
     harness.run_steps(3);
     harness.get_by_label("Open").click();
     harness.run_steps(3);
@@ -118,7 +120,7 @@ fn the_display_panel_chooses_what_is_drawn() {
 #[test]
 fn the_engine_panel_reaches_the_world() {
     let mut harness = harness(session(), |ui, (session, _)| panels::engine(ui, session));
-    harness.get_by_role(Role::ComboBox).click();
+    harness.get_by_role_and_label(Role::ComboBox, "Engine").click();
     harness.run_steps(3);
     harness.get_by_label("rk45").click();
     harness.run_steps(3);
@@ -140,11 +142,19 @@ fn the_engine_panel_reaches_the_world() {
 }
 
 #[test]
-fn the_sheet_panel_reaches_the_sheet() {
-    let mut harness = harness(session(), |ui, (session, state)| panels::sheet(ui, session, state));
-    for (label, text) in
-        [("Young", "3 k"), ("Thickness", "2"), ("Damping", "0.3"), ("Friction", "0.7"), ("Restitution", "0.5")]
-    {
+fn the_sheet_and_material_panels_reach_the_sheet() {
+    let mut harness = harness(session(), |ui, (session, state)| {
+        panels::sheet(ui, session, state);
+        panels::material(ui, session, state);
+    });
+    for (label, text) in [
+        ("Young", "3 k"),
+        ("Thickness", "0.2 cm"),
+        ("Damping", "0.3"),
+        ("Friction", "0.7"),
+        ("Restitution", "50 %"),
+        ("Pressure", "2 Pa"),
+    ] {
         type_number(&mut harness, label, text);
     }
     let sheet = &harness.state().0.world().sheets()[0];
@@ -170,7 +180,10 @@ fn real_sheet() -> Session {
 
 #[test]
 fn a_real_sheet_has_its_own_damping_and_drag() {
-    let mut harness = harness(real_sheet(), |ui, (session, state)| panels::sheet(ui, session, state));
+    let mut harness = harness(real_sheet(), |ui, (session, state)| {
+        panels::sheet(ui, session, state);
+        panels::material(ui, session, state);
+    });
     for (label, text) in [("Poisson", "0.2"), ("Damping", "0.3"), ("Drag", "1"), ("… along", "0.1")] {
         type_number(&mut harness, label, text);
     }
@@ -184,7 +197,7 @@ fn another_material_is_chosen_from_the_list() {
     let mut session = real_sheet();
     session.run(0.1);
     let mass = session.world().sheets()[0].total_mass();
-    let mut harness = harness(session, |ui, (session, state)| panels::sheet(ui, session, state));
+    let mut harness = harness(session, |ui, (session, state)| panels::material(ui, session, state));
     harness.get_by_role_and_label(Role::ComboBox, "Material").click();
     harness.run_steps(3);
     harness.get_by_label("steel-foil").click();
@@ -229,14 +242,21 @@ fn a_structure_with_flexion_has_its_bend_limited() {
 
 #[test]
 fn a_refused_value_is_told_with_its_range_and_the_old_one_stays() {
-    let mut harness = whole();
+    let mut harness = harness(session(), |ui, (session, state)| {
+        panels::engine(ui, session);
+        panels::sheet(ui, session, state);
+        panels::messages(ui, session);
+    });
     type_number(&mut harness, "Step", "-4");
     type_number(&mut harness, "Friction", "99");
+    type_number(&mut harness, "Length", "3 GPa");
     let (session, _) = harness.state();
     assert_eq!((session.world().dt(), session.world().sheets()[0].friction), (0.002, 0.3));
-    assert_eq!(session.messages().len(), 2);
+    assert_eq!(session.messages().len(), 3);
     assert!(harness.query_by_label_contains("dt: -0.004 s is outside").is_some());
     assert!(harness.query_by_label_contains("friction: 99 is outside 0 to 10").is_some());
+    assert!(harness.query_by_label_contains("GPa is a unit of pressure").is_some());
+    assert!(session.document().undoes().is_none(), "nothing was changed");
 }
 
 #[test]
@@ -278,7 +298,7 @@ fn keys_do_what_the_help_says() {
 #[test]
 fn typing_in_a_field_is_not_taken_for_keys() {
     let mut harness = whole();
-    harness.get_by_label("Scene").click();
+    harness.get_by_label("File").click();
     harness.run_steps(3);
     harness.get_by_role(Role::TextInput).focus();
     harness.run_steps(2);

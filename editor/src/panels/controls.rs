@@ -1,89 +1,216 @@
-//! Controls that several panels use: numbers with units that are set through the session, which checks them.
+//! Numbers with units that are dragged, typed and, by a double click, brought back to what they were.
+//!
+//! What is typed may leave a slider's range: the session checks it and says what it refuses. A text that is no value is told as a message. A value
+//! that costs a new world is taken up when the mouse lets go of it, not on its way.
 
+use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
-use bevy_egui::egui::{self, DragValue, Slider, SliderClamping, Ui};
+use bevy_egui::egui::{self, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
+use glam::DVec3;
 
 use crate::session::Session;
+use crate::units::{Quantity, Shown, UnitError};
 
-const PREFIXES: [(f64, &str); 9] =
-    [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+/// A plain number.
+pub(super) const PLAIN: Shown = Shown::fixed(Quantity::Number, "", 1.0);
+/// Lengths in millimetres.
+pub(super) const MM: Shown = Shown::fixed(Quantity::Length, "mm", 1e-3);
+/// Temperatures.
+pub(super) const CELSIUS: Shown = Shown::fixed(Quantity::Temperature, "°C", 1.0);
+/// Moduli and stresses.
+pub(super) const PASCAL: Shown = Shown::prefixed(Quantity::Pressure, "Pa");
+/// Times in milliseconds.
+pub(super) const MS: Shown = Shown::fixed(Quantity::Time, "ms", 1e-3);
 
-/// A number with three or four digits and an SI prefix: `3.00 GPa`.
-pub fn format_si(value: f64, unit: &str) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return format!("{value} {unit}");
-    }
-    let size = value.abs() * 1.000_000_1;
-    let (scale, prefix) = PREFIXES.into_iter().find(|(s, _)| size >= *s).unwrap_or((1e-12, "p"));
-    let scaled = value / scale;
-    let decimals = if scaled.abs() >= 99.95 { 1 } else { 2 };
-    format!("{scaled:.decimals$} {prefix}{unit}")
+/// How a number is changed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct How {
+    /// A slider over this range in place of a number alone.
+    pub range: Option<RangeInclusive<f64>>,
+    /// Whether the slider is logarithmic.
+    pub logarithmic: bool,
+    /// Change for a point of dragging, in the unit that is shown; 0 for what suits the value.
+    pub speed: f64,
+    /// Whether it is only taken up when the mouse lets go.
+    pub late: bool,
 }
 
-/// Reads what [`format_si`] writes: `3 GPa`, `3G`, `3e9`.
-pub fn parse_si(text: &str, unit: &str) -> Option<f64> {
-    let text = text.trim();
-    let text = text.strip_suffix(unit).unwrap_or(text).trim();
-    if let Ok(value) = text.parse() {
-        return Some(value);
+impl How {
+    /// A slider.
+    pub fn slider(range: RangeInclusive<f64>) -> Self {
+        Self { range: Some(range), ..Self::default() }
     }
-    let last = text.chars().last()?;
-    let (scale, _) = PREFIXES.into_iter().find(|(_, p)| p.chars().eq([last]))?;
-    text[..text.len() - last.len_utf8()].trim().parse::<f64>().ok().map(|v| v * scale)
+
+    /// A slider that is even in the logarithm.
+    pub fn log(range: RangeInclusive<f64>) -> Self {
+        Self { range: Some(range), logarithmic: true, ..Self::default() }
+    }
+
+    /// A number that is taken up when the mouse lets go.
+    pub fn late() -> Self {
+        Self { late: true, ..Self::default() }
+    }
 }
 
-/// A slider for the parameter at `path`, in a row with its name. What is typed may leave the slider's range: the session
-/// checks it and says what it refuses.
-pub(super) fn slider(
+/// What was done to a number.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Done {
+    /// The new value, SI.
+    pub value: Option<f64>,
+    /// What was typed and not understood.
+    pub error: Option<UnitError>,
+    /// Whether its default was asked for.
+    pub reset: bool,
+}
+
+/// A label that can be double-clicked.
+pub(super) fn name(ui: &mut Ui, text: &str, about: &str) -> Response {
+    let label = ui.add(Label::new(text).sense(Sense::click()));
+    if about.is_empty() { label } else { label.on_hover_text(about) }
+}
+
+/// A number that is `now`, SI, shown in its unit and named by `label`.
+pub(super) fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -> Done {
+    let draft_id = label.id.with("draft");
+    let draft = if how.late { ui.data(|d| d.get_temp::<f64>(draft_id)) } else { None };
+    let start = draft.unwrap_or(now);
+    let mut value = start;
+    let problem = RefCell::new(None);
+    let text_now = shown.format(start);
+    let parse = |text: &str| {
+        // What was not changed is not read: the text has fewer digits.
+        if text == text_now {
+            return Some(start);
+        }
+        shown.parse(text).map_err(|e| *problem.borrow_mut() = Some(e)).ok()
+    };
+    let format = |v: f64, _: RangeInclusive<usize>| shown.format(v);
+    let response = match &how.range {
+        Some(range) => {
+            let slider =
+                Slider::new(&mut value, range.clone()).clamping(SliderClamping::Never).update_while_editing(false);
+            ui.add(slider.logarithmic(how.logarithmic).custom_formatter(format).custom_parser(parse))
+        }
+        None => {
+            let unit = if shown.scale > 0.0 { shown.scale } else { 1.0 };
+            let speed = if how.speed > 0.0 { how.speed * unit } else { (start.abs() * 0.004).max(1e-3 * unit) };
+            let number = DragValue::new(&mut value).speed(speed).update_while_editing(false);
+            ui.add(number.custom_formatter(format).custom_parser(parse))
+        }
+    };
+    let response = response.labelled_by(label.id);
+    let mut done = Done { error: problem.into_inner().filter(|_| response.lost_focus()), ..Done::default() };
+    let twice = ui.input(|i| i.pointer.button_double_clicked(PointerButton::Primary));
+    let on_it = ui.input(|i| i.pointer.interact_pos()).is_some_and(|p| response.rect.contains(p));
+    if label.double_clicked() || (twice && on_it && response.enabled() && ui.rect_contains_pointer(response.rect)) {
+        // What the first click had begun to edit is not taken up.
+        ui.data_mut(|d| d.remove::<String>(response.id));
+        ui.memory_mut(|m| m.surrender_focus(response.id));
+        ui.data_mut(|d| d.remove::<f64>(draft_id));
+        return Done { reset: true, ..Done::default() };
+    }
+    let changed = response.changed() && value != start;
+    if how.late && response.dragged() {
+        ui.data_mut(|d| d.insert_temp(draft_id, value));
+    } else if let Some(draft) = draft.filter(|_| !changed) {
+        ui.data_mut(|d| d.remove::<f64>(draft_id));
+        done.value = (draft != now).then_some(draft);
+    } else if changed {
+        done.value = Some(value);
+    }
+    done
+}
+
+/// A parameter of the world by path, in a row with its name.
+pub(super) fn dial(
     ui: &mut Ui,
     session: &mut Session,
-    (name, about, path): (&str, &str, &str),
-    (now, range): (f64, RangeInclusive<f64>),
-    adjust: impl FnOnce(Slider<'_>) -> Slider<'_>,
+    (title, about, path): (&str, &str, &str),
+    now: f64,
+    shown: Shown,
+    how: &How,
 ) {
-    let mut value = now;
-    let label = ui.label(name).on_hover_text(about);
-    let slider = Slider::new(&mut value, range).clamping(SliderClamping::Never).update_while_editing(false);
-    let response = ui.add(adjust(slider)).labelled_by(label.id).on_hover_text(about);
-    if response.changed() && value != now {
+    let label = name(ui, title, about);
+    dial_of(ui, session, &label, path, now, shown, how);
+    ui.end_row();
+}
+
+/// The same without a row and a name of its own.
+pub(super) fn dial_of(
+    ui: &mut Ui,
+    session: &mut Session,
+    label: &Response,
+    path: &str,
+    now: f64,
+    shown: Shown,
+    how: &How,
+) {
+    let done = input(ui, label, now, shown, how);
+    if let Some(value) = done.value {
         session.set(path, &value.to_string());
+    }
+    tell(session, path, done.error);
+    if done.reset {
+        session.set_default(path);
+    }
+}
+
+/// Tells of a text that is no value.
+pub(super) fn tell(session: &mut Session, of: &str, error: Option<UnitError>) {
+    if let Some(error) = error {
+        session.fail(format!("{of}: {error}"));
+    }
+}
+
+/// Three numbers of a vector that is `now`; the new one when it has been changed. `of` names it in messages.
+pub(super) fn vector(
+    ui: &mut Ui,
+    session: &mut Session,
+    of: &str,
+    now: DVec3,
+    shown: Shown,
+    how: &How,
+) -> (Option<DVec3>, bool) {
+    let (mut changed, mut reset) = (None, false);
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.spacing_mut().interact_size.x = 52.0;
+        for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
+            let label = ui.add(Label::new(egui::RichText::new(letter).weak()).sense(Sense::click()));
+            let done = input(ui, &label, now[axis], shown, how);
+            if let Some(value) = done.value {
+                let mut new = now;
+                new[axis] = value;
+                changed = Some(new);
+            }
+            tell(session, of, done.error);
+            reset |= done.reset;
+        }
+    });
+    (changed, reset)
+}
+
+/// A vector of the world by path, in a row with its name.
+pub(super) fn dial_vector(
+    ui: &mut Ui,
+    session: &mut Session,
+    (title, about, path): (&str, &str, &str),
+    now: DVec3,
+    shown: Shown,
+) {
+    name(ui, title, about);
+    let (changed, reset) = vector(ui, session, path, now, shown, &How { speed: 0.02, ..How::default() });
+    if let Some(v) = changed {
+        session.set(path, &text_of(v));
+    }
+    if reset {
+        session.set_default(path);
     }
     ui.end_row();
 }
 
-/// A number that is dragged or typed, `scale` times the parameter. Returns the new value in the parameter's own unit, once
-/// it has been changed.
-pub(super) fn number(
-    ui: &mut Ui,
-    label: &egui::Response,
-    now: f64,
-    scale: f64,
-    speed: f64,
-    suffix: &str,
-) -> Option<f64> {
-    let mut value = now * scale;
-    let drag = DragValue::new(&mut value).speed(speed).max_decimals(6).suffix(suffix).update_while_editing(false);
-    let response = ui.add(drag).labelled_by(label.id);
-    // Dividing back would leave rounding noise in a value that was not touched.
-    (response.changed() && value != now * scale).then_some(value / scale)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_written_with_a_prefix_and_read_back() {
-        assert_eq!(format_si(3e9, "Pa"), "3.00 GPa");
-        assert_eq!(format_si(1000.0, "Pa"), "1.00 kPa");
-        assert_eq!(format_si(-2.5e-6, "J"), "-2.50 µJ");
-        assert_eq!(format_si(185.0, "Pa"), "185.0 Pa");
-        assert_eq!(format_si(0.0, "J"), "0 J");
-        for (text, value) in [("3 GPa", 3e9), ("3G", 3e9), ("185", 185.0), ("2.5e9 Pa", 2.5e9), ("40 kPa", 4e4)] {
-            assert_eq!(parse_si(text, "Pa"), Some(value), "{text}");
-        }
-        assert_eq!(parse_si("stiff", "Pa"), None);
-        assert_eq!(parse_si("", "Pa"), None);
-    }
+/// A vector as [`Session::set`] takes it.
+pub(super) fn text_of(v: DVec3) -> String {
+    format!("({}, {}, {})", v.x, v.y, v.z)
 }

@@ -1,4 +1,4 @@
-//! What is drawn of the sheets.
+//! What is drawn of the sheets, and what they are coloured by.
 
 use bevy_egui::egui::{ComboBox, DragValue, Ui};
 use bevy_sheetwork::SheetColour;
@@ -29,18 +29,18 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         colours(ui, session, &mut display.colour);
     });
     ui.horizontal(|ui| {
-        ui.checkbox(&mut display.room, "Room");
-        if ui.button("Look at the scene").clicked() {
-            state.camera = Camera::of(session.world());
+        ui.checkbox(&mut display.room, "Room").on_hover_text("Floor and back wall");
+        ui.checkbox(&mut display.pins, "Pins").on_hover_text("Masses that are held");
+        ui.checkbox(&mut display.contacts, "Contacts").on_hover_text("Masses that touch something");
+        if ui.button("Look at the scene").on_hover_text("The view that the scene asks for (F)").clicked() {
+            state.camera = Camera::of_session(session);
         }
     });
 }
 
 /// What the surface is coloured by, and the ends of a scale that is not worked out of what is there.
 fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
-    if session.playback().is_some_and(|recording| !recording.has_heat()) {
-        return;
-    }
+    let played = session.playback();
     let now = SheetColour::Temperature.scale(session.world());
     let (low, high) = now.map_or((20.0, 120.0), |s| (s.low, s.high));
     let own = match *chosen {
@@ -52,13 +52,24 @@ fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
         (Some(SheetColour::Plain), "One colour", "That of the sheet"),
         (Some(SheetColour::Temperature), "Temperature", "Of the side that is drawn, from the room's to the hottest"),
         (Some(own), "Temperature from … to", "On a scale that stays"),
-        (Some(SheetColour::Stiffness), "Stiffness left", "Of that of the cold material"),
+        (Some(SheetColour::Stiffness), "Stiffness left", "Of that of the cold material, %"),
+        (Some(SheetColour::Stretch), "Stretch", "Largest change of length at each mass, %"),
+        (Some(SheetColour::Bending), "Bending", "Largest curvature at each mass, 1/m"),
+        (Some(SheetColour::Speed), "Speed", "Of each mass, m/s"),
+        (
+            Some(SheetColour::Contact),
+            "Contact force",
+            "What holds each mass, mN: exact at rest, off by its inertia in motion",
+        ),
     ];
     let name = choices.iter().find(|c| c.0 == *chosen).map_or("", |c| c.1);
     ui.horizontal(|ui| {
         let label = ui.label("Colour");
         let shown = ComboBox::from_id_salt("colour").selected_text(name).width(170.0).show_ui(ui, |ui| {
             for (choice, name, about) in choices {
+                if !played.is_none_or(|recording| is_recorded(choice, recording.has_heat())) {
+                    continue;
+                }
                 ui.selectable_value(chosen, choice, name).on_hover_text(about);
             }
         });
@@ -71,5 +82,14 @@ fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
             let to = ui.label("to");
             ui.add(DragValue::new(high).range(*low + 1.0..=5001.0).suffix(" °C")).labelled_by(to.id);
         });
+    }
+}
+
+/// Whether a recording has what this colours by: places, and temperatures where there were some.
+fn is_recorded(colour: Option<SheetColour>, heat: bool) -> bool {
+    match colour {
+        Some(SheetColour::Plain | SheetColour::Stretch | SheetColour::Bending) => true,
+        None | Some(SheetColour::Temperature | SheetColour::TemperatureBetween { .. }) => heat,
+        _ => false,
     }
 }

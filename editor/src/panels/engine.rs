@@ -1,27 +1,37 @@
-//! How time passes: the engine, its step, gravity and air.
+//! How time passes: the engine, its step, gravity, air and wind, and how surfaces meet.
 
 use bevy_egui::egui::{ComboBox, Grid, RichText, Ui};
 use glam::DVec3;
 use sheetwork::engine::TABLE;
 
-use super::controls::{format_si, number, slider};
+use super::controls::{How, MS, PLAIN, dial, dial_of, dial_vector, name, text_of};
+use super::material::cost;
 use crate::session::Session;
+use crate::units::{Quantity, Shown, format_si};
 
 /// Gravity that a button sets, m/s², downwards.
 const GRAVITIES: [(&str, f64); 4] = [("Earth", 9.81), ("Moon", 1.62), ("1/10", 0.981), ("none", 0.0)];
 
-/// Engine, step, tolerance, gravity, air.
+const GRAVITY: Shown = Shown::fixed(Quantity::Acceleration, "", 1.0);
+const WIND: Shown = Shown::fixed(Quantity::Speed, "", 1.0);
+const DENSITY: Shown = Shown::fixed(Quantity::Density, "kg/m³", 1.0);
+const MICRO: Shown = Shown::fixed(Quantity::Length, "µm", 1e-6);
+
+/// Engine, step, substeps, tolerance, gravity, air, wind, friction and restitution of what has none of its own.
 pub fn engine(ui: &mut Ui, session: &mut Session) {
     Grid::new("engine").num_columns(2).show(ui, |ui| {
         engine_and_step(ui, session);
+        substeps(ui, session);
         gravity(ui, session);
         air(ui, session);
+        surfaces(ui, session);
     });
+    cost(ui, session);
 }
 
 fn engine_and_step(ui: &mut Ui, session: &mut Session) {
     let info = session.world().engine().info();
-    let label = ui.label("Engine");
+    let label = name(ui, "Engine", "How positions follow from forces");
     let combo = ComboBox::from_id_salt("engine").selected_text(info.name).width(150.0);
     let mut chosen = info.name;
     let shown = combo.show_ui(ui, |ui| {
@@ -35,17 +45,16 @@ fn engine_and_step(ui: &mut Ui, session: &mut Session) {
     }
     ui.end_row();
 
-    let label = ui.label("Step").on_hover_text("Time step of the engine");
+    let label = name(ui, "Step", "Time step of the engine, ms");
     ui.horizontal(|ui| {
         let dt = session.world().dt();
-        if let Some(dt) = number(ui, &label, dt, 1e3, 0.01, " ms") {
-            session.set("dt", &dt.to_string());
-        }
+        dial_of(ui, session, &label, "dt", dt, MS, &How { speed: 0.01, ..How::default() });
         let limit = session.largest_step();
         if info.adaptive {
             ui.weak("adapts");
         } else if info.implicit {
-            ui.weak("any step holds").on_hover_text("A longer one is less exact: see the stiffness under Numbers");
+            ui.weak("any step holds")
+                .on_hover_text("A longer one is less exact: see what is delivered of the stiffness");
         } else if let Some(limit) = limit {
             let text = RichText::new(format!("≤ {}", format_si(limit, "s")));
             let text = if session.world().dt() > limit { text.color(ui.visuals().warn_fg_color) } else { text.weak() };
@@ -55,49 +64,46 @@ fn engine_and_step(ui: &mut Ui, session: &mut Session) {
     ui.end_row();
 
     if info.adaptive {
-        let label = ui.label("Tolerance").on_hover_text("Position error allowed in a step");
         let now = session.parameter("tolerance").unwrap_or_default();
-        if let Some(tolerance) = number(ui, &label, now, 1e6, 0.01, " µm") {
-            session.set("tolerance", &tolerance.to_string());
-        }
-        ui.end_row();
+        dial(
+            ui,
+            session,
+            ("Tolerance", "Position error allowed in a step, µm", "tolerance"),
+            now,
+            MICRO,
+            &How::default(),
+        );
     }
 }
 
-/// Three numbers, x, y and z, of a vector that is `now`; the new vector when one has been changed.
-fn vector(ui: &mut Ui, now: DVec3, speed: f64) -> Option<DVec3> {
-    let mut changed = None;
+/// Steps in a frame of a sixtieth of a second: the same number as the step, as those think of it who come from games.
+fn substeps(ui: &mut Ui, session: &mut Session) {
+    let now = 1.0 / (60.0 * session.world().dt());
+    let label = name(ui, "Steps a frame", "Steps in a sixtieth of a second: another way to say how long a step is");
     ui.horizontal(|ui| {
-        for (axis, name) in ["x", "y", "z"].into_iter().enumerate() {
-            let label = ui.weak(name);
-            if let Some(value) = number(ui, &label, now[axis], 1.0, speed, "") {
-                let mut new = now;
-                new[axis] = value;
-                changed = Some(new);
+        for (n, title) in [(1.0, "1"), (2.0, "2"), (4.0, "4"), (8.0, "8"), (16.0, "16")] {
+            let is = (now / n - 1.0_f64).abs() < 1e-6;
+            if ui
+                .selectable_label(is, title)
+                .on_hover_text(format!("A step of {}", format_si(1.0 / (60.0 * n), "s")))
+                .clicked()
+            {
+                session.set("dt", &(1.0 / (60.0 * n)).to_string());
             }
         }
+        ui.weak(format!("{now:.3}")).labelled_by(label.id);
     });
-    changed
-}
-
-/// A vector as [`Session::set`] takes it.
-fn text(v: DVec3) -> String {
-    format!("({}, {}, {})", v.x, v.y, v.z)
+    ui.end_row();
 }
 
 fn gravity(ui: &mut Ui, session: &mut Session) {
     let now = session.world().gravity();
-    let set = |session: &mut Session, g: DVec3| session.set("gravity", &text(g));
-    ui.label("Gravity").on_hover_text("m/s²; y points up");
-    if let Some(g) = vector(ui, now, 0.02) {
-        set(session, g);
-    }
-    ui.end_row();
+    dial_vector(ui, session, ("Gravity", "m/s²; y points up", "gravity"), now, GRAVITY);
     ui.label("");
     ui.horizontal(|ui| {
         for (name, g) in GRAVITIES {
             if ui.small_button(name).on_hover_text(format!("{g} m/s² downwards")).clicked() {
-                set(session, DVec3::new(0.0, -g, 0.0));
+                session.set("gravity", &text_of(DVec3::new(0.0, -g, 0.0)));
             }
         }
     });
@@ -107,24 +113,25 @@ fn gravity(ui: &mut Ui, session: &mut Session) {
 fn air(ui: &mut Ui, session: &mut Session) {
     let air = session.world().air();
     let about = "Density of the air that presses on sheets; a room's is 1.2 kg/m³";
-    slider(ui, session, ("Air", about, "air.density"), (air.density, 0.0..=2.0), |s| {
-        s.max_decimals(3).suffix(" kg/m³")
-    });
+    dial(ui, session, ("Air", about, "air.density"), air.density, DENSITY, &How::slider(0.0..=2.0));
     if air.density > 0.0 {
-        ui.label("Wind").on_hover_text("m/s; y points up");
-        if let Some(wind) = vector(ui, air.wind, 0.02) {
-            session.set("air.wind", &text(wind));
-        }
-        ui.end_row();
+        dial_vector(ui, session, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
     }
-    if air.factor >= 1.0 && session.world().scene().air.factor >= 1.0 {
+    if air.factor >= 1.0 && session.scene().air.factor >= 1.0 && session.document().opened().air.factor >= 1.0 {
         return;
     }
     let about = format!("What a mass keeps of its speed in every {}; 1 is no air", format_si(air.per, "s"));
-    slider(ui, session, ("Air factor", &about, "air.factor"), (air.factor, 0.8..=1.0), |s| s.max_decimals(4));
-    let label = ui.label("… in every").on_hover_text("Time in which a mass keeps that part of its speed");
-    if let Some(per) = number(ui, &label, air.per, 1e3, 0.1, " ms") {
-        session.set("air.per", &per.to_string());
-    }
-    ui.end_row();
+    dial(ui, session, ("Air factor", &about, "air.factor"), air.factor, PLAIN, &How::slider(0.8..=1.0));
+    let about = "Time in which a mass keeps that part of its speed, ms";
+    dial(ui, session, ("… in every", about, "air.per"), air.per, MS, &How::default());
+}
+
+/// Friction and restitution of everything that does not say otherwise.
+fn surfaces(ui: &mut Ui, session: &mut Session) {
+    let (friction, restitution) = (session.scene().contact.friction, session.scene().contact.restitution);
+    let about = "Coulomb friction coefficient of what has none of its own";
+    let how = How { late: true, ..How::slider(0.0..=1.0) };
+    dial(ui, session, ("All friction", about, "contact.friction"), friction, PLAIN, &how);
+    let about = "Restitution of what has none of its own";
+    dial(ui, session, ("All restitution", about, "contact.restitution"), restitution, PLAIN, &how);
 }

@@ -12,7 +12,12 @@ pub fn ticks(scale: &ColourScale) -> Vec<(f32, String)> {
     let whole = |parts: usize| (span / parts as f32).fract().abs() < 1e-3;
     let parts = [4, 5, 3].into_iter().find(|p| whole(*p)).unwrap_or(4);
     let at = |i: usize| i as f32 / parts as f32;
-    let number = |value: f32| if value.fract().abs() < 1e-3 { format!("{value:.0}") } else { format!("{value:.1}") };
+    // As many decimals as tell the numbers apart.
+    let decimals = if span.abs() < 0.4 { (2.0 - span.abs().max(1e-9).log10().floor()) as usize } else { 1 };
+    let number = |value: f32| {
+        let text = format!("{value:.decimals$}");
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    };
     (0..=parts).map(|i| (at(i), number(scale.low + span * at(i)))).collect()
 }
 
@@ -62,6 +67,10 @@ mod tests {
         assert_eq!(read(20.0, 120.0), "20 45 70 95 120");
         assert_eq!(read(20.0, 45.0), "20 25 30 35 40 45");
         assert_eq!(read(20.0, 20.5), "20 20.1 20.2 20.4 20.5");
+        let mut fine = SheetColour::Speed.scale(&world).expect("a sheet");
+        (fine.low, fine.high) = (0.0, 0.1);
+        let fine = ticks(&fine).into_iter().map(|t| t.1).collect::<Vec<_>>().join(" ");
+        assert_eq!(fine, "0 0.025 0.05 0.075 0.1");
         let left = SheetColour::Stiffness.scale(&world).expect("heated");
         assert_eq!(ticks(&left)[1], (0.25, "75".into()));
     }

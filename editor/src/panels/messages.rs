@@ -1,6 +1,6 @@
 //! What the user should know, until it is dismissed.
 
-use bevy_egui::egui::{Color32, RichText, ScrollArea, Ui};
+use bevy_egui::egui::{RichText, ScrollArea, Ui};
 
 use crate::session::Session;
 
@@ -14,7 +14,7 @@ pub fn messages(ui: &mut Ui, session: &mut Session) {
                 if ui.small_button("✖").on_hover_text("Dismiss").clicked() {
                     dismissed = Some(index);
                 }
-                let colour = if message.error { Color32::from_rgb(255, 140, 110) } else { ui.visuals().text_color() };
+                let colour = if message.error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
                 ui.label(RichText::new(&message.text).color(colour));
             });
         }

@@ -2,19 +2,32 @@
 //!
 //! [`show`] lays everything out around the view of the scene and takes the mouse and the keys that no control has taken.
 
+mod bodies;
+mod camera;
+mod chart;
+mod compare;
 mod controls;
 mod display;
 mod engine;
+mod files;
+mod generate;
+mod heat;
 mod help;
+mod keys;
 mod legend;
 mod link;
+mod material;
 mod messages;
 mod numbers;
+mod overlay;
+mod plots;
 mod sheet;
 mod style;
+mod timeline;
 mod top;
 mod view;
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use bevy_egui::egui::{self, Rect, ScrollArea, Ui};
@@ -22,24 +35,36 @@ use bevy_egui::egui::{self, Rect, ScrollArea, Ui};
 use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::render::ColourScale;
 use sheetwork::World;
+use sheetwork::scene::Scene;
 
 use crate::camera::Camera;
+use crate::keeping::Keeper;
 use crate::picture::Layer;
 use crate::scenes;
-use crate::session::Session;
+use crate::session::{Item, Session};
 
-pub use controls::{format_si, parse_si};
+pub use crate::units::format_si;
+pub use bodies::bodies;
+pub use camera::camera;
+pub use compare::compare;
 pub use display::display;
 pub use engine::engine;
+pub use files::{Dialog, Purpose, dialog};
+pub use generate::{Draft, generate};
+pub use heat::heat;
 pub use help::help;
 pub use legend::{legend, ticks};
 pub use link::link;
+pub use material::{Previews, material};
 pub use messages::messages;
 pub use numbers::numbers;
+pub use plots::{Plots, plots};
 pub use sheet::sheet;
 pub use style::apply as apply_style;
+pub use timeline::timeline;
 pub use top::top;
-pub use view::view;
+pub(crate) use view::place_of;
+pub use view::{Held, view};
 
 /// What is drawn of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,12 +83,17 @@ pub struct Display {
     pub masses: bool,
     /// The floor and the back wall.
     pub room: bool,
+    /// Masses that are held, as marks.
+    pub pins: bool,
+    /// Masses that touch something, as marks.
+    pub contacts: bool,
 }
 
 impl Default for Display {
     fn default() -> Self {
         let (layer, colour) = (Layer::Top, None);
-        Self { surface: true, layer, smooth: true, colour, springs: false, masses: false, room: true }
+        let (pins, contacts) = (true, false);
+        Self { surface: true, layer, smooth: true, colour, springs: false, masses: false, room: true, pins, contacts }
     }
 }
 
@@ -79,6 +109,80 @@ impl Display {
         let colour = self.colour.unwrap_or_else(|| SheetColour::of_heat(world));
         colour.scale(world).filter(|_| self.surface)
     }
+
+    /// One scale for all worlds that `session` shows: from the least to the most of any.
+    pub fn scale_of(&self, session: &Session) -> Option<ColourScale> {
+        let shown = (0..).map_while(|which| session.shown(which));
+        let all = shown.filter_map(|one| self.scale(one.world()));
+        all.reduce(|mut a, b| {
+            if a.low < a.high {
+                (a.low, a.high) = (a.low.min(b.low), a.high.max(b.high));
+            }
+            a
+        })
+    }
+}
+
+/// What the left button does in the view.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tool {
+    /// Turns the view.
+    #[default]
+    Look,
+    /// Pulls at a sheet.
+    Grab,
+    /// Pins a mass, or lets it go.
+    Pin,
+    /// Moves bodies and heaters.
+    Move,
+}
+
+impl Tool {
+    /// All of them: name and what they do.
+    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+        (Self::Look, "Look", "Left drag turns the view (Q)"),
+        (Self::Grab, "Grab", "Left drag pulls at a sheet with a spring, whose force is shown (G)"),
+        (Self::Pin, "Pin", "A click pins a mass where it is, or lets it go (P)"),
+        (Self::Move, "Move", "A click chooses a body, heater or heat gun; its arrows move it (W)"),
+    ];
+}
+
+/// A part of the controls on the right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Section {
+    /// Structure, grid, size, place, damping, pins.
+    Sheet,
+    /// What it is made of.
+    Material,
+    /// Rigid bodies.
+    Bodies,
+    /// How time passes.
+    Engine,
+    /// What heats.
+    Heat,
+    /// What is drawn.
+    Display,
+    /// Where it is seen from.
+    Camera,
+    /// Variants beside the scene.
+    Compare,
+    /// Other processes.
+    Link,
+}
+
+impl Section {
+    /// All of them, with their titles.
+    pub const ALL: [(Self, &'static str); 9] = [
+        (Self::Material, "Material"),
+        (Self::Sheet, "Sheet"),
+        (Self::Bodies, "Bodies"),
+        (Self::Engine, "Engine"),
+        (Self::Heat, "Heat"),
+        (Self::Display, "Display"),
+        (Self::Camera, "Camera"),
+        (Self::Compare, "Compare"),
+        (Self::Link, "Live link"),
+    ];
 }
 
 /// What the editor remembers besides the session.
@@ -88,7 +192,13 @@ pub struct EditorState {
     pub display: Display,
     /// Where it is drawn from.
     pub camera: Camera,
-    /// Sheet that the sheet panel shows.
+    /// What the left button does in the view.
+    pub tool: Tool,
+    /// What it holds.
+    pub held: Option<Held>,
+    /// What the move tool has chosen.
+    pub selected: Option<Item>,
+    /// Sheet that the sheet and material panels show.
     pub sheet: usize,
     /// Contents of the field that takes a file name.
     pub path: String,
@@ -98,8 +208,26 @@ pub struct EditorState {
     pub help: bool,
     /// Whether the controls on the right are shown.
     pub controls: bool,
+    /// Which of them.
+    pub open_sections: BTreeSet<Section>,
     /// Whether the numbers on the left are shown.
     pub numbers: bool,
+    /// Whether the timeline is shown.
+    pub timeline: bool,
+    /// Which plots are shown.
+    pub plots: Plots,
+    /// Whether panels are light.
+    pub light: bool,
+    /// Droop previews of materials.
+    pub previews: Previews,
+    /// The dialog that chooses a file, while it is open.
+    pub dialog: Option<Dialog>,
+    /// The sheet that is being generated, while that dialog is open.
+    pub generate: Option<Draft>,
+    /// Recent files and copies of unsaved work.
+    pub keeper: Keeper,
+    /// Unsaved work that was found at the start: the copy and the scene.
+    pub left: Option<(PathBuf, Scene)>,
     /// Part of the window that shows the scene, points; filled in by [`show`].
     pub viewport: Rect,
     /// Whether the user asked to end.
@@ -107,65 +235,116 @@ pub struct EditorState {
 }
 
 impl EditorState {
-    /// The state a fresh editor has with this session.
+    /// The state a fresh editor has with this session. It keeps nothing between runs until its `keeper` has a folder.
     pub fn new(session: &Session) -> Self {
         Self {
             display: Display::default().of(session),
-            camera: Camera::of(session.world()),
+            camera: Camera::of_session(session),
+            tool: Tool::Look,
+            held: None,
+            selected: None,
             sheet: 0,
             path: String::new(),
             scenes: scenes::folder().map(|f| scenes::list(&f)).unwrap_or_default(),
             help: false,
             controls: true,
+            open_sections: [Section::Material, Section::Sheet].into(),
             numbers: true,
+            timeline: true,
+            plots: Plots::default(),
+            light: false,
+            previews: Previews::default(),
+            dialog: None,
+            generate: None,
+            keeper: Keeper::new(None),
+            left: None,
             viewport: Rect::ZERO,
             quit: false,
-        }
-    }
-
-    /// Opens a scene file in the session and looks at it as it asks; a refusal becomes a message.
-    pub fn open(&mut self, session: &mut Session, file: &std::path::Path) {
-        if session.load(file) {
-            self.display = self.display.of(session);
-            self.camera = Camera::of(session.world());
-            self.sheet = 0;
         }
     }
 }
 
 /// Everything, into a `ui` that fills the window: bars and panels around the view.
 pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    style::choose(ui.ctx(), state.light);
+    if !ui.input(|i| i.pointer.any_down()) {
+        // What is changed after the mouse has let go is undone apart.
+        session.seal();
+    }
     egui::Panel::top("top").show(ui, |ui| top(ui, session, state));
     if !session.messages().is_empty() {
         egui::Panel::bottom("messages").show(ui, |ui| messages(ui, session));
     }
     if state.controls {
-        let panel = egui::Panel::right("controls").resizable(false).exact_size(290.0);
-        panel.show(ui, |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                section(ui, "Display", |ui| display(ui, session, state));
-                section(ui, "Engine", |ui| engine(ui, session));
-                section(ui, "Sheet", |ui| sheet(ui, session, state));
-                section(ui, "Live link", |ui| link(ui, session));
-            });
-        });
+        let panel = egui::Panel::right("controls").resizable(false).exact_size(318.0);
+        panel.show(ui, |ui| controls(ui, session, state));
     }
     if state.numbers {
         let panel = egui::Panel::left("numbers").resizable(false).exact_size(225.0);
         panel.show(ui, |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| numbers(ui, session));
+            ScrollArea::both().auto_shrink(false).show(ui, |ui| numbers(ui, session));
         });
+    }
+    if state.timeline {
+        egui::Panel::bottom("timeline").show(ui, |ui| timeline(ui, session, state));
+    }
+    if state.plots.shown {
+        let panel = egui::Panel::bottom("plots").resizable(true).default_size(190.0).min_size(120.0);
+        panel.show(ui, |ui| plots(ui, session, state));
     }
     state.viewport = ui.available_rect_before_wrap();
     view(ui, session, state);
     help(ui, state);
+    dialog(ui, session, state);
+    generate(ui, session, state);
 }
 
-fn section(ui: &mut Ui, title: &str, contents: impl FnOnce(&mut Ui)) {
+/// The row of sections, and those that are open below it.
+fn controls(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    ui.add_space(3.0);
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        for (which, title) in Section::ALL {
+            let open = state.open_sections.contains(&which);
+            let response = ui.selectable_label(open, title).on_hover_text("Shift+click shows it beside the others");
+            if response.clicked() {
+                let more = ui.input(|i| i.modifiers.shift || i.modifiers.command);
+                match (more, open) {
+                    (true, true) => _ = state.open_sections.remove(&which),
+                    (true, false) => _ = state.open_sections.insert(which),
+                    (false, _) => state.open_sections = [which].into(),
+                }
+            }
+        }
+    });
+    ui.separator();
+    // Both ways: what is wider than the panel would push the view aside.
+    ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+        for (which, title) in Section::ALL {
+            if !state.open_sections.contains(&which) {
+                continue;
+            }
+            section(ui, title, |ui| match which {
+                Section::Sheet => sheet(ui, session, state),
+                Section::Material => material(ui, session, state),
+                Section::Bodies => bodies(ui, session, state),
+                Section::Engine => engine(ui, session),
+                Section::Heat => heat(ui, session),
+                Section::Display => display(ui, session, state),
+                Section::Camera => camera(ui, session, state),
+                Section::Compare => compare(ui, session, state),
+                Section::Link => link(ui, session),
+            });
+        }
+    });
+}
+
+fn section(ui: &mut Ui, title: &'static str, contents: impl FnOnce(&mut Ui)) {
     ui.add_space(4.0);
     egui::CollapsingHeader::new(egui::RichText::new(title).strong()).default_open(true).show_unindented(ui, |ui| {
         ui.add_space(2.0);
-        contents(ui);
+        // Two sections may have controls of one name.
+        ui.push_id(title, contents);
         ui.add_space(4.0);
     });
     ui.separator();

@@ -4,9 +4,10 @@ use bevy_egui::egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Shape, Stroke,
 use sheetwork::event::{Event, EventKind};
 use sheetwork::sheet::Status;
 
-use super::controls::format_si;
 use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
-use crate::session::{EnergySample, Session};
+use crate::samples::Sample;
+use crate::session::{HISTORY, Session};
+use crate::units::format_si;
 
 /// How many events are listed.
 const EVENTS: usize = 12;
@@ -15,7 +16,7 @@ const EVENTS: usize = 12;
 pub fn numbers(ui: &mut Ui, session: &Session) {
     ui.add_space(4.0);
     ui.strong("Energy");
-    energies(ui, session.history());
+    energies(ui, last(session.history()));
     ui.separator();
     ui.strong("Speed of the simulation");
     Grid::new("timing").num_columns(2).show(ui, |ui| timing(ui, session));
@@ -29,7 +30,7 @@ pub fn numbers(ui: &mut Ui, session: &Session) {
         ui.separator();
     }
     ui.strong("Events");
-    events(ui, session.world().events());
+    events(ui, session);
 }
 
 fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
@@ -38,8 +39,13 @@ fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
     ui.end_row();
 }
 
-fn energies(ui: &mut Ui, history: &[EnergySample]) {
-    let now = history.last().copied().unwrap_or_default();
+/// The last moments.
+fn last(history: &[Sample]) -> &[Sample] {
+    &history[history.len().saturating_sub(HISTORY)..]
+}
+
+fn energies(ui: &mut Ui, history: &[Sample]) {
+    let now = history.last().cloned().unwrap_or_default();
     Grid::new("energies").num_columns(2).show(ui, |ui| {
         let rows = [
             ("kinetic", KINETIC, now.kinetic),
@@ -57,18 +63,18 @@ fn energies(ui: &mut Ui, history: &[EnergySample]) {
 }
 
 /// Colour of a line, and what it shows.
-type Line = (Color32, fn(&EnergySample) -> f64);
+type Line = (Color32, fn(&Sample) -> f64);
 
 /// The four energies over the last moments; gravity and total from their lowest value up.
-fn graph(ui: &mut Ui, history: &[EnergySample]) {
+fn graph(ui: &mut Ui, history: &[Sample]) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 76.0), Sense::hover());
     let painter = ui.painter_at(rect);
-    painter.rect_filled(rect, 4.0, Color32::from_black_alpha(60));
+    painter.rect_filled(rect, 4.0, ui.visuals().extreme_bg_color);
     if history.len() < 2 {
         return;
     }
     let lines: [Line; 4] =
-        [(TOTAL, EnergySample::total), (GRAVITY, |e| e.gravity), (ELASTIC, |e| e.elastic), (KINETIC, |e| e.kinetic)];
+        [(TOTAL, Sample::total), (GRAVITY, |e| e.gravity), (ELASTIC, |e| e.elastic), (KINETIC, |e| e.kinetic)];
     // Height has no zero of its own: all lines are drawn on the scale of what changes.
     let lowest = history.iter().map(|e| e.gravity).fold(f64::INFINITY, f64::min);
     let base = [lowest, lowest, 0.0, 0.0];
@@ -137,11 +143,11 @@ fn stiffness(ui: &mut Ui, session: &Session) {
     }
 }
 
-fn events(ui: &mut Ui, events: &[Event]) {
-    if events.is_empty() {
+fn events(ui: &mut Ui, session: &Session) {
+    if session.events().next().is_none() {
         ui.weak("nothing yet");
     }
-    for event in events.iter().rev().take(EVENTS) {
+    for event in session.events().rev().take(EVENTS) {
         ui.horizontal_wrapped(|ui| {
             ui.monospace(format!("{:7.3}", event.time_s));
             ui.label(describe(event));
@@ -149,7 +155,7 @@ fn events(ui: &mut Ui, events: &[Event]) {
     }
 }
 
-fn describe(event: &Event) -> String {
+pub(super) fn describe(event: &Event) -> String {
     let what = match event.kind {
         EventKind::FirstContact => "touches",
         EventKind::SlidOff => "has left",

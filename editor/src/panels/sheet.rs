@@ -1,96 +1,53 @@
-//! What a sheet is made of, changed while it runs.
+//! What a sheet is: structure, grid, size, place, how it is damped and held. What of it costs a new sheet is taken up when the mouse lets go.
 
-use bevy_egui::egui::{ComboBox, Grid, Ui};
-
-use sheetwork::scene::MaterialChoice;
-use sheetwork::scene::material::LIBRARY;
+use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
+use sheetwork::lattice::TABLE;
+use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::EditorState;
-use super::controls::{format_si, number, parse_si, slider};
+use super::controls::{Done, How, MM, PLAIN, dial, input, name, tell, vector};
+use super::style::QUIET;
 use crate::session::Session;
+use crate::units::{Quantity, Shown, format_si};
 
-/// Material, damping and contact of the chosen sheet.
+const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
+const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
+
+/// Structure, size, grid, springs, place, damping, contact and pins of the chosen sheet.
 pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    let count = session.world().sheets().len();
-    state.sheet = state.sheet.min(count.saturating_sub(1));
-    if count > 1 {
-        choose(ui, session, state);
-    }
+    choose(ui, session, state);
     let index = state.sheet;
     let Some(sheet) = session.world().sheets().get(index) else {
         ui.weak("This scene has no sheet.");
+        add(ui, session, state);
         return;
     };
-    let (nx, layers, nz) = sheet.grid;
-    ui.weak(format!("{} {nx}×{layers}×{nz}, {}", sheet.structure, format_si(1e3 * sheet.total_mass(), "g")));
-    let (material, damping, ratio) = (sheet.material().clone(), sheet.damping(), sheet.damping_ratio());
-    let (follows, drag, airy) = (sheet.follows_material(), sheet.drag(), session.world().air().density > 0.0);
-    let (friction, restitution) = (sheet.friction, sheet.restitution);
-    let path = |name: &str| format!("sheets.{index}.{name}");
+    let text = format!(
+        "{} masses, {} springs, {}",
+        sheet.masses(),
+        sheet.springs().len(),
+        format_si(1e3 * sheet.total_mass(), "g")
+    );
+    ui.label(RichText::new(text).color(QUIET));
     Grid::new("sheet").num_columns(2).show(ui, |ui| {
-        materials(ui, session, index);
-        let about = "Young's modulus: how hard the sheet is to stretch. Type 3G for 3 GPa";
-        let names = ("Young", about, path("material.young"));
-        slider(ui, session, (names.0, names.1, &names.2), (material.young, 1.0..=1e11), |s| {
-            s.logarithmic(true).custom_formatter(|v, _| format_si(v, "Pa")).custom_parser(|text| parse_si(text, "Pa"))
-        });
-        let label = ui.label("Thickness");
-        if let Some(value) = number(ui, &label, material.thickness, 1e3, 0.005, " mm") {
-            session.set(&path("material.thickness"), &value.to_string());
-        }
-        ui.end_row();
-        if follows {
-            let about = "Poisson's ratio: how much it narrows when it is stretched";
-            let poisson = path("material.poisson");
-            slider(ui, session, ("Poisson", about, &poisson), (material.poisson, 0.0..=0.49), |s| s.max_decimals(3));
-            let about = "Damping ratio of the slowest bending motion; faster ones are damped more";
-            let damping_path = path("damping_ratio");
-            slider(ui, session, ("Damping", about, &damping_path), (ratio, 0.0..=0.5), |s| s.max_decimals(4));
-        } else {
-            let about = "Dashpots along the springs, as a fraction of critical";
-            let damping_path = path("damping");
-            slider(ui, session, ("Damping", about, &damping_path), (damping, 0.0..=1.0), |s| s.max_decimals(3));
-        }
-        if airy {
-            let (across, along) = (path("drag.0"), path("drag.1"));
-            let about = "Drag coefficient where the air meets the sheet's face";
-            slider(ui, session, ("Drag", about, &across), (drag.0, 0.0..=2.0), |s| s.max_decimals(3));
-            let about = "Drag coefficient where the air runs along the sheet";
-            slider(ui, session, ("… along", about, &along), (drag.1, 0.0..=0.2), |s| s.max_decimals(4));
-        }
-        let friction_path = path("friction");
-        let about = "Coulomb friction coefficient of the sheet";
-        slider(ui, session, ("Friction", about, &friction_path), (friction, 0.0..=1.0), |s| s.max_decimals(3));
-        let restitution_path = path("restitution");
-        let about = "Part of the speed of impact that is given back";
-        slider(ui, session, ("Restitution", about, &restitution_path), (restitution, 0.0..=1.0), |s| s.max_decimals(3));
+        structure(ui, session, index);
+        shape(ui, session, index);
+        placement(ui, session, index);
+        damping(ui, session, index);
+        contact(ui, session, index);
         flexion_limit(ui, session, index);
     });
+    pins(ui, session, index);
+    add(ui, session, state);
 }
 
-/// The materials of the library. Mass and shape are another material's too, so that choosing one starts the scene anew.
-fn materials(ui: &mut Ui, session: &mut Session, index: usize) {
-    let label = ui.label("Material");
-    let now = match session.world().scene().sheets.get(index).map(|s| &s.material) {
-        Some(MaterialChoice::Named(name)) => name.clone(),
-        Some(MaterialChoice::File(file)) => file.display().to_string(),
-        _ => "its own".to_owned(),
-    };
-    let mut chosen = now.clone();
-    let shown = ComboBox::from_id_salt("material").selected_text(&now).width(150.0).show_ui(ui, |ui| {
-        for (name, about, _) in LIBRARY {
-            ui.selectable_value(&mut chosen, (*name).to_owned(), *name).on_hover_text(*about);
-        }
-    });
-    shown.response.labelled_by(label.id).on_hover_text("Choosing another starts the scene anew");
-    if chosen != now {
-        session.choose_material(index, &chosen);
-    }
-    ui.end_row();
-}
-
-fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
+/// The sheet that is meant, where there are several.
+pub(super) fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let sheets = session.world().sheets();
+    state.sheet = state.sheet.min(sheets.len().saturating_sub(1));
+    if sheets.len() < 2 {
+        return;
+    }
     let now = sheets.get(state.sheet).map_or("", |s| s.name.as_str());
     ComboBox::from_label("of").selected_text(now).show_ui(ui, |ui| {
         for (index, sheet) in sheets.iter().enumerate() {
@@ -99,30 +56,256 @@ fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     });
 }
 
+/// Edits the description of sheet `index`.
+fn edit(session: &mut Session, index: usize, what: &str, change: impl FnOnce(&mut SheetSpec)) {
+    session.edit(&format!("change of {what}"), &format!("sheets.{index}.{what}"), |scene| {
+        if let Some(spec) = scene.sheets.get_mut(index) {
+            change(spec);
+        }
+    });
+}
+
+/// The description of sheet `index` as it was when the scene was opened, for a double click.
+fn opened(session: &Session, index: usize) -> SheetSpec {
+    session.document().opened().sheets.get(index).cloned().unwrap_or_default()
+}
+
+fn spec(session: &Session, index: usize) -> SheetSpec {
+    session.scene().sheets.get(index).cloned().unwrap_or_default()
+}
+
+fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
+    let spec = spec(session, index);
+    let label = name(ui, "Structure", "How the masses are joined");
+    let mut chosen = spec.structure;
+    let from_file = spec.file.is_some();
+    ui.add_enabled_ui(!from_file, |ui| {
+        let combo = ComboBox::from_id_salt("structure").selected_text(spec.structure.name()).width(140.0);
+        let shown = combo.show_ui(ui, |ui| {
+            for row in TABLE {
+                ui.selectable_value(&mut chosen, row.kind, row.name).on_hover_text(row.about);
+            }
+        });
+        shown.response.labelled_by(label.id);
+    });
+    if chosen != spec.structure {
+        let (low, high) = chosen.info().layers;
+        edit(session, index, "structure", |s| {
+            s.structure = chosen;
+            s.grid.1 = s.grid.1.clamp(low, high);
+        });
+    }
+    ui.end_row();
+    let lattice = spec.structure.name() != "shell";
+    if lattice {
+        let label = name(ui, "Springs", "How springs get their stiffness from the material");
+        let laws = [
+            (SpringLaw::Uniform, "uniform", "The thesis's rule: all springs alike"),
+            (SpringLaw::Calibrated, "calibrated", "So that the sheet bends as its material"),
+            (SpringLaw::Length, "by length", "E A / L of each spring"),
+        ];
+        let now = laws.iter().find(|l| l.0 == spec.springs).map_or("", |l| l.1);
+        let mut law = spec.springs;
+        let shown = ComboBox::from_id_salt("springs").selected_text(now).width(140.0).show_ui(ui, |ui| {
+            for (kind, title, about) in laws {
+                ui.selectable_value(&mut law, kind, title).on_hover_text(about);
+            }
+        });
+        shown.response.labelled_by(label.id);
+        if law != spec.springs {
+            edit(session, index, "springs", |s| s.springs = law);
+        }
+        ui.end_row();
+    }
+}
+
+/// A whole number within bounds; the new one when it was changed.
+fn count(
+    ui: &mut Ui,
+    session: &mut Session,
+    (title, about): (&str, &str),
+    now: u32,
+    (low, high): (u32, u32),
+    first: u32,
+) -> Option<u32> {
+    let label = ui.weak(title).on_hover_text(about);
+    let done = input(ui, &label, f64::from(now), COUNT, &How { speed: 0.1, ..How::late() });
+    let whole = |v: f64| (v.round().clamp(0.0, 1e6) as u32).clamp(low, high);
+    tell(session, title, done.error);
+    let new = done.value.map(whole).or(done.reset.then_some(first));
+    new.filter(|n| *n != now)
+}
+
+fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
+    let (spec, first) = (spec(session, index), opened(session, index));
+    if let Some(file) = &spec.file {
+        ui.label("File");
+        ui.label(file.file_name().unwrap_or_default().to_string_lossy()).on_hover_text(file.display().to_string());
+        ui.end_row();
+        return;
+    }
+    name(ui, "Grid", "Masses along the length and the width, and layers through the thickness");
+    ui.horizontal(|ui| {
+        ui.spacing_mut().interact_size.x = 30.0;
+        let (low, high) = spec.structure.info().layers;
+        let new_x = count(ui, session, ("nx", "Masses along the length"), spec.grid.0, (2, 400), first.grid.0);
+        let new_z = count(ui, session, ("nz", "Masses along the width"), spec.grid.2, (2, 400), first.grid.2);
+        let layers =
+            count(ui, session, ("layers", "Layers through the thickness"), spec.grid.1, (low, high), first.grid.1);
+        if new_x.or(new_z).or(layers).is_some() {
+            let grid = (new_x.unwrap_or(spec.grid.0), layers.unwrap_or(spec.grid.1), new_z.unwrap_or(spec.grid.2));
+            edit(session, index, "grid", |s| s.grid = grid);
+        }
+    });
+    ui.end_row();
+    let mut length = |ui: &mut Ui, title: &str, about: &str, now: f64, first: f64| -> Option<f64> {
+        let label = name(ui, title, about);
+        let Done { value, error, reset } = input(ui, &label, now, MM, &How::late());
+        tell(session, title, error);
+        ui.end_row();
+        value.or(reset.then_some(first)).filter(|v| *v != now)
+    };
+    let new_length = length(ui, "Length", "Along x, of the bottom layer", spec.size.0, first.size.0);
+    let new_width = length(ui, "Width", "Along z, of the bottom layer", spec.size.1, first.size.1);
+    let layered = spec.grid.1 > 1 && spec.springs != SpringLaw::Calibrated;
+    let new_gap = if layered { length(ui, "Gap", "Distance between layers", spec.gap, first.gap) } else { None };
+    if new_length.or(new_width).is_some() {
+        let size = (new_length.unwrap_or(spec.size.0), new_width.unwrap_or(spec.size.1));
+        edit(session, index, "size", |s| s.size = size);
+    }
+    if let Some(gap) = new_gap {
+        edit(session, index, "gap", |s| s.gap = gap);
+    }
+}
+
+fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
+    let (spec, first) = (spec(session, index), opened(session, index));
+    name(ui, "Place", "Of the middle of the bottom layer, at the start");
+    let (new, reset) = vector(ui, session, "place", spec.placement.position, MM, &How { speed: 0.5, ..How::late() });
+    if let Some(position) = new.or(reset.then_some(first.placement.position)) {
+        edit(session, index, "place", |s| s.placement.position = position);
+    }
+    ui.end_row();
+    name(ui, "Turn", "About the fixed x, y and z axes, in this order, at the start");
+    let (new, reset) =
+        vector(ui, session, "turn", spec.placement.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
+    if let Some(rotation) = new.or(reset.then_some(first.placement.rotation)) {
+        edit(session, index, "turn", |s| s.placement.rotation = rotation);
+    }
+    ui.end_row();
+}
+
+fn damping(ui: &mut Ui, session: &mut Session, index: usize) {
+    let Some(sheet) = session.world().sheets().get(index) else { return };
+    let (follows, ratio, damping, drag) =
+        (sheet.follows_material(), sheet.damping_ratio(), sheet.damping(), sheet.drag());
+    let path = |name: &str| format!("sheets.{index}.{name}");
+    if follows {
+        let about =
+            "Damping ratio of the slowest bending motion, as a fraction of critical; faster ones are damped more";
+        dial(ui, session, ("Damping", about, &path("damping_ratio")), ratio, PLAIN, &How::slider(0.0..=0.5));
+    } else {
+        let about = "Dashpots along the springs, as a fraction of critical";
+        dial(ui, session, ("Damping", about, &path("damping")), damping, PLAIN, &How::slider(0.0..=1.0));
+    }
+    if session.world().air().density > 0.0 {
+        let about = "Drag coefficient where the air meets the sheet's face";
+        dial(ui, session, ("Drag", about, &path("drag.0")), drag.0, PLAIN, &How::slider(0.0..=2.0));
+        let about = "Drag coefficient where the air runs along the sheet";
+        dial(ui, session, ("… along", about, &path("drag.1")), drag.1, PLAIN, &How::slider(0.0..=0.2));
+    }
+}
+
+fn contact(ui: &mut Ui, session: &mut Session, index: usize) {
+    let Some(sheet) = session.world().sheets().get(index) else { return };
+    let (friction, restitution, pressure) = (sheet.friction, sheet.restitution, sheet.pressure());
+    let path = |name: &str| format!("sheets.{index}.{name}");
+    let about = "Coulomb friction coefficient of the sheet; of two surfaces that meet the mean counts";
+    dial(ui, session, ("Friction", about, &path("friction")), friction, PLAIN, &How::slider(0.0..=1.0));
+    let about = "Part of the speed of impact that is given back";
+    dial(ui, session, ("Restitution", about, &path("restitution")), restitution, PLAIN, &How::slider(0.0..=1.0));
+    let about = "Pressure on the upper side above that on the lower, Pa; a vacuum below is a positive one";
+    let shown = Shown::fixed(Quantity::Pressure, "Pa", 1.0);
+    dial(ui, session, ("Pressure", about, &path("pressure")), pressure, shown, &How { speed: 0.2, ..How::default() });
+}
+
 /// The angle limit, for structures with flexion triples.
 fn flexion_limit(ui: &mut Ui, session: &mut Session, index: usize) {
     let Some(sheet) = session.world().sheets().get(index) else { return };
     let Some(largest) = sheet.largest_flexion_angle() else { return };
     let (limit, path) = (sheet.flexion_angle_limit(), format!("sheets.{index}.flexion_limit"));
     let mut limited = limit.is_some();
-    if ui.checkbox(&mut limited, "Bend limit").on_hover_text("Largest angle a flexion triple may bend to").changed() {
+    let check = ui.checkbox(&mut limited, "Bend limit").on_hover_text("Largest angle a flexion triple may bend to");
+    if check.changed() {
         let value = if limited { largest.clamp(30.0, 180.0).to_string() } else { "none".to_owned() };
         session.set(&path, &value);
     }
     match limit {
         Some(now) => {
-            let mut value = now;
-            let slider = bevy_egui::egui::Slider::new(&mut value, 1.0..=180.0)
-                .clamping(bevy_egui::egui::SliderClamping::Never)
-                .update_while_editing(false)
-                .suffix("°");
-            if ui.add(slider).changed() && value != now {
-                session.set(&path, &value.to_string());
-            }
+            ui.horizontal(|ui| {
+                let label = ui.weak("at");
+                super::controls::dial_of(ui, session, &label, &path, now, DEGREES, &How::slider(1.0..=180.0));
+            });
         }
         None => {
             ui.weak(format!("bends to {largest:.1}° now"));
         }
     }
     ui.end_row();
+}
+
+const EDGES: [(Region, &str); 4] =
+    [(Region::Left, "left"), (Region::Right, "right"), (Region::Back, "back"), (Region::Front, "front")];
+
+/// What holds the sheet: edges by a click, masses by the pin tool.
+fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
+    let spec = spec(session, index);
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Pins").on_hover_text("Edges that are held; single masses are pinned with the pin tool in the view");
+        for (region, title) in EDGES {
+            let held = spec.pins.iter().find(|p| p.region == region);
+            let clamped = held.is_some_and(|p| p.clamp);
+            let text = if clamped { format!("{title} clamped") } else { title.to_owned() };
+            let about = format!("The {title} edge: free, held, clamped (its slope too), in turn");
+            if ui.selectable_label(held.is_some(), text).on_hover_text(about).clicked() {
+                edit(session, index, &format!("{title} edge"), |s| {
+                    let was = s.pins.iter().position(|p| p.region == region);
+                    match was {
+                        None => s.pins.push(PinSpec::held(region.clone())),
+                        Some(at) if !s.pins[at].clamp && s.structure.name() == "shell" => s.pins[at].clamp = true,
+                        Some(at) => _ = s.pins.remove(at),
+                    }
+                });
+            }
+        }
+        let others = spec.pins.iter().filter(|p| !EDGES.iter().any(|e| e.0 == p.region)).count();
+        if others > 0 {
+            ui.label(RichText::new(format!("and {others} more")).color(QUIET));
+            if ui.small_button("✖").on_hover_text("Let go of everything that is held").clicked() {
+                edit(session, index, "pins", |s| s.pins.clear());
+            }
+        }
+    });
+}
+
+/// Adds a sheet, or takes the chosen one away.
+fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    ui.horizontal(|ui| {
+        if ui.button("Generate…").on_hover_text("A new sheet, with a preview and its counts").clicked() {
+            state.generate = Some(super::generate::Draft::of(session, state.sheet));
+        }
+        let index = state.sheet;
+        let some = index < session.scene().sheets.len();
+        if ui.add_enabled(some, Button::new("Copy")).on_hover_text("Another one like it, a little above").clicked() {
+            session.edit("copy of a sheet", "copy", |scene| {
+                let mut copy = scene.sheets[index].clone();
+                copy.name = String::new();
+                copy.placement.position.y += 0.1 * copy.size.0.max(copy.size.1);
+                scene.sheets.push(copy);
+            });
+        }
+        if ui.add_enabled(some, Button::new("Remove")).on_hover_text("Take it out of the scene").clicked() {
+            session.edit("removal of a sheet", "remove", |scene| _ = scene.sheets.remove(index));
+        }
+    });
 }

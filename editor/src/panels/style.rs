@@ -1,6 +1,6 @@
-//! Colours and spacing of the controls.
+//! Colours and spacing of the controls, dark and light.
 
-use bevy_egui::egui::{self, Color32, CornerRadius};
+use bevy_egui::egui::{self, Color32, CornerRadius, Theme};
 
 /// The sheets' own colour, for what is chosen or active.
 pub(super) const ACCENT: Color32 = Color32::from_rgb(226, 92, 52);
@@ -11,18 +11,25 @@ pub(super) const ELASTIC: Color32 = Color32::from_rgb(95, 170, 235);
 /// Energy of height.
 pub(super) const GRAVITY: Color32 = Color32::from_rgb(140, 200, 120);
 /// All of it.
-pub(super) const TOTAL: Color32 = Color32::from_rgb(225, 225, 230);
+pub(super) const TOTAL: Color32 = Color32::from_rgb(170, 170, 178);
 
 /// Names of numbers.
-pub(super) const QUIET: Color32 = Color32::from_rgb(150, 152, 158);
+pub(super) const QUIET: Color32 = Color32::from_rgb(142, 144, 150);
 
-/// Gives a context the editor's look.
+/// Gives a context the editor's look, dark until it is chosen otherwise.
 pub fn apply(ctx: &egui::Context) {
-    ctx.set_theme(egui::Theme::Dark);
+    ctx.set_theme(Theme::Dark);
+    ctx.style_mut_of(Theme::Dark, |style| {
+        style.visuals.panel_fill = Color32::from_rgb(32, 34, 38);
+        style.visuals.window_fill = Color32::from_rgb(38, 40, 45);
+    });
+    ctx.style_mut_of(Theme::Light, |style| {
+        style.visuals.panel_fill = Color32::from_rgb(238, 238, 236);
+        style.visuals.window_fill = Color32::from_rgb(246, 246, 245);
+        style.visuals.extreme_bg_color = Color32::from_rgb(222, 223, 222);
+    });
     ctx.all_styles_mut(|style| {
         let visuals = &mut style.visuals;
-        visuals.panel_fill = Color32::from_rgb(32, 34, 38);
-        visuals.window_fill = Color32::from_rgb(38, 40, 45);
         visuals.selection.bg_fill = ACCENT.gamma_multiply(0.75);
         visuals.slider_trailing_fill = true;
         visuals.hyperlink_color = ACCENT;
@@ -35,7 +42,15 @@ pub fn apply(ctx: &egui::Context) {
             widget.corner_radius = CornerRadius::same(4);
         }
         style.spacing.item_spacing = egui::vec2(7.0, 5.0);
-        style.spacing.slider_width = 120.0;
+        style.spacing.slider_width = 104.0;
         style.spacing.interact_size.y = 21.0;
     });
+}
+
+/// Dark or light, as asked.
+pub(super) fn choose(ctx: &egui::Context, light: bool) {
+    let wanted = if light { Theme::Light } else { Theme::Dark };
+    if ctx.theme() != wanted {
+        ctx.set_theme(wanted);
+    }
 }

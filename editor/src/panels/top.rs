@@ -1,13 +1,10 @@
-//! The bar at the top: opening scenes, playing and pausing, speed.
+//! The bar at the top: menus, time, speed, and which scene it is.
 
-use std::path::{Path, PathBuf};
+use bevy_egui::egui::{self, Button, RichText, Slider, Ui};
 
-use bevy_egui::egui::{self, Button, Key, RichText, Slider, Ui};
-
-use super::style::ACCENT;
-use super::{EditorState, help};
+use super::style::{ACCENT, QUIET};
+use super::{EditorState, Section, files};
 use crate::camera::Camera;
-use crate::scenes;
 use crate::session::Session;
 
 /// The bar at the top.
@@ -20,67 +17,75 @@ pub fn top(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         ui.separator();
         ui.label(RichText::new(format!("{:>8.3} s", session.world().time())).monospace().size(15.0))
             .on_hover_text("Simulated time");
-        let scene = session.world().scene();
         ui.separator();
-        ui.label(RichText::new(&scene.name).strong()).on_hover_text(&scene.description);
+        title(ui, session);
     });
     ui.add_space(2.0);
 }
 
+/// The scene's name, with a mark while it is not saved.
+fn title(ui: &mut Ui, session: &Session) {
+    let scene = session.scene();
+    ui.label(RichText::new(&scene.name).strong()).on_hover_text(&scene.description);
+    if session.document().is_unsaved() {
+        let file = session.file().map_or_else(|| "no file yet".to_owned(), |f| f.display().to_string());
+        ui.label(RichText::new("● not saved").color(ACCENT)).on_hover_text(format!("Ctrl+S saves it: {file}"));
+    }
+}
+
 fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    ui.menu_button("Scene", |ui| {
-        ui.set_min_width(320.0);
-        if let Some(file) = open_menu(ui, state) {
-            state.open(session, &file);
-            ui.close();
-        }
-        ui.separator();
-        if ui.button("Reload from its file").on_hover_text("Start again with the file's own values").clicked() {
-            session.reload();
-            ui.close();
-        }
-        if ui.button("Quit").clicked() {
-            state.quit = true;
-        }
+    ui.menu_button("File", |ui| {
+        ui.set_min_width(300.0);
+        files::menu(ui, session, state);
     });
+    ui.menu_button("Edit", |ui| edit(ui, session));
     ui.menu_button("View", |ui| {
         ui.checkbox(&mut state.controls, "Controls");
         ui.checkbox(&mut state.numbers, "Numbers");
-        if ui.button("Look at the scene").clicked() {
-            state.camera = Camera::of(session.world());
+        ui.checkbox(&mut state.timeline, "Timeline");
+        ui.checkbox(&mut state.plots.shown, "Plots");
+        ui.separator();
+        if ui.button("All controls").on_hover_text("Every section on the right at once").clicked() {
+            state.open_sections = Section::ALL.iter().map(|s| s.0).collect();
             ui.close();
         }
+        if ui.button("Look at the scene").clicked() {
+            state.camera = Camera::of_session(session);
+            ui.close();
+        }
+        ui.separator();
+        ui.checkbox(&mut state.light, "Light").on_hover_text("Light panels in place of dark ones");
     });
     if ui.button("Help").on_hover_text("Mouse and keys (F1)").clicked() {
         state.help = !state.help;
     }
 }
 
-/// The list of scenes and the field for any other; the file to open, if one was chosen.
-fn open_menu(ui: &mut Ui, state: &mut EditorState) -> Option<PathBuf> {
-    let mut chosen = None;
-    egui::ScrollArea::vertical().max_height(360.0).show(ui, |ui| {
-        for file in &state.scenes {
-            if ui.button(scenes::title(file)).on_hover_text(file.display().to_string()).clicked() {
-                chosen = Some(file.clone());
-            }
-        }
-        if state.scenes.is_empty() {
-            ui.weak("No folder assets/scenes was found.");
-        }
-    });
+/// Undo, redo, and what has changed.
+fn edit(ui: &mut Ui, session: &mut Session) {
+    ui.set_min_width(250.0);
+    let named = |word: &str, what: Option<&str>| what.map_or(word.to_owned(), |what| format!("{word} {what}"));
+    let (undo, redo) = (session.document().undoes().map(str::to_owned), session.document().redoes().map(str::to_owned));
+    let button = |text: String, keys: &'static str| Button::new(text).shortcut_text(keys);
+    if ui.add_enabled(undo.is_some(), button(named("Undo", undo.as_deref()), "Ctrl+Z")).clicked() {
+        session.undo();
+        ui.close();
+    }
+    if ui.add_enabled(redo.is_some(), button(named("Redo", redo.as_deref()), "Ctrl+Shift+Z")).clicked() {
+        session.redo();
+        ui.close();
+    }
     ui.separator();
-    ui.horizontal(|ui| {
-        let label = ui.label("File");
-        let field = egui::TextEdit::singleline(&mut state.path).desired_width(200.0).hint_text("path/to/scene.ron");
-        let entered = ui.add(field).labelled_by(label.id).lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
-        let given = !state.path.trim().is_empty();
-        if ui.add_enabled(given, Button::new("Open")).clicked() || (entered && given) {
-            chosen = Some(scenes::find(Path::new(state.path.trim())));
-        }
-    });
-    ui.weak("or drop a file on the window: a scene, or a recording (.swr)");
-    chosen
+    let changes = session.changes();
+    if changes.is_empty() {
+        ui.weak("nothing differs from the file");
+    } else {
+        ui.label(RichText::new(format!("{} values differ from the file", changes.len())).color(QUIET));
+    }
+    for (path, value) in changes.iter().take(12) {
+        let value: String = value.chars().take(28).collect();
+        ui.label(RichText::new(format!("{path} = {value}")).monospace().size(11.0));
+    }
 }
 
 fn transport(ui: &mut Ui, session: &mut Session) {
@@ -89,6 +94,13 @@ fn transport(ui: &mut Ui, session: &mut Session) {
     let play = if session.playing() { play } else { play.fill(ACCENT.gamma_multiply(0.7)) };
     if ui.add(play).on_hover_text("Space").clicked() {
         session.toggle();
+    }
+    let stop = ui.add_enabled(session.can_stop(), Button::new("⏹ Stop"));
+    if stop.on_hover_text("Pause, and back to the state before it was played (Shift+Space)").clicked() {
+        session.stop();
+    }
+    if ui.button("⏮").on_hover_text("One step of the engine back (left arrow)").clicked() {
+        session.step_back();
     }
     if ui.button("⏭ Step").on_hover_text("Take one step of the engine and pause (right arrow)").clicked() {
         session.step();
@@ -108,45 +120,8 @@ fn transport(ui: &mut Ui, session: &mut Session) {
     let label = ui.label("Speed");
     let mut speed = session.speed();
     let slider = Slider::new(&mut speed, 0.01..=64.0).logarithmic(true).suffix("×").update_while_editing(false);
-    let about = "Simulated seconds a real second (+ and -)";
+    let about = "Simulated seconds a real second (+ and -); below 1 it is slow motion";
     if ui.add(slider).labelled_by(label.id).on_hover_text(about).changed() {
         session.set_speed(speed);
-    }
-}
-
-/// Keys that no text field wants, and files dropped on the window.
-pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorState) {
-    let dropped = ui.input(|i| i.raw.dropped_files.iter().find_map(|f| f.path.clone()));
-    if let Some(file) = dropped {
-        state.open(session, &file);
-    }
-    if ui.input(|i| i.key_pressed(Key::F1)) {
-        state.help = !state.help;
-    }
-    if ui.ctx().text_edit_focused() {
-        return;
-    }
-    let pressed = |key| ui.input(|i| i.key_pressed(key));
-    // A button that has the focus takes the space bar itself.
-    if pressed(Key::Space) && ui.memory(|m| m.focused().is_none()) {
-        session.toggle();
-    }
-    if pressed(Key::ArrowRight) && ui.memory(|m| m.focused().is_none()) {
-        session.step();
-    }
-    if pressed(Key::Backspace) {
-        session.reset();
-    }
-    if pressed(Key::Plus) || pressed(Key::Equals) {
-        session.faster();
-    }
-    if pressed(Key::Minus) {
-        session.slower();
-    }
-    if pressed(Key::F) {
-        state.camera = Camera::of(session.world());
-    }
-    if pressed(Key::Escape) {
-        help::close(state);
     }
 }

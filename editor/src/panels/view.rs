@@ -1,22 +1,35 @@
-//! The part of the window that shows the scene: what the mouse does there.
+//! The part of the window that shows the scene: what the mouse does there with each tool, and what is drawn over the scene.
 
-use bevy_egui::egui::{self, PointerButton, Sense, Ui};
+use bevy_egui::egui::{self, PointerButton, Rect, Response, Sense, Ui};
 use glam::Vec2;
 
-use super::{EditorState, legend, top};
+use super::{EditorState, Tool, keys, legend, overlay};
 use crate::camera::Camera;
-use crate::session::Session;
+use crate::gizmo::{Gizmo, Handle};
+use crate::pick;
+use crate::picture::Layer;
+use crate::session::{Item, Session};
 
 /// Points of scrolling in a notch of the wheel.
 const NOTCH: f32 = 50.0;
 
-/// Turns, slides and nears the camera by what the mouse does in the view, and takes the keys. The view itself is drawn by
-/// others, behind this.
+/// What the left button holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Held {
+    /// A point of a sheet, m; the mouse moves in the plane through it that faces the eye.
+    Sheet(glam::Vec3),
+    /// A handle of the gizmo, the gizmo as it was then, and where the mouse took it.
+    Handle(Handle, Gizmo, Vec2),
+}
+
+/// Turns, slides and nears the camera, and does what the tool does, by what the mouse does in the view; takes the keys. The view itself is
+/// drawn by others, behind this.
 pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let rect = ui.available_rect_before_wrap();
     let response = ui.interact(rect, ui.id().with("view"), Sense::click_and_drag());
+    let taken = use_tool(ui, session, state, &response, rect);
     let drag = Vec2::from(<[f32; 2]>::from(response.drag_delta()));
-    if response.dragged_by(PointerButton::Primary) {
+    if response.dragged_by(PointerButton::Primary) && !taken {
         state.camera.orbit(drag);
     }
     if response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle) {
@@ -28,8 +41,8 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             state.camera.zoom(scroll / NOTCH);
         }
     }
-    if response.double_clicked() {
-        state.camera = Camera::of(session.world());
+    if response.double_clicked() && state.tool == Tool::Look {
+        state.camera = Camera::of_session(session);
     }
     if response.clicked() || response.dragged() {
         // The keys are the view's again.
@@ -39,8 +52,99 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if response.dragged() {
         ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
     }
-    if let Some(scale) = state.display.scale(session.world()) {
+    if let Some(scale) = state.display.scale_of(session) {
         legend(&ui.painter_at(rect), rect, &scale);
     }
-    top::keys_and_drops(ui, session, state);
+    overlay::paint(ui, rect, session, state);
+    keys::keys_and_drops(ui, session, state);
+}
+
+/// A place of the window in the picture.
+fn within(rect: Rect, at: egui::Pos2) -> Vec2 {
+    Vec2::new(at.x - rect.left(), at.y - rect.top())
+}
+
+/// Does what the tool does; whether it has taken the left button.
+fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &Response, rect: Rect) -> bool {
+    let size = Vec2::new(rect.width(), rect.height());
+    let pressed = ui.input(|i| i.pointer.press_origin()).map(|p| within(rect, p));
+    let now = response.interact_pointer_pos().map(|p| within(rect, p));
+    if response.drag_started_by(PointerButton::Primary)
+        && let Some(from) = pressed
+    {
+        state.held = take(session, state, from, size);
+    }
+    if response.clicked_by(PointerButton::Primary)
+        && let Some(at) = now
+    {
+        click(session, state, at, size);
+    }
+    let Some(held) = state.held else { return false };
+    if response.dragged_by(PointerButton::Primary)
+        && let Some(at) = now
+    {
+        match held {
+            Held::Sheet(place) => session.pull(state.camera.on_plane(at, size, place).as_dvec3()),
+            Held::Handle(handle, gizmo, from) => {
+                if let Some(item) = state.selected {
+                    session.carry(item, gizmo.moved(handle, from, at));
+                }
+            }
+        }
+    }
+    if !response.dragged_by(PointerButton::Primary) {
+        session.release();
+        session.put_down();
+        session.seal();
+        state.held = None;
+    }
+    true
+}
+
+/// Takes hold of what is under the mouse.
+fn take(session: &mut Session, state: &EditorState, from: Vec2, size: Vec2) -> Option<Held> {
+    let ray = state.camera.ray(from, size);
+    match state.tool {
+        Tool::Look | Tool::Pin => None,
+        Tool::Grab => {
+            let hit = pick::sheet(session.world(), ray, state.display.layer == Layer::Top)?;
+            let before = pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001);
+            (before && session.grab(hit.sheet, hit.uv)).then(|| Held::Sheet(hit.place.as_vec3()))
+        }
+        Tool::Move => {
+            let gizmo = Gizmo::new(place_of(session, state.selected?)?, &state.camera, size)?;
+            Some(Held::Handle(gizmo.handle_at(from)?, gizmo, from))
+        }
+    }
+}
+
+fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
+    let ray = state.camera.ray(at, size);
+    match state.tool {
+        Tool::Pin => {
+            if let Some(hit) = pick::sheet(session.world(), ray, state.display.layer == Layer::Top) {
+                session.toggle_pin(hit.sheet, hit.mass);
+            }
+        }
+        Tool::Move => {
+            let marks = session.items().into_iter().filter_map(|item| {
+                let seen = state.camera.project(place_of(session, item)?, size)?;
+                Some((seen.distance(at), item))
+            });
+            let near = marks.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|m| m.0 < 14.0).map(|m| m.1);
+            let of_scene = |i: &usize| *i < session.scene().bodies.len();
+            let body = pick::body(session.world(), ray).map(|b| b.0).filter(of_scene).map(Item::Body);
+            state.selected = near.or(body);
+        }
+        Tool::Look | Tool::Grab => {}
+    }
+}
+
+/// Where an item is now, m, as it is shown.
+pub(crate) fn place_of(session: &Session, item: Item) -> Option<glam::Vec3> {
+    if let Item::Body(i) = item {
+        return session.body_pose(i).map(|p| p.0.as_vec3());
+    }
+    let by = session.carried().filter(|c| c.0 == item).map_or(glam::DVec3::ZERO, |c| c.1);
+    Some((session.placement_of(item)?.position + by).as_vec3())
 }

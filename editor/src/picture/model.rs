@@ -208,6 +208,7 @@ impl Model {
         }
         let position = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::ZERO, |p| Vec3::from(*p));
         let normal = |i: u32| mesh.normals.get(i as usize).map_or(Vec3::Y, |n| Vec3::from(*n));
+        let scale = scale.filter(|scale| scale.applies_to(sheet));
         let sides = scale.map(|scale| [true, false].map(|upper| colours(scale, (sheet, upper), &surface)));
         for triangle in &mesh.indices {
             let (corners, normals) = (triangle.map(position), triangle.map(normal));

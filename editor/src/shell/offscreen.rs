@@ -22,7 +22,7 @@ use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
 use super::scenery::{self, Shown};
-use super::stage::{self, Quality, Scale};
+use super::stage::{self, Quality, Scale, SceneCamera};
 use super::{Editor, probe, window};
 use crate::cli::Arguments;
 use crate::panels::{self, Display, EditorState};
@@ -34,7 +34,7 @@ use crate::session::Session;
 pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
 /// Frames before the picture is taken: lights, shadows and textures take a few to arrive.
-const WARM_UP: u32 = 2;
+const WARM_UP: u32 = 4;
 
 /// How long a picture may take.
 const PATIENCE: Duration = Duration::from_secs(120);
@@ -63,6 +63,10 @@ pub fn screenshot(
         let mut row = Vec::new();
         for scene in scenes {
             let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
+            let variants = arguments.variants()?;
+            if !variants.is_empty() {
+                session.compare_with(variants);
+            }
             session.run(time.unwrap_or(scene.duration));
             if session.world().unstable().is_some() {
                 status = ExitCode::from(1);
@@ -71,7 +75,11 @@ pub fn screenshot(
                 eprintln!("{}", message.text);
             }
             let drawn = match &adapter {
-                Ok(_) => draw(session, size, arguments.display(), arguments.with_ui),
+                Ok(_) if arguments.with_ui => {
+                    let state = arguments.state(&session);
+                    draw_panels(session, state, size)
+                }
+                Ok(_) => draw(session, size, arguments.display()),
                 Err(_) => {
                     let camera = crate::camera::Camera::of(session.world());
                     let look = Look { colour: arguments.sheet_colour(), ..Look::default() };
@@ -86,42 +94,48 @@ pub fn screenshot(
     Ok(status)
 }
 
-/// Draws what `display` says of the session's world as it is, with the panels if asked for. Needs a graphics driver: ask
-/// [`probe::adapter`] first. `size` in pixels, taken to 16 to [`LARGEST`].
+/// Draws what `display` says of the session's world as it is, without panels. Needs a graphics driver: ask [`probe::adapter`] first. `size` in
+/// pixels, taken to 16 to [`LARGEST`].
 ///
 /// # Errors
 /// What went wrong, when no picture came back.
-pub fn draw(
-    session: Session,
-    (width, height): (u32, u32),
-    display: Display,
-    with_panels: bool,
-) -> Result<Picture, String> {
+pub fn draw(session: Session, (width, height): (u32, u32), display: Display) -> Result<Picture, String> {
     let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
-    // Drawn larger and averaged, lines and highlights come out finer. The panels would come out smaller.
-    let finer = if with_panels || width.max(height) > LARGEST / 2 { 1 } else { 2 };
-    let picture = draw_at(session, (finer * width, finer * height), display, (with_panels, finer))?;
+    // Drawn larger and averaged, lines and highlights come out finer.
+    let finer = if width.max(height) > LARGEST / 2 { 1 } else { 2 };
+    let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
+    let mut app = app(session, state);
+    let target = picture_of(&mut app, finer * width, finer * height);
+    let camera = (stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into()), PrimaryEguiContext);
+    app.world_mut().spawn(camera);
+    app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
+    let picture = taken(app, target, (finer * width, finer * height))?;
     Ok(if finer == 2 { picture.halved() } else { picture })
 }
 
-fn draw_at(
-    session: Session,
-    (width, height): (u32, u32),
-    display: Display,
-    (with_panels, finer): (bool, u32),
-) -> Result<Picture, String> {
-    let mut app = app(session, display);
+/// Draws the whole editor as a window of `size` shows it.
+///
+/// # Errors
+/// What went wrong, when no picture came back.
+pub fn draw_panels(session: Session, state: EditorState, (width, height): (u32, u32)) -> Result<Picture, String> {
+    let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
+    let mut app = app(session, state);
+    let target = picture_of(&mut app, width, height);
+    app.world_mut().spawn((stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into())));
+    app.world_mut().spawn((stage::panel_camera(), RenderTarget::Image(target.clone().into())));
+    app.insert_resource(Whole(UVec2::new(width, height))).add_systems(EguiPrimaryContextPass, show_panels);
+    taken(app, target, (width, height))
+}
+
+/// A picture to draw into.
+fn picture_of(app: &mut App, width: u32, height: u32) -> Handle<Image> {
     let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
     image.texture_descriptor.usage |= bevy::render::render_resource::TextureUsages::COPY_SRC;
-    let target = app.world_mut().resource_mut::<Assets<Image>>().add(image);
-    let camera = (stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into()));
-    let camera = app.world_mut().spawn(camera).id();
-    if with_panels {
-        app.add_systems(EguiPrimaryContextPass, show_panels);
-    } else {
-        app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
-    }
-    app.world_mut().entity_mut(camera).insert(PrimaryEguiContext);
+    app.world_mut().resource_mut::<Assets<Image>>().add(image)
+}
+
+/// What the app draws into `target` once it has warmed up.
+fn taken(mut app: App, target: Handle<Image>, (width, height): (u32, u32)) -> Result<Picture, String> {
     for _ in 0..WARM_UP {
         app.update();
     }
@@ -141,7 +155,7 @@ fn draw_at(
 }
 
 /// An app without a window that is driven frame by frame.
-fn app(session: Session, display: Display) -> App {
+fn app(session: Session, state: EditorState) -> App {
     let mut app = App::new();
     let plugins = DefaultPlugins
         .set(WindowPlugin { primary_window: None, exit_condition: ExitCondition::DontExit, ..default() })
@@ -157,7 +171,6 @@ fn app(session: Session, display: Display) -> App {
     };
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
-    let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
     app.insert_resource(Editor { session, state });
     add_scene(&mut app, Quality::BEST);
     while app.plugins_state() == PluginsState::Adding {
@@ -177,10 +190,23 @@ pub(super) fn add_scene(app: &mut App, quality: Quality) {
     app.add_systems(PostUpdate, show.chain().before(TransformSystems::Propagate));
 }
 
-fn show_panels(mut contexts: EguiContexts, mut editor: ResMut<Editor>) -> Result {
+/// Size of the picture, pixels.
+#[derive(Resource, Clone, Copy)]
+struct Whole(UVec2);
+
+fn show_panels(
+    mut contexts: EguiContexts,
+    mut editor: ResMut<Editor>,
+    whole: Res<Whole>,
+    mut styled: Local<bool>,
+    mut camera: Single<&mut Camera, With<SceneCamera>>,
+) -> Result {
     let context = contexts.ctx_mut()?;
-    panels::apply_style(context);
+    if !std::mem::replace(&mut *styled, true) {
+        panels::apply_style(context);
+    }
     window::draw_panels(context, &mut editor);
+    stage::fit(&mut camera, editor.state.viewport, context.pixels_per_point(), whole.0);
     Ok(())
 }
 
@@ -190,7 +216,7 @@ struct Finer(u32);
 
 /// What the sheets' colours stand for, alone.
 fn show_legend(mut contexts: EguiContexts, editor: Res<Editor>, finer: Res<Finer>) -> Result {
-    let Some(scale) = editor.state.display.scale(editor.session.world()) else { return Ok(()) };
+    let Some(scale) = editor.state.display.scale_of(&editor.session) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
     let rect = context.viewport_rect();
     // A picture of the usual size has letters of the usual size.

@@ -15,25 +15,38 @@ use super::{Editor, shapes};
 use crate::camera::Camera as View;
 use crate::panels::Display;
 use crate::picture::Layer;
+use crate::session::{Item, Session};
 
 /// Spline pieces from one mass to the next of a smoothed surface.
 const SMOOTH_PARTS: u32 = 5;
 
-/// Everything that belongs to the scene hangs on this; it carries the scale.
+/// Everything that belongs to a world hangs on this; it carries the scale and how far aside the world is shown. `0` says which of those that are
+/// compared.
 #[derive(Component)]
-pub struct Root;
+pub struct Root(usize);
 
 /// A part of the room.
 #[derive(Component)]
 pub struct RoomPart;
 
-/// Shows body `0`.
+/// Shows body `index` of world `world` of those that are compared.
 #[derive(Component)]
-pub struct BodyPart(usize);
+pub struct BodyPart {
+    world: usize,
+    index: usize,
+}
+
+/// Shows a part of heater `index`.
+#[derive(Component)]
+pub struct HeaterPart {
+    world: usize,
+    index: usize,
+}
 
 /// Shows a sheet's surface.
 #[derive(Component)]
 pub struct SheetPart {
+    world: usize,
     index: usize,
     surface: Surface,
     /// Its triangles, and how deep and how near to bodies it may come: what keeps it drawn out of them.
@@ -51,6 +64,7 @@ pub struct SheetPart {
 /// Shows mass `mass` of sheet `sheet`.
 #[derive(Component)]
 pub struct Dot {
+    world: usize,
     sheet: usize,
     mass: usize,
 }
@@ -60,7 +74,7 @@ pub struct Dot {
 pub struct Shown {
     generation: Option<u64>,
     masses: bool,
-    moment: Option<(u64, u64, f64, Option<ColourScale>)>,
+    moment: Option<(u64, u64, u64, f64, Option<ColourScale>)>,
 }
 
 /// Materials, made once.
@@ -122,19 +136,39 @@ pub fn rebuild(
     (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
     roots: Query<Entity, With<Root>>,
 ) {
-    let session = &editor.session;
-    if shown.generation == Some(session.generation()) {
+    if shown.generation == Some(editor.session.generation()) {
         return;
     }
-    *shown = Shown { generation: Some(session.generation()), ..default() };
+    *shown = Shown { generation: Some(editor.session.generation()), ..default() };
     roots.iter().for_each(|root| commands.entity(root).despawn());
-    scale.0 = 2.0 / View::fitted(session.world()).distance.max(1e-6);
-    let root = commands.spawn((Root, Transform::from_scale(Vec3::splat(scale.0)), Visibility::default())).id();
+    scale.0 = 2.0 / View::fitted(editor.session.world()).distance.max(1e-6);
+    let assets = &mut (&mut *meshes, &mut *materials);
+    for (which, session) in (0..).map_while(|which| Some((which, editor.session.shown(which)?))) {
+        let place =
+            Transform::from_scale(Vec3::splat(scale.0)).with_translation(editor.session.offset(which) * scale.0);
+        let root = commands.spawn((Root(which), place, Visibility::default())).id();
+        furnish(&mut commands, (session, which, root), &paints, assets);
+        for index in 0..session.world().sheets().len() {
+            let Some((part, mesh)) = sheet_part(&editor, (which, index), editor.state.display) else { continue };
+            let paint = if part.coloured { &paints.coloured } else { &paints.sheet };
+            let look = (Mesh3d(assets.0.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default());
+            commands.spawn((part, NoFrustumCulling, look, ChildOf(root)));
+        }
+    }
+}
+
+/// Makes the room, the bodies and the heaters of a world.
+fn furnish(
+    commands: &mut Commands,
+    (session, world, root): (&Session, usize, Entity),
+    paints: &Paints,
+    (meshes, materials): &mut (&mut Assets<Mesh>, &mut Assets<StandardMaterial>),
+) {
     let mut add = |mesh: Mesh, paint: &Handle<StandardMaterial>| {
         let parts = (Mesh3d(meshes.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default(), ChildOf(root));
         commands.spawn(parts).id()
     };
-    let room = session.world().scene().room.as_ref();
+    let room = session.scene().room.as_ref();
     let room = room.map(|room| add(room_mesh(&SheetRoom::from(room)), &paints.room));
     let mut bodies = Vec::new();
     for (index, body) in session.world().rigid().iter().flat_map(|r| r.bodies()).enumerate() {
@@ -146,44 +180,33 @@ pub fn rebuild(
         bodies.push((add(mesh, &paints.body), index));
     }
     let mut hot = Vec::new();
-    for spec in &session.world().scene().heaters {
+    for (index, spec) in session.scene().heaters.iter().enumerate() {
         // They were read when the world was built.
-        let heaters = spec.resolve(&session.world().scene().base).unwrap_or_default();
+        let heaters = spec.resolve(&session.scene().base).unwrap_or_default();
         let (cold, faces) = heater_meshes(&heaters);
         let at = Transform::from_translation(spec.placement.position.as_vec3())
             .with_rotation(spec.placement.quaternion().as_quat());
-        hot.extend(cold.map(|mesh| (add(mesh, &paints.heater), at)));
+        hot.extend(cold.map(|mesh| (add(mesh, &paints.heater), at, index)));
         for (mesh, celsius) in faces {
             let colour = if spec.on { glow(celsius) } else { LinearRgba::gray(0.15) };
             let material = materials.add(StandardMaterial { base_color: colour.into(), unlit: spec.on, ..default() });
-            hot.push((add(mesh, &material), at));
+            hot.push((add(mesh, &material), at, index));
         }
     }
-    let display = editor.state.display;
-    let mut sheets = Vec::new();
-    for index in 0..session.world().sheets().len() {
-        if let Some((part, mesh)) = sheet_part(&editor, index, display) {
-            let paint = if part.coloured { &paints.coloured } else { &paints.sheet };
-            sheets.push((add(mesh, paint), part));
-        }
-    }
-    for (entity, at) in hot {
+    for (entity, at, index) in hot {
         // Its shadow would hide what it heats.
-        commands.entity(entity).insert((at, NotShadowCaster));
+        commands.entity(entity).insert((at, HeaterPart { world, index }, NotShadowCaster));
     }
     if let Some(entity) = room {
         commands.entity(entity).insert((RoomPart, NotShadowCaster));
     }
     for (entity, index) in bodies {
-        commands.entity(entity).insert(BodyPart(index));
-    }
-    for (entity, part) in sheets {
-        commands.entity(entity).insert((part, NoFrustumCulling));
+        commands.entity(entity).insert(BodyPart { world, index });
     }
 }
 
-fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetPart, Mesh)> {
-    let sheet = editor.session.world().sheets().get(index)?;
+fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display) -> Option<(SheetPart, Mesh)> {
+    let sheet = editor.session.shown(world)?.world().sheets().get(index)?;
     let layer = match display.layer {
         Layer::Top => sheet.layers.len().checked_sub(1)?,
         Layer::Bottom => 0,
@@ -192,18 +215,19 @@ fn sheet_part(editor: &Editor, index: usize, display: Display) -> Option<(SheetP
     let surface = sheet.surface(layer, parts)?;
     let mut mesh = sheet_mesh(&surface, &sheet.x);
     let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
-    let coloured = is_coloured(editor, index);
+    let coloured = is_coloured(editor, world, index);
     if coloured {
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
     }
     let (layer, smooth, values, opening) = (display.layer, display.smooth, Vec::new(), sheet.opening_revision());
-    Some((SheetPart { index, surface, triangles, clearing, layer, smooth, opening, coloured, values }, mesh))
+    Some((SheetPart { world, index, surface, triangles, clearing, layer, smooth, opening, coloured, values }, mesh))
 }
 
-/// Whether sheet `index` has colours of its own.
-fn is_coloured(editor: &Editor, index: usize) -> bool {
-    let world = editor.session.world();
-    editor.state.display.scale(world).is_some() && world.sheets().get(index).is_some_and(|s| s.heat().is_some())
+/// Whether sheet `index` has colours of its own. Worlds that are compared have one scale.
+fn is_coloured(editor: &Editor, world: usize, index: usize) -> bool {
+    let scale = editor.state.display.scale_of(&editor.session);
+    let sheet = editor.session.shown(world).and_then(|s| s.world().sheets().get(index));
+    scale.zip(sheet).is_some_and(|(scale, sheet)| scale.applies_to(sheet))
 }
 
 /// Shows or hides parts as the display asks.
@@ -222,10 +246,11 @@ pub fn choose(
     }
     for (mut visibility, mut part, mut mesh, mut material) in &mut sheets {
         visibility.set_if_neq(seen(display.surface));
-        let opening = editor.session.world().sheets().get(part.index).map_or(0, |s| s.opening_revision());
-        let wanted = (display.layer, display.smooth, opening, is_coloured(&editor, part.index));
+        let session = editor.session.shown(part.world);
+        let opening = session.and_then(|s| s.world().sheets().get(part.index)).map_or(0, |s| s.opening_revision());
+        let wanted = (display.layer, display.smooth, opening, is_coloured(&editor, part.world, part.index));
         if (part.layer, part.smooth, part.opening, part.coloured) != wanted
-            && let Some((new, fresh)) = sheet_part(&editor, part.index, display)
+            && let Some((new, fresh)) = sheet_part(&editor, (part.world, part.index), display)
         {
             material.0 = if new.coloured { paints.coloured.clone() } else { paints.sheet.clone() };
             *part = new;
@@ -239,25 +264,34 @@ pub fn choose(
 pub fn animate(
     editor: Res<Editor>,
     mut shown: ResMut<Shown>,
-    mut bodies: Query<(&BodyPart, &mut Transform), Without<Dot>>,
+    mut bodies: Query<(&BodyPart, &mut Transform), (Without<Dot>, Without<HeaterPart>)>,
+    mut heaters: Query<(&HeaterPart, &mut Transform), Without<Dot>>,
     mut sheets: Query<(&mut SheetPart, &Mesh3d)>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
     let session = &editor.session;
-    let scale = editor.state.display.scale(session.world());
+    let scale = editor.state.display.scale_of(session);
     let at = session.playback().map_or(0.0, |recording| recording.at());
-    let moment = Some((session.generation(), session.world().steps(), session.alpha() + at, scale));
+    let moment = Some((session.generation(), session.revision(), session.world().steps(), session.alpha() + at, scale));
     // A scene that stands still is not sent to the graphics card again.
     if shown.moment == moment {
         return;
     }
     shown.moment = moment;
     for (part, mut transform) in &mut bodies {
-        if let Some((position, rotation)) = session.body_pose(part.0) {
+        let pose = session.shown(part.world).and_then(|s| s.body_pose(part.index));
+        if let Some((position, rotation)) = pose {
             transform.set_if_neq(Transform::from_translation(position.as_vec3()).with_rotation(rotation.as_quat()));
         }
     }
+    for (part, mut transform) in &mut heaters {
+        let place = session.shown(part.world).and_then(|s| crate::panels::place_of(s, Item::Heater(part.index)));
+        if let Some(place) = place {
+            transform.translation = place;
+        }
+    }
     for (mut part, handle) in &mut sheets {
+        let Some(session) = session.shown(part.world) else { continue };
         let (Some(sheet), Some(before)) = (session.world().sheets().get(part.index), session.before().get(part.index))
         else {
             continue;
@@ -287,28 +321,32 @@ pub fn dots(
     editor: Res<Editor>,
     paints: Res<Paints>,
     mut shown: ResMut<Shown>,
-    roots: Query<Entity, With<Root>>,
+    roots: Query<(Entity, &Root)>,
     mut dots: Query<(Entity, &Dot, &mut Transform, &mut MeshMaterial3d<StandardMaterial>)>,
 ) {
     let session = &editor.session;
     let wanted = editor.state.display.masses;
-    let Ok(root) = roots.single() else { return };
     if shown.masses != wanted {
         shown.masses = wanted;
         dots.iter().for_each(|(entity, ..)| commands.entity(entity).despawn());
-        for (index, sheet) in session.world().sheets().iter().enumerate().filter(|_| wanted) {
+        let of_root = |(root, which): (Entity, &Root)| Some((root, which.0, session.shown(which.0)?));
+        let worlds = roots.iter().filter_map(of_root).filter(|_| wanted);
+        let sheets =
+            worlds.flat_map(|(root, world, s)| s.world().sheets().iter().enumerate().map(move |p| (root, world, p)));
+        for (root, world, (index, sheet)) in sheets {
             // A quarter of the shortest distance across.
             let radius = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.16 * shortest) as f32;
             for mass in 0..sheet.masses() {
                 let place = Transform::from_translation(sheet.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
                 let look = (Mesh3d(paints.round.clone()), MeshMaterial3d(paints.dot.clone()), NotShadowCaster);
-                commands.spawn((Dot { sheet: index, mass }, look, place, ChildOf(root)));
+                commands.spawn((Dot { world, sheet: index, mass }, look, place, ChildOf(root)));
             }
         }
         return;
     }
     let alpha = session.alpha();
     for (_, dot, mut transform, mut paint) in &mut dots {
+        let Some(session) = session.shown(dot.world) else { continue };
         let (Some(sheet), Some(before)) = (session.world().sheets().get(dot.sheet), session.before().get(dot.sheet))
         else {
             continue;
@@ -330,20 +368,27 @@ pub fn springs(editor: Res<Editor>, scale: Res<Scale>, mut gizmos: Gizmos) {
     if !editor.state.display.springs {
         return;
     }
-    let (session, alpha) = (&editor.session, editor.session.alpha());
+    for (which, session) in (0..).map_while(|which| Some((which, editor.session.shown(which)?))) {
+        let aside = editor.session.offset(which);
+        springs_of(session, aside, scale.0, &mut gizmos);
+    }
+}
+
+fn springs_of(session: &Session, aside: Vec3, scale: f32, gizmos: &mut Gizmos) {
+    let alpha = session.alpha();
     for (sheet, before) in session.world().sheets().iter().zip(session.before()) {
         let springs = sheet.springs();
         let at = |i: u32| before.get(i as usize).lerp(sheet.x.get(i as usize), alpha);
+        let seen = |i: u32| (at(i).as_vec3() + aside) * scale;
         let strain = |i: usize| at(springs.a[i]).distance(at(springs.b[i])) / springs.rest[i] - 1.0;
         let largest = (0..springs.len()).map(|i| strain(i).abs()).fold(1e-3, f64::max);
         if springs.is_empty() {
             for [a, b] in sheet.edges() {
-                gizmos.line(at(a).as_vec3() * scale.0, at(b).as_vec3() * scale.0, strain_colour(0.0));
+                gizmos.line(seen(a), seen(b), strain_colour(0.0));
             }
         }
         for i in 0..springs.len() {
-            let (a, b) = (at(springs.a[i]).as_vec3(), at(springs.b[i]).as_vec3());
-            gizmos.line(a * scale.0, b * scale.0, strain_colour((strain(i) / largest) as f32));
+            gizmos.line(seen(springs.a[i]), seen(springs.b[i]), strain_colour((strain(i) / largest) as f32));
         }
     }
 }

@@ -3,13 +3,16 @@
 //! The scene is drawn at a scale at which its content is about one unit across, because shadow biases and cascades have
 //! lengths of their own: a sheet of centimetres and one of metres then look alike.
 
-use bevy::camera::visibility::NoFrustumCulling;
+use bevy::camera::visibility::{NoFrustumCulling, RenderLayers};
+use bevy::camera::{CameraMainTextureUsages, CameraOutputMode, Viewport};
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::light::{
     CascadeShadowConfig, CascadeShadowConfigBuilder, DirectionalLightShadowMap, NotShadowCaster, NotShadowReceiver,
     ShadowFilteringMethod,
 };
 use bevy::prelude::*;
+use bevy::render::render_resource::{BlendState, TextureUsages};
+use bevy_egui::{PrimaryEguiContext, egui};
 
 use super::{Editor, shapes};
 
@@ -59,6 +62,41 @@ pub fn camera(quality: &Quality) -> impl Bundle {
         quality.msaa,
         Transform::default(),
     )
+}
+
+/// The camera of the panels, above the scene's, whatever both draw into.
+pub fn panel_camera() -> impl Bundle {
+    (
+        PrimaryEguiContext,
+        Camera2d,
+        Msaa::Off,
+        // Cameras that agree in all of this share one picture, and clearing the panels' would wipe the scene's.
+        CameraMainTextureUsages::default().with(TextureUsages::COPY_DST),
+        RenderLayers::none(),
+        Camera {
+            order: 1,
+            output_mode: CameraOutputMode::Write {
+                blend_state: Some(BlendState::ALPHA_BLENDING),
+                clear_color: ClearColorConfig::None,
+            },
+            clear_color: ClearColorConfig::Custom(Color::NONE),
+            ..default()
+        },
+    )
+}
+
+/// Lets the scene's camera draw into the part of the picture that panels leave it; `scale` is pixels a point, `whole` the size of the picture,
+/// pixels.
+pub fn fit(camera: &mut Mut<'_, Camera>, rect: egui::Rect, scale: f32, whole: UVec2) {
+    let pixel = |p: egui::Pos2| UVec2::new((p.x * scale).round() as u32, (p.y * scale).round() as u32).min(whole);
+    let (low, high) = (pixel(rect.min), pixel(rect.max));
+    let size = high.saturating_sub(low);
+    let viewport =
+        (size.x > 0 && size.y > 0).then(|| Viewport { physical_position: low, physical_size: size, ..default() });
+    let place = |v: &Option<Viewport>| v.as_ref().map(|v| (v.physical_position, v.physical_size));
+    if place(&camera.viewport) != place(&viewport) {
+        camera.viewport = viewport;
+    }
 }
 
 /// Puts up the lights and the backdrop.

@@ -7,22 +7,21 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bevy::camera::visibility::RenderLayers;
-use bevy::camera::{CameraMainTextureUsages, CameraOutputMode, Viewport};
 use bevy::log::{Level, LogPlugin};
 use bevy::prelude::*;
-use bevy::render::render_resource::{BlendState, PipelineCache, TextureUsages};
+use bevy::render::render_resource::PipelineCache;
 use bevy::render::{Render, RenderApp, RenderSystems};
-use bevy::window::{PrimaryWindow, WindowResolution};
+use bevy::window::{PrimaryWindow, RequestRedraw, WindowEvent, WindowResolution};
 use bevy::winit::{UpdateMode, WinitSettings};
 use bevy_egui::egui::{self, UiBuilder};
-use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass};
 use sheetwork::scene::Scene;
 
 use super::stage::{self, Quality, SceneCamera};
 use super::{Editor, offscreen, probe};
 use crate::cli::Arguments;
-use crate::panels::{self, EditorState};
+use crate::keeping::{self, Keeper};
+use crate::panels;
 use crate::playback::is_recording;
 use crate::session::Session;
 
@@ -41,6 +40,8 @@ struct Ready(Arc<AtomicBool>);
 struct Watch {
     start: Instant,
     frames: Option<u32>,
+    /// Whether it does not play by itself.
+    paused: bool,
     seen: u32,
     /// Whether the scene has been seen, and with it the wait is over.
     begun: bool,
@@ -54,7 +55,11 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
     let start = Instant::now();
     let adapter = probe::adapter()?;
     let session = if is_recording(file) { Session::open(file) } else { Session::new(scene).map(|s| s.read_from(file)) };
-    let session = session.map_err(|e| e.to_string())?;
+    let mut session = session.map_err(|e| e.to_string())?;
+    let variants = arguments.variants().map_err(|e| e.to_string())?;
+    if !variants.is_empty() {
+        session.compare_with(variants);
+    }
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         // Bevy panics when the system gives it no window; that is answered by a headless run, not by a backtrace.
@@ -62,7 +67,8 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
             hook(info);
         }
     }));
-    let watch = Watch { start, frames: arguments.frames, seen: 0, begun: false };
+    let (frames, paused) = (arguments.frames, arguments.paused);
+    let watch = Watch { start, frames, paused, seen: 0, begun: false };
     let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments, watch).run()));
     match result {
         Ok(AppExit::Success) => Ok(ExitCode::SUCCESS),
@@ -89,17 +95,27 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     });
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
-    let mut state = EditorState::new(&session);
-    state.display = arguments.display().of(&session);
+    let mut state = arguments.state(&session);
+    state.keeper = Keeper::new(keeping::usual_folder());
     session.set_link(true);
-    state.path = session.file().map(|f| f.display().to_string()).unwrap_or_default();
+    if let Some(file) = session.file().map(Path::to_path_buf) {
+        state.keeper.note(&file);
+        state.path = file.display().to_string();
+    }
+    if let Some((copy, scene)) = state.keeper.left_behind() {
+        session.note(format!(
+            "\"{}\" was not saved when the editor last ended: File, Recover brings it back.",
+            scene.name
+        ));
+        state.left = Some((copy, scene));
+    }
     app.insert_resource(Editor { session, state }).insert_resource(watch);
     let quality = if adapter.software { Quality::SOFTWARE } else { Quality::WINDOW };
     offscreen::add_scene(&mut app, quality);
     app.add_systems(Startup, cameras);
-    app.add_systems(Update, (pass_time, title, pace));
+    app.add_systems(Update, (pass_time, title, pace, rest).chain());
     app.add_systems(EguiPrimaryContextPass, (style, show_panels).chain());
-    app.add_systems(Last, count_frames);
+    app.add_systems(Last, (count_frames, keep_work).chain());
     let ready = Ready::default();
     app.insert_resource(ready.clone());
     if let Some(render) = app.get_sub_app_mut(RenderApp) {
@@ -111,23 +127,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
 /// One camera for the scene, one above it for the panels.
 fn cameras(mut commands: Commands, quality: Res<Quality>) {
     commands.spawn(stage::camera(&quality));
-    commands.spawn((
-        PrimaryEguiContext,
-        Camera2d,
-        Msaa::Off,
-        // Cameras that agree in all of this share one picture, and clearing the panels' would wipe the scene's.
-        CameraMainTextureUsages::default().with(TextureUsages::COPY_DST),
-        RenderLayers::none(),
-        Camera {
-            order: 1,
-            output_mode: CameraOutputMode::Write {
-                blend_state: Some(BlendState::ALPHA_BLENDING),
-                clear_color: ClearColorConfig::None,
-            },
-            clear_color: ClearColorConfig::Custom(Color::NONE),
-            ..default()
-        },
-    ));
+    commands.spawn(stage::panel_camera());
 }
 
 fn pass_time(mut editor: ResMut<Editor>, time: Res<Time<Real>>) {
@@ -163,23 +163,23 @@ fn show_panels(
     if editor.state.quit {
         exit.write(AppExit::Success);
     }
-    let scale = ctx.pixels_per_point();
-    let rect = editor.state.viewport;
     let whole = UVec2::new(window.physical_width(), window.physical_height());
-    let low = UVec2::new((rect.left() * scale).round() as u32, (rect.top() * scale).round() as u32).min(whole);
-    let high = UVec2::new((rect.right() * scale).round() as u32, (rect.bottom() * scale).round() as u32).min(whole);
-    let size = high.saturating_sub(low);
-    let viewport =
-        (size.x > 0 && size.y > 0).then(|| Viewport { physical_position: low, physical_size: size, ..default() });
-    let place = |v: &Option<Viewport>| v.as_ref().map(|v| (v.physical_position, v.physical_size));
-    if place(&camera.viewport) != place(&viewport) {
-        camera.viewport = viewport;
-    }
+    stage::fit(&mut camera, editor.state.viewport, ctx.pixels_per_point(), whole);
     Ok(())
 }
 
-fn title(editor: Res<Editor>, mut window: Single<&mut Window, With<PrimaryWindow>>) {
-    let title = format!("{} - Sheetwork", editor.session.world().scene().name);
+fn title(
+    editor: Res<Editor>,
+    mut window: Single<&mut Window, With<PrimaryWindow>>,
+    mut known: Local<Option<(u64, u64)>>,
+) {
+    let now = (editor.session.generation(), editor.session.document().revision());
+    if *known == Some(now) {
+        return;
+    }
+    *known = Some(now);
+    let mark = if editor.session.document().is_unsaved() { "● " } else { "" };
+    let title = format!("{mark}{} - Sheetwork", editor.session.scene().name);
     if window.title != title {
         window.title = title;
     }
@@ -194,6 +194,47 @@ fn pace(editor: Res<Editor>, mut settings: ResMut<WinitSettings>) {
     if settings.focused_mode != mode {
         settings.focused_mode = mode;
         settings.unfocused_mode = mode;
+    }
+}
+
+/// Frames that are drawn after something has happened: panels settle in some.
+const SETTLE: u32 = 6;
+
+/// Lets the cameras rest while there is nothing new to be seen: the window keeps its last picture, and an idle editor costs next to nothing even
+/// where the processor draws.
+fn rest(
+    editor: Res<Editor>,
+    watch: Res<Watch>,
+    mut events: MessageReader<WindowEvent>,
+    mut redraws: MessageReader<RequestRedraw>,
+    mut cameras: Query<&mut Camera>,
+    mut left: Local<u32>,
+    mut known: Local<Option<[u64; 5]>>,
+) {
+    let session = &editor.session;
+    let (steps, messages) = (session.world().steps(), session.messages().len() as u64);
+    let now = Some([session.generation(), session.revision(), session.document().revision(), steps, messages]);
+    let told = events.read().count() + redraws.read().count() > 0;
+    if told || session.playing() || !watch.begun || *known != now {
+        *left = SETTLE;
+    }
+    *known = now;
+    let active = *left > 0;
+    *left = left.saturating_sub(1);
+    for mut camera in &mut cameras {
+        if camera.is_active != active {
+            camera.is_active = active;
+        }
+    }
+}
+
+/// Copies unsaved work every few seconds, and when the editor ends.
+fn keep_work(mut editor: ResMut<Editor>, mut ends: MessageReader<AppExit>) {
+    let Editor { session, state } = editor.bypass_change_detection();
+    if ends.read().next().is_some() {
+        state.keeper.copy(session);
+    } else {
+        state.keeper.look_after(session);
     }
 }
 
@@ -219,7 +260,9 @@ fn count_frames(
     let begin = watch.seen > 3 && ready.0.load(Ordering::Relaxed);
     if !watch.begun && (begin || elapsed > LONGEST_WAIT) {
         watch.begun = true;
-        editor.session.play();
+        if !watch.paused {
+            editor.session.play();
+        }
         if watch.frames.is_some() {
             println!("scene seen after {:.2} s, frame {}", elapsed.as_secs_f64(), watch.seen);
             watch.frames = watch.frames.map(|n| n + watch.seen);

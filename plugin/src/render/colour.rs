@@ -1,4 +1,4 @@
-//! Colours of what a sheet is: its temperature, or what is left of its stiffness, vertex by vertex.
+//! Colours of what a sheet is, vertex by vertex: its temperature, what is left of its stiffness, how it is stretched and bent, how fast it is.
 //!
 //! The colours go from a deep indigo through magenta and orange to a pale yellow, as a glowing body does, with a lightness that rises evenly:
 //! printed grey or seen by who does not tell red from green they are in the same order. Lightness, chroma and hue are those of Oklab
@@ -13,10 +13,12 @@ use sheetwork::scene::HeatMode;
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::sheet::surface::Surface;
 
+use super::measure;
+
 /// What the drawn surface of a sheet is coloured by, in place of one colour.
 ///
 /// Colours are vertex colours of its mesh, which its material's own colour is multiplied with; a sheet with the plugin's own material
-/// gets a white one. A sheet that nothing heats has nothing to be coloured by, and stays as it is.
+/// gets a white one. A sheet that nothing heats has no heat to be coloured by, and stays as it is.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Clone, Debug, Default, PartialEq)]
 pub enum SheetColour {
@@ -34,6 +36,14 @@ pub enum SheetColour {
     },
     /// What warmth has left of the stiffness: darkest for all of it, brightest for none.
     Stiffness,
+    /// How far it is stretched or squeezed, %.
+    Stretch,
+    /// How sharply it is bent, 1/m.
+    Bending,
+    /// How fast it moves, m/s.
+    Speed,
+    /// What contact holds each mass with, mN: exact at rest, off by its inertia in motion.
+    Contact,
 }
 
 /// What the darkest and the brightest colour stand for.
@@ -54,6 +64,37 @@ pub struct ColourScale {
 enum Quantity {
     Temperature,
     Stiffness,
+    Stretch,
+    Bending,
+    Speed,
+    /// Under this gravity, m/s².
+    Contact(bevy::math::DVec3),
+}
+
+impl Quantity {
+    /// What a sheet has of it, mass by mass; false for what is not measured but known.
+    fn measure(self, sheet: &SheetInWorld, out: &mut Vec<f64>) -> bool {
+        match self {
+            Self::Stretch => measure::stretch(sheet, out),
+            Self::Bending => measure::bending(sheet, out),
+            Self::Speed => measure::speed(sheet, out),
+            Self::Contact(gravity) => measure::contact(sheet, gravity, out),
+            Self::Temperature | Self::Stiffness => return false,
+        }
+        true
+    }
+
+    /// Title, unit, and the least that the brightest colour stands for: what is less is noise.
+    fn legend(self) -> (&'static str, &'static str, f32) {
+        match self {
+            Self::Temperature => ("Temperature", "°C", 25.0),
+            Self::Stiffness => ("Stiffness left", "%", 100.0),
+            Self::Stretch => ("Stretch", "%", 1e-3),
+            Self::Bending => ("Curvature", "1/m", 0.1),
+            Self::Speed => ("Speed", "m/s", 1e-3),
+            Self::Contact(_) => ("Contact force", "mN", 1e-3),
+        }
+    }
 }
 
 /// Spans that a scale of temperature may have, K: a scale that follows what is there in every frame could not be read.
@@ -73,9 +114,14 @@ impl SheetColour {
             Self::Plain => return None,
             Self::Stiffness => {
                 world.sheets().iter().find(|s| s.heat().is_some())?;
-                let (title, unit, quantity) = ("Stiffness left", "%", Quantity::Stiffness);
+                let quantity = Quantity::Stiffness;
+                let (title, unit, _) = quantity.legend();
                 return Some(ColourScale { low: 100.0, high: 0.0, title, unit, quantity });
             }
+            Self::Stretch => return ColourScale::measured(Quantity::Stretch, world),
+            Self::Bending => return ColourScale::measured(Quantity::Bending, world),
+            Self::Speed => return ColourScale::measured(Quantity::Speed, world),
+            Self::Contact => return ColourScale::measured(Quantity::Contact(world.gravity()), world),
             Self::Temperature => temperatures_of(world)?,
             Self::TemperatureBetween { low, high } => {
                 temperatures_of(world)?;
@@ -99,7 +145,31 @@ fn temperatures_of(world: &World) -> Option<(f32, f32)> {
     Some((low, low + span))
 }
 
+/// 1, 2 or 5 times a power of ten, at least `value`.
+fn round_up(value: f32) -> f32 {
+    let power = 10.0_f32.powf(value.max(1e-20).log10().floor());
+    [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|n| *n >= 0.999 * value).unwrap_or(value)
+}
+
 impl ColourScale {
+    /// From nothing up to the most there is, rounded up; `None` without sheets.
+    fn measured(quantity: Quantity, world: &World) -> Option<Self> {
+        let mut values = Vec::new();
+        let mut most = 0.0_f64;
+        world.sheets().first()?;
+        for sheet in world.sheets() {
+            quantity.measure(sheet, &mut values);
+            most = values.iter().copied().filter(|v| v.is_finite()).fold(most, f64::max);
+        }
+        let (title, unit, least) = quantity.legend();
+        Some(Self { low: 0.0, high: round_up(most as f32).max(least), title, unit, quantity })
+    }
+
+    /// Whether `sheet` has what the scale is of.
+    pub fn applies_to(&self, sheet: &SheetInWorld) -> bool {
+        !matches!(self.quantity, Quantity::Temperature | Quantity::Stiffness) || sheet.heat().is_some()
+    }
+
     /// The colour of a value.
     pub fn colour(&self, value: f32) -> LinearRgba {
         heat_colour((value - self.low) / (self.high - self.low))
@@ -116,6 +186,12 @@ impl ColourScale {
     ) {
         values.resize(surface.len(), 0.0);
         out.resize(surface.len(), [1.0; 4]);
+        let mut measured = Vec::new();
+        if self.quantity.measure(sheet, &mut measured) {
+            surface.interpolate(&measured, values);
+            self.write(values, out);
+            return;
+        }
         let Some(celsius) = sheet.side_temperatures(upper) else {
             out.fill([1.0; 4]);
             return;
@@ -127,7 +203,11 @@ impl ColourScale {
             }
             _ => surface.interpolate(celsius, values),
         }
-        for (out, value) in out.iter_mut().zip(&*values) {
+        self.write(values, out);
+    }
+
+    fn write(&self, values: &[f32], out: &mut [[f32; 4]]) {
+        for (out, value) in out.iter_mut().zip(values) {
             *out = self.colour(*value).to_f32_array();
         }
     }
@@ -206,6 +286,26 @@ mod tests {
         for colour in [SheetColour::Plain, SheetColour::Temperature, SheetColour::Stiffness] {
             assert_eq!(colour.scale(&cold), None, "{colour:?}");
         }
+    }
+
+    #[test]
+    fn what_is_measured_is_coloured_on_a_round_scale_without_heat() {
+        let mut world = World::new(&Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("valid");
+        let still = SheetColour::Speed.scale(&world).expect("a sheet");
+        assert_eq!((still.low, still.high, still.unit), (0.0, 1e-3, "m/s"));
+        world.sheets_mut()[0].v.set(0, bevy::math::DVec3::new(0.0, 0.3, 0.0));
+        let scale = SheetColour::Speed.scale(&world).expect("a sheet");
+        assert_eq!(scale.high, 0.5);
+        let sheet = &world.sheets()[0];
+        let surface = sheet.surface(0, 1).expect("drawn");
+        let (mut values, mut colours) = (Vec::new(), Vec::new());
+        scale.paint((sheet, false), &surface, &mut values, &mut colours);
+        assert!((values[0] - 0.3).abs() < 1e-6 && values[1] == 0.0 && scale.applies_to(sheet));
+        assert_eq!((colours[0], colours[1]), (scale.colour(0.3).to_f32_array(), heat_colour(0.0).to_f32_array()));
+        for colour in [SheetColour::Stretch, SheetColour::Bending, SheetColour::Contact] {
+            assert!(colour.scale(&world).is_some_and(|s| s.high > 0.0), "{colour:?}");
+        }
+        assert_eq!([0.3, 1.0, 0.011, 7.0].map(round_up), [0.5, 1.0, 0.02, 10.0]);
     }
 
     #[test]

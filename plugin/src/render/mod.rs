@@ -1,6 +1,6 @@
 //! What is seen: meshes and materials for sheets, bodies and the room.
 //!
-//! `sheet` keeps a sheet's mesh where its masses are, `clear` keeps it out of bodies and `colour` gives it the colours of its temperature; `body`
+//! `sheet` keeps a sheet's mesh where its masses are, `clear` keeps it out of bodies, `colour` gives it the colours of its temperature or of what `measure` finds; `body`
 //! makes meshes of rigid bodies, `heater` of what heats, `room` draws floor and back wall with `grid`, the picture of their squares.
 
 mod body;
@@ -8,6 +8,7 @@ mod clear;
 mod colour;
 mod grid;
 mod heater;
+mod measure;
 mod room;
 mod sheet;
 

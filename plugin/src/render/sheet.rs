@@ -103,8 +103,7 @@ pub(super) fn dress(
         let masses = motion.positions().len();
         let Some(sheet) = world.sheet(motion.name()) else { continue };
         let opening = sheet.opening_revision();
-        let coloured =
-            display.colour != SheetColour::Plain && display.colour.scale(&world).is_some() && sheet.heat().is_some();
+        let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
         let fits = |d: &Drawn| {
             (d.layer, d.smoothing, d.masses, d.coloured, d.opening)
                 == (display.layer, display.smoothing, masses, coloured, opening)

@@ -21,6 +21,7 @@ mod modes;
 mod pins;
 mod probe;
 mod pull;
+mod reaction;
 mod region;
 mod snapshot;
 pub(crate) mod stage;

@@ -4,6 +4,11 @@ use super::Sheet;
 use crate::error::{InputError, check_range};
 
 impl Sheet {
+    /// Length and width at rest, m, that [`Sheet::uv`] is a fraction of.
+    pub fn rest_size(&self) -> (f64, f64) {
+        self.extent
+    }
+
     /// Whether it aims at the bending stiffness of its material, as a shell and calibrated springs do. It is then damped by
     /// [`Sheet::damping_ratio`], otherwise by the dashpots of [`Sheet::damping`].
     pub fn follows_material(&self) -> bool {

@@ -30,9 +30,8 @@ use crate::scene::{HeaterSpec, Placement, Scene};
 /// How far a patch may move, as a fraction of its distance from the nearest hot face's middle, and turn (radians), before it is
 /// looked at again: its view factor is then some thousandths off.
 const CLOSE: f64 = 1e-3;
-/// Steps in which all patches that move have been looked at. Even at 20 m/s a patch then sees the face as it did a hand's breadth ago,
-/// for a thirtieth of a second.
-const GLANCES: usize = 2;
+/// Steps in which all patches that move have been looked at: one sees a face as it did a twentieth of a second ago at most.
+const GLANCES: usize = 3;
 /// Steps in which all patches' shadows have been looked at.
 const TURNS: usize = 16;
 /// Points of a face that rays are sent to, for each of its corners.
@@ -212,7 +211,7 @@ impl Radiator {
 
 /// Whether a body stands between `from` and `to`.
 fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
-    let Some(view) = view else { return false };
+    let Some(view) = view.filter(|view| !view.colliders.is_empty()) else { return false };
     let start = from + (to - from) * START;
     let ray = Ray::new(start.as_vec3(), (to - start).as_vec3());
     let around = Aabb::new(start.min(to).as_vec3(), start.max(to).as_vec3());

@@ -1,0 +1,167 @@
+//! What an edit of the scene means for a world that runs.
+//!
+//! Some fields are parameters that the world takes up between two steps. Others make another world, into which the state of the present one is
+//! put, as long as the same masses are there: constants of the material, bodies, what heats. The rest, like the grid, makes
+//! sheets for which the present state means nothing: the world begins anew.
+
+use sheetwork::scene::{Air, MaterialChoice, Placement, Region, Scene, SheetSpec};
+
+/// What is to be done with the world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Change {
+    /// Nothing: it would not notice.
+    Nothing,
+    /// Parameters are set while it runs.
+    Live,
+    /// Another world goes on from the present state.
+    GoesOn,
+    /// Another world begins.
+    Anew,
+}
+
+/// What to do when `old` becomes `new`.
+pub fn between(old: &Scene, new: &Scene) -> Change {
+    let kinds = [
+        (Change::Nothing, without_words as fn(&Scene) -> Scene),
+        (Change::Live, without_live),
+        (Change::GoesOn, without_state_kept),
+    ];
+    kinds.into_iter().find(|(_, rest)| rest(old) == rest(new)).map_or(Change::Anew, |(change, _)| change)
+}
+
+/// Without what only those who look at it care for.
+fn without_words(scene: &Scene) -> Scene {
+    Scene { name: String::new(), description: String::new(), duration: 0.0, camera: None, file: None, ..scene.clone() }
+}
+
+/// Without what a running world can be told.
+fn without_live(scene: &Scene) -> Scene {
+    let blank = Scene::default();
+    let mut scene = Scene {
+        gravity: blank.gravity,
+        engine: blank.engine,
+        dt: blank.dt,
+        tolerance: blank.tolerance,
+        air: Air::default(),
+        ambient_temperature: blank.ambient_temperature,
+        convection: blank.convection,
+        time_lapse: blank.time_lapse,
+        ..without_words(scene)
+    };
+    for sheet in &mut scene.sheets {
+        let base = SheetSpec::default();
+        // Two constants of a material bend and stretch the same masses otherwise; the others make other masses.
+        if let Ok(mut material) = sheet.material.resolve(&scene.base) {
+            (material.young, material.poisson) = (1.0, 0.0);
+            sheet.material = MaterialChoice::Inline(material);
+        }
+        (sheet.damping, sheet.damping_ratio, sheet.drag) = (base.damping, base.damping_ratio, base.drag);
+        (sheet.friction, sheet.restitution) = (None, None);
+        sheet.flexion_limit = base.flexion_limit;
+    }
+    if let Some(oven) = &mut scene.oven {
+        (oven.on, oven.temperature) = (true, 0.0);
+    }
+    for heater in &mut scene.heaters {
+        heater.on = true;
+        // The world has one number for all hot faces of a heater.
+        let first = heater.hot.first().map(|face| face.temperature);
+        if heater.hot.iter().all(|face| Some(face.temperature) == first) {
+            heater.hot.iter_mut().for_each(|face| face.temperature = 0.0);
+        }
+    }
+    if let Some(gun) = &mut scene.heat_gun {
+        (gun.on, gun.temperature) = (true, 0.0);
+        (gun.position, gun.direction) = Default::default();
+    }
+    scene
+}
+
+/// Without what the present state can be taken into.
+fn without_state_kept(scene: &Scene) -> Scene {
+    let blank = Scene::default();
+    let mut scene = Scene {
+        bodies: Vec::new(),
+        heaters: Vec::new(),
+        oven: None,
+        heat_gun: None,
+        contact: blank.contact.clone(),
+        contact_conductance: blank.contact_conductance,
+        heat_mode: blank.heat_mode,
+        ..without_live(scene)
+    };
+    for sheet in &mut scene.sheets {
+        let base = SheetSpec::default();
+        sheet.material = base.material;
+        (sheet.forces, sheet.pressure, sheet.probes) = (Vec::new(), Vec::new(), Default::default());
+        sheet.temperature = None;
+        // Single masses, which are pinned by hand where they are; pins of regions are where the sheet starts.
+        sheet.pins.retain(|pin| !matches!(pin.region, Region::Masses(_)));
+    }
+    scene
+}
+
+/// Whether bodies that move freely are the same in both, so that their state can be carried over.
+pub fn same_free_bodies(old: &Scene, new: &Scene) -> bool {
+    let free = |scene: &Scene| {
+        let all = scene.bodies.iter().enumerate().filter(|(_, b)| b.is_dynamic());
+        all.map(|(i, b)| (i, b.name.clone(), b.shape.clone(), (b.mass, b.density))).collect::<Vec<_>>()
+    };
+    free(old) == free(new)
+}
+
+/// A place and turn that are `placement` moved by `by`, m.
+pub fn shifted(placement: &Placement, by: glam::DVec3) -> Placement {
+    Placement { position: placement.position + by, rotation: placement.rotation }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sheetwork::scene::{BodySpec, OvenSpec, PinSpec, Shape};
+
+    fn scene() -> Scene {
+        Scene { sheets: vec![SheetSpec { material: "hips".into(), ..SheetSpec::default() }], ..Scene::default() }
+    }
+
+    #[test]
+    fn an_edit_costs_as_little_of_the_run_as_it_can() {
+        let old = scene();
+        let set = |path: &str, value: &str| between(&old, &old.with_override(path, value).expect("valid"));
+        assert_eq!(between(&old, &old), Change::Nothing);
+        assert_eq!(set("description", "\"words\""), Change::Nothing);
+        assert_eq!(set("gravity", "(0, -1, 0)"), Change::Live);
+        assert_eq!(set("engine", "rk4"), Change::Live);
+        assert_eq!(set("sheets.0.friction", "0.5"), Change::Live);
+        assert_eq!(set("sheets.0.material.density", "900"), Change::GoesOn);
+        assert_eq!(set("sheets.0.material", "pvc"), Change::GoesOn);
+        assert_eq!(set("sheets.0.grid", "(5, 2, 5)"), Change::Anew);
+        assert_eq!(set("sheets.0.placement.position.1", "0.1"), Change::Anew);
+        assert_eq!(between(&old, &Scene { oven: Some(OvenSpec::default()), ..old.clone() }), Change::GoesOn);
+        let with_body = Scene { bodies: vec![BodySpec::new(Shape::Ball(0.1))], ..old.clone() };
+        assert_eq!(between(&old, &with_body), Change::GoesOn);
+        assert!(same_free_bodies(&old, &with_body));
+        let mut free = with_body.clone();
+        free.bodies[0].mass = Some(1.0);
+        assert!(!same_free_bodies(&with_body, &free));
+    }
+
+    #[test]
+    fn a_constant_of_a_material_is_live_once_the_material_is_in_line() {
+        let old = scene().with_override("sheets.0.material.young", "1e9").expect("valid");
+        let new = old.with_override("sheets.0.material.young", "2e9").expect("valid");
+        assert_eq!(between(&old, &new), Change::Live);
+    }
+
+    #[test]
+    fn a_mass_is_pinned_while_it_runs_and_an_edge_is_not() {
+        let old = scene();
+        let pinned = |region| {
+            let mut new = old.clone();
+            new.sheets[0].pins.push(PinSpec::held(region));
+            between(&old, &new)
+        };
+        assert_eq!(pinned(Region::Masses(vec![3])), Change::GoesOn);
+        assert_eq!(pinned(Region::Left), Change::Anew);
+    }
+}

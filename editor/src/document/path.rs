@@ -1,0 +1,139 @@
+//! Which field of the scene a parameter of the world is.
+//!
+//! Both are named by paths, and most paths are the same. Sheets and heaters without a name go by one that the world gave them; the pressure on a
+//! sheet is a list of times in the scene, and the temperature of a heater is that of its hot faces.
+
+use sheetwork::InputError;
+use sheetwork::heat::ZERO_CELSIUS;
+use sheetwork::scene::{HeaterSpec, HotFaceSpec, PressureKey, Scene};
+use sheetwork::sheet::Sheet;
+
+/// The path with the number of a sheet in place of its name.
+pub fn numbered(sheets: &[Sheet], path: &str) -> String {
+    let found = path.strip_prefix("sheets.").and_then(|rest| {
+        let (name, field) = rest.split_once('.')?;
+        let index = sheets.iter().position(|s| s.name == name)?;
+        Some(format!("sheets.{index}.{field}"))
+    });
+    found.unwrap_or_else(|| path.to_owned())
+}
+
+/// `scene` with the parameter at `path` (sheets by number) set to `value`.
+///
+/// # Errors
+/// When there is no such field, or the value is not of its kind or out of range.
+pub fn with_value(scene: &Scene, path: &str, value: &str) -> Result<Scene, InputError> {
+    let parts: Vec<&str> = path.split('.').collect();
+    match parts.as_slice() {
+        ["sheets", index, "pressure"] => with_pressure(scene, path, index, value),
+        ["heaters", name, "temperature"] => with_heater(scene, path, name, value),
+        _ => {
+            // A body without a name is called by its number in the world.
+            let own = path.strip_prefix("bodies.body ").filter(|_| !scene.bodies.iter().any(|b| parts[1] == b.name));
+            let path = own.map_or_else(|| path.to_owned(), |rest| format!("bodies.{rest}"));
+            // Switches are numbers to the world and not to the scene.
+            let switch = parts.last() == Some(&"on");
+            let value = match value {
+                "1" if switch => "true",
+                "0" if switch => "false",
+                other => other,
+            };
+            scene.with_override(&path, value)
+        }
+    }
+}
+
+fn number(path: &str, value: &str) -> Result<f64, InputError> {
+    let read = value.trim().parse::<f64>().ok().filter(|v| v.is_finite());
+    read.ok_or_else(|| InputError::new(path, format!("\"{value}\" is not a finite number")))
+}
+
+fn with_pressure(scene: &Scene, path: &str, index: &str, value: &str) -> Result<Scene, InputError> {
+    let (mut scene, pressure) = (scene.clone(), number(path, value)?);
+    sheetwork::check_range(path, pressure, -1e6, 1e6, "Pa")?;
+    let sheet = index.parse().ok().and_then(|i: usize| scene.sheets.get_mut(i));
+    let sheet = sheet.ok_or_else(|| InputError::new(path, "there is no such sheet"))?;
+    sheet.pressure = if pressure == 0.0 { Vec::new() } else { vec![PressureKey { time: 0.0, pressure }] };
+    Ok(scene)
+}
+
+/// Which heater of the scene goes by that name.
+pub fn heater_index(scene: &Scene, name: &str) -> Option<usize> {
+    let by_name = scene.heaters.iter().position(|h| !h.name.is_empty() && h.name == name);
+    by_name.or_else(|| name.parse().ok()).filter(|i| *i < scene.heaters.len())
+}
+
+fn with_heater(scene: &Scene, path: &str, name: &str, value: &str) -> Result<Scene, InputError> {
+    let (mut scene, celsius) = (scene.clone(), number(path, value)?);
+    sheetwork::check_range(path, celsius, -ZERO_CELSIUS, 5000.0, "°C")?;
+    let index = heater_index(&scene, name).ok_or_else(|| InputError::new(path, "there is no such heater"))?;
+    let heater = opened(&scene.heaters[index], &scene)?;
+    let hot = heater.hot.iter().map(|face| HotFaceSpec { temperature: celsius, ..*face }).collect();
+    scene.heaters[index] = HeaterSpec { hot, ..heater };
+    Ok(scene)
+}
+
+/// A heater with its faces in the scene and not in a file, so that they can be changed.
+///
+/// # Errors
+/// When its file cannot be read, or has several heaters, which are one thing of the scene.
+pub fn opened(heater: &HeaterSpec, scene: &Scene) -> Result<HeaterSpec, InputError> {
+    if heater.file.is_none() {
+        return Ok(heater.clone());
+    }
+    let read = heater.resolve(&scene.base)?;
+    let [one] = read.as_slice() else {
+        let problem = format!("holds {} heaters: their faces can be changed in the file alone", read.len());
+        return Err(InputError::new("file", problem));
+    };
+    let hot = one.faces.iter().enumerate().filter_map(|(face, f)| {
+        let temperature = f.temperature?;
+        Some(HotFaceSpec { face: face as u32, temperature, emissivity: f.emissivity })
+    });
+    Ok(HeaterSpec { file: None, polyhedron: Some(one.polyhedron.clone()), hot: hot.collect(), ..heater.clone() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use sheetwork::World;
+
+    #[test]
+    fn every_parameter_of_a_world_is_a_field_of_its_scene() {
+        let scene = Scene::parse(
+            r#"(heaters: [(size: (0.1, 0.01, 0.1), hot: [(face: 2, temperature: 300)], placement: (position: (0, 0.2, 0)))],
+                oven: (on: false), heat_gun: (on: false),
+                bodies: [(shape: Ball(0.01), temperature: 80), (name: "iron", shape: Ball(0.01), temperature: 80)],
+                sheets: [(), (name: "real", structure: "shell", grid: (5, 1, 5), material: "hips"),
+                    (structure: "provot2d", grid: (5, 1, 5))])"#,
+        );
+        let scene = scene.expect("valid");
+        let world = World::new(&scene).expect("valid");
+        let parameters = world.parameters();
+        assert!(parameters.len() > 40);
+        for parameter in parameters {
+            let path = numbered(world.sheets(), &parameter.path);
+            let set = with_value(&scene, &path, &parameter.value);
+            assert!(set.is_ok(), "{}: {set:?}", parameter.path);
+        }
+    }
+
+    #[test]
+    fn what_is_no_field_by_itself_is_found_too() {
+        let heater = HeaterSpec {
+            size: Some(DVec3::splat(0.1)),
+            hot: vec![HotFaceSpec { face: 0, temperature: 200.0, emissivity: 0.9 }],
+            ..HeaterSpec::default()
+        };
+        let scene = Scene { heaters: vec![heater], sheets: vec![Default::default()], ..Scene::default() };
+        let hotter = with_value(&scene, "heaters.0.temperature", "300").expect("there");
+        assert_eq!((hotter.heaters[0].hot[0].temperature, hotter.heaters[0].hot[0].emissivity), (300.0, 0.9));
+        assert!(!with_value(&scene, "heaters.0.on", "0").expect("there").heaters[0].on);
+        let pressed = with_value(&scene, "sheets.0.pressure", "20").expect("there");
+        assert_eq!(pressed.sheets[0].pressure, [PressureKey { time: 0.0, pressure: 20.0 }]);
+        assert!(with_value(&scene, "sheets.0.pressure", "1e9").is_err());
+        assert!(with_value(&scene, "heaters.7.temperature", "30").is_err());
+        assert!(with_value(&scene, "heaters.0.temperature", "hot").is_err());
+    }
+}

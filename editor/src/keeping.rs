@@ -1,0 +1,183 @@
+//! What the editor keeps between runs: recent files, and a copy of unsaved work that a crash leaves behind.
+//!
+//! Both are files of the user's state folder (`$XDG_STATE_HOME/sheetwork`, or `~/.local/state/sheetwork`). A copy of work is named by the process
+//! that wrote it; one whose process is gone is offered to the next. Nothing here may stop the editor: what cannot be written is not kept.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use sheetwork::scene::Scene;
+
+use crate::document::files;
+use crate::session::Session;
+
+/// How often unsaved work is written.
+pub const EVERY: Duration = Duration::from_secs(5);
+/// Most recent files.
+pub const MOST_RECENT: usize = 12;
+
+/// The folder and what was last written there.
+#[derive(Clone, Debug)]
+pub struct Keeper {
+    folder: Option<PathBuf>,
+    recent: Vec<PathBuf>,
+    /// Generation and revision of the document that is in the copy.
+    written: Option<(u64, u64)>,
+    last: Instant,
+}
+
+/// The state folder of the user; none where there is no home.
+pub fn usual_folder() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local").join("state")))?;
+    Some(state.join("sheetwork"))
+}
+
+impl Keeper {
+    /// One that keeps in `folder`, or nothing without one.
+    pub fn new(folder: Option<PathBuf>) -> Self {
+        let list = folder.as_ref().and_then(|f| std::fs::read_to_string(f.join("recent.txt")).ok());
+        let recent = list.iter().flat_map(|text| text.lines()).map(PathBuf::from).take(MOST_RECENT).collect();
+        Self { folder, recent, written: None, last: Instant::now() }
+    }
+
+    /// Files opened or saved, the last first.
+    pub fn recent(&self) -> &[PathBuf] {
+        &self.recent
+    }
+
+    /// Remembers that `file` was opened or saved.
+    pub fn note(&mut self, file: &Path) {
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
+        self.recent.retain(|f| *f != file);
+        self.recent.insert(0, file);
+        self.recent.truncate(MOST_RECENT);
+        let list: String = self.recent.iter().map(|f| format!("{}\n", f.display())).collect();
+        self.write("recent.txt", &list);
+    }
+
+    fn write(&self, name: &str, text: &str) -> bool {
+        let Some(folder) = &self.folder else { return false };
+        std::fs::create_dir_all(folder).is_ok() && std::fs::write(folder.join(name), text).is_ok()
+    }
+
+    fn own_copy(&self) -> Option<PathBuf> {
+        Some(self.folder.as_ref()?.join(copy_name(std::process::id())))
+    }
+
+    /// Writes a copy of unsaved work, at most every [`EVERY`]; takes it away once the work is saved.
+    pub fn look_after(&mut self, session: &Session) {
+        if self.last.elapsed() >= EVERY {
+            self.last = Instant::now();
+            self.copy(session);
+        }
+    }
+
+    /// Writes a copy of unsaved work now, where there is some that has none.
+    pub fn copy(&mut self, session: &Session) {
+        let now = (session.generation(), session.document().revision());
+        if self.written == Some(now) || session.playback().is_some() {
+            return;
+        }
+        self.written = Some(now);
+        let Some(copy) = self.own_copy() else { return };
+        if !session.document().is_unsaved() {
+            let _ = std::fs::remove_file(copy);
+            return;
+        }
+        // From a folder that is nowhere near, names of files are whole.
+        let scene = files::moved(session.scene(), Path::new("/nowhere/near"));
+        if let Ok(text) = scene.to_text() {
+            self.write(&copy_name(std::process::id()), &text);
+        }
+    }
+
+    /// Work that a process which is gone has left: the file and the scene. A copy that cannot be read is left alone.
+    pub fn left_behind(&self) -> Option<(PathBuf, Scene)> {
+        let entries = std::fs::read_dir(self.folder.as_ref()?).ok()?;
+        let copies =
+            entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| writer_of(p).is_some_and(|pid| !runs(pid)));
+        let mut copies: Vec<PathBuf> = copies.collect();
+        copies.sort_by_key(|p| std::fs::metadata(p).and_then(|m| m.modified()).ok());
+        copies.into_iter().rev().find_map(|p| Some((p.clone(), Scene::load(&p).ok()?)))
+    }
+
+    /// Takes a copy away that was recovered or is not wanted.
+    pub fn forget(&self, copy: &Path) {
+        let _ = std::fs::remove_file(copy);
+    }
+}
+
+fn copy_name(pid: u32) -> String {
+    format!("unsaved-{pid}.ron")
+}
+
+/// The process that wrote a copy.
+fn writer_of(file: &Path) -> Option<u32> {
+    file.file_name()?.to_str()?.strip_prefix("unsaved-")?.strip_suffix(".ron")?.parse().ok()
+}
+
+/// Whether a process is there; where that cannot be seen, none is taken to be.
+fn runs(pid: u32) -> bool {
+    pid == std::process::id() || Path::new("/proc").join(pid.to_string()).exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        let folder = std::env::temp_dir().join(format!("sheetwork-keeping-{name}-{}", std::process::id()));
+        let _ = std::fs::remove_dir_all(&folder);
+        folder
+    }
+
+    #[test]
+    fn recent_files_are_kept_in_order_and_once() {
+        let folder = folder("recent");
+        let mut keeper = Keeper::new(Some(folder.clone()));
+        for name in ["/a.ron", "/b.ron", "/a.ron"] {
+            keeper.note(Path::new(name));
+        }
+        let again = Keeper::new(Some(folder.clone()));
+        assert_eq!(again.recent(), [PathBuf::from("/a.ron"), PathBuf::from("/b.ron")]);
+        for i in 0..30 {
+            keeper.note(Path::new(&format!("/{i}.ron")));
+        }
+        assert_eq!(keeper.recent().len(), MOST_RECENT);
+        std::fs::remove_dir_all(folder).expect("removed");
+    }
+
+    #[test]
+    fn unsaved_work_is_copied_and_found_by_the_next() {
+        let folder = folder("copy");
+        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut session = Session::new(&Scene::default()).expect("valid");
+        keeper.copy(&session);
+        assert!(keeper.own_copy().is_some_and(|c| !c.exists()), "nothing to lose");
+        assert!(session.set("gravity", "(0, -2, 0)"));
+        keeper.copy(&session);
+        let own = keeper.own_copy().expect("a folder");
+        assert!(own.exists() && keeper.left_behind().is_none(), "its writer is there");
+        // As if another process had written it, one that cannot be.
+        let other = folder.join(copy_name(u32::MAX));
+        std::fs::rename(&own, &other).expect("moved");
+        let (copy, scene) = keeper.left_behind().expect("found");
+        assert_eq!((copy.as_path(), scene.gravity.y), (other.as_path(), -2.0));
+        keeper.forget(&copy);
+        assert!(keeper.left_behind().is_none());
+        let file = folder.join("saved.ron");
+        assert!(session.save_as(&file));
+        keeper.copy(&session);
+        assert!(!own.exists(), "saved work needs no copy");
+        std::fs::remove_dir_all(folder).expect("removed");
+    }
+
+    #[test]
+    fn without_a_folder_nothing_is_kept_and_nothing_fails() {
+        let mut keeper = Keeper::new(None);
+        keeper.note(Path::new("/a.ron"));
+        keeper.copy(&Session::new(&Scene::default()).expect("valid"));
+        assert!(keeper.left_behind().is_none() && keeper.recent().len() == 1);
+    }
+}

@@ -1,0 +1,142 @@
+//! The rigid bodies of the scene: where they are put, what they weigh, how they meet sheets.
+
+use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
+use glam::DVec3;
+use sheetwork::scene::{BodySpec, Placement, Shape};
+
+use super::EditorState;
+use super::controls::{CELSIUS, How, PLAIN, input, name, tell};
+use super::heat::place;
+use crate::session::{Item, Session};
+use crate::units::{Quantity, Shown};
+
+const GRAM: Shown = Shown::fixed(Quantity::Mass, "g", 1e-3);
+
+/// Every body, and buttons that add some.
+pub fn bodies(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    for index in 0..session.scene().bodies.len() {
+        let (title, item) = (session.name_of(Item::Body(index)), Item::Body(index));
+        let chosen = state.selected == Some(item);
+        let header = CollapsingHeader::new(RichText::new(title).strong()).id_salt(("body", index));
+        let header =
+            header.default_open(session.scene().bodies.len() < 3).open(chosen.then_some(true)).show(ui, |ui| {
+                body(ui, session, index);
+            });
+        if header.header_response.clicked() && !chosen {
+            state.selected = Some(item);
+        }
+    }
+    add(ui, session, state);
+}
+
+fn body(ui: &mut Ui, session: &mut Session, index: usize) {
+    let Some(spec) = session.scene().bodies.get(index).cloned() else { return };
+    ui.horizontal(|ui| {
+        ui.weak(match &spec.shape {
+            Shape::File(file) | Shape::Part(file, _) => {
+                file.file_name().unwrap_or_default().to_string_lossy().into_owned()
+            }
+            Shape::Polyhedron(p) => format!("polyhedron of {} faces", p.faces.len()),
+            Shape::Box(size) => format!("box {:.4} × {:.4} × {:.4} m", size.x, size.y, size.z),
+            Shape::Ball(radius) => format!("ball of radius {radius:.4} m"),
+            Shape::HalfSpace => "everything below a plane".to_owned(),
+        });
+        if ui.small_button("Remove").on_hover_text("Take this body out of the scene").clicked() {
+            session.edit("removal of a body", "remove body", |s| _ = s.bodies.remove(index));
+        }
+    });
+    if index >= session.scene().bodies.len() {
+        return;
+    }
+    place(ui, session, Item::Body(index), spec.placement);
+    Grid::new(("body", index)).num_columns(3).show(ui, |ui| {
+        mass(ui, session, index, &spec);
+        contact(ui, session, index, &spec);
+        warmth(ui, session, index, &spec);
+    });
+}
+
+fn edit(session: &mut Session, index: usize, what: &str, change: impl Fn(&mut BodySpec)) {
+    session.edit(&format!("change of {what}"), &format!("bodies.{index}.{what}"), |s| change(&mut s.bodies[index]));
+}
+
+/// Whether it moves freely, and what it weighs then.
+fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
+    let mut free = spec.is_dynamic();
+    let about = "Falls, is pushed and pushes; otherwise it stands still";
+    let check = ui.checkbox(&mut free, "Moves freely").on_hover_text(about);
+    if check.changed() && spec.shape != Shape::HalfSpace {
+        edit(session, index, "mass", |b| (b.mass, b.density, b.path) = (free.then_some(0.02), None, Vec::new()));
+    }
+    if let Some(mass) = spec.mass {
+        let label = name(ui, "Mass", "Spread evenly over its shape");
+        let done = input(ui, &label, mass, GRAM, &How::late());
+        tell(session, "mass", done.error);
+        if let Some(mass) = done.value {
+            edit(session, index, "mass", |b| b.mass = Some(mass));
+        }
+    }
+    ui.end_row();
+}
+
+/// Friction and restitution; a double click brings back the scene's.
+fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
+    let all = session.scene().contact.clone();
+    let how = How { late: true, ..How::slider(0.0..=1.0) };
+    let label = name(ui, "Friction", "Coulomb friction coefficient of this body");
+    let done = input(ui, &label, spec.friction.unwrap_or(all.friction), PLAIN, &how);
+    tell(session, "friction", done.error);
+    if done.reset || done.value.is_some() {
+        edit(session, index, "friction", |b| b.friction = done.value);
+    }
+    ui.end_row();
+    let label = name(ui, "Bounce", "Restitution: part of the speed of impact that is given back");
+    let done = input(ui, &label, spec.restitution.unwrap_or(all.restitution), PLAIN, &how);
+    tell(session, "restitution", done.error);
+    if done.reset || done.value.is_some() {
+        edit(session, index, "restitution", |b| b.restitution = done.value);
+    }
+    ui.end_row();
+}
+
+/// Whether it has a temperature, and which.
+fn warmth(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
+    let mut hot = spec.temperature.is_some();
+    let about = "Whether it gives heat to what touches it, or takes it";
+    if ui.checkbox(&mut hot, "Has heat").on_hover_text(about).changed() {
+        edit(session, index, "temperature", |b| b.temperature = hot.then_some(100.0));
+    }
+    if let Some(celsius) = spec.temperature {
+        let label = name(ui, "at", "Temperature of this body, °C");
+        let done = input(ui, &label, celsius, CELSIUS, &How { speed: 1.0, ..How::default() });
+        tell(session, "temperature", done.error);
+        if let Some(celsius) = done.value {
+            edit(session, index, "temperature", |b| b.temperature = Some(celsius));
+        }
+    }
+    ui.end_row();
+}
+
+fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    ui.horizontal(|ui| {
+        ui.label("Add");
+        let sheets = session.world().sheets().iter().filter_map(|s| s.x.bounds());
+        let (low, high) =
+            sheets.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::splat(-0.1), DVec3::splat(0.1)));
+        let size = 0.3 * (high - low).max_element().max(1e-3);
+        let (middle, below) = (0.5 * (low + high), low.y - size);
+        let shapes = [
+            ("box", Shape::Box(DVec3::splat(size)), DVec3::new(middle.x, below, middle.z), None),
+            ("ball", Shape::Ball(0.4 * size), DVec3::new(middle.x, high.y + size, middle.z), Some(0.02)),
+        ];
+        for (title, shape, position, mass) in shapes {
+            if ui.button(title).on_hover_text("Below the sheet it stands, above it falls").clicked() {
+                let placement = Placement { position, rotation: DVec3::ZERO };
+                session.edit(&format!("new {title}"), "new body", |s| {
+                    s.bodies.push(BodySpec { placement, mass, ..BodySpec::new(shape) });
+                });
+                state.selected = Some(Item::Body(session.scene().bodies.len().saturating_sub(1)));
+            }
+        }
+    });
+}

@@ -1,0 +1,149 @@
+//! Comparing: variants of the scene with one field different, beside it and in step, and what comes of it in numbers.
+
+use bevy_egui::egui::{ComboBox, Grid, RichText, TextEdit, Ui};
+use sheetwork::engine::TABLE as ENGINES;
+use sheetwork::lattice::TABLE as STRUCTURES;
+use sheetwork::scene::material::LIBRARY;
+
+use super::style::QUIET;
+use super::{EditorState, plots::COLOURS};
+use crate::camera::Camera;
+use crate::session::{MOST_BESIDE, Session, Variant};
+use crate::units::format_si;
+
+/// Fields that are offered: title, path with `#` for the sheet's number.
+const FIELDS: [(&str, &str); 8] = [
+    ("structure", "sheets.#.structure"),
+    ("engine", "engine"),
+    ("step", "dt"),
+    ("material", "sheets.#.material"),
+    ("Young", "sheets.#.material.young"),
+    ("thickness", "sheets.#.material.thickness"),
+    ("grid", "sheets.#.grid"),
+    ("friction", "sheets.#.friction"),
+];
+
+/// The variants, and a table of all.
+pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let now: Vec<Variant> = session.beside().map(|b| b.0.clone()).collect();
+    let mut new = now.clone();
+    let mut removed = None;
+    for (index, variant) in new.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("■").color(COLOURS[(index + 1) % COLOURS.len()]));
+            row(ui, index, variant, state);
+            if ui.small_button("✖").on_hover_text("Compare with this no more").clicked() {
+                removed = Some(index);
+            }
+        });
+    }
+    if let Some(index) = removed {
+        new.remove(index);
+    }
+    ui.horizontal(|ui| {
+        if new.len() < MOST_BESIDE
+            && ui.button("Add a variant").on_hover_text("The same scene with one field different").clicked()
+        {
+            let taken = new.iter().filter(|v| v.path.ends_with("structure")).count();
+            let value = ["shell", "slamm", "provot3d"][taken.min(2)].to_owned();
+            new.push(Variant { path: format!("sheets.{}.structure", state.sheet), value });
+        }
+        if !now.is_empty() && ui.button("Alone again").clicked() {
+            new.clear();
+        }
+    });
+    if new != now {
+        session.compare_with(new);
+        state.camera = Camera::of_session(session);
+    }
+    for (variant, found) in session.beside() {
+        if let Err(problem) = found {
+            ui.label(RichText::new(format!("{}: {problem}", variant.label())).color(ui.visuals().error_fg_color));
+        }
+    }
+    if session.beside().next().is_some() {
+        table(ui, session);
+    } else {
+        ui.weak("Two to four of the same scene side by side, in step, with one field different: structure, engine, step, material …");
+    }
+}
+
+/// A field and its value.
+fn row(ui: &mut Ui, index: usize, variant: &mut Variant, state: &EditorState) {
+    let sheet = state.sheet.to_string();
+    let title = FIELDS.iter().find(|f| f.1.replace('#', &sheet) == variant.path).map_or(variant.path.as_str(), |f| f.0);
+    let mut path = variant.path.clone();
+    ComboBox::from_id_salt(("field", index)).selected_text(title).width(88.0).show_ui(ui, |ui| {
+        for (title, field) in FIELDS {
+            ui.selectable_value(&mut path, field.replace('#', &sheet), title);
+        }
+    });
+    if path != variant.path {
+        let value = choices(&path).first().map_or_else(|| first_value(&path), |v| (*v).to_owned());
+        *variant = Variant { path, value };
+    }
+    let offered = choices(&variant.path);
+    if offered.is_empty() {
+        let id = ui.id().with(("value", index));
+        let mut text = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| variant.value.clone());
+        let field =
+            ui.add(TextEdit::singleline(&mut text).desired_width(90.0)).on_hover_text("In SI, as in a scene file");
+        if field.lost_focus() {
+            variant.value = text.trim().to_owned();
+            ui.data_mut(|d| d.remove::<String>(id));
+        } else if field.has_focus() {
+            ui.data_mut(|d| d.insert_temp(id, text));
+        }
+        return;
+    }
+    ComboBox::from_id_salt(("choice", index)).selected_text(variant.value.as_str()).width(110.0).show_ui(ui, |ui| {
+        for name in offered {
+            ui.selectable_value(&mut variant.value, name.to_owned(), name);
+        }
+    });
+}
+
+/// The values of a field that has names for values.
+fn choices(path: &str) -> Vec<&'static str> {
+    match path.rsplit('.').next() {
+        Some("structure") => STRUCTURES.iter().map(|s| s.name).collect(),
+        Some("engine") => ENGINES.iter().map(|e| e.name).collect(),
+        Some("material") => LIBRARY.iter().map(|m| m.0).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// A value to begin with of a field that has numbers.
+fn first_value(path: &str) -> String {
+    let value = match path.rsplit('.').next() {
+        Some("dt") => "0.005",
+        Some("young") => "1e9",
+        Some("thickness") => "0.001",
+        Some("grid") => "(11, 1, 11)",
+        _ => "0.5",
+    };
+    value.to_owned()
+}
+
+/// Every world in numbers: height of the first probe and how it differs, energy, what a step takes.
+fn table(ui: &mut Ui, session: &Session) {
+    let height = |s: &Session| s.history().last().and_then(|h| h.heights.first().copied());
+    let first = height(session);
+    Grid::new("compared").num_columns(4).striped(true).show(ui, |ui| {
+        for title in ["", "height", "differs by", "a step"] {
+            ui.label(RichText::new(title).color(QUIET));
+        }
+        ui.end_row();
+        let own = std::iter::once(("this scene".to_owned(), session));
+        let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
+        for (index, (name, one)) in own.chain(others).enumerate() {
+            ui.label(RichText::new(name).color(COLOURS[index % COLOURS.len()]));
+            let now = height(one);
+            ui.monospace(now.map_or_else(String::new, |h| format_si(h, "m")));
+            let apart = now.zip(first).filter(|_| index > 0).map(|(a, b)| format_si(a - b, "m"));
+            ui.monospace(apart.unwrap_or_default());
+            ui.monospace(if one.timing().step_s > 0.0 { format_si(one.timing().step_s, "s") } else { String::new() });
+            ui.end_row();
+        }
+    });
+}

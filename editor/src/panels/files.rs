@@ -1,0 +1,351 @@
+//! The file menu, and the dialog that chooses a file in a folder.
+
+use std::path::{Path, PathBuf};
+
+use bevy_egui::egui::{self, Button, Key, ScrollArea, Ui, Window};
+
+use super::EditorState;
+use crate::browser::Browser;
+use crate::camera::Camera;
+use crate::picture::{Look, Picture};
+use crate::scenes;
+use crate::session::Session;
+use crate::templates;
+
+/// Endings of what can be opened.
+const OPENS: &[&str] = &["ron", "swr", "sht", "pol", "heater"];
+
+/// What a file is chosen for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// To be opened, or added to the scene.
+    Open,
+    /// To save the scene in.
+    Save,
+    /// To write the samples in.
+    Csv,
+    /// To draw the scene in, as it is seen.
+    Picture,
+}
+
+/// A dialog that chooses a file.
+#[derive(Clone, Debug)]
+pub struct Dialog {
+    purpose: Purpose,
+    browser: Browser,
+    /// A file that is there already, and would be written over.
+    over: Option<PathBuf>,
+}
+
+impl EditorState {
+    /// Opens the dialog for `purpose`.
+    pub fn browse(&mut self, session: &Session, purpose: Purpose) {
+        let beside = session.file().and_then(Path::parent).map(Path::to_path_buf);
+        let folder = beside.filter(|p| p.is_dir()).or_else(scenes::folder).unwrap_or_else(|| PathBuf::from("."));
+        let endings = match purpose {
+            Purpose::Open => OPENS,
+            Purpose::Save => &["ron"],
+            Purpose::Csv => &["csv"],
+            Purpose::Picture => &["png"],
+        };
+        let mut browser = Browser::new(&folder, endings);
+        let named = |ending: &str| format!("{}.{ending}", session.scene().name.replace([' ', '/'], "_"));
+        browser.name = match purpose {
+            Purpose::Open => String::new(),
+            Purpose::Save => {
+                session.file().and_then(Path::file_name).map_or_else(|| named("ron"), |n| n.to_string_lossy().into())
+            }
+            Purpose::Csv => named("csv"),
+            Purpose::Picture => named("png"),
+        };
+        self.dialog = Some(Dialog { purpose, browser, over: None });
+    }
+
+    /// Saves the scene in its file, or asks for one where it has none.
+    pub fn save(&mut self, session: &mut Session) {
+        let own = session.file().map(Path::to_path_buf).filter(|f| scenes::is_scene(f));
+        match own {
+            Some(file) => _ = self.save_as(session, &file),
+            None => self.browse(session, Purpose::Save),
+        }
+    }
+
+    /// Saves the scene in `file` and remembers it.
+    pub fn save_as(&mut self, session: &mut Session, file: &Path) -> bool {
+        let saved = session.save_as(file);
+        if saved {
+            self.keeper.note(session.file().unwrap_or(file));
+            self.keeper.copy(session);
+        }
+        saved
+    }
+
+    /// Begins a scene of a template or a copy that was left behind.
+    pub fn begin(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
+        if session.begin_scene(scene) {
+            self.look_at(session);
+        }
+    }
+}
+
+/// The file menu.
+pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    ui.menu_button("New", |ui| {
+        for template in templates::TABLE {
+            if ui.button(template.name).on_hover_text(template.about).clicked() {
+                state.begin(session, &template.scene());
+                ui.close();
+            }
+        }
+    });
+    if ui.add(Button::new("Open…").shortcut_text("Ctrl+O")).clicked() {
+        state.browse(session, Purpose::Open);
+        ui.close();
+    }
+    let mut chosen = None;
+    ui.menu_button("Scenes", |ui| chosen = shipped(ui, state));
+    ui.menu_button("Recent", |ui| {
+        for file in state.keeper.recent() {
+            if ui.button(scenes::title(file)).on_hover_text(file.display().to_string()).clicked() {
+                chosen = Some(file.clone());
+            }
+        }
+        if state.keeper.recent().is_empty() {
+            ui.weak("nothing yet");
+        }
+    });
+    recover(ui, session, state);
+    ui.separator();
+    let own = session.playback().is_none();
+    if ui.add_enabled(own, Button::new("Save").shortcut_text("Ctrl+S")).clicked() {
+        state.save(session);
+        ui.close();
+    }
+    if ui.add_enabled(own, Button::new("Save as…").shortcut_text("Ctrl+Shift+S")).clicked() {
+        state.browse(session, Purpose::Save);
+        ui.close();
+    }
+    exports(ui, session, state);
+    if ui.button("Reload from its file").on_hover_text("Start again with the file's own values").clicked() {
+        session.reload();
+        ui.close();
+    }
+    ui.separator();
+    if let Some(file) = path_field(ui, state) {
+        chosen = Some(file);
+    }
+    ui.weak("or drop a file on the window")
+        .on_hover_text("A scene, recording, material, sheet, polyhedra or heater file");
+    ui.separator();
+    if ui.button("Quit").clicked() {
+        state.quit = true;
+    }
+    if let Some(file) = chosen {
+        state.open(session, &file);
+        ui.close();
+    }
+}
+
+/// What can be written besides the scene.
+fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
+    if ui.button("Export samples…").on_hover_text("Energies, step time, heights and temperatures as CSV").clicked() {
+        state.browse(session, Purpose::Csv);
+        ui.close();
+    }
+    if ui.button("Export picture…").on_hover_text("The scene as it is seen now, as PNG, without panels").clicked() {
+        state.browse(session, Purpose::Picture);
+        ui.close();
+    }
+}
+
+/// Brings back what was found at the start.
+fn recover(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    if let Some((copy, scene)) = state.left.clone() {
+        let about = "Work that was not saved when the editor last ended";
+        if ui.button(format!("Recover \"{}\"", scene.name)).on_hover_text(about).clicked() {
+            state.begin(session, &scene);
+            state.keeper.forget(&copy);
+            state.left = None;
+            ui.close();
+        }
+    }
+}
+
+/// The scenes that come with the program.
+fn shipped(ui: &mut Ui, state: &EditorState) -> Option<PathBuf> {
+    let mut chosen = None;
+    ScrollArea::vertical().max_height(420.0).show(ui, |ui| {
+        ui.set_min_width(190.0);
+        for file in &state.scenes {
+            if ui.button(scenes::title(file)).on_hover_text(file.display().to_string()).clicked() {
+                chosen = Some(file.clone());
+            }
+        }
+        if state.scenes.is_empty() {
+            ui.weak("No folder assets/scenes was found.");
+        }
+    });
+    chosen
+}
+
+/// A field that takes the name of any file.
+fn path_field(ui: &mut Ui, state: &mut EditorState) -> Option<PathBuf> {
+    let mut chosen = None;
+    ui.horizontal(|ui| {
+        let label = ui.label("File");
+        let field = egui::TextEdit::singleline(&mut state.path).desired_width(220.0).hint_text("path/to/scene.ron");
+        let entered = ui.add(field).labelled_by(label.id).lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+        let given = !state.path.trim().is_empty();
+        if ui.add_enabled(given, Button::new("Open")).clicked() || (entered && given) {
+            chosen = Some(scenes::find(Path::new(state.path.trim())));
+        }
+    });
+    chosen
+}
+
+/// The dialog, while a file is being chosen.
+pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let Some(mut dialog) = state.dialog.take() else { return };
+    let title = match dialog.purpose {
+        Purpose::Open => "Open, or add to the scene",
+        Purpose::Save => "Save as",
+        Purpose::Csv => "Export samples",
+        Purpose::Picture => "Export a picture",
+    };
+    let (mut open, mut chosen) = (true, None);
+    let window =
+        Window::new(title).open(&mut open).collapsible(false).default_pos([280.0, 80.0]).default_size([460.0, 420.0]);
+    window.show(ui.ctx(), |ui| {
+        ui.horizontal(|ui| {
+            if ui.button("⬆").on_hover_text("The folder above").clicked() {
+                dialog.browser.up();
+            }
+            ui.label(dialog.browser.folder().display().to_string());
+        });
+        entries(ui, &mut dialog, &mut chosen);
+        ui.horizontal(|ui| {
+            let label = ui.label("Name");
+            let field = egui::TextEdit::singleline(&mut dialog.browser.name).desired_width(280.0);
+            let response = ui.add(field).labelled_by(label.id);
+            let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
+            let over = dialog.over.is_some();
+            let word = match dialog.purpose {
+                Purpose::Open => "Open it",
+                _ if over => "Write over it",
+                _ => "Save it",
+            };
+            if ui.button(word).clicked() || entered {
+                chosen = chosen.take().or_else(|| dialog.browser.chosen());
+            }
+            if response.changed() {
+                dialog.over = None;
+            }
+        });
+        if let Some(file) = &dialog.over {
+            ui.colored_label(ui.visuals().warn_fg_color, format!("{} is there already.", file.display()));
+        }
+    });
+    match chosen {
+        Some(file) => take(session, state, dialog, file),
+        None if open && !ui.input(|i| i.key_pressed(Key::Escape)) => state.dialog = Some(dialog),
+        None => {}
+    }
+}
+
+/// Folders and files; a double click takes a file.
+fn entries(ui: &mut Ui, dialog: &mut Dialog, chosen: &mut Option<PathBuf>) {
+    let mut into = None;
+    ScrollArea::vertical().max_height(300.0).auto_shrink(false).show(ui, |ui| {
+        let title = |p: &Path| p.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        for folder in dialog.browser.folders() {
+            if ui.selectable_label(false, format!("🗀 {}", title(folder))).clicked() {
+                into = Some(folder.clone());
+            }
+        }
+        let mut clicked = None;
+        for file in dialog.browser.files() {
+            let response = ui.selectable_label(dialog.browser.name == title(file), title(file));
+            if response.clicked() {
+                clicked = Some(title(file));
+            }
+            if response.double_clicked() {
+                *chosen = Some(file.clone());
+            }
+        }
+        if let Some(name) = clicked {
+            dialog.browser.name = name;
+            dialog.over = None;
+        }
+    });
+    if let Some(folder) = into {
+        dialog.browser.go(&folder);
+    }
+}
+
+fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file: PathBuf) {
+    let file = match dialog.purpose {
+        Purpose::Save if file.extension().is_none() => file.with_extension("ron"),
+        Purpose::Csv if file.extension().is_none() => file.with_extension("csv"),
+        Purpose::Picture if file.extension().is_none() => file.with_extension("png"),
+        _ => file,
+    };
+    let own = session.file() == Some(file.as_path());
+    if dialog.purpose != Purpose::Open && file.exists() && !own && dialog.over.as_ref() != Some(&file) {
+        dialog.over = Some(file);
+        state.dialog = Some(dialog);
+        return;
+    }
+    match dialog.purpose {
+        Purpose::Open => state.open(session, &file),
+        Purpose::Save => {
+            if !state.save_as(session, &file) {
+                state.dialog = Some(dialog);
+            }
+        }
+        Purpose::Csv => match std::fs::write(&file, session.csv()) {
+            Ok(()) => session.note(format!("written: {}", file.display())),
+            Err(error) => session.fail(format!("{}: {error}", file.display())),
+        },
+        Purpose::Picture => match picture(session, state).save(&file) {
+            Ok(()) => session.note(format!("written: {}", file.display())),
+            Err(error) => session.fail(format!("{}: {error}", file.display())),
+        },
+    }
+}
+
+/// The scene as it is seen, twice as large, by the rasteriser that needs no graphics driver.
+fn picture(session: &Session, state: &EditorState) -> Picture {
+    let display = &state.display;
+    let look = Look { layer: display.layer, parts: if display.smooth { 4 } else { 1 }, colour: display.colour };
+    let size = (2.0 * state.viewport.width().max(8.0), 2.0 * state.viewport.height().max(8.0));
+    Picture::draw(session.world(), &state.camera, &look, (size.0 as u32, size.1 as u32))
+}
+
+impl EditorState {
+    /// Opens a file: a scene or recording in place of the present one, anything else added to it. A refusal becomes a message.
+    pub fn open(&mut self, session: &mut Session, file: &Path) {
+        let is_scene = scenes::is_scene(file) || crate::playback::is_recording(file);
+        if is_scene && !is_material(file) {
+            if session.load(file) {
+                self.keeper.note(file);
+                self.look_at(session);
+            }
+            return;
+        }
+        session.add_file(file, self.sheet);
+    }
+
+    fn look_at(&mut self, session: &Session) {
+        self.display = self.display.of(session);
+        self.camera = Camera::of_session(session);
+        self.sheet = 0;
+        self.selected = None;
+    }
+}
+
+/// Whether a `.ron` file is a material and not a scene.
+fn is_material(file: &Path) -> bool {
+    scenes::is_scene(file)
+        && sheetwork::scene::Scene::load(file).is_err()
+        && sheetwork::scene::material::read_material_file(file).is_ok()
+}

@@ -1,0 +1,267 @@
+//! What heats: the oven, the room, heaters with their faces, the heat gun; and how warm the sheets are.
+
+use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
+use glam::DVec3;
+use sheetwork::scene::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenSpec, Placement};
+
+use super::controls::{CELSIUS, How, MM, PLAIN, dial, dial_of, input, name, tell, vector};
+use super::style::QUIET;
+use crate::document::path::opened;
+use crate::session::{Item, Session};
+use crate::units::{Quantity, Shown};
+
+const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
+const CONVECTION: Shown = Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0);
+/// Faces of a box, in the order that scenes count them.
+const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+/// Temperature that a face is switched on with, °C.
+const HOT: f64 = 300.0;
+
+/// Oven, room, heaters, heat gun, and the temperatures of the sheets.
+pub fn heat(ui: &mut Ui, session: &mut Session) {
+    Grid::new("oven").num_columns(2).show(ui, |ui| {
+        oven(ui, session);
+        room(ui, session);
+    });
+    if let HeatMode::Thesis { .. } = session.scene().heat_mode {
+        ui.weak("Stiffness by the thesis's formulas")
+            .on_hover_text("The scene's heat_mode; sheets have no temperature then");
+    }
+    for index in 0..session.scene().heaters.len() {
+        heater(ui, session, index);
+    }
+    gun(ui, session);
+    add(ui, session);
+    temperatures(ui, session);
+}
+
+fn oven(ui: &mut Ui, session: &mut Session) {
+    let spec = session.scene().oven.clone();
+    let mut on = spec.as_ref().is_some_and(|o| o.on);
+    if ui.checkbox(&mut on, "Oven").on_hover_text("The whole room, air and walls, at a temperature").changed() {
+        match &spec {
+            Some(_) => _ = session.set("oven.on", if on { "1" } else { "0" }),
+            None => _ = session.edit("oven", "oven", |s| s.oven = Some(OvenSpec::default())),
+        }
+    }
+    match spec {
+        Some(spec) => {
+            if spec.schedule.is_empty() {
+                ui.horizontal(|ui| {
+                    let label = name(ui, "at", "Temperature of the oven, °C");
+                    dial_of(
+                        ui,
+                        session,
+                        &label,
+                        "oven.temperature",
+                        spec.temperature,
+                        CELSIUS,
+                        &How::slider(20.0..=300.0),
+                    );
+                });
+            } else {
+                ui.horizontal(|ui| {
+                    let now = session.world().room_temperature();
+                    ui.label(CELSIUS.format(now)).on_hover_text("By its schedule");
+                    if ui.small_button("hold").on_hover_text("Hold this temperature in place of the schedule").clicked()
+                    {
+                        session.edit("oven held", "oven", |s| {
+                            s.oven = Some(OvenSpec { schedule: Vec::new(), temperature: now, ..spec.clone() });
+                        });
+                    }
+                });
+            }
+        }
+        None => _ = ui.weak("off"),
+    }
+    ui.end_row();
+}
+
+fn room(ui: &mut Ui, session: &mut Session) {
+    let (ambient, convection, lapse) =
+        (session.scene().ambient_temperature, session.scene().convection, session.scene().time_lapse);
+    let about = "Temperature of the surroundings, °C; type 70 °F or 300 K if you like";
+    dial(ui, session, ("Ambient", about, "ambient_temperature"), ambient, CELSIUS, &How::slider(-20.0..=60.0));
+    let about = "Heat that both sides of a sheet together give to still air, W/(m² K)";
+    dial(ui, session, ("Convection", about, "convection"), convection, CONVECTION, &How::slider(0.0..=100.0));
+    let about = "How many times faster time runs for heat than for motion";
+    dial(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, &How::log(0.1..=100.0));
+}
+
+fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
+    let (title, item) = (session.name_of(Item::Heater(index)), Item::Heater(index));
+    let Some(spec) = session.scene().heaters.get(index).cloned() else { return };
+    CollapsingHeader::new(RichText::new(title).strong()).id_salt(("heater", index)).default_open(true).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            let mut on = spec.on;
+            if ui.checkbox(&mut on, "On").on_hover_text("Whether it radiates").changed() {
+                session.edit("heater switched", &format!("heaters.{index}.on"), |s| s.heaters[index].on = on);
+            }
+            if ui.small_button("Remove").on_hover_text("Take this heater out of the scene").clicked() {
+                session.edit("removal of a heater", "remove heater", |s| _ = s.heaters.remove(index));
+            }
+        });
+        if index < session.scene().heaters.len() {
+            faces(ui, session, index, &spec);
+            place(ui, session, item, spec.placement);
+        }
+    });
+}
+
+/// Which faces are hot, and how hot.
+fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
+    let whole = match opened(spec, session.scene()) {
+        Ok(whole) => whole,
+        Err(error) => {
+            ui.weak(error.problem);
+            return;
+        }
+    };
+    let count = whole.polyhedron.as_ref().map_or(6, |p| p.faces.len());
+    Grid::new(("faces", index)).num_columns(2).show(ui, |ui| {
+        for face in 0..count as u32 {
+            let title = if whole.size.is_some() { SIDES[face as usize % 6].to_owned() } else { format!("face {face}") };
+            let hot = whole.hot.iter().find(|h| h.face == face).copied();
+            let mut on = hot.is_some();
+            let check = ui.checkbox(&mut on, title).on_hover_text("Whether this face is hot");
+            let mut new = hot;
+            if check.changed() {
+                let like =
+                    whole.hot.first().copied().unwrap_or(HotFaceSpec { face, temperature: HOT, emissivity: 1.0 });
+                new = on.then_some(HotFaceSpec { face, ..like });
+            }
+            match hot {
+                Some(spec) => {
+                    let done = ui
+                        .horizontal(|ui| {
+                            let label = name(ui, "at", "Temperature of this face, °C; type 700 K if you like");
+                            input(ui, &label, spec.temperature, CELSIUS, &How { speed: 1.0, ..How::default() })
+                        })
+                        .inner;
+                    tell(session, "temperature", done.error);
+                    if let Some(temperature) = done.value.or(done.reset.then_some(HOT)) {
+                        new = Some(HotFaceSpec { temperature, ..spec });
+                    }
+                }
+                None => _ = ui.weak("cold"),
+            }
+            ui.end_row();
+            if new != hot {
+                let key = format!("heaters.{index}.face {face}");
+                session.edit("heater's face", &key, |s| {
+                    let mut changed = whole.clone();
+                    changed.hot.retain(|h| h.face != face);
+                    changed.hot.extend(new);
+                    changed.hot.sort_by_key(|h| h.face);
+                    s.heaters[index] = changed;
+                });
+            }
+        }
+    });
+}
+
+/// Where something is put: place and turn.
+pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placement) {
+    Grid::new(("place", session.name_of(item))).num_columns(2).show(ui, |ui| {
+        name(ui, "Place", "Where it is put, mm; or drag it with the move tool in the view");
+        let (new, _) = vector(ui, session, "place", now.position, MM, &How { speed: 0.5, ..How::late() });
+        if let Some(position) = new {
+            session.place(item, Placement { position, ..now });
+        }
+        ui.end_row();
+        if item == Item::HeatGun {
+            return;
+        }
+        name(ui, "Turn", "About the fixed x, y and z axes, in this order");
+        let (new, _) = vector(ui, session, "turn", now.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
+        if let Some(rotation) = new {
+            session.place(item, Placement { rotation, ..now });
+        }
+        ui.end_row();
+    });
+}
+
+fn gun(ui: &mut Ui, session: &mut Session) {
+    let Some(spec) = session.scene().heat_gun.clone() else { return };
+    CollapsingHeader::new(RichText::new("Heat gun").strong()).default_open(true).show(ui, |ui| {
+        ui.horizontal(|ui| {
+            let mut on = spec.on;
+            if ui.checkbox(&mut on, "Blows").on_hover_text("Whether the heat gun is on").changed() {
+                session.set("heat_gun.on", if on { "1" } else { "0" });
+            }
+            if ui.small_button("Put away").on_hover_text("Take the heat gun out of the scene").clicked() {
+                session.edit("heat gun put away", "heat gun", |s| s.heat_gun = None);
+            }
+        });
+        Grid::new("gun").num_columns(2).show(ui, |ui| {
+            let about = "Temperature of its air, °C";
+            dial(
+                ui,
+                session,
+                ("Its air", about, "heat_gun.temperature"),
+                spec.temperature,
+                CELSIUS,
+                &How::slider(50.0..=600.0),
+            );
+            name(ui, "Blows to", "Direction: any length but 0");
+            let (new, _) =
+                vector(ui, session, "direction", spec.direction, PLAIN, &How { speed: 0.02, ..How::default() });
+            if let Some(direction) = new.filter(|d| *d != DVec3::ZERO) {
+                session.edit("heat gun's direction", "heat_gun.direction", |s| {
+                    s.heat_gun.iter_mut().for_each(|g| g.direction = direction);
+                });
+            }
+            ui.end_row();
+        });
+        place(ui, session, Item::HeatGun, Placement { position: spec.position, rotation: DVec3::ZERO });
+    });
+}
+
+/// Adds a heater above everything, or a heat gun.
+fn add(ui: &mut Ui, session: &mut Session) {
+    ui.horizontal(|ui| {
+        let bounds = session.world().sheets().iter().filter_map(|s| s.x.bounds());
+        let (low, high) =
+            bounds.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))).unwrap_or((DVec3::splat(-0.1), DVec3::splat(0.1)));
+        let (middle, size) = (0.5 * (low + high), (high - low).max_element().max(1e-3));
+        let above = DVec3::new(middle.x, high.y + 0.4 * size, middle.z);
+        if ui.button("Add heater").on_hover_text("A panel above the sheets, its lower face hot").clicked() {
+            let spec = HeaterSpec {
+                size: Some(DVec3::new(0.6 * size, 0.04 * size, 0.6 * size)),
+                hot: vec![HotFaceSpec { face: 2, temperature: HOT, emissivity: 0.9 }],
+                placement: Placement { position: above, rotation: DVec3::ZERO },
+                ..HeaterSpec::default()
+            };
+            session.edit("new heater", "new heater", |s| s.heaters.push(spec));
+        }
+        if session.scene().heat_gun.is_none()
+            && ui.button("Take a heat gun").on_hover_text("A jet of hot air from above").clicked()
+        {
+            let gun = HeatGunSpec { position: above, reach: 0.5 * size, ..HeatGunSpec::default() };
+            session.edit("heat gun", "heat gun", |s| s.heat_gun = Some(gun));
+        }
+    });
+}
+
+fn temperatures(ui: &mut Ui, session: &mut Session) {
+    let mut cool = None;
+    let room = session.scene().ambient_temperature;
+    Grid::new("temperatures").num_columns(3).show(ui, |ui| {
+        for (index, sheet) in session.world().sheets().iter().enumerate() {
+            let Some(heat) = sheet.heat() else { continue };
+            let (low, high) = heat.range();
+            ui.label(RichText::new(&sheet.name).color(QUIET));
+            ui.monospace(format!("{low:.1} to {high:.1} °C"));
+            if ui.small_button("cool").on_hover_text("Bring it to the temperature of the room at once").clicked() {
+                cool = Some(index);
+            }
+            ui.end_row();
+        }
+    });
+    if let Some(index) = cool
+        && let Some(sheet) = session.world_mut().sheets_mut().get_mut(index)
+        && let Err(error) = sheet.set_temperature(room)
+    {
+        session.fail(error.to_string());
+    }
+}

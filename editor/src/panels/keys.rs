@@ -1,0 +1,103 @@
+//! Keys that no text field wants, and files dropped on the window.
+
+use bevy_egui::egui::{Key, Modifiers, Ui};
+
+use super::files::Purpose;
+use super::{EditorState, Tool};
+use crate::camera::Camera;
+use crate::session::Session;
+
+/// The keys of the snapshots 1 to 9.
+const DIGITS: [Key; 9] =
+    [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6, Key::Num7, Key::Num8, Key::Num9];
+
+/// Does what the keys ask for, and opens what was dropped.
+pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorState) {
+    let dropped: Vec<_> = ui.input(|i| i.raw.dropped_files.iter().filter_map(|f| f.path.clone()).collect());
+    for file in dropped {
+        state.open(session, &file);
+    }
+    if ui.input(|i| i.key_pressed(Key::F1)) {
+        state.help = !state.help;
+    }
+    if ui.ctx().text_edit_focused() {
+        return;
+    }
+    commands(ui, session, state);
+    let plain = ui.input(|i| i.modifiers.is_none() || i.modifiers == Modifiers::SHIFT);
+    if plain {
+        time(ui, session);
+        tools(ui, session, state);
+    }
+}
+
+/// Those with the control key.
+fn commands(ui: &Ui, session: &mut Session, state: &mut EditorState) {
+    let with = |modifiers: Modifiers, key| ui.input_mut(|i| i.consume_key(modifiers, key));
+    // The one with more keys first: the other would take it.
+    if with(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || with(Modifiers::COMMAND, Key::Y) {
+        session.redo();
+    }
+    if with(Modifiers::COMMAND, Key::Z) {
+        session.undo();
+    }
+    if with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S) {
+        state.browse(session, Purpose::Save);
+    }
+    if with(Modifiers::COMMAND, Key::S) {
+        state.save(session);
+    }
+    if with(Modifiers::COMMAND, Key::O) {
+        state.browse(session, Purpose::Open);
+    }
+    for (i, key) in DIGITS.into_iter().enumerate() {
+        if with(Modifiers::COMMAND, key) {
+            session.keep(i + 1);
+        }
+    }
+}
+
+fn time(ui: &Ui, session: &mut Session) {
+    let pressed = |key| ui.input(|i| i.key_pressed(key));
+    // A button that has the focus takes the space bar itself.
+    let free = ui.memory(|m| m.focused().is_none());
+    if pressed(Key::Space) && free {
+        if ui.input(|i| i.modifiers.shift) { _ = session.stop() } else { session.toggle() }
+    }
+    if pressed(Key::ArrowRight) && free {
+        session.step();
+    }
+    if pressed(Key::ArrowLeft) && free {
+        session.step_back();
+    }
+    if pressed(Key::Backspace) {
+        session.reset();
+    }
+    if pressed(Key::Plus) || pressed(Key::Equals) {
+        session.faster();
+    }
+    if pressed(Key::Minus) {
+        session.slower();
+    }
+    for (i, key) in DIGITS.into_iter().enumerate() {
+        if pressed(key) {
+            session.recall(i + 1);
+        }
+    }
+}
+
+fn tools(ui: &Ui, session: &mut Session, state: &mut EditorState) {
+    let pressed = |key| ui.input(|i| i.key_pressed(key));
+    if pressed(Key::F) {
+        state.camera = Camera::of_session(session);
+    }
+    for (key, tool) in [(Key::Q, Tool::Look), (Key::G, Tool::Grab), (Key::P, Tool::Pin), (Key::W, Tool::Move)] {
+        if pressed(key) {
+            state.tool = tool;
+        }
+    }
+    if pressed(Key::Escape) {
+        state.help = false;
+        state.selected = None;
+    }
+}

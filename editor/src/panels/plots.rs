@@ -1,0 +1,149 @@
+//! Plots of the run: energies, step time, heights of probes, temperature.
+
+use bevy_egui::egui::{Color32, Ui, vec2};
+
+use super::EditorState;
+use super::chart::{Line, chart};
+use super::files::Purpose;
+use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
+use crate::samples::{Sample, height_names};
+use crate::session::Session;
+
+/// Colours of heights, and of what is compared, in turn.
+pub(super) const COLOURS: [Color32; 6] = [
+    Color32::from_rgb(240, 150, 70),
+    Color32::from_rgb(95, 170, 235),
+    Color32::from_rgb(140, 200, 120),
+    Color32::from_rgb(230, 110, 160),
+    Color32::from_rgb(170, 140, 230),
+    Color32::from_rgb(210, 200, 90),
+];
+
+/// Which plots are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plots {
+    /// Whether there are any.
+    pub shown: bool,
+    /// Energies.
+    pub energy: bool,
+    /// Wall-clock time of a step.
+    pub step: bool,
+    /// Heights of probes.
+    pub height: bool,
+    /// Temperatures.
+    pub temperature: bool,
+    /// What is delivered of the stiffness that was asked for.
+    pub stiffness: bool,
+}
+
+impl Default for Plots {
+    fn default() -> Self {
+        Self { shown: false, energy: true, step: true, height: true, temperature: true, stiffness: true }
+    }
+}
+
+/// The plots side by side, and what is to be shown.
+pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
+    let mut export = false;
+    ui.horizontal(|ui| {
+        let plots = &mut state.plots;
+        ui.checkbox(&mut plots.energy, "Energy");
+        ui.checkbox(&mut plots.step, "Step time");
+        ui.checkbox(&mut plots.height, "Height");
+        ui.checkbox(&mut plots.temperature, "Temperature");
+        ui.checkbox(&mut plots.stiffness, "Delivered").on_hover_text(
+            "Part of the stiffness asked for that the sheet bends with: what structure, grid and step leave of it",
+        );
+        export = ui.button("Export CSV…").on_hover_text("All samples of the run as a table").clicked();
+    });
+    if export {
+        state.browse(session, Purpose::Csv);
+    }
+    let charts = charts(session, state.plots);
+    let count = charts.len().max(1) as f32;
+    let width = (ui.available_width() - 8.0 * (count - 1.0)) / count;
+    let size = vec2(width, (ui.available_height() - 2.0).max(80.0));
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
+        for (title, unit, lines) in &charts {
+            chart(ui, size, (title, unit), session.history(), lines);
+        }
+    });
+}
+
+/// Title, unit and lines of a chart.
+type Chart<'a> = (&'static str, &'static str, Vec<Line<'a>>);
+
+/// The charts that are wanted and have something to show.
+fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
+    let last = session.history().last();
+    let heated = last.is_some_and(|s| s.celsius.is_some());
+    let aims = last.is_some_and(|s| s.delivered.is_some());
+    let compared = session.shown(1).is_some();
+    let mut all = Vec::new();
+    if plots.energy {
+        all.push(("Energy", "J", energies(session)));
+    }
+    if plots.step {
+        let dt = session.world().dt();
+        let took = |s: &Sample| (s.step_s > 0.0).then_some(s.step_s);
+        let lines = vec![Line::new("a step takes", KINETIC, took), Line::new("there is", QUIET, move |_| Some(dt))];
+        all.push(("Step time", "s", lines));
+    }
+    if plots.height && !compared {
+        all.push(("Height", "m", heights(session)));
+    }
+    if plots.temperature && heated {
+        let lines = vec![
+            Line::new("hottest", Color32::from_rgb(240, 90, 60), |s| Some(s.celsius?[2])),
+            Line::new("mean", KINETIC, |s| Some(s.celsius?[1])),
+            Line::new("coldest", ELASTIC, |s| Some(s.celsius?[0])),
+        ];
+        all.push(("Temperature", "°C", lines));
+    }
+    if plots.stiffness && aims {
+        let part = |s: &Sample| Some(100.0 * s.delivered?);
+        let lines = vec![Line::new("asked", QUIET, |_| Some(100.0)), Line::new("bends as", ELASTIC, part)];
+        all.push(("Stiffness", "%", lines));
+    }
+    if compared {
+        all.push(("Heights", "m", beside(session)));
+    }
+    all
+}
+
+/// Energies; gravity's and the sum from their lowest up, because height has no zero of its own.
+fn energies(session: &Session) -> Vec<Line<'_>> {
+    let lowest = session.history().iter().map(|s| s.gravity).fold(f64::INFINITY, f64::min);
+    vec![
+        Line::new("total", TOTAL, move |s| Some(s.total() - lowest)),
+        Line::new("gravity", GRAVITY, move |s| Some(s.gravity - lowest)),
+        Line::new("elastic", ELASTIC, |s| Some(s.elastic)),
+        Line::new("kinetic", KINETIC, |s| Some(s.kinetic)),
+    ]
+}
+
+/// Heights of probes. Of a sheet that is alone the name says nothing.
+fn heights(session: &Session) -> Vec<Line<'_>> {
+    let alone = session.world().sheets().first().filter(|_| session.world().sheets().len() == 1);
+    let short = |name: String| match alone.and_then(|sheet| name.strip_prefix(&format!("{} ", sheet.name))) {
+        Some(rest) => rest.to_owned(),
+        None => name,
+    };
+    let names = height_names(session.world()).into_iter().map(short);
+    let line = |(i, name): (usize, String)| Line::new(name, COLOURS[i], move |s: &Sample| s.heights.get(i).copied());
+    names.take(COLOURS.len()).enumerate().map(line).collect()
+}
+
+/// The first height of every world that is compared.
+fn beside(session: &Session) -> Vec<Line<'_>> {
+    let height = |s: &Sample| s.heights.first().copied();
+    let mut lines = vec![Line::new("this scene", COLOURS[0], height)];
+    for (index, (variant, found)) in session.beside().enumerate() {
+        if let Ok(other) = found {
+            let colour = COLOURS[(index + 1) % COLOURS.len()];
+            lines.push(Line::new(variant.label(), colour, height).of(other.history()));
+        }
+    }
+    lines
+}

@@ -1,0 +1,154 @@
+//! What is under the mouse: the point of a sheet, the nearest mass, the body.
+
+use glam::{DVec3, Vec3};
+use sheetwork::World;
+use sheetwork::scene::Shape;
+use sheetwork::sheet::Sheet;
+
+/// A ray from the eye: where it begins (m) and its direction, of length 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Where it begins, m.
+    pub from: DVec3,
+    /// Its direction.
+    pub to: DVec3,
+}
+
+/// A point of a sheet that was hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SheetHit {
+    /// Which sheet.
+    pub sheet: usize,
+    /// The material point, each 0 to 1.
+    pub uv: (f64, f64),
+    /// The corner that is nearest.
+    pub mass: u32,
+    /// Where, m.
+    pub place: DVec3,
+    /// How far from the eye, m.
+    pub distance: f64,
+}
+
+impl Ray {
+    /// A ray of single precision numbers.
+    pub fn new(from: Vec3, to: Vec3) -> Self {
+        Self { from: from.as_dvec3(), to: to.as_dvec3().normalize_or(DVec3::NEG_Z) }
+    }
+
+    /// Distance to a triangle and the weights of its second and third corner; both sides count (Möller and Trumbore, *Fast, minimum storage
+    /// ray/triangle intersection*, 1997).
+    fn triangle(&self, [a, b, c]: [DVec3; 3]) -> Option<(f64, f64, f64)> {
+        let (ab, ac) = (b - a, c - a);
+        let p = self.to.cross(ac);
+        let det = ab.dot(p);
+        if det == 0.0 {
+            return None;
+        }
+        let from = self.from - a;
+        let u = from.dot(p) / det;
+        let q = from.cross(ab);
+        let v = self.to.dot(q) / det;
+        let t = ac.dot(q) / det;
+        (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some((t, u, v))
+    }
+
+    fn ball(&self, centre: DVec3, radius: f64) -> Option<f64> {
+        let to = centre - self.from;
+        let along = to.dot(self.to);
+        let beside = to.length_squared() - along * along;
+        let half = (radius * radius - beside).max(0.0).sqrt();
+        (beside <= radius * radius && along > half).then_some(along - half)
+    }
+}
+
+/// Triangles of the layer of `sheet` that is drawn.
+fn triangles(sheet: &Sheet, upper: bool) -> Vec<[u32; 3]> {
+    let layer = if upper { sheet.layers.last() } else { sheet.layers.first() };
+    match (&sheet.triangles, layer) {
+        (Some(all), _) => all.clone(),
+        (None, Some(layer)) => layer.triangles(),
+        (None, None) => Vec::new(),
+    }
+}
+
+/// The nearest point of any sheet on the ray; `upper` for its upper layer.
+pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
+    let mut best: Option<SheetHit> = None;
+    for (index, sheet) in world.sheets().iter().enumerate() {
+        for corners in triangles(sheet, upper) {
+            let at = corners.map(|i| sheet.x.get(i as usize));
+            let Some((distance, v, w)) = ray.triangle(at) else { continue };
+            if best.is_some_and(|b| b.distance <= distance) {
+                continue;
+            }
+            let weights = [1.0 - v - w, v, w];
+            let uv = corners.map(|i| sheet.uv[i as usize]);
+            let sum = |of: fn((f64, f64)) -> f64| (0..3).map(|k| weights[k] * of(uv[k])).sum::<f64>();
+            let place = ray.from + ray.to * distance;
+            let nearest = (0..3).min_by(|a, b| at[*a].distance(place).total_cmp(&at[*b].distance(place))).unwrap_or(0);
+            let uv = (sum(|p| p.0), sum(|p| p.1));
+            best = Some(SheetHit { sheet: index, uv, mass: corners[nearest], place, distance });
+        }
+    }
+    best
+}
+
+/// The nearest body on the ray that has an end: its number and how far it is, m.
+pub fn body(world: &World, ray: Ray) -> Option<(usize, f64)> {
+    let rigid = world.rigid()?;
+    let mut best: Option<(usize, f64)> = None;
+    for (index, body) in rigid.bodies().iter().enumerate() {
+        let Some((place, turn)) = rigid.pose(index) else { continue };
+        let hit = if let Shape::Ball(radius) = body.shape {
+            ray.ball(place, radius)
+        } else {
+            let faces = body.polyhedra.iter().flat_map(|p| {
+                let all = (0..p.faces.len()).flat_map(|f| p.triangulate_face(f));
+                all.map(|t| t.map(|i| turn * p.vertices[i as usize] + place))
+            });
+            faces.filter_map(|t| ray.triangle(t)).map(|h| h.0).min_by(f64::total_cmp)
+        };
+        if let Some(distance) = hit.filter(|d| best.is_none_or(|b| *d < b.1)) {
+            best = Some((index, distance));
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sheetwork::scene::Scene;
+
+    fn world() -> World {
+        let scene = Scene::parse(
+            r#"(sheets: [(structure: "shell", grid: (5, 1, 5), size: (0.4, 0.4), material: "hips", placement: (position: (0, 1, 0)))],
+                bodies: [(shape: Ball(0.1), placement: (position: (2, 0, 0))), (shape: Box((0.2, 0.2, 0.2)))])"#,
+        );
+        World::new(&scene.expect("valid")).expect("valid")
+    }
+
+    #[test]
+    fn the_point_of_the_sheet_under_the_mouse_is_found() {
+        let world = world();
+        let down = |x: f32, z: f32| Ray::new(Vec3::new(x, 3.0, z), Vec3::NEG_Y);
+        let hit = sheet(&world, down(0.1, -0.05), true).expect("over it");
+        assert!((hit.uv.0 - 0.75).abs() < 1e-6 && (hit.uv.1 - 0.375).abs() < 1e-6, "{hit:?}");
+        assert!((hit.distance - 2.0).abs() < 1e-6 && hit.place.distance(DVec3::new(0.1, 1.0, -0.05)) < 1e-6);
+        let near = world.sheets()[0].x.get(hit.mass as usize);
+        assert!(near.distance(hit.place) < 0.08);
+        assert_eq!(sheet(&world, down(0.3, 0.0), true), None);
+        let below = Ray::new(Vec3::ZERO, Vec3::Y);
+        assert!(sheet(&world, below, true).is_some(), "from below too");
+    }
+
+    #[test]
+    fn the_nearest_body_is_found() {
+        let world = world();
+        let from = |x: f32| Ray::new(Vec3::new(x, 0.0, 5.0), Vec3::NEG_Z);
+        assert_eq!(body(&world, from(2.0)).map(|b| b.0), Some(0));
+        assert!(body(&world, from(2.0)).is_some_and(|b| (b.1 - 4.9).abs() < 1e-6));
+        assert_eq!(body(&world, from(0.05)).map(|b| b.0), Some(1));
+        assert_eq!(body(&world, from(1.0)), None);
+    }
+}

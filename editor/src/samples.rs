@@ -1,0 +1,184 @@
+//! What is plotted: energies, step time, heights of probes, temperatures and delivered stiffness, moment by moment, and the same as CSV.
+//!
+//! There is room for [`MOST`] moments. When it is full every second one goes, so that a long run is kept whole, coarser.
+
+use std::fmt::Write as _;
+
+use sheetwork::World;
+
+/// Most moments that are kept.
+pub const MOST: usize = 8192;
+
+/// A run at one moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Simulated time, s.
+    pub time: f64,
+    /// Energy of motion, J.
+    pub kinetic: f64,
+    /// Energy in springs and elements, J.
+    pub elastic: f64,
+    /// Energy of height, J, zero at the origin.
+    pub gravity: f64,
+    /// Wall-clock time of a step, s; 0 before the first.
+    pub step_s: f64,
+    /// Height of each probe, or of the middle of each sheet without any, m.
+    pub heights: Vec<f64>,
+    /// Least part of the stiffness that was asked for that a sheet bends with; none where none aims at it.
+    pub delivered: Option<f64>,
+    /// Lowest, mean and highest temperature of all sheets, °C; none where nothing heats.
+    pub celsius: Option<[f64; 3]>,
+}
+
+impl Sample {
+    /// The sum of the energies, J.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic + self.gravity
+    }
+
+    /// `world` as it is now.
+    pub fn of(world: &World, step_s: f64) -> Self {
+        let mut sample = Self { time: world.time(), step_s, ..Self::default() };
+        let mut all = (f64::INFINITY, 0.0, f64::NEG_INFINITY, 0.0);
+        for sheet in world.sheets() {
+            let energy = sheet.energy(world.gravity());
+            sample.kinetic += energy.kinetic;
+            sample.elastic += energy.elastic;
+            sample.gravity += energy.gravity;
+            if sheet.probes.is_empty() {
+                sample.heights.push(sheet.centre_of_mass().y);
+            }
+            sample.heights.extend(sheet.probes.iter().map(|p| p.of(&sheet.x).y));
+            if let Some(found) = sheet.delivered_stiffness(world.dt()) {
+                let part = found.bends_as_pa / found.asked_pa.max(1e-300);
+                sample.delivered = Some(sample.delivered.map_or(part, |least| least.min(part)));
+            }
+            if let Some(heat) = sheet.heat() {
+                let (low, high) = heat.range();
+                let sum: f64 = heat.celsius().iter().sum();
+                all = (all.0.min(low), all.1 + sum, all.2.max(high), all.3 + heat.celsius().len() as f64);
+            }
+        }
+        sample.celsius = (all.3 > 0.0).then(|| [all.0, all.1 / all.3, all.2]);
+        sample
+    }
+}
+
+/// Names of what [`Sample::heights`] are of: "sheet probe".
+pub fn height_names(world: &World) -> Vec<String> {
+    let of = |sheet: &sheetwork::sheet::Sheet| {
+        let probes = sheet.probes.iter().map(|p| format!("{} {}", sheet.name, p.name));
+        if sheet.probes.is_empty() { vec![format!("{} middle", sheet.name)] } else { probes.collect() }
+    };
+    world.sheets().iter().flat_map(of).collect()
+}
+
+/// The samples of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Samples {
+    all: Vec<Sample>,
+    /// One in so many is kept.
+    every: u32,
+    waiting: u32,
+}
+
+impl Samples {
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Takes up the next moment.
+    pub fn push(&mut self, sample: Sample) {
+        self.waiting += 1;
+        if self.waiting < self.every {
+            return;
+        }
+        self.waiting = 0;
+        if self.all.len() >= MOST {
+            let mut index = 0;
+            self.all.retain(|_| {
+                index += 1;
+                index % 2 == 1
+            });
+            self.every = 2 * self.every.max(1);
+        }
+        self.all.push(sample);
+    }
+
+    /// Forgets what came after `time` (s): it is being run anew.
+    pub fn forget_after(&mut self, time: f64) {
+        let kept = self.all.partition_point(|s| s.time <= time + 1e-12);
+        self.all.truncate(kept);
+    }
+
+    /// All of them, oldest first.
+    pub fn all(&self) -> &[Sample] {
+        &self.all
+    }
+
+    /// A table with a line of names and units; `heights` are the names of the heights.
+    pub fn csv(&self, heights: &[String]) -> String {
+        let mut text =
+            String::from("time_s,kinetic_j,elastic_j,gravity_j,total_j,step_s,coldest_c,mean_c,hottest_c,delivered");
+        for name in heights {
+            // A name is the user's: what would end the field is doubled, as CSV has it.
+            let _ = write!(text, ",\"height_m {}\"", name.replace('"', "\"\""));
+        }
+        text.push('\n');
+        for s in &self.all {
+            let _ = write!(text, "{},{},{},{},{},{}", s.time, s.kinetic, s.elastic, s.gravity, s.total(), s.step_s);
+            match s.celsius {
+                Some([low, mean, high]) => _ = write!(text, ",{low},{mean},{high}"),
+                None => text.push_str(",,,"),
+            }
+            let _ = write!(text, ",{}", s.delivered.map_or_else(String::new, |part| part.to_string()));
+            for height in &s.heights {
+                let _ = write!(text, ",{height}");
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sheetwork::scene::{OvenSpec, Scene, SheetSpec};
+
+    fn at(time: f64) -> Sample {
+        Sample { time, heights: vec![1.0], ..Sample::default() }
+    }
+
+    #[test]
+    fn a_long_run_is_kept_whole_in_bounded_room() {
+        let mut samples = Samples::default();
+        for i in 0..10 * MOST {
+            samples.push(at(i as f64));
+        }
+        assert!(samples.all().len() <= MOST && samples.all().len() > MOST / 4);
+        assert_eq!(samples.all()[0].time, 0.0);
+        assert!(samples.all().last().expect("some").time > 9.9 * MOST as f64);
+        assert!(samples.all().windows(2).all(|w| w[0].time < w[1].time));
+        samples.forget_after(100.0);
+        assert!(samples.all().iter().all(|s| s.time <= 100.0) && !samples.all().is_empty());
+    }
+
+    #[test]
+    fn a_table_has_as_many_columns_in_every_line() {
+        let spec = SheetSpec { name: "a \"b\"".into(), ..SheetSpec::default() };
+        let scene = Scene { sheets: vec![spec], oven: Some(OvenSpec::default()), ..Scene::default() };
+        let world = World::new(&scene).expect("valid");
+        let mut samples = Samples::default();
+        samples.push(Sample::of(&world, 1e-4));
+        samples.push(at(1.0));
+        let names = height_names(&world);
+        assert_eq!(names.len(), samples.all()[0].heights.len());
+        let csv = samples.csv(&names);
+        let columns: Vec<usize> = csv.lines().map(|l| l.split(',').count()).collect();
+        assert_eq!(columns, [11, 11, 11]);
+        assert!(csv.contains("\"height_m a \"\"b\"\" middle\""), "{csv}");
+        assert!(samples.all()[0].celsius.is_some_and(|[low, mean, high]| low <= mean && mean <= high));
+    }
+}

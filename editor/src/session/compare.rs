@@ -1,0 +1,137 @@
+//! Comparing: the same scene with one field different, beside the one that is edited and in step with it.
+//!
+//! Each variant is a session of its own. What is edited here is passed on to it, but for its own field; it goes where this one goes in time, by
+//! steps of its own length. Nothing is pulled, pinned by hand or recorded there.
+
+use glam::Vec3;
+use sheetwork::InputError;
+use sheetwork::lattice::StructureKind;
+use sheetwork::scene::Scene;
+
+use super::Session;
+use crate::camera::content;
+use crate::document::path::{numbered, with_value};
+
+/// Most variants beside the scene.
+pub const MOST_BESIDE: usize = 3;
+
+/// A field and the value it has in place of the scene's: `sheets.0.structure`, `trimm`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Variant {
+    /// The field, by path.
+    pub path: String,
+    /// Its value.
+    pub value: String,
+}
+
+impl Variant {
+    /// What it is called beside the others: the last name of its path and its value.
+    pub fn label(&self) -> String {
+        let field = self.path.rsplit('.').next().unwrap_or_default();
+        format!("{field} {}", self.value)
+    }
+
+    fn of(&self, scene: &Scene, sheets: &[sheetwork::sheet::Sheet]) -> Result<Scene, InputError> {
+        let path = numbered(sheets, &self.path);
+        let structure = path.strip_prefix("sheets.").and_then(|p| p.strip_suffix(".structure"));
+        let Some(index) = structure.and_then(|i| i.parse::<usize>().ok()) else {
+            return with_value(scene, &path, &self.value);
+        };
+        // As many layers as it may have: others are not to be compared with.
+        let (kind, mut scene) = (self.value.parse::<StructureKind>()?, scene.clone());
+        if let Some(sheet) = scene.sheets.get_mut(index) {
+            let (low, high) = kind.info().layers;
+            (sheet.structure, sheet.grid.1) = (kind, sheet.grid.1.clamp(low, high));
+        }
+        Ok(scene)
+    }
+}
+
+/// A variant, and its session or why there is none.
+pub(super) struct Beside {
+    variant: Variant,
+    session: Result<Box<Session>, String>,
+}
+
+impl Session {
+    /// Compares with these variants, at most [`MOST_BESIDE`], from the start on; with none it is alone again.
+    pub fn compare_with(&mut self, variants: Vec<Variant>) {
+        if self.playback.is_some() {
+            self.fail("a recording is compared with nothing; open its scene for that");
+            return;
+        }
+        let begun = variants.into_iter().take(MOST_BESIDE);
+        self.beside = begun.map(|variant| Beside { variant, session: Err(String::new()) }).collect();
+        self.generation += 1;
+        self.begin_beside();
+        if self.world.steps() > 0 {
+            self.reset();
+        }
+    }
+
+    /// The variants, each with its session or why there is none.
+    pub fn beside(&self) -> impl Iterator<Item = (&Variant, Result<&Self, &str>)> {
+        self.beside.iter().map(|b| (&b.variant, b.session.as_deref().map_err(String::as_str)))
+    }
+
+    /// Session number `which` of those that are shown: 0 is this one, the others are its variants that could be made.
+    pub fn shown(&self, which: usize) -> Option<&Self> {
+        let Some(index) = which.checked_sub(1) else { return Some(self) };
+        self.beside.iter().filter_map(|b| b.session.as_deref().ok()).nth(index)
+    }
+
+    /// How far session `which` is shown to the right, m.
+    pub fn offset(&self, which: usize) -> Vec3 {
+        if which == 0 {
+            return Vec3::ZERO;
+        }
+        let (low, high) = content(&self.world).unwrap_or((Vec3::ZERO, Vec3::ONE));
+        let room = self.scene().room.as_ref().map_or(0.0, |r| (r.x.1 - r.x.0) as f32);
+        let width = (1.25 * (high.x - low.x)).max(0.5 * (high.z - low.z)).max(room).max(1e-3);
+        Vec3::X * (1.04 * width * which as f32)
+    }
+
+    /// Makes the variants anew from the present scene, at its start.
+    pub(super) fn begin_beside(&mut self) {
+        let mut beside = std::mem::take(&mut self.beside);
+        for one in &mut beside {
+            let made = one.variant.of(self.scene(), self.world.sheets()).and_then(|scene| Self::new(&scene));
+            one.session = made.map(Box::new).map_err(|e| e.to_string());
+        }
+        self.beside = beside;
+    }
+
+    /// Passes an edit of the scene on.
+    pub(super) fn pass_on(&mut self) {
+        if self.beside.is_empty() {
+            return;
+        }
+        let mut beside = std::mem::take(&mut self.beside);
+        for one in &mut beside {
+            let scene = one.variant.of(self.scene(), self.world.sheets());
+            match (&mut one.session, scene) {
+                (Ok(session), Ok(scene)) => _ = session.edit("", "", |s| *s = scene),
+                (_, Ok(scene)) => one.session = Self::new(&scene).map(Box::new).map_err(|e| e.to_string()),
+                (_, Err(error)) => one.session = Err(error.to_string()),
+            }
+        }
+        self.beside = beside;
+        self.generation += 1;
+        self.lead();
+    }
+
+    /// Brings the variants to the present time.
+    pub(super) fn lead(&mut self) {
+        let (now, slack) = (self.world.time(), 1e-6 * self.world.dt());
+        for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
+            if one.world.time() > now + slack {
+                one.scrub(now);
+                if one.world.time() > now + slack {
+                    // The nearest moment is a later one.
+                    one.step_back();
+                }
+            }
+            one.run(now - one.world.time());
+        }
+    }
+}

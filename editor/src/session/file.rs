@@ -1,0 +1,171 @@
+//! Opening and saving: scenes, recordings, and the parts of a scene that have files of their own.
+
+use std::path::Path;
+
+use sheetwork::InputError;
+use sheetwork::scene::material::read_material_file;
+use sheetwork::scene::{BodySpec, HeaterSpec, MaterialChoice, Scene, Shape, SheetSpec};
+
+use super::Session;
+use crate::document::{Document, files};
+use crate::playback;
+
+/// What a file is, by the end of its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// A scene, or a material: both are `.ron`.
+    Ron,
+    /// A recording.
+    Recording,
+    /// A sheet.
+    Sheet,
+    /// Polyhedra.
+    Polyhedra,
+    /// Heaters.
+    Heaters,
+}
+
+/// What the file is; none for one that nothing here reads.
+pub fn kind_of(file: &Path) -> Option<Kind> {
+    let ending = file.extension()?.to_string_lossy().to_lowercase();
+    Some(match ending.as_str() {
+        "ron" => Kind::Ron,
+        "swr" => Kind::Recording,
+        "sht" => Kind::Sheet,
+        "pol" => Kind::Polyhedra,
+        "heater" => Kind::Heaters,
+        _ => return None,
+    })
+}
+
+impl Session {
+    /// A session with the scene in `file`, or with the recording there.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or the scene or recording is not valid.
+    pub fn open(file: &Path) -> Result<Self, InputError> {
+        if playback::is_recording(file) {
+            let (scene, recording) = playback::open(file)?;
+            return Ok(Self::new(&scene)?.play_back(recording).read_from(file));
+        }
+        Ok(Self::new(&Scene::load(file)?)?.read_from(file))
+    }
+
+    /// The session, remembering the file its scene came from: [`Session::reload`] reads it again.
+    pub fn read_from(self, file: &Path) -> Self {
+        Self { file: Some(file.to_path_buf()), ..self }
+    }
+
+    /// Replaces the world by the scene in `file`; keeps speed and whether it plays. When the file is refused the old
+    /// world goes on and the refusal becomes a message. Returns whether it was opened.
+    pub fn load(&mut self, file: &Path) -> bool {
+        match Self::open(file) {
+            Ok(fresh) => {
+                self.become_another(fresh);
+                true
+            }
+            Err(error) => {
+                self.fail(error.to_string());
+                false
+            }
+        }
+    }
+
+    /// Begins a scene that no file has. A refusal becomes a message. Returns whether it was taken.
+    pub fn begin_scene(&mut self, scene: &Scene) -> bool {
+        match Self::new(scene) {
+            Ok(mut fresh) => {
+                fresh.playing = false;
+                fresh.document = Document::new(scene.clone()).never_saved();
+                self.pause();
+                self.become_another(fresh);
+                true
+            }
+            Err(error) => {
+                self.fail(error.to_string());
+                false
+            }
+        }
+    }
+
+    fn become_another(&mut self, fresh: Self) {
+        let (playing, looped, speed) = (self.playing, self.looped, self.speed);
+        let (generation, revision) = (self.generation + 1, self.revision + 1);
+        let messages = std::mem::take(&mut self.messages);
+        let link = std::mem::take(&mut self.link);
+        *self = Self { looped, speed, generation, revision, messages, link, ..fresh };
+        if playing {
+            self.play();
+        }
+        self.link.look_again();
+    }
+
+    /// Reads the scene's file again and starts it with the file's own values.
+    pub fn reload(&mut self) -> bool {
+        match self.file.clone() {
+            Some(file) => self.load(&file),
+            None => {
+                let opened = self.document.opened().clone();
+                self.edit("back to the scene as it was opened", "reload", |scene| *scene = opened) && self.reset()
+            }
+        }
+    }
+
+    /// Writes the scene to `file`, which is its own from then on. A refusal becomes a message. Returns whether it was written.
+    pub fn save_as(&mut self, file: &Path) -> bool {
+        let file = if file.extension().is_none() { file.with_extension("ron") } else { file.to_path_buf() };
+        match files::save(self.scene(), &file) {
+            Ok(scene) => {
+                self.document.wrote(scene);
+                self.file = Some(file);
+                true
+            }
+            Err(error) => {
+                self.fail(format!("not saved: {error}"));
+                false
+            }
+        }
+    }
+
+    /// Writes the scene to its own file. Returns false where it has none, or could not be written.
+    pub fn save(&mut self) -> bool {
+        match self.file.clone().filter(|f| kind_of(f) == Some(Kind::Ron)) {
+            Some(file) => self.save_as(&file),
+            None => false,
+        }
+    }
+
+    /// Adds what is in a sheet, polyhedra or heater file to the scene, as one edit; a material file is given to sheet `sheet`. Returns
+    /// whether it was taken; a refusal becomes a message.
+    pub fn add_file(&mut self, file: &Path, sheet: usize) -> bool {
+        let path = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
+        let name = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let label = format!("add {}", file.file_name().unwrap_or_default().to_string_lossy());
+        match kind_of(file) {
+            Some(Kind::Sheet) => self.edit(&label, &label, |scene| {
+                scene.sheets.push(SheetSpec { name, file: Some(path), ..SheetSpec::default() });
+            }),
+            Some(Kind::Polyhedra) => self.edit(&label, &label, |scene| {
+                scene.bodies.push(BodySpec { name, ..BodySpec::new(Shape::File(path)) });
+            }),
+            Some(Kind::Heaters) => self.edit(&label, &label, |scene| {
+                scene.heaters.push(HeaterSpec { name, file: Some(path), ..HeaterSpec::default() });
+            }),
+            Some(Kind::Ron) => match read_material_file(file) {
+                Ok(_) => self.take_material(sheet, MaterialChoice::File(path)),
+                Err(error) => {
+                    self.fail(error.to_string());
+                    false
+                }
+            },
+            Some(Kind::Recording) => self.load(file),
+            None => {
+                self.fail(format!(
+                    "{}: not a scene or material (.ron), recording (.swr), sheet (.sht), polyhedra (.pol) or heater (.heater) file",
+                    file.display()
+                ));
+                false
+            }
+        }
+    }
+}

@@ -1,0 +1,43 @@
+//! What the user should know: messages that stay until they are dismissed.
+
+use super::Session;
+
+/// Something the user should know; shown until dismissed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Message {
+    /// What.
+    pub text: String,
+    /// Whether something was refused or failed, rather than merely told.
+    pub error: bool,
+}
+
+impl Session {
+    /// Tells the user that something was refused or failed.
+    pub fn fail(&mut self, text: impl Into<String>) {
+        self.tell(Message { text: text.into(), error: true });
+    }
+
+    /// Tells the user something.
+    pub fn note(&mut self, text: impl Into<String>) {
+        self.tell(Message { text: text.into(), error: false });
+    }
+
+    fn tell(&mut self, message: Message) {
+        // A slider held against a limit is refused every frame; it is said once.
+        if !self.messages.contains(&message) {
+            self.messages.push(message);
+        }
+    }
+
+    /// Messages not yet dismissed, oldest first.
+    pub fn messages(&self) -> &[Message] {
+        &self.messages
+    }
+
+    /// Dismisses message `index`.
+    pub fn dismiss(&mut self, index: usize) {
+        if index < self.messages.len() {
+            self.messages.remove(index);
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Going back in time: stop, step back, the timeline, snapshots by number.
+//!
+//! What came after the moment that was gone back to stays on the timeline until time passes again. Parameters are not taken back: another value
+//! can be tried from an earlier moment.
+
+use sheetwork::Snapshot;
+
+use super::Session;
+use crate::timeline::Timeline;
+
+impl Session {
+    /// Pauses and puts everything back to where it was before it was played. Returns whether it was.
+    pub fn stop(&mut self) -> bool {
+        self.playing = false;
+        if self.playback.is_some() {
+            self.seek(0.0);
+            return true;
+        }
+        let Some(before) = self.before_play.take() else { return false };
+        self.go_to(&before)
+    }
+
+    /// Whether there is a state before playing to stop to.
+    pub fn can_stop(&self) -> bool {
+        self.before_play.is_some() || (self.playback.is_some() && self.playing)
+    }
+
+    /// Goes one step of the engine back and pauses: from the last snapshot before it on again. Returns whether there was one.
+    pub fn step_back(&mut self) -> bool {
+        self.playing = false;
+        if let Some(recording) = &self.playback {
+            self.seek(recording.at() - recording.duration() / recording.len().max(2) as f64);
+            return true;
+        }
+        let Some(wanted) = self.world.steps().checked_sub(1) else { return false };
+        let Some(moment) = self.timeline.at_steps(wanted) else { return false };
+        let (from, snapshot) = (moment.steps, moment.snapshot.clone());
+        if !self.go_to(&snapshot) {
+            return false;
+        }
+        for _ in from..wanted {
+            self.world.step();
+        }
+        self.timeline.went(&self.world);
+        self.settle_display();
+        self.lead();
+        true
+    }
+
+    /// Goes to the moment of the timeline nearest to `time` (s) and pauses. Returns whether there was one.
+    pub fn scrub(&mut self, time: f64) -> bool {
+        self.playing = false;
+        if self.playback.is_some() {
+            self.seek(time);
+            return true;
+        }
+        let Some(moment) = self.timeline.nearest(time) else { return false };
+        if moment.steps == self.world.steps() {
+            return true;
+        }
+        let snapshot = moment.snapshot.clone();
+        self.go_to(&snapshot)
+    }
+
+    /// Keeps the world as it is now under a number from 1 to 9.
+    pub fn keep(&mut self, number: usize) {
+        if self.playback.is_some() {
+            self.fail("a recording keeps all its moments by itself");
+            return;
+        }
+        if let Some(slot) = number.checked_sub(1).and_then(|i| self.slots.get_mut(i)) {
+            *slot = Some(self.world.snapshot());
+        }
+    }
+
+    /// Goes back to what was kept under a number. Returns whether there was something.
+    pub fn recall(&mut self, number: usize) -> bool {
+        let slot = number.checked_sub(1).and_then(|i| self.slots.get(i));
+        let Some(snapshot) = slot.cloned().flatten() else { return false };
+        self.playing = false;
+        // Where it is not on the timeline any more it becomes a beginning of its own.
+        self.go_to(&snapshot)
+    }
+
+    /// The times of what is kept under the numbers 1 to 9, s.
+    pub fn kept(&self) -> [Option<f64>; 9] {
+        std::array::from_fn(|i| self.slots[i].as_ref().map(Snapshot::time))
+    }
+
+    /// Where the run has been.
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// Begins again from the first moment, still playing.
+    pub(super) fn begin_again(&mut self) {
+        let first = self.timeline.at_steps(0).map(|m| m.snapshot.clone());
+        match first {
+            Some(snapshot) => _ = self.go_to(&snapshot),
+            None => _ = self.reset(),
+        }
+    }
+
+    pub(super) fn go_to(&mut self, snapshot: &Snapshot) -> bool {
+        if let Err(error) = self.world.restore(snapshot) {
+            self.fail(error.to_string());
+            return false;
+        }
+        self.owed = 0.0;
+        self.told_unstable = self.world.unstable().is_some();
+        self.timeline.went(&self.world);
+        self.settle_display();
+        self.lead();
+        true
+    }
+
+    /// Time is about to pass: what came after the present moment, if it was gone back to, is no more.
+    pub(super) fn go_another_way(&mut self) {
+        let later = |(_, last): (f64, f64)| last > self.world.time() + 1e-12;
+        if self.timeline.span().is_some_and(later) {
+            self.timeline.forget_after(&self.world);
+            self.samples.forget_after(self.world.time());
+        }
+    }
+}

@@ -1,0 +1,411 @@
+//! Editing a scene without a window: undo, saving, going back in time, pulling, pinning, moving.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::scene::{BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, OvenSpec, PinSpec, Region, Scene, Shape};
+use sheetwork_editor::session::{Item, MOST_BESIDE, Session, Variant};
+
+fn shipped() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/scenes")
+}
+
+fn wedge() -> Session {
+    Session::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron")).expect("valid")
+}
+
+/// A clamped strip that hangs in air, by an implicit engine.
+fn strip() -> Session {
+    let scene = Scene::parse(
+        r#"(name: "strip", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
+            sheets: [(name: "strip", structure: "shell", grid: (13, 1, 4), size: (0.2, 0.04), material: "hips",
+                pins: [(region: Left, clamp: true)], probes: {"tip": (1, 0.5)})],
+            bodies: [(name: "block", shape: Box((0.05, 0.02, 0.05)), placement: (position: (0.5, -0.2, 0)))])"#,
+    );
+    Session::new(&scene.expect("valid")).expect("valid")
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("sheetwork-editing-{name}-{}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+#[test]
+fn every_parameter_is_undone_and_redone_in_the_world() {
+    let mut session = wedge();
+    let paths: Vec<_> = session.world().parameters().into_iter().filter(|p| p.kind() == "number").collect();
+    assert!(paths.len() > 8);
+    for parameter in paths {
+        let Some((low, high)) = parameter.range else { continue };
+        let before: f64 = parameter.value.parse().unwrap_or(low);
+        let other =
+            if before == low { low + 0.4 * (high - low).min(1.0) } else { 0.5 * (before + low.max(before - 1.0)) };
+        let path = parameter.path.as_str();
+        assert!(session.set(path, &other.to_string()), "{path}: {:?}", session.messages());
+        session.seal();
+        let now = |s: &Session| s.parameter(path).expect("still there");
+        assert!((now(&session) - other).abs() <= 1e-9 * other.abs().max(1e-9), "{path}");
+        assert!(session.undo(), "{path}");
+        assert!((now(&session) - before).abs() <= 1e-12 * before.abs(), "{path}: {} {before}", now(&session));
+        assert!(session.redo(), "{path}");
+        assert!((now(&session) - other).abs() <= 1e-9 * other.abs().max(1e-9), "{path}");
+        assert!(session.undo());
+    }
+    assert!(!session.document().is_unsaved() && session.messages().is_empty());
+}
+
+#[test]
+fn edits_of_the_scene_are_undone_with_the_world() {
+    let mut session = strip();
+    session.run(0.3);
+    let (time, tip) =
+        (session.world().time(), session.world().sheets()[0].probes[0].of(&session.world().sheets()[0].x));
+    assert!(session.edit("new body", "body", |s| s.bodies.push(BodySpec::new(Shape::Ball(0.01)))));
+    assert_eq!((session.world().rigid().expect("own").bodies().len(), session.world().time()), (2, time));
+    let there = session.world().sheets()[0].probes[0].of(&session.world().sheets()[0].x);
+    assert_eq!(there, tip, "the sheet goes on from where it was");
+    assert!(session.undo());
+    assert_eq!(session.world().rigid().expect("own").bodies().len(), 1);
+    assert!(session.edit("grid", "grid", |s| s.sheets[0].grid = (7, 1, 3)));
+    assert_eq!((session.world().time(), session.world().sheets()[0].masses()), (0.0, 21), "another sheet begins anew");
+    assert!(session.undo());
+    assert_eq!(session.world().sheets()[0].masses(), 52);
+    assert!(!session.edit("bad", "bad", |s| s.dt = -1.0) && session.messages()[0].text.contains("dt"));
+    assert!(!session.edit("bad", "bad", |s| s.sheets[0].material = MaterialChoice::Named("cheese".into())));
+    assert_eq!(session.document().redoes(), Some("grid"), "a refusal is no edit");
+}
+
+#[test]
+fn a_double_click_brings_back_the_preset_or_what_the_scene_had() {
+    let mut session = strip();
+    assert!(session.set("sheets.strip.material.young", "5e9") && session.set("gravity", "(0, -3, 0)"));
+    assert!(session.set_default("sheets.0.material.young") && session.set_default("gravity"));
+    assert_eq!((session.world().sheets()[0].material().young, session.world().gravity().y), (2e9, -9.81));
+    assert!(session.choose_material(0, "pvc"));
+    assert!(session.set("sheets.0.material.thickness", "1e-3") && session.set_default("sheets.0.material.thickness"));
+    assert_eq!(session.world().sheets()[0].material().thickness, 4e-4, "of the preset that is chosen now");
+}
+
+#[test]
+fn thickness_changes_the_mass_and_the_sheet_goes_on() {
+    let mut session = strip();
+    session.run(0.2);
+    let mass = session.world().sheets()[0].total_mass();
+    assert!(session.set("sheets.0.material.thickness", "1e-3"));
+    let sheet = &session.world().sheets()[0];
+    assert!((sheet.total_mass() / mass - 2.0).abs() < 1e-9 && session.world().time() > 0.19);
+}
+
+#[test]
+fn every_shipped_scene_is_saved_and_read_back_as_it_is() {
+    let folder = folder("save");
+    let mut count = 0;
+    for entry in std::fs::read_dir(shipped()).expect("the scenes") {
+        let file = entry.expect("readable").path();
+        if file.extension().is_none_or(|e| e != "ron") {
+            continue;
+        }
+        count += 1;
+        let scene = Scene::load(&file).expect("valid");
+        let saved = sheetwork_editor::document::files::save(&scene, &folder.join(file.file_name().expect("a name")));
+        let saved = saved.unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        let again = Scene::load(&folder.join(file.file_name().expect("a name"))).expect("what was written is valid");
+        assert_eq!(again, saved, "{}", file.display());
+        // But for the names of files, which are seen from another folder, it is the same scene.
+        let here = sheetwork_editor::document::files::moved(&scene, &folder);
+        assert_eq!(Scene { file: None, ..again.clone() }, Scene { file: None, ..here }, "{}", file.display());
+        if count % 8 == 0 {
+            World::new(&again).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        }
+    }
+    assert!(count > 30, "{count} scenes");
+    std::fs::remove_dir_all(folder).expect("removed");
+}
+
+#[test]
+fn saved_work_is_marked_and_opened_again() {
+    let folder = folder("again");
+    let file = folder.join("mine");
+    let mut session = wedge();
+    assert!(!session.document().is_unsaved());
+    assert!(session.set("sheets.strip.material.young", "300") && session.document().is_unsaved());
+    assert!(session.save_as(&file) && !session.document().is_unsaved());
+    assert_eq!(session.file(), Some(folder.join("mine.ron").as_path()));
+    assert!(session.undo() && session.document().is_unsaved(), "undo goes back beyond the save");
+    assert!(session.redo() && session.save());
+    let opened = Session::open(&folder.join("mine.ron")).expect("valid");
+    assert_eq!(opened.world().sheets()[0].material().young, 300.0);
+    assert!(!session.save_as(Path::new("/proc/no/such/folder/a.ron")));
+    assert!(session.messages().iter().any(|m| m.text.contains("not saved")));
+    std::fs::remove_dir_all(folder).expect("removed");
+}
+
+#[test]
+fn sheets_polyhedra_heaters_and_materials_are_added_from_files() {
+    let assets = shipped().join("..");
+    let mut session = wedge();
+    assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
+    assert!(session.add_file(&assets.join("polyhedra/cube.pol"), 0), "{:?}", session.messages());
+    assert!(session.add_file(&assets.join("heaters/panel.heater"), 0), "{:?}", session.messages());
+    assert!(session.add_file(&assets.join("materials/index_card.ron"), 0), "{:?}", session.messages());
+    let scene = session.scene();
+    assert_eq!((scene.sheets.len(), scene.bodies.len(), scene.heaters.len()), (2, 2, 1));
+    assert_eq!(session.world().sheets().len(), 2);
+    for _ in 0..4 {
+        assert!(session.undo());
+    }
+    assert_eq!(session.world().sheets().len(), 1);
+    assert!(!session.add_file(Path::new("notes.txt"), 0) && session.messages()[0].text.contains("notes.txt"));
+}
+
+#[test]
+fn stop_goes_back_to_where_it_was_played_from() {
+    let mut session = wedge();
+    session.run(0.1);
+    let (time, x) = (session.world().time(), session.world().sheets()[0].x.clone());
+    assert!(!session.can_stop());
+    session.play();
+    for _ in 0..10 {
+        session.frame(0.02);
+    }
+    session.pause();
+    session.play();
+    session.frame(0.02);
+    assert!(session.world().time() > time + 0.1 && session.stop());
+    assert_eq!((session.world().time(), session.playing(), session.can_stop()), (time, false, false));
+    assert_eq!(session.world().sheets()[0].x, x);
+}
+
+#[test]
+fn a_step_back_undoes_a_step_and_the_timeline_goes_anywhere() {
+    let mut session = wedge();
+    let mut places = vec![session.world().sheets()[0].x.clone()];
+    for _ in 0..30 {
+        session.step();
+        places.push(session.world().sheets()[0].x.clone());
+    }
+    for back in (20..30).rev() {
+        assert!(session.step_back());
+        assert_eq!(session.world().steps(), back as u64);
+        assert_eq!(session.world().sheets()[0].x, places[back], "an explicit engine keeps nothing else");
+    }
+    assert!(session.scrub(0.0) && session.world().steps() == 0 && !session.step_back());
+    assert!(session.scrub(1e9));
+    assert_eq!(session.world().sheets()[0].x, places[30], "what came after stays until time passes");
+    assert!(session.scrub(0.02));
+    let steps = session.world().steps();
+    session.step();
+    assert_eq!(session.timeline().span().map(|s| s.1), Some(session.world().time()), "the rest is no more");
+    assert_eq!(session.world().steps(), steps + 1);
+    assert!(session.history().last().is_some_and(|s| s.time <= session.world().time() + 1e-12));
+}
+
+#[test]
+fn events_stay_on_the_timeline_when_it_is_gone_back_in() {
+    let mut session = wedge();
+    session.run(0.8);
+    let all = session.events().count();
+    assert!(all > 0);
+    assert!(session.scrub(0.0));
+    assert_eq!((session.events().count(), session.timeline().events().len()), (0, all));
+    assert!(session.scrub(1e9) && session.events().count() == all);
+    session.scrub(0.01);
+    session.run(0.8);
+    assert_eq!(session.events().count(), all, "the same happens again, once");
+}
+
+#[test]
+fn moments_are_kept_under_numbers() {
+    let mut session = wedge();
+    session.run(0.1);
+    session.keep(3);
+    session.keep(77);
+    session.run(0.1);
+    assert!(!session.recall(2) && session.recall(3));
+    assert!((session.world().time() - 0.1).abs() < 1e-9);
+    assert_eq!(session.kept().iter().flatten().count(), 1);
+    assert!(session.reset() && session.kept().iter().flatten().count() == 0);
+}
+
+#[test]
+fn a_loop_begins_again_after_the_scenes_duration() {
+    let mut session = wedge();
+    assert!(session.edit("duration", "duration", |s| s.duration = 0.1));
+    session.set_looped(true);
+    session.play();
+    let mut latest: f64 = 0.0;
+    for _ in 0..30 {
+        session.frame(0.02);
+        latest = latest.max(session.world().time());
+    }
+    assert!(session.playing() && latest < 0.13, "{latest}");
+}
+
+#[test]
+fn a_hand_pulls_with_the_force_of_its_spring() {
+    for mut session in [strip(), wedge()] {
+        session.run(0.1);
+        assert!(session.grab(0, (1.0, 0.5)));
+        let hand = session.hand().expect("holds");
+        assert_eq!(hand.force, DVec3::ZERO, "it takes hold where the sheet is");
+        let size = session.world().sheets()[0].rest_size().0;
+        let target = hand.point + DVec3::new(0.0, 0.5 * size, 0.2 * size);
+        session.pull(target);
+        let pulled = session.hand().expect("holds");
+        let expected = (target - pulled.point) * pulled.stiffness;
+        assert!(pulled.force.distance(expected) < 1e-9 * expected.length());
+        session.play();
+        for _ in 0..60 {
+            session.frame(0.02);
+        }
+        let after = session.hand().expect("holds");
+        assert!(after.point.y > hand.point.y + 0.1 * size, "{} {}", after.point, hand.point);
+        assert!(session.world().unstable().is_none() && session.messages().is_empty(), "{:?}", session.messages());
+        session.release();
+        assert!(session.hand().is_none() && session.world().sheets()[0].pulls().is_empty());
+    }
+}
+
+#[test]
+fn a_mass_is_pinned_where_it_is_and_let_go() {
+    let mut session = strip();
+    session.run(0.5);
+    let tip = session.world().sheets()[0].masses() as u32 - 1;
+    let place = |s: &Session| s.world().sheets()[0].x.get(tip as usize);
+    let (here, start) = (place(&session), DVec3::new(0.1, 0.0, 0.02));
+    assert!(here.distance(start) > 0.01, "it has sagged");
+    assert!(session.toggle_pin(0, tip));
+    session.run(0.3);
+    assert!(place(&session).distance(here) < 1e-9, "held where it was pinned: {}", place(&session));
+    assert!(session.toggle_pin(0, 5));
+    session.run(0.1);
+    assert!(place(&session).distance(here) < 1e-9, "and on, when another is pinned");
+    assert!(session.undo() && session.undo());
+    session.run(0.2);
+    assert!(place(&session).distance(here) > 1e-4, "undo lets go");
+    assert!(session.redo() && session.reset());
+    assert!(place(&session).distance(start) < 1e-9);
+    session.run(0.2);
+    assert!(place(&session).distance(start) < 1e-9, "from a reset on it is held where it starts");
+    // One of an edge: the others stay.
+    let edge = session.world().sheets()[0].layers[0].at(0, 1);
+    assert!(session.toggle_pin(0, edge));
+    assert!(!session.world().sheets()[0].is_held(edge as usize));
+    assert!(session.world().sheets()[0].is_held(session.world().sheets()[0].layers[0].at(0, 2) as usize));
+}
+
+#[test]
+fn bodies_and_heaters_are_carried_and_put_down() {
+    let mut session = strip();
+    session.run(0.1);
+    let time = session.world().time();
+    let from = session.body_pose(0).expect("a block").0;
+    for i in 1..=5 {
+        session.carry(Item::Body(0), DVec3::new(0.0, 0.01 * f64::from(i), 0.0));
+    }
+    assert!((session.body_pose(0).expect("a block").0 - from).distance(DVec3::new(0.0, 0.05, 0.0)) < 1e-9);
+    assert!(session.put_down() && !session.put_down());
+    assert!((session.world().rigid().expect("own").pose(0).expect("a block").0.y - from.y - 0.05).abs() < 1e-6);
+    assert_eq!(session.world().time(), time, "the sheet goes on");
+    assert!(session.undo());
+    assert!((session.world().rigid().expect("own").pose(0).expect("a block").0.y - from.y).abs() < 1e-6);
+
+    let hot = vec![HotFaceSpec { face: 2, temperature: 300.0, emissivity: 1.0 }];
+    let heater = HeaterSpec { size: Some(DVec3::splat(0.05)), hot, ..HeaterSpec::default() };
+    assert!(session.edit("heater", "heater", |s| s.heaters.push(heater)));
+    session.carry(Item::Heater(0), DVec3::new(0.0, 0.1, 0.0));
+    assert!(session.put_down());
+    assert_eq!(session.scene().heaters[0].placement.position.y, 0.1);
+    assert!(session.set("heaters.0.temperature", "500"));
+    assert_eq!(session.scene().heaters[0].hot[0].temperature, 500.0);
+    assert!(session.undo() && session.parameter("heaters.0.temperature") == Some(300.0));
+    assert_eq!(session.items().len(), 2);
+}
+
+#[test]
+fn an_oven_is_switched_on_while_it_runs_and_undone() {
+    let mut session = strip();
+    session.run(0.1);
+    assert!(session.edit("oven", "oven", |s| s.oven = Some(OvenSpec { temperature: 150.0, ..OvenSpec::default() })));
+    let (time, y) = (session.world().time(), session.world().sheets()[0].x.get(51).y);
+    assert!(time > 0.09 && session.world().room_temperature() == 150.0);
+    assert!(session.set("oven.temperature", "90") && session.world().room_temperature() == 90.0);
+    session.seal();
+    assert!(session.undo() && session.undo());
+    assert_eq!((session.world().room_temperature(), session.world().sheets()[0].x.get(51).y), (20.0, y));
+}
+
+#[test]
+fn a_pin_of_an_edge_begins_anew_and_is_undone() {
+    let mut session = strip();
+    session.run(0.1);
+    assert!(session.edit("pin", "pin", |s| s.sheets[0].pins.push(PinSpec::held(Region::Right))));
+    assert_eq!(session.world().time(), 0.0);
+    assert!(session.undo() && session.scene().sheets[0].pins.len() == 1);
+}
+
+#[test]
+fn a_recording_is_not_edited() {
+    let folder = folder("recording");
+    let file = folder.join("a.swr");
+    let session = wedge();
+    let mut recorder = sheetwork::recording::Recorder::create(&file, session.world(), 60.0).expect("writable");
+    recorder.frame(session.world()).expect("writable");
+    recorder.frame(session.world()).expect("writable");
+    recorder.finish().expect("written");
+    let mut played = Session::open(&file).expect("a recording");
+    assert!(!played.edit("dt", "dt", |s| s.dt = 0.5) && !played.toggle_pin(0, 0) && !played.grab(0, (0.5, 0.5)));
+    played.carry(Item::Body(0), DVec3::ONE);
+    assert!(!played.put_down() && played.messages().len() >= 2);
+    std::fs::remove_dir_all(folder).expect("removed");
+}
+
+fn variant(path: &str, value: &str) -> Variant {
+    Variant { path: path.into(), value: value.into() }
+}
+
+#[test]
+fn variants_go_in_step_and_follow_every_edit_but_their_own() {
+    let mut session = strip();
+    session.run(0.1);
+    session.compare_with(vec![variant("sheets.strip.material.thickness", "1e-3"), variant("dt", "0.004")]);
+    assert_eq!(session.world().time(), 0.0, "all begin at the start");
+    let ran = |s: &Session| -> Vec<f64> { (0..3).filter_map(|i| Some(s.shown(i)?.world().time())).collect() };
+    session.play();
+    for _ in 0..20 {
+        session.frame(0.03);
+    }
+    let times = ran(&session);
+    assert_eq!(times.len(), 3);
+    assert!(times[0] > 0.5 && times.iter().all(|t| (t - times[0]).abs() < 1e-6), "{times:?}");
+    let tip = |s: &Session| s.history().last().expect("sampled").heights[0];
+    let (own, thick) = (tip(&session), tip(session.shown(1).expect("made")));
+    assert!(thick > own + 0.001, "twice as thick it hangs less: {thick} {own}");
+    assert!(session.set("gravity", "(0, -3, 0)") && session.set("dt", "0.01"));
+    let of =
+        |s: &Session, i: usize| (s.shown(i).expect("made").world().gravity().y, s.shown(i).expect("made").world().dt());
+    assert_eq!((of(&session, 1), of(&session, 2)), ((-3.0, 0.01), (-3.0, 0.004)), "its own field stays");
+    assert!(session.undo() && session.undo() && of(&session, 1).0 == -9.81);
+    assert!(session.scrub(0.3));
+    let times = ran(&session);
+    assert!(times.iter().all(|t| (t - times[0]).abs() < 1e-6) && times[0] < 0.4, "back in time too: {times:?}");
+    assert!(session.reset() && ran(&session) == [0.0; 3]);
+    assert!(session.offset(2).x > 1.9 * session.offset(1).x && session.offset(0).x == 0.0);
+}
+
+#[test]
+fn a_variant_that_cannot_be_made_says_why_and_there_are_no_more_than_four() {
+    let mut session = strip();
+    session.compare_with(vec![variant("sheets.0.structure", "cheese"), variant("engine", "rk4")]);
+    let found: Vec<bool> = session.beside().map(|b| b.1.is_ok()).collect();
+    assert_eq!(found, [false, true]);
+    assert!(session.beside().next().is_some_and(|b| b.1.is_err_and(|e| e.contains("shell"))));
+    assert!(session.shown(1).is_some_and(|s| s.world().engine().name() == "rk4") && session.shown(2).is_none());
+    session.compare_with(vec![variant("dt", "0.01"); 9]);
+    assert_eq!(session.beside().count(), MOST_BESIDE);
+    session.compare_with(Vec::new());
+    assert!(session.shown(1).is_none());
+}
