@@ -33,7 +33,7 @@ const CLOSE: f64 = 1e-3;
 /// Steps in which all patches that move have been looked at: one sees a face as it did a twentieth of a second ago at most.
 const GLANCES: usize = 3;
 /// Steps in which all patches' shadows have been looked at.
-const TURNS: usize = 16;
+const TURNS: usize = 24;
 /// Points of a face that rays are sent to, for each of its corners.
 const RAYS: usize = 4;
 /// How far from a patch its rays begin, as a fraction of their length.
