@@ -272,9 +272,12 @@ impl Arguments {
         }
         let file = self.scene_file();
         let mut scene = self.described(&file)?;
-        self.variants()?;
         for assignment in &self.set {
             scene = assigned("--set", &scene, assignment)?;
+        }
+        if !self.compare.is_empty() && !playback::is_recording(&file) {
+            // Told before anything is shown, and not as a window that did not open.
+            self.compare(&mut Session::new(&scene)?)?;
         }
         if let Some(picture) = &self.screenshot {
             let mut scenes = vec![scene.clone()];
@@ -322,6 +325,23 @@ impl Arguments {
             Ok(Variant { path, value })
         };
         self.compare.iter().map(variant).collect()
+    }
+
+    /// Puts what the scene is compared with beside it.
+    ///
+    /// # Errors
+    /// When one is no `PATH=VALUE`, or its field or value is wrong.
+    pub fn compare(&self, session: &mut Session) -> Result<(), InputError> {
+        let variants = self.variants()?;
+        if variants.is_empty() {
+            return Ok(());
+        }
+        session.compare_with(variants);
+        let wrong = session.beside().find_map(|(variant, made)| made.err().map(|why| (variant, why.to_owned())));
+        match wrong {
+            Some((variant, why)) => Err(InputError::new(format!("--compare {}", variant.path), why)),
+            None => Ok(()),
+        }
     }
 }
 

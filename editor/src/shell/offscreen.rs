@@ -18,6 +18,7 @@ use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_egui::egui;
 use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+use bevy_sheetwork::SheetColour;
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
@@ -60,38 +61,66 @@ pub fn screenshot(
     let times = if arguments.at.is_empty() { vec![None] } else { arguments.at.iter().copied().map(Some).collect() };
     let mut rows = Vec::new();
     for time in times {
-        let mut row = Vec::new();
-        for scene in scenes {
-            let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
-            let variants = arguments.variants()?;
-            if !variants.is_empty() {
-                session.compare_with(variants);
-            }
-            session.run(time.unwrap_or(scene.duration));
-            if session.world().unstable().is_some() {
-                status = ExitCode::from(1);
-            }
-            for message in session.messages() {
-                eprintln!("{}", message.text);
-            }
-            let drawn = match &adapter {
-                Ok(_) if arguments.with_ui => {
-                    let state = arguments.state(&session);
-                    draw_panels(session, state, size)
-                }
-                Ok(_) => draw(session, size, arguments.display()),
-                Err(_) => {
-                    let camera = crate::camera::Camera::of(session.world());
-                    let look = Look { colour: arguments.sheet_colour(), ..Look::default() };
-                    Ok(Picture::draw(session.world(), &camera, &look, size))
-                }
-            };
-            row.push(drawn.map_err(|problem| InputError::new("", problem).in_file(picture))?);
-        }
-        rows.push(row);
+        let run = |scene: &Scene| simulated(arguments, scene, file, time.unwrap_or(scene.duration));
+        rows.push(scenes.iter().map(run).collect::<Result<Vec<_>, _>>()?);
     }
+    if rows.iter().flatten().any(|session| session.world().unstable().is_some()) {
+        status = ExitCode::from(1);
+    }
+    let colour = colour_of_all(arguments, rows.iter().flatten());
+    let paint = |session: Session| {
+        let display = Display { colour, ..arguments.display() };
+        let drawn = match &adapter {
+            Ok(_) if arguments.with_ui => {
+                let mut state = arguments.state(&session);
+                state.display.colour = display.of(&session).colour;
+                draw_panels(session, state, size)
+            }
+            Ok(_) => draw(session, size, display),
+            Err(_) => {
+                let camera = crate::camera::Camera::of(session.world());
+                let look = Look { colour, ..Look::default() };
+                Ok(Picture::draw(session.world(), &camera, &look, size))
+            }
+        };
+        drawn.map_err(|problem| InputError::new("", problem).in_file(picture))
+    };
+    let paint_row = |row: Vec<Session>| row.into_iter().map(paint).collect::<Result<Vec<_>, _>>();
+    let rows = rows.into_iter().map(paint_row).collect::<Result<Vec<_>, _>>()?;
     Picture::tiled(&rows).save(picture).map_err(|e| InputError::io(picture, &e))?;
     Ok(status)
+}
+
+/// A session of `scene`, or of the recording in `file`, at `time` (s), with what it is compared with.
+fn simulated(arguments: &Arguments, scene: &Scene, file: &Path, time: f64) -> Result<Session, InputError> {
+    let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
+    arguments.compare(&mut session)?;
+    session.run(time);
+    for message in session.messages() {
+        eprintln!("{}", message.text);
+    }
+    Ok(session)
+}
+
+/// What sheets are coloured by in several pictures: temperatures on one scale, so that the same colour is as warm in all.
+fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Session>) -> Option<SheetColour> {
+    let asked = arguments.sheet_colour();
+    if !matches!(asked, None | Some(SheetColour::Temperature)) {
+        return asked;
+    }
+    let mut ends: Option<(f32, f32)> = None;
+    for session in all {
+        let display = Display { colour: asked, ..arguments.display() }.of(session);
+        match display.colour.unwrap_or_else(|| SheetColour::of_heat(session.world())) {
+            SheetColour::Temperature => {
+                let Some(scale) = SheetColour::Temperature.scale(session.world()) else { continue };
+                ends = Some(ends.map_or((scale.low, scale.high), |(a, b)| (a.min(scale.low), b.max(scale.high))));
+            }
+            SheetColour::Plain => {}
+            _ => return asked,
+        }
+    }
+    ends.map(|(low, high)| SheetColour::TemperatureBetween { low, high }).or(asked)
 }
 
 /// Draws what `display` says of the session's world as it is, without panels. Needs a graphics driver: ask [`probe::adapter`] first. `size` in

@@ -56,10 +56,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
     let adapter = probe::adapter()?;
     let session = if is_recording(file) { Session::open(file) } else { Session::new(scene).map(|s| s.read_from(file)) };
     let mut session = session.map_err(|e| e.to_string())?;
-    let variants = arguments.variants().map_err(|e| e.to_string())?;
-    if !variants.is_empty() {
-        session.compare_with(variants);
-    }
+    arguments.compare(&mut session).map_err(|e| e.to_string())?;
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |info| {
         // Bevy panics when the system gives it no window; that is answered by a headless run, not by a backtrace.
@@ -90,7 +87,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     let mut app = App::new();
     let plugins = DefaultPlugins.set(WindowPlugin { primary_window: Some(window), ..default() }).set(LogPlugin {
         level: Level::WARN,
-        filter: "wgpu=error,naga=warn,bevy_render::renderer=error,bevy_egui=error,winit=error".into(),
+        filter: "wgpu=error,naga=warn,bevy_render::renderer=error,bevy_egui=error,egui=error,winit=error".into(),
         ..default()
     });
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
