@@ -53,8 +53,9 @@ impl Camera {
             return camera;
         }
         let middle = 0.5 * session.offset(others);
-        // From the front, so that none stands before another.
-        let distance = (1.15 * camera.distance).max(1.02 * session.offset(others + 1).x);
+        // From the front, so that none stands before another; between the panels the view is about as wide as high.
+        let wide = session.offset(others + 1).x / (2.0 * (0.5 * camera.field_of_view).tan());
+        let distance = (1.15 * camera.distance).max(wide);
         Self { target: camera.target + middle, distance, yaw: 0.16, ..camera }
     }
 
