@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use bevy_sheetwork::SheetColour;
+use clap::builder::PossibleValue;
 use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
@@ -58,7 +59,7 @@ pub struct Arguments {
     pub light: bool,
     /// The tool that the left button has.
     #[arg(long, value_name = "TOOL")]
-    pub tool: Option<Hold>,
+    pub tool: Option<Tool>,
     /// What of the sheets to draw besides the usual, in window and screenshot.
     #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub show: Vec<Show>,
@@ -94,42 +95,35 @@ pub enum Show {
     Bare,
 }
 
-/// A section of the controls.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+/// Sections of the controls: one, or every one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Open {
-    /// What sheets are made of.
-    Material,
-    /// What they are.
-    Sheet,
-    /// Rigid bodies.
-    Bodies,
-    /// How time passes.
-    Engine,
-    /// What heats.
-    Heat,
-    /// What is drawn.
-    Display,
-    /// Where it is seen from.
-    Camera,
-    /// Variants beside the scene.
-    Compare,
-    /// Other processes.
-    Link,
+    /// This one.
+    One(Section),
     /// Every one.
     All,
 }
 
-/// A tool of the left mouse button.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Hold {
-    /// Turns the view.
-    Look,
-    /// Pulls at a sheet.
-    Grab,
-    /// Pins masses.
-    Pin,
-    /// Moves bodies and heaters.
-    Move,
+impl ValueEnum for Open {
+    fn value_variants<'a>() -> &'a [Self] {
+        const EACH: [Open; Section::ALL.len() + 1] = {
+            let mut each = [Open::All; Section::ALL.len() + 1];
+            let mut i = 0;
+            while i < Section::ALL.len() {
+                each[i] = Open::One(Section::ALL[i].0);
+                i += 1;
+            }
+            each
+        };
+        &EACH
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        match self {
+            Self::One(section) => section.to_possible_value(),
+            Self::All => Some(PossibleValue::new("all").help("Every one")),
+        }
+    }
 }
 
 /// What sheets can be coloured by.
@@ -171,19 +165,10 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 impl Open {
     /// The sections that are meant.
     fn sections(self) -> Vec<Section> {
-        let one = match self {
-            Self::Material => Section::Material,
-            Self::Sheet => Section::Sheet,
-            Self::Bodies => Section::Bodies,
-            Self::Engine => Section::Engine,
-            Self::Heat => Section::Heat,
-            Self::Display => Section::Display,
-            Self::Camera => Section::Camera,
-            Self::Compare => Section::Compare,
-            Self::Link => Section::Link,
-            Self::All => return Section::ALL.iter().map(|s| s.0).collect(),
-        };
-        vec![one]
+        match self {
+            Self::One(section) => vec![section],
+            Self::All => Section::ALL.iter().map(|s| s.0).collect(),
+        }
     }
 }
 
@@ -216,12 +201,7 @@ impl Arguments {
         if !self.open.is_empty() {
             state.open_sections = self.open.iter().flat_map(|open| open.sections()).collect();
         }
-        state.tool = match self.tool {
-            Some(Hold::Grab) => Tool::Grab,
-            Some(Hold::Pin) => Tool::Pin,
-            Some(Hold::Move) => Tool::Move,
-            Some(Hold::Look) | None => Tool::Look,
-        };
+        state.tool = self.tool.unwrap_or_default();
         if state.tool == Tool::Move {
             state.selected = session.items().last().copied();
         }
@@ -275,16 +255,16 @@ impl Arguments {
         for assignment in &self.set {
             scene = assigned("--set", &scene, assignment)?;
         }
-        if !self.compare.is_empty() && !playback::is_recording(&file) {
-            // Told before anything is shown, and not as a window that did not open.
-            self.compare(&mut Session::new(&scene)?)?;
-        }
         if let Some(picture) = &self.screenshot {
             let mut scenes = vec![scene.clone()];
             for assignment in &self.beside {
                 scenes.push(assigned("--beside", &scene, assignment)?);
             }
             return shell::offscreen::screenshot(self, &scenes, &file, picture);
+        }
+        if !self.compare.is_empty() && !playback::is_recording(&file) {
+            // Told before anything is shown, and not as a window that did not open.
+            self.compare(&mut Session::new(&scene)?)?;
         }
         let without_window = || {
             if playback::is_recording(&file) {
@@ -339,7 +319,7 @@ impl Arguments {
         session.compare_with(variants);
         let wrong = session.beside().find_map(|(variant, made)| made.err().map(|why| (variant, why.to_owned())));
         match wrong {
-            Some((variant, why)) => Err(InputError::new(format!("--compare {}", variant.path), why)),
+            Some((variant, why)) => Err(InputError::new(format!("--compare {}={}", variant.path, variant.value), why)),
             None => Ok(()),
         }
     }

@@ -34,6 +34,7 @@ use bevy_egui::egui::{self, Rect, ScrollArea, Ui};
 
 use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::render::ColourScale;
+use clap::ValueEnum;
 use sheetwork::World;
 use sheetwork::scene::Scene;
 
@@ -124,7 +125,7 @@ impl Display {
 }
 
 /// What the left button does in the view.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Tool {
     /// Turns the view.
     #[default]
@@ -148,7 +149,7 @@ impl Tool {
 }
 
 /// A part of the controls on the right.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum Section {
     /// Structure, grid, size, place, damping, pins.
     Sheet,

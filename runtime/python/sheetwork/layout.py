@@ -121,21 +121,27 @@ class Sheet:
             raise ValueError("the positions of a sheet lie outside the sample")
 
 
+def _opened(data, whole, part, magic, what):
+    """Header of a sample and those of its sheets, when they are what they say."""
+    if data.size < whole.itemsize:
+        raise ValueError(f"{data.size} bytes are no {what}")
+    header = data[: whole.itemsize].view(whole)[0]
+    if bytes(header["magic"]) != magic:
+        raise ValueError(f"the sample is no {what} of Sheetwork")
+    if header["layout"] != LAYOUT:
+        raise ValueError(f"the game writes layout {header['layout']}, and this reader knows {LAYOUT}")
+    own, each, count = int(header["header_bytes"]), int(header["sheet_bytes"]), int(header["sheets"])
+    fits = own >= whole.itemsize and each >= part.itemsize and count <= MOST_SHEETS
+    if not fits or own + count * each > data.size or int(header["bytes"]) != data.size:
+        raise ValueError(f"the {what} says it has {header['bytes']} bytes and has {data.size}")
+    return header, [data[at : at + part.itemsize].view(part)[0] for at in range(own, own + count * each, each)]
+
+
 class Frame:
     """A frame of the whole world: it looks into shared memory until the next is asked for, and keeps copies then."""
 
     def __init__(self, data):
-        if data.size < FRAME.itemsize:
-            raise ValueError(f"{data.size} bytes are no frame")
-        header = data[: FRAME.itemsize].view(FRAME)[0]
-        if bytes(header["magic"]) != MAGIC:
-            raise ValueError("the sample is no frame of Sheetwork")
-        if header["layout"] != LAYOUT:
-            raise ValueError(f"the game writes layout {header['layout']}, and this reader knows {LAYOUT}")
-        own, each, count = int(header["header_bytes"]), int(header["sheet_bytes"]), int(header["sheets"])
-        fits = own >= FRAME.itemsize and each >= SHEET.itemsize and count <= MOST_SHEETS
-        if not fits or own + count * each > data.size or int(header["bytes"]) != data.size:
-            raise ValueError(f"the frame says it has {header['bytes']} bytes and has {data.size}")
+        header, heads = _opened(data, FRAME, SHEET, MAGIC, "frame")
         self.epoch = int(header["epoch"])
         self.frame = int(header["frame"])
         self.steps = int(header["steps"])
@@ -153,8 +159,7 @@ class Frame:
         #: Position (m) and rotation (quaternion x, y, z, w) of each body.
         bodies = _array(data, int(header["bodies_at"]), int(header["bodies"]), "<f4", 7)
         self.bodies = np.empty((0, 7), "<f4") if bodies is None else bodies
-        places = range(own, own + count * each, each)
-        self.sheets = [Sheet(data, data[at : at + SHEET.itemsize].view(SHEET)[0]) for at in places]
+        self.sheets = [Sheet(data, head) for head in heads]
 
     def sheet(self, name):
         """The sheet of that name; None where there is none."""
@@ -165,22 +170,11 @@ class Topology:
     """Which masses of the sheets make triangles: arrays of its own."""
 
     def __init__(self, data):
-        if data.size < TOPOLOGY.itemsize:
-            raise ValueError(f"{data.size} bytes are no topology")
-        header = data[: TOPOLOGY.itemsize].view(TOPOLOGY)[0]
-        if bytes(header["magic"]) != TOPOLOGY_MAGIC:
-            raise ValueError("the sample is no topology of Sheetwork")
-        if header["layout"] != LAYOUT:
-            raise ValueError(f"the game writes layout {header['layout']}, and this reader knows {LAYOUT}")
-        own, each, count = int(header["header_bytes"]), int(header["sheet_bytes"]), int(header["sheets"])
-        fits = own >= TOPOLOGY.itemsize and each >= SHEET_TOPOLOGY.itemsize and count <= MOST_SHEETS
-        if not fits or own + count * each > data.size or int(header["bytes"]) != data.size:
-            raise ValueError(f"the topology says it has {header['bytes']} bytes and has {data.size}")
+        header, heads = _opened(data, TOPOLOGY, SHEET_TOPOLOGY, TOPOLOGY_MAGIC, "topology")
         self.epoch = int(header["epoch"])
         self.version = int(header["version"])
-        places = range(own, own + count * each, each)
         #: Of each sheet, in the order of a frame's: its triangles, and which of its cells are open (None of one that cannot).
-        self.sheets = [_mesh(data, data[at : at + SHEET_TOPOLOGY.itemsize].view(SHEET_TOPOLOGY)[0]) for at in places]
+        self.sheets = [_mesh(data, head) for head in heads]
 
 
 def _mesh(data, header):
