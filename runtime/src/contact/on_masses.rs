@@ -4,6 +4,7 @@
 //! One sheet on bodies that do not give way is solved on its own tangent, several sheets or bodies that do on a joint one.
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use super::delassus::{Group, frame_of};
 use super::memory::Remembered;
@@ -21,8 +22,13 @@ const BEHIND: f64 = 0.05;
 const FURTHEST: f64 = 1e-4;
 /// Accuracy of gaps as a fraction of the deepest overlap there would be.
 const OF_DEPTH: f64 = 5e-5;
+/// The same of several sheets, and the most that it makes of it, m.
+const OF_DEPTH_TOGETHER: f64 = 1e-3;
+const COARSEST: f64 = 1e-5;
 /// Times that contacts are chosen.
 const GROWING: u32 = 4;
+/// Rows that one thread makes at a time.
+const ROWS_AT_A_TIME: usize = 64;
 /// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
 const ALIKE: f64 = 0.98;
 
@@ -88,10 +94,16 @@ impl Scratch {
     /// Puts the chosen contacts to the solver.
     fn lay_rows(&mut self, primal: &mut Primal, group: &mut Group, h: f64) {
         primal.clear();
-        for i in self.chosen.iter().map(|i| *i as usize) {
-            let (row, force) = self.row_of(group, i, h);
-            primal.force.push(force);
-            primal.rows.push(row);
+        let known = (&*self, &*group);
+        let row_of = |i: &u32| known.0.row_of(known.1, *i as usize, h);
+        if group.parallel {
+            let rows = self.chosen.par_iter().with_min_len(ROWS_AT_A_TIME).map(row_of);
+            rows.unzip_into_vecs(&mut primal.rows, &mut primal.force);
+        } else {
+            for (row, force) in self.chosen.iter().map(row_of) {
+                primal.rows.push(row);
+                primal.force.push(force);
+            }
         }
         self.on_own = self.alone;
         if let Some(system) = group.sheet_mut(0).system_mut().filter(|_| self.alone) {
@@ -167,7 +179,8 @@ impl Scratch {
     pub(super) fn accuracy(&self, rough: bool, sheets: usize) -> Accuracy {
         let accuracy = accuracy(rough, sheets);
         let deepest = self.gaps.free.iter().fold(0.0_f64, |deepest, gap| deepest.max(-gap));
-        Accuracy { gap: accuracy.gap.max(OF_DEPTH * deepest), ..accuracy }
+        let room = if sheets > 1 { (OF_DEPTH_TOGETHER * deepest).min(COARSEST) } else { OF_DEPTH * deepest };
+        Accuracy { gap: accuracy.gap.max(room), ..accuracy }
     }
 
     /// Contact `i` as the unknowns see it, and the force it had (N, in its frame), in a stage of weight `h` (s).

@@ -121,6 +121,7 @@ impl Near<'_> {
         let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
         let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
         let mut finder = std::mem::take(&mut self.work.finder);
+        finder.use_threads(group.parallel);
         for member in group.members {
             let sheet = &group.sheets[*member as usize];
             let Some(skin) = &sheet.work.skin else { continue };

@@ -121,7 +121,8 @@ fn a_soak_grows_neither_memory_nor_objects() {
     let mut frames = client.frames(false).expect("a place");
     let begin = Instant::now();
     let (mut warm, mut count) = (None, 0_u64);
-    while begin.elapsed().as_secs_f64() < seconds {
+    // A machine that is busy may take longer for the frames that are asked.
+    while begin.elapsed().as_secs_f64() < seconds || (count <= 100 && begin.elapsed() < PATIENCE) {
         count += u64::from(frames.latest().expect("sound").is_some());
         if count % 50 == 0 {
             // Others come and go meanwhile.
@@ -139,5 +140,4 @@ fn a_soak_grows_neither_memory_nor_objects() {
     assert!(objects_now <= objects + 2, "{objects} objects, then {objects_now}");
     assert!(memory > 0 && memory_now <= memory + (256 << 10), "{memory} bytes, then {memory_now}");
     eprintln!("soak: {count} frames read, {memory_now} bytes, {objects_now} objects");
-    let _ = PATIENCE;
 }

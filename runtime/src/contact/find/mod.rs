@@ -12,6 +12,7 @@
 //! bodies, then trees of boxes of triangles, decide what is looked at.
 
 mod ball;
+mod between;
 mod corners;
 mod edges;
 mod faces;
@@ -25,10 +26,10 @@ mod tree;
 use glam::DVec3;
 use rapier3d::parry::partitioning::BvhWorkspace;
 
+use self::between::{Between, couple, half_room};
 use self::graph::stays_graph;
 pub(super) use self::keys::{is_of_surface, thing};
 use self::local::{Local, Meeting};
-use self::surfaces::{Couple, Party};
 use self::tree::{Cuboid, Drift, SkinTree};
 use super::features::{Features, Solid};
 use super::frame::RigidFrame;
@@ -131,14 +132,13 @@ pub struct FindCounters {
 pub struct Finder {
     /// Sheets and bodies that may meet in this step.
     near: Vec<(u32, u32)>,
-    /// Pairs of sheets that may.
-    near_sheets: Vec<(u32, u32)>,
+    between: Between,
+    /// Whether threads of the pool it is called in may help.
+    parallel: bool,
     /// Of each sheet of the problem.
     trees: Vec<SkinTree>,
     local: Local,
     workspace: BvhWorkspace,
-    /// What every sheet sweeps, as seen from their mean motion.
-    swept: Vec<Cuboid>,
     order: Vec<(Key, u32)>,
     raw: Vec<Contact>,
     keep: Vec<bool>,
@@ -163,12 +163,17 @@ impl Finder {
         self.scope = scope;
     }
 
+    /// Lets threads of the pool it is called in help, or not; what is found does not depend on it.
+    pub fn use_threads(&mut self, parallel: bool) {
+        self.parallel = parallel;
+    }
+
     /// Begins a step in which nothing moves further than `reach` (m) from where it is at the start: finds which sheets and
     /// bodies can meet at all.
     pub fn begin(&mut self, problem: &Problem, reach: f64) {
         let count = problem.sheets.len();
         self.near.clear();
-        self.near_sheets.clear();
+        self.between.near.clear();
         self.trees.truncate(count);
         for (i, sheet) in problem.sheets.iter().enumerate() {
             match self.trees.get_mut(i) {
@@ -199,7 +204,7 @@ impl Finder {
                 self.counters.boxes += 1;
                 let way = reach + other.skin.offset();
                 if around.meets(&Cuboid::of(other.start).grown(way)) {
-                    self.near_sheets.push((s as u32, t as u32));
+                    self.between.near.push((s as u32, t as u32));
                 }
             }
         }
@@ -207,7 +212,7 @@ impl Finder {
 
     /// Whether nothing can meet in this step: no pair is near, and no sheet is folded enough to meet itself.
     pub fn is_idle(&self) -> bool {
-        self.near.is_empty() && self.near_sheets.is_empty() && !self.folds()
+        self.near.is_empty() && self.between.near.is_empty() && !self.folds()
     }
 
     /// Whether some sheet is folded enough to meet itself in this step.
@@ -228,7 +233,7 @@ impl Finder {
         self.against_sheets(problem);
         self.against_themselves(problem);
         self.collect(out);
-        if !self.near_sheets.is_empty() {
+        if !self.between.near.is_empty() {
             prune::prune(problem, out, &mut self.keep);
         }
     }
@@ -278,31 +283,10 @@ impl Finder {
     }
 
     fn against_sheets(&mut self, problem: &Problem) {
-        let Some(margin) = problem.between.filter(|_| !self.near_sheets.is_empty()) else { return };
-        let drift = Drift::of(problem.sheets.iter().filter(|sheet| sheet.awake));
-        self.swept.clear();
-        self.swept.extend(problem.sheets.iter().map(|sheet| Cuboid::swept(sheet, &drift)));
-        for k in 0..self.near_sheets.len() {
-            let (s, t) = self.near_sheets[k];
-            let (Some(a), Some(b)) = (problem.sheets.get(s as usize), problem.sheets.get(t as usize)) else { continue };
-            self.counters.boxes += 1;
-            let room = a.skin.offset() + b.skin.offset() + margin;
-            let around = self.swept[t as usize].grown(room);
-            if !self.swept[s as usize].meets(&around) {
-                continue;
-            }
-            for (i, sheet) in [(s, a), (t, b)] {
-                if let Some(tree) = self.trees.get_mut(i as usize) {
-                    tree.refresh(sheet, &drift, half_room(sheet, margin));
-                    tree.refresh_ridges(sheet);
-                }
-            }
-            let Some(couple) = couple(problem, &self.trees, (s, t), margin) else { continue };
-            for (p, q) in couple.a.tree.pairs_with(couple.b.tree, around) {
-                self.counters.sheet_sheet_tests += 1;
-                couple.triangles(p, q, &mut self.raw);
-            }
-        }
+        let Some(margin) = problem.between.filter(|_| !self.between.near.is_empty()) else { return };
+        let (boxes, tests) = self.between.find(problem, margin, &mut self.trees, self.parallel, &mut self.raw);
+        self.counters.boxes += boxes;
+        self.counters.sheet_sheet_tests += tests;
     }
 
     fn against_themselves(&mut self, problem: &Problem) {
@@ -314,7 +298,9 @@ impl Finder {
             let Some(tree) = self.trees.get_mut(s).filter(folded) else { continue };
             tree.refresh(sheet, &Drift::of(std::iter::once(sheet)), half_room(sheet, margin));
             tree.refresh_ridges(sheet);
-            let Some(couple) = couple(problem, &self.trees, (s as u32, s as u32), margin) else { continue };
+            let coefficients = (problem.surfaces)(Pair::Sheets(s as u32, s as u32));
+            let pair = (s as u32, s as u32);
+            let Some(couple) = couple(problem.sheets, &self.trees, pair, margin, coefficients) else { continue };
             let (rows, tests) = (&mut self.raw, &mut self.counters.self_tests);
             couple.a.tree.own_pairs(&mut self.workspace, |p, q| {
                 *tests += 1;
@@ -332,24 +318,6 @@ impl Finder {
         self.order.dedup_by_key(|(key, _)| *key);
         out.extend(self.order.iter().map(|(_, i)| self.raw[*i as usize]));
     }
-}
-
-/// What boxes of a sheet that may meet another within `margin` are grown by, m: each does half of that.
-fn half_room(sheet: &SheetMotion, margin: f64) -> f64 {
-    sheet.skin.offset() + 0.5 * margin
-}
-
-/// Two sheets of a problem, or one twice.
-fn couple<'a>(problem: &Problem<'a>, trees: &'a [SkinTree], (s, t): (u32, u32), margin: f64) -> Option<Couple<'a>> {
-    let party = |index: u32| {
-        let (sheet, tree) = (problem.sheets.get(index as usize)?, trees.get(index as usize)?);
-        Some(Party { index, sheet, tree })
-    };
-    let (a, b) = (party(s)?, party(t)?);
-    let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
-    // Two sheets that lie within each other are on no certain side: as two that are made in one place.
-    let limits = Limits { offset, margin, deep: DEEP.min(0.5 * offset) };
-    Some(Couple { a, b, limits, coefficients: (problem.surfaces)(Pair::Sheets(s, t)) })
 }
 
 /// How close a pair of features must be, m.

@@ -13,24 +13,35 @@
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
-use super::{Primal, Space};
+use super::{Accuracy, Primal, Space};
 use crate::contact::coulomb::Law;
 
 /// Steps, at most.
 const STEPS: u32 = 25;
-/// How far down m must come, as a fraction of where it began.
-const DOWN: f64 = 1e-9;
-/// What will do if it does not.
+/// How far down m must have come after all steps, as a fraction of where it began, and by how much gaps and slips may be off then, m.
 const ENOUGH: f64 = 1e-3;
-/// By how much gaps and slips may be off at the end, m, and what will do.
-const MISS: f64 = 1e-8;
 const MISS_ENOUGH: f64 = 1e-6;
-/// By what fraction of their sum forces may be short of holding the displacement.
-const BALANCED: f64 = 1e-5;
 /// Power of the fraction of m with which ε falls.
 const SMOOTHER: f64 = 0.75;
 /// Fraction of the way to the border that a step may go.
 const WITHIN: f64 = 0.995;
+
+/// Where the path ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inside {
+    /// How far down m must come, as a fraction of where it began.
+    pub down: f64,
+    /// By how much gaps and slips may be off, m.
+    pub miss: f64,
+    /// By what fraction of their sum forces may be short of holding the displacement.
+    pub balanced: f64,
+}
+
+impl Inside {
+    pub const FINE: Self = Self { down: 1e-9, miss: 1e-8, balanced: 1e-5 };
+    /// Of several sheets: half of the steps bring the last thousandth of the forces.
+    pub const TOGETHER: Self = Self { down: 1e-6, miss: 1e-7, balanced: 1e-2 };
+}
 
 /// Gaps and forces on the path.
 #[derive(Default)]
@@ -54,7 +65,7 @@ impl Primal {
     }
 
     /// Goes along the path to its end, from u and δ as they are; leaves δ, u and the forces there. False when that is not reached.
-    pub(super) fn go_inside(&mut self, space: &mut dyn Space, balance: f64) -> bool {
+    pub(super) fn go_inside(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
         let mut inner = std::mem::take(&mut self.interior);
         inner.begin(self);
         let first = inner.mean(self);
@@ -62,8 +73,9 @@ impl Primal {
         for _ in 0..STEPS {
             let mean = inner.mean(self);
             inner.smooth = (inner.scale * (mean / first).powf(SMOOTHER)).max(1e-9);
-            let ended = mean <= DOWN * first && inner.missed(self).max(inner.unturned(self)) <= MISS;
-            if ended && inner.unbalanced(self, space) <= BALANCED {
+            let Inside { down, miss, balanced } = accuracy.inside;
+            let ended = mean <= down * first && inner.missed(self).max(inner.unturned(self)) <= miss;
+            if ended && inner.unbalanced(self, space) <= balanced {
                 break;
             }
             fine = self.factorize_inside(space, &inner);
@@ -98,7 +110,7 @@ impl Primal {
         self.aim();
         self.factored.clear();
         fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self).max(inner.unturned(self)) <= MISS_ENOUGH;
-        fine &= inner.unbalanced(self, space) <= balance;
+        fine &= inner.unbalanced(self, space) <= accuracy.balance_inside;
         self.interior = inner;
         fine
     }

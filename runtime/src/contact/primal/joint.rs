@@ -13,6 +13,9 @@ use crate::contact::mover::Mover;
 use crate::engine::linear::{Backend, Factor, Pattern, analyse_joined};
 use crate::sheet::System;
 
+/// How many times the blocks that contact has now may be kept of those that it has had.
+const MORE: f64 = 1.3;
+
 /// Block rows of something that has none.
 pub(super) const NO_ROWS: u32 = u32::MAX;
 
@@ -108,6 +111,9 @@ impl Joint {
         if self.made_for != self.sizes || !rows.iter().all(|row| covers(&self.pattern, row)) {
             self.analyse(group, rows);
         }
+        if let Some(factor) = &mut self.factor {
+            factor.use_threads(group.parallel);
+        }
         self.base.fill(0.0);
         let mut slots = self.slots.iter();
         for local in 0..group.members.len() as u32 {
@@ -131,6 +137,7 @@ impl Joint {
     /// Makes the pattern for what `rows` join.
     fn analyse(&mut self, group: &Group, rows: &[Row]) {
         self.analyses += 1;
+        let same = self.made_for == self.sizes;
         self.made_for.clone_from(&self.sizes);
         let mut pairs = Vec::new();
         for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
@@ -141,7 +148,12 @@ impl Joint {
         for (row, column) in rows.iter().flat_map(Row::pairs) {
             pairs.push((row, column));
         }
-        self.pattern = Pattern::new(self.size(), pairs);
+        // What touched before may again, and another analysis is dearer than a few blocks that are zero.
+        let fresh = Pattern::new(self.size(), pairs.iter().copied());
+        pairs.extend(self.pattern.iter().filter(|_| same).map(|(_, row, column)| (row, column)));
+        let joined = Pattern::new(self.size(), pairs);
+        let is_little = joined.blocks() as f64 <= MORE * fresh.blocks() as f64;
+        self.pattern = if is_little { joined } else { fresh };
         self.slots.clear();
         for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
             if let Some(tangent) = group.sheet(local).tangent() {

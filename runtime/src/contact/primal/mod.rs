@@ -26,6 +26,7 @@ mod tests;
 use glam::{DMat3, DVec2, DVec3};
 
 use super::coulomb::Law;
+pub(crate) use interior::Inside;
 pub(super) use joint::{Joint, Tangent, covers};
 pub(super) use row::Row;
 pub(super) use space::{OnForces, OnMasses, Space};
@@ -34,6 +35,11 @@ pub(super) use space::{OnForces, OnMasses, Space};
 /// found from within.
 const MANY: f64 = 0.03;
 const STEPS_OUTSIDE: u32 = 3;
+/// After so many braced steps gaps that are not down to this fraction of the first, and after so many those that are more than a few times
+/// what is asked, are found from within: such steps go on for long or not at all.
+const STEPS_BRACED: [u32; 2] = [6, 10];
+const LOST: f64 = 0.5;
+const FEW_TIMES: f64 = 4.0;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
@@ -71,6 +77,8 @@ pub(crate) struct Accuracy {
     pub balance: f64,
     /// The same of forces found from within, which close in on friction slowly.
     pub balance_inside: f64,
+    /// Where the path to them ends.
+    pub inside: Inside,
     /// Times that the limits of friction follow the normal forces, at most.
     pub updates: u32,
     /// Steps after which forces are found from within in any case.
@@ -88,6 +96,7 @@ impl Accuracy {
         stiffest: 1e4,
         balance: 1e-7,
         balance_inside: 1e-3,
+        inside: Inside::FINE,
         updates: 5,
         patience: 20,
         braced: false,
@@ -101,6 +110,7 @@ impl Accuracy {
         stiffest: 0.0,
         balance: 1e-3,
         balance_inside: 1e-2,
+        inside: Inside::TOGETHER,
         updates: 0,
         patience: 20,
         braced: true,
@@ -108,7 +118,7 @@ impl Accuracy {
     /// Where a sheet is still far from where it will be, and where several are.
     pub const ROUGH: Self =
         Self { gap: 1e-5, slip: 10.0, balance: 1e-3, balance_inside: 1e-2, updates: 0, ..Self::FINE };
-    pub const ROUGH_TOGETHER: Self = Self { braced: true, stiffest: 0.0, ..Self::ROUGH };
+    pub const ROUGH_TOGETHER: Self = Self { braced: true, stiffest: 0.0, inside: Inside::TOGETHER, ..Self::ROUGH };
 }
 
 /// How a contact acts.
@@ -217,12 +227,13 @@ impl Primal {
         }
         let tolerance = accuracy.gap;
         let (mut updated, mut exact, mut trusted, mut inside) = (0, true, true, false);
-        let mut before = f64::INFINITY;
+        let (mut before, mut first) = (f64::INFINITY, f64::INFINITY);
         for round in 0..=accuracy.patience {
             let soon =
                 round == STEPS_OUTSIDE && !accuracy.braced && !exact && !space.is_cheap() && self.changes() > MANY;
-            if !inside && (soon || round == accuracy.patience) {
-                if !space.is_cheap() && self.go_inside(space, accuracy.balance_inside) {
+            let lost = accuracy.braced && self.is_lost(round, &mut first, accuracy);
+            if !inside && (soon || lost || round == accuracy.patience) {
+                if !space.is_cheap() && self.go_inside(space, accuracy) {
                     return true;
                 }
                 // What it came to may be a good place to go on from.
@@ -268,6 +279,19 @@ impl Primal {
             exact = self.advance(space) || small;
         }
         false
+    }
+
+    /// Whether braced steps have not come near in so many rounds; `first` is what was missed in the first, m.
+    fn is_lost(&self, round: u32, first: &mut f64, accuracy: &Accuracy) -> bool {
+        if round > 0 && !STEPS_BRACED.contains(&round) {
+            return false;
+        }
+        let missed = self.missed(accuracy.slip);
+        if round == 0 {
+            *first = missed;
+        }
+        let [early, _] = STEPS_BRACED;
+        round > 0 && missed > FEW_TIMES * accuracy.gap && (round > early || missed > LOST * *first)
     }
 
     /// Begins with the displacement for contacts that act as they did when they had their forces.

@@ -73,6 +73,11 @@ pub trait Factor: Send + Sync {
     /// When a load names a block row there is not.
     fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions);
 
+    /// Whether threads of the pool that a factorisation is called in may help with it; the bits do not depend on that. Not to begin with.
+    fn use_threads(&mut self, parallel: bool) {
+        let _ = parallel;
+    }
+
     /// Name of the backend, and of what it chose on this machine.
     fn name(&self) -> &'static str;
 
@@ -90,7 +95,7 @@ pub enum Backend {
     Faer,
     /// `faer`'s L D Lᵀ without pivoting, for matrices that may be indefinite; it has no half solutions.
     Indefinite,
-    /// Our own, on one thread, by the best instructions the processor has.
+    /// Our own, by the best instructions the processor has.
     Multifrontal,
 }
 

@@ -1,9 +1,15 @@
 //! Every backend against the dense Cholesky factor, and the backends against each other.
 
+use std::sync::LazyLock;
+
 use proptest::prelude::*;
 
 use super::cases::{self, Case, dense_solve};
 use super::*;
+
+/// Two threads to factorise on.
+static THREADS: LazyLock<rayon::ThreadPool> =
+    LazyLock::new(|| rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads"));
 
 fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m, v| v.abs().max(m))
@@ -48,6 +54,14 @@ impl Problem {
         let mut again = self.load.clone();
         assert_eq!(factor.factorize_and_solve(&self.values, &mut again), Ok(()), "{who}");
         assert_eq!(x, again, "{who}: with and after the factorisation");
+        let mut on_two = self.load.clone();
+        THREADS.install(|| {
+            factor.use_threads(true);
+            assert_eq!(factor.factorize(&self.values), Ok(()), "{who}: on two threads");
+            factor.use_threads(false);
+        });
+        factor.solve(&mut on_two);
+        assert_eq!(x, on_two, "{who}: on one thread and on two");
     }
 }
 
@@ -98,6 +112,11 @@ fn what_is_not_positive_is_refused_and_the_next_one_is_not() {
                     bad[9 * slot..9 * slot + 9].fill(0.0);
                 }
                 assert_eq!(factor.factorize(&bad), Err(NotPositive), "{who}: {value} in block {slot}");
+                THREADS.install(|| {
+                    factor.use_threads(true);
+                    assert_eq!(factor.factorize(&bad), Err(NotPositive), "{who}: {value} in block {slot}, two threads");
+                    factor.use_threads(false);
+                });
                 let mut x = case.load(1);
                 factor.solve(&mut x);
                 assert!(x.iter().all(|v| v.is_nan()), "{who}: solves without a factor");

@@ -3,7 +3,7 @@
 //! Front after front, children before parents, the pivots of a front are assembled from the matrix and from what the
 //! children leave, factorised densely, and their effect on later masses is left to the parent (I. S. Duff and J. K. Reid,
 //! *The multifrontal solution of indefinite sparse symmetric linear systems*, ACM Trans. Math. Softw. 9 (1983) 302). Nothing
-//! is allocated after the analysis. One thread.
+//! is allocated after the analysis. One thread, or two where the tree has two large branches: the bits are the same.
 //!
 //! There are three paths, for AVX-512, for AVX2 with FMA, and a portable one; the best that the processor has is taken when
 //! the program runs. Each gives the same bits wherever it runs; they differ from one another by rounding (`lanes`).
@@ -18,7 +18,7 @@ mod symbolic;
 use super::dissection::Tree;
 use super::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
 use lanes::{Job, Portable};
-use numeric::Factorise;
+use numeric::{Factorise, Part};
 use solve::{HalfSolve, RightHandSide, Solve};
 use symbolic::Symbolic;
 
@@ -134,8 +134,10 @@ pub(super) struct MultifrontalFactor {
     instructions: Instructions,
     symbolic: Symbolic,
     factor: Aligned,
-    columns: Aligned,
+    /// Of the two halves.
+    columns: [Aligned; 2],
     schur: Aligned,
+    parallel: bool,
     x: Vec<f64>,
     local: Aligned,
     factorised: bool,
@@ -154,7 +156,9 @@ impl MultifrontalFactor {
         Self {
             instructions,
             factor: Aligned::new(symbolic.factor_len),
-            columns: Aligned::new(symbolic.columns_len),
+            columns: [symbolic.columns_len, if symbolic.halves.is_some() { symbolic.columns_len } else { 0 }]
+                .map(Aligned::new),
+            parallel: false,
             schur: Aligned::new(symbolic.schur_len),
             x: vec![0.0; 3 * pattern.size()],
             local: Aligned::new(symbolic.rows_len),
@@ -171,16 +175,43 @@ impl MultifrontalFactor {
     /// Factorises, and takes the right-hand side in `x` through the first half of the solution where asked to.
     fn run(&mut self, values: &[f64], with_side: bool) -> Result<(), NotPositive> {
         assert_eq!(values.len(), self.values, "9 values a block");
+        let done = match self.symbolic.halves.filter(|_| self.parallel && !with_side) {
+            Some(halves) => self.run_halves(halves, values),
+            None => 0,
+        };
         let side = RightHandSide { x: &mut self.x, local: self.local.get_mut() };
-        self.factorised = self.instructions.run(Factorise {
-            symbolic: &self.symbolic,
-            values,
-            columns: self.columns.get_mut(),
-            schur: self.schur.get_mut(),
-            factor: self.factor.get_mut(),
-            forward: with_side.then_some(side),
-        });
+        self.factorised = done < usize::MAX
+            && self.instructions.run(Factorise {
+                symbolic: &self.symbolic,
+                fronts: done..self.symbolic.fronts.len(),
+                values,
+                columns: self.columns[0].get_mut(),
+                schur: Part { from: 0, memory: self.schur.get_mut() },
+                factor: Part { from: 0, memory: self.factor.get_mut() },
+                forward: with_side.then_some(side),
+            });
         if self.factorised { Ok(()) } else { Err(NotPositive) }
+    }
+
+    /// Factorises two halves of the fronts on two threads; returns how many fronts are done, or `usize::MAX` where a pivot was not
+    /// positive.
+    fn run_halves(&mut self, [cut, end, schur_from]: [usize; 3], values: &[f64]) -> usize {
+        let Self { symbolic, instructions, columns: [first, second], .. } = self;
+        let from = symbolic.fronts[cut].factor;
+        let (low, high) = self.schur.get_mut().split_at_mut(schur_from);
+        let (below, above) = self.factor.get_mut().split_at_mut(from);
+        let half = |fronts, columns, schur, factor| {
+            let job = Factorise { symbolic, fronts, values, columns, schur, factor, forward: None };
+            instructions.run(job)
+        };
+        let (a, b) = rayon::join(
+            || half(0..cut, first.get_mut(), Part { from: 0, memory: low }, Part { from: 0, memory: below }),
+            || {
+                let schur = Part { from: schur_from, memory: high };
+                half(cut..end, second.get_mut(), schur, Part { from, memory: above })
+            },
+        );
+        if a && b { end } else { usize::MAX }
     }
 
     /// Brings a right-hand side into the order of the elimination.
@@ -271,6 +302,10 @@ impl Factor for MultifrontalFactor {
             }
             solutions.close();
         }
+    }
+
+    fn use_threads(&mut self, parallel: bool) {
+        self.parallel = parallel;
     }
 
     fn name(&self) -> &'static str {

@@ -1,19 +1,35 @@
 //! The factorisation of all fronts: assembly, elimination, and what is left to the parents.
 
+use std::ops::Range;
+
 use super::kernels::{self, Dense};
 use super::lanes::{Job, Lanes};
 use super::solve::{self, RightHandSide};
 use super::symbolic::{Front, Run, Symbolic};
 
-/// Factorises: `values` are the caller's; `columns`, `schur` are scratch, `factor` is written. Where there is a `forward`, its
-/// right-hand side goes through each front as soon as that is factorised, while it is in the cache.
+/// Factorises `fronts`, whose children are among them or done: `values` are the caller's; `columns`, `schur` are scratch, `factor` is
+/// written. Where there is a `forward`, its right-hand side goes through each front as soon as that is factorised, while it is in
+/// the cache.
 pub(super) struct Factorise<'a> {
     pub symbolic: &'a Symbolic,
+    pub fronts: Range<usize>,
     pub values: &'a [f64],
     pub columns: &'a mut [f64],
-    pub schur: &'a mut [f64],
-    pub factor: &'a mut [f64],
+    pub schur: Part<'a>,
+    pub factor: Part<'a>,
     pub forward: Option<RightHandSide<'a>>,
+}
+
+/// A stretch of a memory that begins at number `from` of it.
+pub(super) struct Part<'a> {
+    pub from: usize,
+    pub memory: &'a mut [f64],
+}
+
+impl Part<'_> {
+    fn of(&self, range: Range<usize>) -> Range<usize> {
+        range.start - self.from..range.end - self.from
+    }
 }
 
 impl<const G: usize> Job<G> for Factorise<'_> {
@@ -23,15 +39,16 @@ impl<const G: usize> Job<G> for Factorise<'_> {
     #[inline(always)]
     fn run<L: Lanes<G>>(mut self, lanes: L) -> bool {
         let symbolic = self.symbolic;
-        for front in &symbolic.fronts {
+        for front in &symbolic.fronts[self.fronts.clone()] {
             let columns = &mut self.columns[..front.rows() * front.wide];
             clear(front, columns);
             add_blocks(symbolic, front, self.values, columns);
             for child in children(symbolic, front) {
-                let s = &self.schur[child.schur_range()];
+                let s = &self.schur.memory[self.schur.of(child.schur_range())];
                 add_to_columns(lanes, &symbolic.runs[child.runs.clone()], s, child.tall, front, columns);
             }
-            let factor = chunks_mut(&mut self.factor[front.factor_range()]);
+            let range = self.factor.of(front.factor_range());
+            let factor = chunks_mut(&mut self.factor.memory[range]);
             let dense =
                 Dense { columns: chunks(columns), stride: front.rows() / G, pivots: front.pivots, wide: front.wide };
             if !kernels::factorise(lanes, dense, factor) {
@@ -41,10 +58,12 @@ impl<const G: usize> Job<G> for Factorise<'_> {
                 solve::forward(lanes, symbolic, front, factor, x, local);
             }
             let below = &factor[front.wide * front.wide / G..];
-            let s = chunks_mut(&mut self.schur[front.schur_range()]);
+            let own = self.schur.of(front.schur_range());
+            let s = chunks_mut(&mut self.schur.memory[own.clone()]);
             kernels::schur(lanes, [front.pivots, front.wide], below, s);
             for child in children(symbolic, front) {
-                let (from, to) = two(self.schur, child.schur_range(), front.schur_range());
+                let range = self.schur.of(child.schur_range());
+                let (from, to) = two(self.schur.memory, range, own.clone());
                 add_to_schur(lanes, &symbolic.runs[child.runs.clone()], from, child.tall, front, to);
             }
         }
@@ -68,7 +87,7 @@ fn chunks_mut<const G: usize>(numbers: &mut [f64]) -> &mut [[f64; G]] {
 
 /// Two stretches of memory that do not meet, one to read and one to write.
 #[inline(always)]
-fn two(memory: &mut [f64], read: std::ops::Range<usize>, write: std::ops::Range<usize>) -> (&[f64], &mut [f64]) {
+fn two(memory: &mut [f64], read: Range<usize>, write: Range<usize>) -> (&[f64], &mut [f64]) {
     if read.start < write.start {
         let (low, high) = memory.split_at_mut(write.start);
         (&low[read], &mut high[..write.len()])

@@ -17,6 +17,9 @@ use super::super::Pattern;
 use super::super::dissection::Tree;
 use super::amalgamation::boundaries;
 
+/// Operations in the lesser of two halves that make it worth the while to give them to two threads; tests look at all halves.
+const WORTH: f64 = if cfg!(test) { 0.0 } else { 1e6 };
+
 /// One front. Rows are numbered from 0, pivots first, the boundary from `wide`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Front {
@@ -103,6 +106,9 @@ pub(super) struct Symbolic {
     pub schur_len: usize,
     pub columns_len: usize,
     pub rows_len: usize,
+    /// Two stretches of fronts that know nothing of each other, where there is much in both: up to the first number, and from there to the
+    /// second. The S of the second begin at the third.
+    pub halves: Option<[usize; 3]>,
     /// Floating-point operations of a factorisation and numbers in L, without padding.
     pub flops: f64,
     pub nonzeros: usize,
@@ -131,6 +137,7 @@ impl Symbolic {
         }
         symbolic.add_owners();
         symbolic.add_blocks(pattern, &place);
+        symbolic.halves = symbolic.find_halves();
         symbolic.place_schur();
         symbolic.place = place;
         symbolic
@@ -223,12 +230,40 @@ impl Symbolic {
         }
     }
 
-    /// Gives every S the first memory that is free from its making to the end of its parent.
+    /// Where the fronts part in two: below the first front from the root that has several children, or between the roots.
+    fn find_halves(&self) -> Option<[usize; 3]> {
+        let work = |fronts: Range<usize>| -> f64 {
+            let of = |front: &Front| (front.pivots * (front.pivots + front.tall) * (front.pivots + front.tall)) as f64;
+            self.fronts[fronts].iter().map(of).sum()
+        };
+        // A subtree is contiguous and its root the last of it: the children of `top` end where the next begins.
+        let mut end = self.fronts.len();
+        let is_chain = |k: usize| {
+            self.fronts[k].children.len() == 1 && self.children[self.fronts[k].children.start] + 1 == k as u32
+        };
+        while end > 0 && self.fronts[end - 1].parent.is_none_or(|p| p as usize == end) && is_chain(end - 1) {
+            end -= 1;
+        }
+        let top = end.checked_sub(1).map(|k| self.fronts[k].children.clone())?;
+        // Fronts that have been joined may have children from elsewhere.
+        let below = |k: usize| self.children[self.fronts[k].children.clone()].iter().min().map_or(k, |c| *c as usize);
+        let is_own = |cut: &usize| *cut + 1 < end && (*cut..end - 1).all(|k| below(k) >= *cut);
+        let cuts = self.children[top].iter().map(|c| *c as usize + 1).filter(is_own);
+        let lesser = |cut: &usize| work(0..*cut).min(work(*cut..end - 1));
+        let cut = cuts.max_by(|a, b| lesser(a).total_cmp(&lesser(b)))?;
+        (lesser(&cut) >= WORTH).then_some([cut, end - 1, 0])
+    }
+
+    /// Gives every S the first memory that is free from its making to the end of its parent; what two halves have stays apart.
     fn place_schur(&mut self) {
         let mut alive: Vec<(Range<usize>, usize)> = Vec::new();
         for k in 0..self.fronts.len() {
             let size = self.fronts[k].schur_range().len().next_multiple_of(8);
-            let mut start = 0;
+            if let Some([_, _, from]) = self.halves.as_mut().filter(|halves| halves[0] == k) {
+                *from = self.schur_len;
+            }
+            let second = |halves: [usize; 3]| k >= halves[0] && k < halves[1];
+            let mut start = self.halves.filter(|h| second(*h)).map_or(0, |h| h[2]);
             for (taken, _) in &alive {
                 if start + size <= taken.start {
                     break;

@@ -1,0 +1,138 @@
+//! Sheets against one another: which meet in a stage, and the rows of those that do, on as many threads as there are.
+//!
+//! Every pair of sheets writes rows of its own, which are joined in the order of the pairs: threads change nothing.
+
+use rayon::prelude::*;
+
+use super::surfaces::{Couple, Party};
+use super::tree::{Cuboid, Drift, SkinTree};
+use super::{DEEP, Limits, Pair, Problem, SheetMotion};
+use crate::contact::row::Contact;
+
+/// Pairs of sheets that one thread takes at a time.
+const AT_A_TIME: usize = 4;
+
+/// Two sheets that meet, by their place in the problem.
+#[derive(Clone, Copy)]
+struct Meeting {
+    pair: (u32, u32),
+    /// What the second sweeps, with room for both.
+    around: Cuboid,
+    /// Friction and restitution coefficient.
+    coefficients: (f64, f64),
+}
+
+/// Rows that some meetings gave.
+#[derive(Default)]
+struct Share {
+    rows: Vec<Contact>,
+    tests: u64,
+}
+
+/// What is kept from call to call.
+#[derive(Default)]
+pub(super) struct Between {
+    /// Pairs of sheets that may meet in this step.
+    pub near: Vec<(u32, u32)>,
+    /// What every sheet sweeps, as seen from their mean motion.
+    swept: Vec<Cuboid>,
+    meetings: Vec<Meeting>,
+    /// Whether a sheet is in one of them.
+    meets: Vec<bool>,
+    shares: Vec<Share>,
+}
+
+impl Between {
+    /// Adds the rows of all sheets that meet nearer than `margin` (m) to `rows`; returns pairs of boxes and of triangles looked at.
+    pub fn find(
+        &mut self,
+        problem: &Problem,
+        margin: f64,
+        trees: &mut [SkinTree],
+        parallel: bool,
+        rows: &mut Vec<Contact>,
+    ) -> (u64, u64) {
+        let sheets = problem.sheets;
+        let drift = Drift::of(sheets.iter().filter(|sheet| sheet.awake));
+        self.meet(problem, margin, &drift);
+        let refresh = |((tree, sheet), meets): ((&mut SkinTree, &SheetMotion), &bool)| {
+            if *meets {
+                tree.refresh(sheet, &drift, half_room(sheet, margin));
+                tree.refresh_ridges(sheet);
+            }
+        };
+        let parallel = parallel && self.meetings.len() > AT_A_TIME;
+        match parallel {
+            true => trees.par_iter_mut().zip(sheets).zip(&self.meets).for_each(refresh),
+            false => trees.iter_mut().zip(sheets).zip(&self.meets).for_each(refresh),
+        }
+        let trees = &*trees;
+        let work = |meeting: &Meeting, rows: &mut Vec<Contact>| {
+            let Meeting { pair, around, coefficients } = *meeting;
+            let mut tests = 0;
+            if let Some(couple) = couple(sheets, trees, pair, margin, coefficients) {
+                for (p, q) in couple.a.tree.pairs_with(couple.b.tree, around) {
+                    couple.triangles(p, q, rows);
+                    tests += 1;
+                }
+            }
+            tests
+        };
+        if !parallel {
+            return (self.near.len() as u64, self.meetings.iter().map(|meeting| work(meeting, rows)).sum());
+        }
+        self.shares.resize_with(self.shares.len().max(self.meetings.len().div_ceil(AT_A_TIME)), Share::default);
+        let parts = self.meetings.par_chunks(AT_A_TIME).zip(&mut self.shares);
+        parts.for_each(|(meetings, share)| {
+            share.rows.clear();
+            share.tests = meetings.iter().map(|meeting| work(meeting, &mut share.rows)).sum();
+        });
+        let shares = &self.shares[..self.meetings.len().div_ceil(AT_A_TIME)];
+        shares.iter().for_each(|share| rows.extend_from_slice(&share.rows));
+        (self.near.len() as u64, shares.iter().map(|share| share.tests).sum())
+    }
+
+    /// Which sheets sweep what others do.
+    fn meet(&mut self, problem: &Problem, margin: f64, drift: &Drift) {
+        let sheets = problem.sheets;
+        self.swept.clear();
+        self.swept.extend(sheets.iter().map(|sheet| Cuboid::swept(sheet, drift)));
+        self.meetings.clear();
+        self.meets.clear();
+        self.meets.resize(sheets.len(), false);
+        for &(s, t) in &self.near {
+            let (Some(a), Some(b)) = (sheets.get(s as usize), sheets.get(t as usize)) else { continue };
+            let around = self.swept[t as usize].grown(a.skin.offset() + b.skin.offset() + margin);
+            if self.swept[s as usize].meets(&around) {
+                self.meets[s as usize] = true;
+                self.meets[t as usize] = true;
+                let coefficients = (problem.surfaces)(Pair::Sheets(s, t));
+                self.meetings.push(Meeting { pair: (s, t), around, coefficients });
+            }
+        }
+    }
+}
+
+/// What boxes of a sheet that may meet another within `margin` are grown by, m: each does half of that.
+pub(super) fn half_room(sheet: &SheetMotion, margin: f64) -> f64 {
+    sheet.skin.offset() + 0.5 * margin
+}
+
+/// Two sheets of a problem, or one twice.
+pub(super) fn couple<'a>(
+    sheets: &'a [SheetMotion<'a>],
+    trees: &'a [SkinTree],
+    (s, t): (u32, u32),
+    margin: f64,
+    coefficients: (f64, f64),
+) -> Option<Couple<'a>> {
+    let party = |index: u32| {
+        let (sheet, tree) = (sheets.get(index as usize)?, trees.get(index as usize)?);
+        Some(Party { index, sheet, tree })
+    };
+    let (a, b) = (party(s)?, party(t)?);
+    let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
+    // Two sheets that lie within each other are on no certain side: as two that are made in one place.
+    let limits = Limits { offset, margin, deep: DEEP.min(0.5 * offset) };
+    Some(Couple { a, b, limits, coefficients })
+}
