@@ -11,7 +11,7 @@ use sheetwork::scene::Scene;
 
 use crate::camera::Camera;
 use crate::export::{Job, Kind, MOST_PICTURES, moments};
-use crate::panels::{Display, EditorState, Section, Tool};
+use crate::panels::{Display, EditorState, Section, Tool, blind};
 use crate::picture::Layer;
 use crate::session::{Session, Variant};
 use crate::study::Study;
@@ -60,10 +60,11 @@ pub struct Arguments {
     /// Sections of the controls to have open, in window and screenshot; all of them for `all`.
     #[arg(long, value_name = "SECTION", value_delimiter = ',')]
     pub open: Vec<Open>,
-    /// Begin a study: sheets seen blind in the order of this number (1 without one), with a questionnaire. `sheetwork study` works out its answers.
+    /// Begin a study: sheets seen blind in the order of this number (1 without one), with a questionnaire; in a screenshot the first
+    /// with its questions. `sheetwork study` works out the answers.
     #[arg(long, value_name = "ORDER", num_args = 0..=1, default_missing_value = "1", conflicts_with = "headless")]
     pub study: Option<u64>,
-    /// Have plots below the view.
+    /// Have plots below the view; in a screenshot that of the stages of a step, too.
     #[arg(long)]
     pub plots: bool,
     /// Open the window without playing.
@@ -213,7 +214,13 @@ impl Arguments {
         let mut state =
             EditorState { display: self.display().of(session), light: self.light, ..EditorState::new(session) };
         state.plots.shown = self.plots;
-        state.study = self.study.map(Study::new);
+        state.plots.stages = self.plots && self.screenshot.is_some();
+        state.study = self
+            .study
+            .map(|order| if self.screenshot.is_some() { Study::of_picture(order) } else { Study::new(order) });
+        if state.is_blind() {
+            state.display = blind();
+        }
         if !self.open.is_empty() {
             state.open_sections = self.open.iter().flat_map(|open| open.sections()).collect();
         }
@@ -270,6 +277,9 @@ impl Arguments {
         let mut scene = self.described(&file)?;
         for assignment in &self.set {
             scene = assigned("--set", &scene, assignment)?;
+        }
+        if let Some(order) = self.study.filter(|_| self.screenshot.is_some()) {
+            scene = Study::of_picture(order).scene()?;
         }
         if let Some(picture) = &self.screenshot {
             let mut scenes = vec![scene.clone()];

@@ -153,6 +153,13 @@ impl Study {
         }
     }
 
+    /// The first sheet of the order of `seed` with its questions, for a picture; nothing is written.
+    pub fn of_picture(seed: u64) -> Self {
+        let mut study = Self { stage: Stage::Watching, ..Self::new(seed) };
+        study.ask();
+        study
+    }
+
     /// Where it stands.
     pub fn stage(&self) -> Stage {
         self.stage

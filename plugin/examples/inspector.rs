@@ -6,13 +6,17 @@ use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 
 fn main() {
-    App::new().add_plugins((DefaultPlugins, SheetworkPlugins, SheetInspectorPlugin)).add_systems(Startup, setup).run();
+    App::new()
+        .add_plugins((DefaultPlugins, SheetworkPlugins, SheetInspectorPlugin))
+        .insert_resource(ClearColor(Color::srgb(0.80, 0.83, 0.87)))
+        .add_systems(Startup, setup)
+        .run();
 }
 
 fn setup(mut commands: Commands) {
     commands.spawn((
         Camera3d::default(),
-        Transform::from_xyz(0.2, 0.7, 1.2).looking_at(Vec3::new(-0.1, 0.3, 0.0), Vec3::Y),
+        Transform::from_xyz(0.1, 0.75, 1.15).looking_at(Vec3::new(-0.05, 0.26, 0.0), Vec3::Y),
     ));
     commands.spawn((
         DirectionalLight { shadow_maps_enabled: true, ..default() },

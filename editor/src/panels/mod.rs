@@ -66,7 +66,7 @@ pub use messages::messages;
 pub use numbers::numbers;
 pub use plots::{Plots, plots};
 pub use sheet::sheet;
-pub use study::study;
+pub use study::{blind, study};
 pub use style::apply as apply_style;
 pub use timeline::timeline;
 pub use top::top;
@@ -350,6 +350,9 @@ pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         egui::Panel::top("study").show(ui, |ui| study::bar(ui, session, state));
         if !session.messages().is_empty() {
             egui::Panel::bottom("messages").show(ui, |ui| messages(ui, session));
+        }
+        if state.study.as_ref().is_some_and(|s| matches!(s.stage(), Stage::Asking | Stage::Last)) {
+            egui::Panel::bottom("questions").show(ui, |ui| study::questions(ui, session, state));
         }
         state.viewport = ui.available_rect_before_wrap();
         view(ui, session, state);

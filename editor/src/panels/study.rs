@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bevy_egui::egui::{Align2, Button, Grid, RichText, TextEdit, Ui, Window};
+use bevy_egui::egui::{Align2, Button, Grid, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
 use sheetwork::study::{LAST_QUESTIONS, QUESTIONS, Question};
 
 use super::style::{ACCENT, QUIET};
@@ -13,7 +13,7 @@ use crate::session::Session;
 use crate::study::{Stage, Study};
 
 /// What a subject sees of a scene: the sheet's smoothed surface and the room, not what it falls on, nor springs and masses.
-fn blind() -> Display {
+pub fn blind() -> Display {
     Display { layer: Layer::Top, smooth: true, surface: true, bodies: false, pins: false, ..Display::default() }
 }
 
@@ -37,8 +37,8 @@ pub fn study(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 study.ask();
             }
         }
-        Stage::Asking => ask(ui, session, state, &mut study, &QUESTIONS),
-        Stage::Last => ask(ui, session, state, &mut study, &LAST_QUESTIONS),
+        // What is asked stands below the view.
+        Stage::Asking | Stage::Last => {}
         Stage::Over => over(ui, &study, &mut stays),
     }
     if stays {
@@ -151,37 +151,50 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
     *stays = open;
 }
 
-fn ask(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &mut Study, questions: &[Question]) {
-    let window = Window::new(if questions.len() > 2 { "How was it?" } else { "All in all" });
-    let window = window.collapsible(false).resizable(false).anchor(Align2::CENTER_BOTTOM, [0.0, -16.0]);
-    window.show(ui.ctx(), |ui| {
-        Grid::new("questions").num_columns(4).spacing([12.0, 5.0]).show(ui, |ui| {
-            for (question, chosen) in questions.iter().zip(&mut study.chosen) {
-                ui.label(question.asks);
-                ui.label(RichText::new(question.low).color(QUIET));
-                ui.horizontal(|ui| {
-                    ui.spacing_mut().item_spacing.x = 2.0;
-                    for value in (1..=9).map(Some).chain([None]) {
-                        let title = value.map_or_else(|| "N/A".to_owned(), |v: u8| format!(" {v} "));
-                        let about = format!("{}: {}", question.key, title.trim());
-                        if ui.selectable_label(*chosen == Some(value), title).on_hover_text(about).clicked() {
-                            *chosen = Some(value);
-                        }
+/// What is asked now, below the view so that the sheet can be seen.
+pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let Some(mut study) = state.study.take() else { return };
+    let (title, all): (&str, &[Question]) = match study.stage() {
+        Stage::Asking => ("How was it?", &QUESTIONS),
+        _ => ("All in all", &LAST_QUESTIONS),
+    };
+    ui.add_space(6.0);
+    ui.strong(title);
+    ui.add_space(4.0);
+    Grid::new("questions").num_columns(4).spacing([14.0, 5.0]).show(ui, |ui| {
+        for (question, chosen) in all.iter().zip(&mut study.chosen) {
+            ui.label(question.asks);
+            ui.label(RichText::new(question.low).color(QUIET));
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 3.0;
+                for value in (1..=9).map(Some).chain([None]) {
+                    let title = value.map_or_else(|| "N/A".to_owned(), |v: u8| v.to_string());
+                    let about = format!("{} {title}", question.key);
+                    let response =
+                        ui.selectable_label(*chosen == Some(value), format!(" {title} ")).on_hover_text(&about);
+                    // Ten answers in eight rows have the same names else.
+                    response.widget_info(|| {
+                        WidgetInfo::selected(WidgetType::SelectableLabel, true, *chosen == Some(value), &about)
+                    });
+                    if response.clicked() {
+                        *chosen = Some(value);
                     }
-                });
-                ui.label(RichText::new(question.high).color(QUIET));
-                ui.end_row();
-            }
-        });
-        ui.add_space(4.0);
-        if ui.add_enabled(study.is_answered(), Button::new(RichText::new("Next").strong())).clicked() {
-            match study.answer() {
-                Ok(true) => show(session, state, study),
-                Ok(false) => {}
-                Err(error) => session.fail(error.to_string()),
-            }
+                }
+            });
+            ui.label(RichText::new(question.high).color(QUIET));
+            ui.end_row();
         }
     });
+    ui.add_space(4.0);
+    if ui.add_enabled(study.is_answered(), Button::new(RichText::new("Next").strong())).clicked() {
+        match study.answer() {
+            Ok(true) => show(session, state, &study),
+            Ok(false) => {}
+            Err(error) => session.fail(error.to_string()),
+        }
+    }
+    ui.add_space(6.0);
+    state.study = Some(study);
 }
 
 fn over(ui: &mut Ui, study: &Study, stays: &mut bool) {

@@ -171,6 +171,7 @@ impl Drawn {
 fn simulated(arguments: &Arguments, scene: &Scene, file: &Path, time: f64) -> Result<Session, InputError> {
     let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
     arguments.compare(&mut session)?;
+    session.time_stages(arguments.plots);
     session.run(time);
     for message in session.messages() {
         eprintln!("{}", message.text);

@@ -88,9 +88,9 @@ fn show(
     }
     // Being looked at is no change; what is set changes what it changes.
     let (world, clock) = (world.bypass_change_detection(), clock.bypass_change_detection());
-    let window = egui::Window::new("Sheets").default_width(330.0).default_pos([8.0, 8.0]);
+    let window = egui::Window::new("Sheets").default_size([330.0, 640.0]).default_pos([8.0, 8.0]);
     window.show(ctx, |ui| {
-        ScrollArea::vertical().max_height(0.8 * ctx.content_rect().height()).show(ui, |ui| {
+        ScrollArea::vertical().show(ui, |ui| {
             inspect(ui, world, clock, inspector);
         });
     });
