@@ -28,7 +28,7 @@ fn game() -> Harness<'static, App> {
     let strip = Sheet::new("hips").named("strip").size(0.25, 0.1).clamp(Region::Left);
     app.world_mut().spawn((strip, Transform::default()));
     common::run(&mut app, 0.1);
-    let mut harness = Harness::builder().with_size([420.0, 1600.0]).build_ui_state(|ui, app| draw(ui, app), app);
+    let mut harness = Harness::builder().with_size([420.0, 1600.0]).build_ui_state(draw, app);
     harness.run_steps(2);
     harness
 }

@@ -38,7 +38,7 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         }
         colours(ui, session, &mut display.colour);
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.checkbox(&mut display.room, "Room").on_hover_text("Floor and back wall");
         ui.checkbox(&mut display.bodies, "Bodies").on_hover_text("Rigid bodies; hidden ones are met all the same");
         ui.checkbox(&mut display.pins, "Pins").on_hover_text("Masses that are held");

@@ -252,6 +252,9 @@ fn tools(ui: &mut Ui, rect: Rect, session: &mut Session, state: &mut EditorState
 /// What the chosen tool puts on a sheet.
 fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let size = session.world().sheets().get(state.sheet).map_or((0.1, 0.1), |s| s.rest_size());
+    if !matches!(state.tool, Tool::Heat | Tool::Crease) {
+        return;
+    }
     let brush = &mut state.brush;
     ui.horizontal(|ui| match state.tool {
         Tool::Heat => {

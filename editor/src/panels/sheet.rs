@@ -246,12 +246,13 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
             }
         });
     }
-    let lists = [("cuts", spec.slits.len()), ("painted spots", spec.spots.len())];
+    let lists = [("Cuts", spec.slits.len()), ("Painted spots", spec.spots.len())];
     for (title, count) in lists.into_iter().filter(|l| l.1 > 0) {
         ui.horizontal(|ui| {
-            ui.label(RichText::new(format!("{count} {title}")).color(QUIET));
+            ui.label(title);
+            ui.label(RichText::new(count.to_string()).color(QUIET));
             if ui.small_button("✖").on_hover_text("Take them out; spots are gone after the next reset").clicked() {
-                edit(session, index, title, |s| if title == "cuts" { s.slits.clear() } else { s.spots.clear() });
+                edit(session, index, title, |s| if title == "Cuts" { s.slits.clear() } else { s.spots.clear() });
             }
         });
     }

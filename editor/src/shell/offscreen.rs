@@ -17,7 +17,9 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_egui::egui;
-use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+use bevy_egui::{
+    EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPostUpdateSet, EguiPrimaryContextPass, PrimaryEguiContext,
+};
 use bevy_sheetwork::SheetColour;
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
@@ -312,7 +314,9 @@ pub(super) fn add_scene(app: &mut App, quality: Quality) {
     app.add_systems(Startup, (stage::set_up, scenery::mix_paints));
     let show =
         (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
-    app.add_systems(PostUpdate, show.chain().before(TransformSystems::Propagate));
+    // Before the panels, which may put another world in the session's place: in the midst of these what is shown would be of the old one.
+    let order = show.chain().before(EguiPostUpdateSet::EndPass).before(TransformSystems::Propagate);
+    app.add_systems(PostUpdate, order);
 }
 
 /// Size of the picture, pixels.

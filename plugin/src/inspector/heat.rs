@@ -18,11 +18,11 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
     let all: Vec<_> = all.into_iter().filter(|p| of_heat(&p.path)).collect();
     Grid::new("warmth").num_columns(2).show(ui, |ui| {
         for parameter in &all {
-            let title = parameter.path.replace('_', " ").replace('.', " ");
+            let title = parameter.path.replace(['_', '.'], " ");
             let about = format!("Parameter {}, {}", parameter.path, parameter.unit);
             match (parameter.value.parse::<f64>(), parameter.value.parse::<bool>()) {
                 (Ok(now), _) => {
-                    let shown = shown(&parameter.unit);
+                    let shown = shown(parameter.unit);
                     dial(ui, knobs, (&title, &about, &parameter.path), now, shown, &How::default());
                 }
                 (_, Ok(mut on)) => {
