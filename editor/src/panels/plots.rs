@@ -97,10 +97,7 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
         all.push(("Step time", "s", lines));
     }
     if plots.stages {
-        let line = |(i, (_, name)): (usize, &(Phase, &'static str))| {
-            Line::new(*name, COLOURS[i], move |s: &Sample| s.stages.map(|all| all[i]))
-        };
-        all.push(("Stages of a step", "s", Phase::ALL.iter().enumerate().map(line).collect()));
+        all.push(("Stages of a step", "s", stages(session)));
     }
     if plots.height && !compared {
         all.push(("Height", "m", heights(session)));
@@ -146,6 +143,18 @@ fn heights(session: &Session) -> Vec<Line<'_>> {
     let names = height_names(session.world()).into_iter().map(short);
     let line = |(i, name): (usize, String)| Line::new(name, COLOURS[i], move |s: &Sample| s.heights.get(i).copied());
     names.take(COLOURS.len()).enumerate().map(line).collect()
+}
+
+/// What a step spends on each of its parts, but for those that are less than a hundredth of the run.
+fn stages(session: &Session) -> Vec<Line<'_>> {
+    let mut spent = [0.0; Phase::ALL.len()];
+    let timed = session.history().iter().filter_map(|s| s.stages);
+    timed.for_each(|all| spent.iter_mut().zip(all).for_each(|(sum, part)| *sum += part));
+    let worth = |i: usize| spent[i] > 0.01 * spent.iter().sum::<f64>();
+    let line = |(i, (_, name)): (usize, &(Phase, &'static str))| {
+        Line::new(*name, COLOURS[i], move |s: &Sample| s.stages.map(|all| all[i]))
+    };
+    Phase::ALL.iter().enumerate().filter(|(i, _)| worth(*i)).map(line).collect()
 }
 
 /// The first height of every variant, less this scene's at the same time.
