@@ -9,9 +9,12 @@ use clap::{Parser, ValueEnum};
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
-use crate::panels::{Display, EditorState, Section, Tool};
+use crate::camera::Camera;
+use crate::export::{Job, Kind, MOST_PICTURES, moments};
+use crate::panels::{Display, EditorState, Section, Tool, blind};
 use crate::picture::Layer;
 use crate::session::{Session, Variant};
+use crate::study::Study;
 use crate::{headless, playback, scenes, shell};
 
 /// Watch stiff thin sheets fall, bend and slide, and change them while they do.
@@ -36,6 +39,15 @@ pub struct Arguments {
     /// Have beside it a picture of the scene with a field overridden, as in `--beside engine=rk4`; may be given again for another.
     #[arg(long, value_name = "PATH=VALUE", requires = "screenshot")]
     pub beside: Vec<String>,
+    /// Run the scene without a window and write a picture of every moment to this folder: frame_0000.png and so on.
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["screenshot", "headless", "study"])]
+    pub sequence: Option<PathBuf>,
+    /// Run the scene without a window and write it as binary glTF: sheets as morph targets, bodies as nodes that move.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["screenshot", "headless", "study"])]
+    pub gltf: Option<PathBuf>,
+    /// Moments a simulated second of --sequence and --gltf, 0.01 to 10000.
+    #[arg(long, value_name = "N", default_value_t = crate::export::RATE)]
+    pub rate: f64,
     /// Size of the picture or the window, pixels.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
@@ -48,7 +60,11 @@ pub struct Arguments {
     /// Sections of the controls to have open, in window and screenshot; all of them for `all`.
     #[arg(long, value_name = "SECTION", value_delimiter = ',')]
     pub open: Vec<Open>,
-    /// Have plots below the view.
+    /// Begin a study: sheets seen blind in the order of this number (1 without one), with a questionnaire; in a screenshot the first
+    /// with its questions. `sheetwork study` works out the answers.
+    #[arg(long, value_name = "ORDER", num_args = 0..=1, default_missing_value = "1", conflicts_with = "headless")]
+    pub study: Option<u64>,
+    /// Have plots below the view; in a screenshot that of the stages of a step, too.
     #[arg(long)]
     pub plots: bool,
     /// Open the window without playing.
@@ -72,7 +88,7 @@ pub struct Arguments {
     /// Run without a window: print the report, write a picture and a recording to sheetwork-out/.
     #[arg(long, conflicts_with = "screenshot")]
     pub headless: bool,
-    /// How long a headless run lasts, simulated s; the scene's own duration when left out.
+    /// How long a run without a window lasts, simulated s; the scene's own duration when left out.
     #[arg(long, value_name = "S")]
     pub seconds: Option<f64>,
     /// Close the window so many frames after the scene was seen, and say when that was.
@@ -198,6 +214,13 @@ impl Arguments {
         let mut state =
             EditorState { display: self.display().of(session), light: self.light, ..EditorState::new(session) };
         state.plots.shown = self.plots;
+        state.plots.stages = self.plots && self.screenshot.is_some();
+        state.study = self
+            .study
+            .map(|order| if self.screenshot.is_some() { Study::of_picture(order) } else { Study::new(order) });
+        if state.is_blind() {
+            state.display = blind();
+        }
         if !self.open.is_empty() {
             state.open_sections = self.open.iter().flat_map(|open| open.sections()).collect();
         }
@@ -255,12 +278,18 @@ impl Arguments {
         for assignment in &self.set {
             scene = assigned("--set", &scene, assignment)?;
         }
+        if let Some(order) = self.study.filter(|_| self.screenshot.is_some()) {
+            scene = Study::of_picture(order).scene()?;
+        }
         if let Some(picture) = &self.screenshot {
             let mut scenes = vec![scene.clone()];
             for assignment in &self.beside {
                 scenes.push(assigned("--beside", &scene, assignment)?);
             }
             return shell::offscreen::screenshot(self, &scenes, &file, picture);
+        }
+        if self.sequence.is_some() || self.gltf.is_some() {
+            return self.export(&scene, &file);
         }
         if !self.compare.is_empty() && !playback::is_recording(&file) {
             // Told before anything is shown, and not as a window that did not open.
@@ -293,6 +322,33 @@ impl Arguments {
 }
 
 impl Arguments {
+    /// Writes the run as pictures, as glTF, or both.
+    fn export(&self, scene: &Scene, file: &std::path::Path) -> Result<ExitCode, InputError> {
+        let seconds = self.seconds.unwrap_or(scene.duration);
+        let session = || {
+            let recorded = playback::is_recording(file);
+            let mut session = if recorded { Session::open(file)? } else { Session::new(scene)? };
+            self.compare(&mut session)?;
+            Ok::<_, InputError>(session)
+        };
+        let mut stable = true;
+        if let Some(target) = &self.gltf {
+            let mut session = session()?;
+            let mut job = Job::new(Kind::Gltf, target, seconds);
+            job.rate = self.rate;
+            job.begin(&mut session)?;
+            let camera = Camera::of_session(&session);
+            while !job.step(&mut session, &camera)? {}
+            stable &= session.world().unstable().is_none();
+            eprintln!("written: {}", target.display());
+        }
+        if let Some(folder) = &self.sequence {
+            let count = moments(self.rate, seconds, MOST_PICTURES)?;
+            stable &= shell::offscreen::sequence(self, session()?, folder, count)?;
+        }
+        Ok(if stable { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
     /// What the scene is compared with.
     ///
     /// # Errors

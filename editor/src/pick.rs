@@ -71,6 +71,19 @@ fn triangles(sheet: &Sheet, upper: bool) -> Vec<[u32; 3]> {
     }
 }
 
+/// Where the material point (u, v) of `sheet` is, m; `upper` for its upper layer. None where the sheet has nothing.
+pub fn place(sheet: &Sheet, (u, v): (f64, f64), upper: bool) -> Option<DVec3> {
+    triangles(sheet, upper).into_iter().find_map(|corners| {
+        let [a, b, c] = corners.map(|i| sheet.uv[i as usize]);
+        let area = (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+        let of = |p: (f64, f64), q: (f64, f64)| ((q.0 - p.0) * (v - p.1) - (q.1 - p.1) * (u - p.0)) / area;
+        let weights = [of(b, c), of(c, a), of(a, b)];
+        // Room for what rounding leaves between two triangles.
+        let within = area != 0.0 && weights.iter().all(|w| *w >= -1e-6);
+        within.then(|| (0..3).map(|k| weights[k] * sheet.x.get(corners[k] as usize)).sum())
+    })
+}
+
 /// The nearest point of any sheet on the ray; `upper` for its upper layer.
 pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
     let mut best: Option<SheetHit> = None;

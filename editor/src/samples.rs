@@ -5,6 +5,7 @@
 use std::fmt::Write as _;
 
 use sheetwork::World;
+use sheetwork::watch::Phase;
 
 /// Most moments that are kept.
 pub const MOST: usize = 8192;
@@ -22,6 +23,8 @@ pub struct Sample {
     pub gravity: f64,
     /// Wall-clock time of a step, s; 0 before the first.
     pub step_s: f64,
+    /// The same of each part of a step ([`Phase::ALL`]), s; none where that was not asked for.
+    pub stages: Option<[f64; 5]>,
     /// Height of each probe, or of the middle of each sheet without any, m.
     pub heights: Vec<f64>,
     /// Least part of the stiffness that was asked for that a sheet bends with; none where none aims at it.
@@ -121,6 +124,10 @@ impl Samples {
     pub fn csv(&self, heights: &[String]) -> String {
         let mut text =
             String::from("time_s,kinetic_j,elastic_j,gravity_j,total_j,step_s,coldest_c,mean_c,hottest_c,delivered");
+        let timed = self.all.iter().any(|s| s.stages.is_some());
+        if timed {
+            Phase::ALL.iter().for_each(|(_, name)| _ = write!(text, ",{name}_s"));
+        }
         for name in heights {
             // A name is the user's: what would end the field is doubled, as CSV has it.
             let _ = write!(text, ",\"height_m {}\"", name.replace('"', "\"\""));
@@ -133,6 +140,11 @@ impl Samples {
                 None => text.push_str(",,,"),
             }
             let _ = write!(text, ",{}", s.delivered.map_or_else(String::new, |part| part.to_string()));
+            if timed {
+                (0..Phase::ALL.len()).for_each(|i| {
+                    let _ = write!(text, ",{}", s.stages.map_or_else(String::new, |all| all[i].to_string()));
+                });
+            }
             for height in &s.heights {
                 let _ = write!(text, ",{height}");
             }

@@ -1,6 +1,6 @@
 //! A session: one scene being edited and one world of it, played, paused, stepped, gone back in. No window, no graphics.
 //!
-//! `clock` lets time pass, `edit` changes the scene and brings the world after it, `past` goes back in time, `hands` pulls and pins, `file` opens
+//! `clock` lets time pass, `edit` changes the scene and brings the world after it, `past` goes back in time, `hands` pulls and pins, `paint` folds, cuts and warms, `file` opens
 //! and saves, `compare` has variants in step with it, `message` is what the user should know, `recording` shows a recording in place of a simulation.
 
 mod clock;
@@ -8,17 +8,21 @@ mod compare;
 mod edit;
 mod file;
 mod hands;
+mod knobs;
 mod message;
+mod paint;
 mod past;
 mod recording;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use sheetwork::event::Event;
 use sheetwork::link::LinkPlace;
 use sheetwork::scene::Scene;
-use sheetwork::sheet::Vectors;
+use sheetwork::sheet::{Status, Vectors};
+use sheetwork::watch::Watch;
 use sheetwork::{InputError, Snapshot, World};
 
 pub use clock::{FRAME_BUDGET, HISTORY, SPEEDS, Timing};
@@ -30,6 +34,7 @@ use crate::document::Document;
 use crate::link::LiveLink;
 use crate::playback::Playback;
 use crate::samples::{Sample, Samples};
+use crate::stages::StageClock;
 use crate::timeline::Timeline;
 
 /// A world being worked with.
@@ -44,6 +49,8 @@ pub struct Session {
     before: Vec<Vectors>,
     bodies_before: Vec<(DVec3, DQuat)>,
     timing: Timing,
+    /// What times the parts of a step, while somebody wants to know.
+    stages: Option<Arc<StageClock>>,
     penetration: Vec<f64>,
     samples: Samples,
     timeline: Timeline,
@@ -55,6 +62,8 @@ pub struct Session {
     pinned_here: Vec<(usize, u32, DVec3)>,
     /// What is being moved and has not arrived.
     carried: Option<(Item, DVec3)>,
+    /// Warmth that is being painted.
+    stroke: Option<paint::Stroke>,
     messages: Vec<Message>,
     told_unstable: bool,
     largest_step: Option<f64>,
@@ -84,6 +93,7 @@ impl Session {
             before: Vec::new(),
             bodies_before: Vec::new(),
             timing: Timing::default(),
+            stages: None,
             penetration: Vec::new(),
             samples: Samples::default(),
             timeline: Timeline::default(),
@@ -92,6 +102,7 @@ impl Session {
             hand: None,
             pinned_here: Vec::new(),
             carried: None,
+            stroke: None,
             messages: Vec::new(),
             told_unstable: false,
             largest_step: None,
@@ -117,6 +128,7 @@ impl Session {
         self.hand = None;
         self.pinned_here.clear();
         self.carried = None;
+        self.stroke = None;
         self.told_unstable = false;
         self.settle_display();
         self.samples.push(Sample::of(&self.world, 0.0));
@@ -249,6 +261,21 @@ impl Session {
         })
     }
 
+    /// Has the parts of a step timed, or not: what is not asked for is not measured.
+    pub fn time_stages(&mut self, on: bool) {
+        if on != self.stages.is_some() {
+            self.stages = on.then(Arc::default);
+            self.timing.stages = None;
+            self.watch_world();
+        }
+    }
+
+    /// Lets the present world tell the clock of the stages, where there is one.
+    fn watch_world(&mut self) {
+        let clock = self.stages.clone();
+        self.world.set_watch(clock.map(|clock| clock as Arc<dyn Watch>));
+    }
+
     /// How long steps take.
     pub fn timing(&self) -> Timing {
         self.timing
@@ -283,6 +310,14 @@ impl Session {
     /// Masses of all sheets that touched a body in the last step.
     pub fn contacts(&self) -> usize {
         self.world.sheets().iter().map(|s| s.touching().iter().filter(|t| **t).count()).sum()
+    }
+
+    /// Since when a sheet of this world is unstable, simulated s; none while all hold.
+    pub fn unstable_since(&self) -> Option<f64> {
+        match self.world.unstable()?.status {
+            Status::Unstable { time, .. } => Some(time),
+            _ => None,
+        }
     }
 
     /// Changes whenever another world is shown: what was made for drawing must be made anew.

@@ -23,6 +23,7 @@
 //! | [`SheetworkRenderPlugin`] | meshes and materials for sheets, bodies and the room | `PbrPlugin` |
 //! | [`SheetworkDiagnosticsPlugin`] | step time, masses, contacts, energy in Bevy's `DiagnosticsStore` | nothing |
 //! | `SheetLinkPlugin` (feature `link`) | shows the sheets to other processes and lets them turn their knobs; not in the group | nothing |
+//! | `SheetInspectorPlugin` (feature `inspector`) | a window with the sheets' parameters, turned while the game runs; not in the group | a window, bevy_egui |
 //! | [`SheetworkDebugPlugin`] | draws springs and masses as gizmos; not in the group, add it where you want it | `GizmoPlugin` |
 //!
 //! `SheetworkPlugins.build().disable::<SheetworkRenderPlugin>()` is a server's set.
@@ -45,6 +46,8 @@ pub mod asset;
 pub mod core;
 pub mod debug;
 pub mod diagnostics;
+#[cfg(feature = "inspector")]
+pub mod inspector;
 #[cfg(feature = "link")]
 pub mod link;
 pub mod prelude;
@@ -59,6 +62,8 @@ pub use core::{
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;
+#[cfg(feature = "inspector")]
+pub use inspector::{SheetInspector, SheetInspectorPlugin};
 #[cfg(feature = "link")]
 pub use link::{SheetLink, SheetLinkPlugin};
 pub use render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};

@@ -7,6 +7,8 @@ pub use crate::core::{
 };
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
+#[cfg(feature = "inspector")]
+pub use crate::inspector::{SheetInspector, SheetInspectorPlugin};
 #[cfg(feature = "link")]
 pub use crate::link::{SheetLink, SheetLinkPlugin};
 pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};

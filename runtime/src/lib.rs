@@ -35,6 +35,8 @@ pub mod recording;
 pub mod scene;
 pub mod sheet;
 pub mod step;
+pub mod study;
+pub mod watch;
 mod world;
 
 pub use error::{InputError, check_range};

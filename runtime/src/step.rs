@@ -19,6 +19,7 @@ use crate::contact::detect::contact;
 use crate::contact::rigid::RigidView;
 use crate::event::{EventKind, Recorder, Touches};
 use crate::sheet::{Sheet, Status, Vectors};
+use crate::watch::{Phase, Watched};
 
 pub use crate::sheet::Field;
 
@@ -43,6 +44,7 @@ pub(crate) struct Stage<'a> {
     pub sleep: bool,
     /// Whether sheets meet one another.
     pub sheets_meet: bool,
+    pub watch: &'a Watched,
 }
 
 /// Takes one sheet of an explicit engine through `stage.dt`, alone with bodies that do not give way: [`land`] ends the step.
@@ -110,7 +112,9 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
     }
     if let Some(view) = stage.view {
         let remaining = (stage.dt - done - taken).max(0.0);
-        contact(sheet, view, taken, remaining, &mut Recorder { touches, view });
+        stage.watch.within(Phase::Detection, || {
+            contact(sheet, view, taken, remaining, &mut Recorder { touches, view });
+        });
     }
     if let Some(limit) = &sheet.thickness_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, &sheet.work.touching, taken);

@@ -29,6 +29,7 @@ use crate::scene::{Air, BodySpec, PairSpec, Scene, SheetSpec, body_name, validat
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::step::groups::Groups;
 use crate::step::{Field, Stage};
+use crate::watch::{Phase, Watch, Watched};
 
 /// Sheets and bodies in time.
 pub struct World {
@@ -50,6 +51,7 @@ pub struct World {
     groups: Groups,
     /// What heats the sheets; none where nothing does.
     heat: Option<Box<Room>>,
+    watch: Watched,
 }
 
 impl World {
@@ -95,6 +97,10 @@ impl World {
             // An oven that is on finds them as they come in.
             sheets.iter_mut().for_each(|s| s.begin_heat(scene.ambient_temperature));
         }
+        for (index, (sheet, spec)) in sheets.iter_mut().zip(&scene.sheets).enumerate() {
+            let warmed = sheet.warm(&spec.spots, scene.ambient_temperature);
+            warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
+        }
         let touches = sheets.iter().map(|_| Touches::default()).collect();
         Ok(Self {
             sheets,
@@ -113,11 +119,12 @@ impl World {
             pool: None,
             groups: Groups::default(),
             heat,
+            watch: Watched::default(),
             scene: named(scene),
         })
     }
 
-    /// Puts everything back to the scene it was built from; the number of threads and sleeping stay as set.
+    /// Puts everything back to the scene it was built from; the number of threads, sleeping and the watch stay as set.
     ///
     /// # Errors
     /// When a file the scene names can no longer be read; the world is then as before.
@@ -125,7 +132,8 @@ impl World {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
         let fresh = Self::build(&self.scene, rigid)?;
         let (sleep, buckling, pool) = (self.sleep, self.buckling, self.pool.take());
-        *self = Self { sleep, buckling, pool, ..fresh };
+        let watch = std::mem::take(&mut self.watch);
+        *self = Self { sleep, buckling, pool, watch, ..fresh };
         if let Some(rigid) = &mut self.rigid {
             rigid.set_sleep(sleep);
         }
@@ -155,6 +163,11 @@ impl World {
         if !sleep {
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
+    }
+
+    /// Has `watch` told which part of a step is under way, from the next step on; nobody for none. Results do not depend on it.
+    pub fn set_watch(&mut self, watch: Option<Arc<dyn Watch>>) {
+        self.watch = Watched(watch);
     }
 
     /// Takes one step of [`World::dt`] with the world's own bodies.
@@ -199,7 +212,7 @@ impl World {
         // Taken out for the step: the view borrows it while the sheets are changed.
         let mut rigid = self.rigid.take();
         if let Some(rigid) = &mut rigid {
-            rigid.step(self.time, dt, self.gravity);
+            self.watch.within(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
             let states = |index| Some((*rigid.start(index)?, *rigid.state(index)?));
             self.sheets.iter_mut().for_each(|s| s.follow(self.time, dt, states));
         }
@@ -243,11 +256,14 @@ impl World {
             view,
             sleep: self.sleep,
             sheets_meet: self.scene.contact.sheets,
+            watch: &self.watch,
         };
         self.sheets.iter_mut().for_each(|s| s.press(stage.time + stage.dt));
         let many = self.sheets.len() > 1;
         let Self { sheets, touches, groups, pool, .. } = self;
-        let mut work = |parallel: bool| groups.step(sheets, touches, &stage, rigid, parallel);
+        let mut work = |parallel: bool| {
+            stage.watch.within(Phase::Motion, || groups.step(sheets, touches, &stage, rigid, parallel))
+        };
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
             _ => work(false),
@@ -321,6 +337,7 @@ impl World {
             self.heat = Some(Box::new(heat));
             sheet.begin_heat(self.scene.ambient_temperature);
         }
+        sheet.warm(&spec.spots, self.scene.ambient_temperature)?;
         self.scene.sheets = scene.sheets;
         self.sheets.push(sheet);
         self.touches.push(Touches::default());

@@ -9,4 +9,5 @@ mod cli {
     mod measure;
     mod mutants;
     mod run;
+    mod study;
 }

@@ -29,9 +29,12 @@ pub fn between(old: &Scene, new: &Scene) -> Change {
     kinds.into_iter().find(|(_, rest)| rest(old) == rest(new)).map_or(Change::Anew, |(change, _)| change)
 }
 
-/// Without what only those who look at it care for.
+/// Without what only those who look at it care for, and what matters at the start alone and is put on by hand: spots.
 fn without_words(scene: &Scene) -> Scene {
-    Scene { name: String::new(), description: String::new(), duration: 0.0, camera: None, file: None, ..scene.clone() }
+    let (name, description) = (String::new(), String::new());
+    let mut scene = Scene { name, description, duration: 0.0, camera: None, file: None, ..scene.clone() };
+    scene.sheets.iter_mut().for_each(|sheet| sheet.spots.clear());
+    scene
 }
 
 /// Without what a running world can be told.
@@ -80,6 +83,12 @@ fn without_live(scene: &Scene) -> Scene {
 /// Without what the present state can be taken into.
 fn without_state_kept(scene: &Scene) -> Scene {
     let blank = Scene::default();
+    let heats = scene.oven.is_some()
+        || scene.heat_gun.is_some()
+        || !scene.heaters.is_empty()
+        || scene.ambient_temperature != blank.ambient_temperature
+        || scene.bodies.iter().any(|b| b.temperature.is_some())
+        || scene.sheets.iter().any(|s| s.temperature.is_some() || s.temperature_gradient || !s.spots.is_empty());
     let mut scene = Scene {
         bodies: Vec::new(),
         heaters: Vec::new(),
@@ -93,6 +102,11 @@ fn without_state_kept(scene: &Scene) -> Scene {
     for sheet in &mut scene.sheets {
         let base = SheetSpec::default();
         sheet.material = base.material;
+        sheet.slits.clear();
+        // What has stayed of creep, yield and heat is kept with the bends that the sheet was made with.
+        if !(heats || sheet.plastic || sheet.creep) {
+            sheet.creases.clear();
+        }
         (sheet.forces, sheet.pressure, sheet.probes) = (Vec::new(), Vec::new(), Default::default());
         sheet.temperature = None;
         // Single masses, which are pinned by hand where they are; pins of regions are where the sheet starts.

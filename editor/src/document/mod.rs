@@ -10,6 +10,7 @@ pub mod files;
 pub mod path;
 pub mod value;
 
+use sheetwork::Snapshot;
 use sheetwork::scene::Scene;
 
 /// Most steps that can be undone.
@@ -22,6 +23,8 @@ struct Step {
     label: String,
     key: String,
     scene: Scene,
+    /// The world then, where the edit changed it beyond what its scene says.
+    state: Option<Snapshot>,
 }
 
 /// The scene and its past.
@@ -83,7 +86,7 @@ impl Document {
         let goes_on = !self.sealed && self.past.last().is_some_and(|step| step.key == key);
         let before = std::mem::replace(&mut self.scene, scene);
         if !goes_on {
-            self.past.push(Step { label: label.into(), key: key.to_owned(), scene: before });
+            self.past.push(Step { label: label.into(), key: key.to_owned(), scene: before, state: None });
             if self.past.len() > MOST_UNDO {
                 self.past.remove(0);
             }
@@ -91,6 +94,41 @@ impl Document {
         self.future.clear();
         self.sealed = false;
         self.revision += 1;
+    }
+
+    /// The same of an edit that changes the world beyond what its scene says: `state` is the world before it.
+    pub fn commit_with(&mut self, label: impl Into<String>, key: &str, scene: Scene, state: Snapshot) {
+        let revision = self.revision;
+        self.commit(label, key, scene);
+        if self.revision != revision
+            && let Some(step) = self.past.last_mut()
+        {
+            step.state.get_or_insert(state);
+        }
+    }
+
+    /// The world that undo goes back to, where the edit changed it beyond what its scene says.
+    pub fn state_before(&self) -> Option<&Snapshot> {
+        self.past.last()?.state.as_ref()
+    }
+
+    /// The world that redo leads to, likewise.
+    pub fn state_after(&self) -> Option<&Snapshot> {
+        self.future.last()?.state.as_ref()
+    }
+
+    /// Keeps the world as it was before the last undo, for redo.
+    pub fn keep_undone(&mut self, state: Option<Snapshot>) {
+        if let Some(step) = self.future.last_mut() {
+            step.state = state;
+        }
+    }
+
+    /// Keeps the world as it was before the last redo, for undo.
+    pub fn keep_redone(&mut self, state: Option<Snapshot>) {
+        if let Some(step) = self.past.last_mut() {
+            step.state = state;
+        }
     }
 
     /// Ends a row of edits: the next is undone apart.
@@ -120,18 +158,18 @@ impl Document {
 
     /// Goes one edit back; whether there was one.
     pub fn undo(&mut self) -> bool {
-        let Some(Step { label, key, scene }) = self.past.pop() else { return false };
+        let Some(Step { label, key, scene, .. }) = self.past.pop() else { return false };
         let undone = std::mem::replace(&mut self.scene, scene);
-        self.future.push(Step { label, key, scene: undone });
+        self.future.push(Step { label, key, scene: undone, state: None });
         self.moved();
         true
     }
 
     /// Takes up an undone edit again; whether there was one.
     pub fn redo(&mut self) -> bool {
-        let Some(Step { label, key, scene }) = self.future.pop() else { return false };
+        let Some(Step { label, key, scene, .. }) = self.future.pop() else { return false };
         let before = std::mem::replace(&mut self.scene, scene);
-        self.past.push(Step { label, key, scene: before });
+        self.past.push(Step { label, key, scene: before, state: None });
         self.moved();
         true
     }

@@ -5,10 +5,10 @@ use glam::DVec3;
 use sheetwork::scene::{BodySpec, Placement, Shape};
 
 use super::EditorState;
-use super::controls::{CELSIUS, How, PLAIN, input, name, tell};
 use super::heat::place;
 use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown};
+use bevy_sheetwork::inspector::controls::{CELSIUS, How, PLAIN, input, name, tell};
 
 const GRAM: Shown = Shown::fixed(Quantity::Mass, "g", 1e-3);
 

@@ -5,11 +5,11 @@ use std::f32::consts::FRAC_PI_2;
 use bevy_egui::egui::{Grid, Ui};
 use sheetwork::scene::CameraSpec;
 
-use super::controls::{How, MM, input, name, tell};
 use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
+use bevy_sheetwork::inspector::controls::{How, MM, input, name, tell};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 

@@ -137,7 +137,12 @@ fn table(ui: &mut Ui, session: &Session) {
         let own = std::iter::once(("this scene".to_owned(), session));
         let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
         for (index, (name, one)) in own.chain(others).enumerate() {
-            ui.label(RichText::new(name).color(COLOURS[index % COLOURS.len()]));
+            let broken = one.unstable_since();
+            let name = if broken.is_some() { format!("✖ {name}") } else { name };
+            let label = ui.label(RichText::new(name).color(COLOURS[index % COLOURS.len()]));
+            if let Some(time) = broken {
+                label.on_hover_text(format!("Went unstable at {time:.4} s and was stopped"));
+            }
             let now = height(one);
             ui.monospace(now.map_or_else(String::new, |h| format_si(h, "m")));
             let apart = now.zip(first).filter(|_| index > 0).map(|(a, b)| format_si(a - b, "m"));

@@ -1,12 +1,14 @@
 //! What is drawn of the sheets, and what they are coloured by.
 
-use bevy_egui::egui::{ComboBox, DragValue, Ui};
+use bevy_egui::egui::{ComboBox, DragValue, RichText, Ui};
 use bevy_sheetwork::SheetColour;
 
 use super::EditorState;
+use super::style::QUIET;
 use crate::camera::Camera;
 use crate::picture::Layer;
 use crate::session::Session;
+use crate::units::format_si;
 
 /// Surface, layer, smoothing, colours, springs, masses, room.
 pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
@@ -26,16 +28,41 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
                 .on_hover_text("A spline surface through the masses; where they are far apart it can cut an edge");
             ui.radio_value(&mut display.smooth, false, "Flat").on_hover_text("Triangles between the masses");
         });
+        if display.smooth
+            && let Some(gap) = gap(ui, session, display.layer)
+        {
+            ui.label(RichText::new(format!("up to {} from where contact has it", format_si(gap, "m"))).color(QUIET))
+                .on_hover_text(
+                    "Largest gap between the smoothed surface and the flat triangles that contact has. What is drawn is kept out of bodies.",
+                );
+        }
         colours(ui, session, &mut display.colour);
     });
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.checkbox(&mut display.room, "Room").on_hover_text("Floor and back wall");
+        ui.checkbox(&mut display.bodies, "Bodies").on_hover_text("Rigid bodies; hidden ones are met all the same");
         ui.checkbox(&mut display.pins, "Pins").on_hover_text("Masses that are held");
         ui.checkbox(&mut display.contacts, "Contacts").on_hover_text("Masses that touch something");
+        ui.checkbox(&mut display.normals, "Normals").on_hover_text("Which way the drawn side faces, at every mass");
+    });
+    ui.horizontal(|ui| {
         if ui.button("Look at the scene").on_hover_text("The view that the scene asks for (F)").clicked() {
             state.camera = Camera::of_session(session);
         }
     });
+}
+
+/// The largest gap between what is drawn and what contact has, m, worked out when something has moved.
+fn gap(ui: &Ui, session: &Session, layer: Layer) -> Option<f64> {
+    type Known = ((u64, u64, u64, bool), Option<f64>);
+    let now = (session.generation(), session.revision(), session.world().steps(), layer == Layer::Top);
+    let id = ui.id().with("gap");
+    if let Some((_, gap)) = ui.data(|d| d.get_temp::<Known>(id)).filter(|known| known.0 == now) {
+        return gap;
+    }
+    let gap = crate::gap::largest(session.world(), layer);
+    ui.data_mut(|d| d.insert_temp::<Known>(id, (now, gap)));
+    gap
 }
 
 /// What the surface is coloured by, and the ends of a scale that is not worked out of what is there.

@@ -7,6 +7,7 @@ use bevy_egui::egui::{self, Button, Key, ScrollArea, Ui, Window};
 use super::EditorState;
 use crate::browser::Browser;
 use crate::camera::Camera;
+use crate::export::{Job, Kind, picture_file};
 use crate::picture::{Look, Picture};
 use crate::scenes;
 use crate::session::Session;
@@ -26,6 +27,10 @@ pub enum Purpose {
     Csv,
     /// To draw the scene in, as it is seen.
     Picture,
+    /// To draw a run in, picture by picture.
+    Sequence,
+    /// To write a run in as glTF.
+    Gltf,
 }
 
 /// A dialog that chooses a file.
@@ -46,7 +51,8 @@ impl EditorState {
             Purpose::Open => OPENS,
             Purpose::Save => &["ron"],
             Purpose::Csv => &["csv"],
-            Purpose::Picture => &["png"],
+            Purpose::Picture | Purpose::Sequence => &["png"],
+            Purpose::Gltf => &["glb"],
         };
         let mut browser = Browser::new(&folder, endings);
         let named = |ending: &str| format!("{}.{ending}", session.scene().name.replace([' ', '/'], "_"));
@@ -56,7 +62,8 @@ impl EditorState {
                 session.file().and_then(Path::file_name).map_or_else(|| named("ron"), |n| n.to_string_lossy().into())
             }
             Purpose::Csv => named("csv"),
-            Purpose::Picture => named("png"),
+            Purpose::Picture | Purpose::Sequence => named("png"),
+            Purpose::Gltf => named("glb"),
         };
         self.dialog = Some(Dialog { purpose, browser, over: None });
     }
@@ -137,6 +144,10 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
     ui.weak("or drop a file on the window")
         .on_hover_text("A scene, recording, material, sheet, polyhedra or heater file");
     ui.separator();
+    if ui.button("Study…").on_hover_text("Sheets seen blind, with a questionnaire: answers as CSV").clicked() {
+        super::study::open(state);
+        ui.close();
+    }
     if ui.button("Quit").clicked() {
         state.quit = true;
     }
@@ -148,6 +159,16 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
 
 /// What can be written besides the scene.
 fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
+    let runs = [
+        ("Export pictures…", "A run from now on, picture by picture, as PNG", Purpose::Sequence),
+        ("Export glTF…", "A run from now on: sheets that bend and bodies that move, for other programs", Purpose::Gltf),
+    ];
+    for (title, about, purpose) in runs {
+        if ui.button(title).on_hover_text(about).clicked() {
+            state.browse(session, purpose);
+            ui.close();
+        }
+    }
     if ui.button("Export samples…").on_hover_text("Energies, step time, heights and temperatures as CSV").clicked() {
         state.browse(session, Purpose::Csv);
         ui.close();
@@ -211,6 +232,8 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         Purpose::Save => "Save as",
         Purpose::Csv => "Export samples",
         Purpose::Picture => "Export a picture",
+        Purpose::Sequence => "Export pictures",
+        Purpose::Gltf => "Export glTF",
     };
     let (mut open, mut chosen) = (true, None);
     let window =
@@ -286,11 +309,13 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
     let file = match dialog.purpose {
         Purpose::Save if file.extension().is_none() => file.with_extension("ron"),
         Purpose::Csv if file.extension().is_none() => file.with_extension("csv"),
+        Purpose::Gltf if file.extension().is_none_or(|e| e != "glb") => file.with_extension("glb"),
         Purpose::Picture if file.extension().is_none() => file.with_extension("png"),
         _ => file,
     };
     let own = session.file() == Some(file.as_path());
-    if dialog.purpose != Purpose::Open && file.exists() && !own && dialog.over.as_ref() != Some(&file) {
+    let first = if dialog.purpose == Purpose::Sequence { picture_file(&file, 0) } else { file.clone() };
+    if dialog.purpose != Purpose::Open && first.exists() && !own && dialog.over.as_ref() != Some(&file) {
         dialog.over = Some(file);
         state.dialog = Some(dialog);
         return;
@@ -310,15 +335,25 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
             Ok(()) => session.note(format!("written: {}", file.display())),
             Err(error) => session.fail(format!("{}: {error}", file.display())),
         },
+        Purpose::Sequence => {
+            let (look, size) = look(state);
+            state.export = Some(Job::new(Kind::Sequence(look, size), &file, session.scene().duration));
+        }
+        Purpose::Gltf => state.export = Some(Job::new(Kind::Gltf, &file, session.scene().duration)),
     }
 }
 
 /// The scene as it is seen, twice as large, by the rasteriser that needs no graphics driver.
 fn picture(session: &Session, state: &EditorState) -> Picture {
+    let (look, size) = look(state);
+    Picture::draw(session.world(), &state.camera, &look, (2 * size.0, 2 * size.1))
+}
+
+/// What is drawn of the scene, and the size of the view, pixels.
+fn look(state: &EditorState) -> (Look, (u32, u32)) {
     let display = &state.display;
     let look = Look { layer: display.layer, parts: if display.smooth { 4 } else { 1 }, colour: display.colour };
-    let size = (2.0 * state.viewport.width().max(8.0), 2.0 * state.viewport.height().max(8.0));
-    Picture::draw(session.world(), &state.camera, &look, (size.0 as u32, size.1 as u32))
+    (look, (state.viewport.width().max(8.0) as u32, state.viewport.height().max(8.0) as u32))
 }
 
 impl EditorState {

@@ -7,10 +7,10 @@ use sheetwork::scene::{Scene, SheetSpec, sht};
 use sheetwork::sheet::{Sheet, to_file};
 
 use super::EditorState;
-use super::controls::{How, MM, input, name, tell};
 use super::style::ACCENT;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
+use bevy_sheetwork::inspector::controls::{How, MM, input, name, tell};
 
 const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
 

@@ -4,11 +4,11 @@ use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
 use sheetwork::scene::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenSpec, Placement};
 
-use super::controls::{CELSIUS, How, MM, PLAIN, dial, dial_of, input, name, tell, vector};
 use super::style::QUIET;
 use crate::document::path::opened;
 use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown};
+use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, PLAIN, dial, dial_of, input, name, tell, vector};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 const CONVECTION: Shown = Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0);

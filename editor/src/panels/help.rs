@@ -4,15 +4,17 @@ use bevy_egui::egui::{Align2, Grid, RichText, Ui, Window};
 
 use super::EditorState;
 
-const LINES: [(&str, &str); 30] = [
+const LINES: [(&str, &str); 32] = [
     ("left drag", "turn around the scene, or what the tool does"),
     ("right or middle drag", "slide the view"),
     ("wheel", "nearer, farther"),
     ("double click, F", "look at the whole scene"),
-    ("Q  G  P  W", "tools: look, grab, pin, move"),
+    ("Q  G  P  W  C  H  X", "tools: look, grab, pin, move, crease, heat, cut"),
     ("grab: drag the sheet", "pull at it with a spring; its force is shown"),
     ("pin: click the sheet", "hold a mass where it is, or let it go"),
     ("move: click, drag", "choose a body or heater, move it by its arrows"),
+    ("crease, cut: drag a line", "fold a shell there; open the cells there"),
+    ("heat: drag the sheet", "paint warmth; temperature and radius are beside the tools"),
     ("Space", "play, pause"),
     ("Shift+Space", "stop: back to the state before it was played"),
     ("right, left arrow", "one step of the engine on, back"),
@@ -46,7 +48,7 @@ pub fn help(ui: &mut Ui, state: &mut EditorState) {
         Window::new("Mouse and keys").collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0; 2]);
     window.open(&mut state.help).show(ui.ctx(), |ui| {
         ui.horizontal_top(|ui| {
-            for half in [&LINES[..15], &LINES[15..]] {
+            for half in [&LINES[..16], &LINES[16..]] {
                 Grid::new(half[0].0).num_columns(2).spacing([18.0, 6.0]).show(ui, |ui| {
                     for (what, does) in half {
                         ui.label(RichText::new(*what).strong());

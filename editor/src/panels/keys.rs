@@ -1,6 +1,6 @@
 //! Keys that no text field wants, and files dropped on the window.
 
-use bevy_egui::egui::{Key, Modifiers, Ui};
+use bevy_egui::egui::{Event, Key, Modifiers, Ui};
 
 use super::files::Purpose;
 use super::{EditorState, Tool};
@@ -24,11 +24,20 @@ pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorS
         return;
     }
     commands(ui, session, state);
-    let plain = ui.input(|i| i.modifiers.is_none() || i.modifiers == Modifiers::SHIFT);
-    if plain {
-        time(ui, session);
-        tools(ui, session, state);
-    }
+    time(ui, session);
+    tools(ui, session, state);
+}
+
+/// Whether `key` was pressed without Ctrl or Alt, and if so whether with Shift: as the key says, not as it is at the end of the frame.
+fn plain(ui: &Ui, wanted: Key) -> Option<bool> {
+    ui.input(|i| {
+        i.events.iter().find_map(|event| match event {
+            Event::Key { key, pressed: true, modifiers, .. } if *key == wanted => {
+                (!modifiers.command && !modifiers.ctrl && !modifiers.alt).then_some(modifiers.shift)
+            }
+            _ => None,
+        })
+    })
 }
 
 /// Those with the control key.
@@ -58,11 +67,11 @@ fn commands(ui: &Ui, session: &mut Session, state: &mut EditorState) {
 }
 
 fn time(ui: &Ui, session: &mut Session) {
-    let pressed = |key| ui.input(|i| i.key_pressed(key));
+    let pressed = |key| plain(ui, key).is_some();
     // A button that has the focus takes the space bar itself.
     let free = ui.memory(|m| m.focused().is_none());
-    if pressed(Key::Space) && free {
-        if ui.input(|i| i.modifiers.shift) { _ = session.stop() } else { session.toggle() }
+    if let Some(shift) = plain(ui, Key::Space).filter(|_| free) {
+        if shift { _ = session.stop() } else { session.toggle() }
     }
     if pressed(Key::ArrowRight) && free {
         session.step();
@@ -87,11 +96,20 @@ fn time(ui: &Ui, session: &mut Session) {
 }
 
 fn tools(ui: &Ui, session: &mut Session, state: &mut EditorState) {
-    let pressed = |key| ui.input(|i| i.key_pressed(key));
+    let pressed = |key| plain(ui, key).is_some();
     if pressed(Key::F) {
         state.camera = Camera::of_session(session);
     }
-    for (key, tool) in [(Key::Q, Tool::Look), (Key::G, Tool::Grab), (Key::P, Tool::Pin), (Key::W, Tool::Move)] {
+    let keys = [
+        (Key::Q, Tool::Look),
+        (Key::G, Tool::Grab),
+        (Key::P, Tool::Pin),
+        (Key::W, Tool::Move),
+        (Key::C, Tool::Crease),
+        (Key::H, Tool::Heat),
+        (Key::X, Tool::Cut),
+    ];
+    for (key, tool) in keys {
         if pressed(key) {
             state.tool = tool;
         }

@@ -6,9 +6,9 @@ mod bodies;
 mod camera;
 mod chart;
 mod compare;
-mod controls;
 mod display;
 mod engine;
+mod export;
 mod files;
 mod generate;
 mod heat;
@@ -22,6 +22,7 @@ mod numbers;
 mod overlay;
 mod plots;
 mod sheet;
+mod study;
 mod style;
 mod timeline;
 mod top;
@@ -39,28 +40,33 @@ use sheetwork::World;
 use sheetwork::scene::Scene;
 
 use crate::camera::Camera;
+use crate::export::Job;
 use crate::keeping::Keeper;
 use crate::picture::Layer;
 use crate::scenes;
 use crate::session::{Item, Session};
+use crate::study::{Stage, Study};
 
 pub use crate::units::format_si;
+pub use bevy_sheetwork::inspector::Previews;
 pub use bodies::bodies;
 pub use camera::camera;
 pub use compare::compare;
 pub use display::display;
 pub use engine::engine;
+pub use export::export;
 pub use files::{Dialog, Purpose, dialog};
 pub use generate::{Draft, generate};
 pub use heat::heat;
 pub use help::help;
 pub use legend::{legend, ticks};
 pub use link::link;
-pub use material::{Previews, material};
+pub use material::material;
 pub use messages::messages;
 pub use numbers::numbers;
 pub use plots::{Plots, plots};
 pub use sheet::sheet;
+pub use study::{blind, study};
 pub use style::apply as apply_style;
 pub use timeline::timeline;
 pub use top::top;
@@ -84,17 +90,33 @@ pub struct Display {
     pub masses: bool,
     /// The floor and the back wall.
     pub room: bool,
+    /// Rigid bodies.
+    pub bodies: bool,
     /// Masses that are held, as marks.
     pub pins: bool,
     /// Masses that touch something, as marks.
     pub contacts: bool,
+    /// Which way the drawn side faces, as lines from the masses.
+    pub normals: bool,
 }
 
 impl Default for Display {
     fn default() -> Self {
         let (layer, colour) = (Layer::Top, None);
-        let (pins, contacts) = (true, false);
-        Self { surface: true, layer, smooth: true, colour, springs: false, masses: false, room: true, pins, contacts }
+        let (pins, contacts, room, bodies) = (true, false, true, true);
+        Self {
+            surface: true,
+            layer,
+            smooth: true,
+            colour,
+            springs: false,
+            masses: false,
+            room,
+            bodies,
+            pins,
+            contacts,
+            normals: false,
+        }
     }
 }
 
@@ -136,16 +158,49 @@ pub enum Tool {
     Pin,
     /// Moves bodies and heaters.
     Move,
+    /// Folds a sheet along a line.
+    Crease,
+    /// Paints warmth.
+    Heat,
+    /// Cuts a sheet along a line.
+    Cut,
 }
 
 impl Tool {
     /// All of them: name and what they do.
-    pub const ALL: [(Self, &'static str, &'static str); 4] = [
+    pub const ALL: [(Self, &'static str, &'static str); 7] = [
         (Self::Look, "Look", "Left drag turns the view (Q)"),
         (Self::Grab, "Grab", "Left drag pulls at a sheet with a spring, whose force is shown (G)"),
         (Self::Pin, "Pin", "A click pins a mass where it is, or lets it go (P)"),
         (Self::Move, "Move", "A click chooses a body, heater or heat gun; its arrows move it (W)"),
+        (Self::Crease, "Crease", "Left drag draws a line along which a shell is folded (C)"),
+        (Self::Heat, "Heat", "Left drag paints warmth on a sheet (H)"),
+        (Self::Cut, "Cut", "Left drag draws a line along which the cells of a sheet open (X)"),
     ];
+}
+
+/// What the tools put on a sheet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Brush {
+    /// Temperature of what is painted, °C.
+    pub celsius: f64,
+    /// Its radius, m; none for a twelfth of the sheet.
+    pub radius: Option<f64>,
+    /// By how much a line folds the sheet, degrees.
+    pub angle: f64,
+}
+
+impl Default for Brush {
+    fn default() -> Self {
+        Self { celsius: 120.0, radius: None, angle: 60.0 }
+    }
+}
+
+impl Brush {
+    /// The radius on a sheet of this length and width, m.
+    pub fn radius_on(&self, (length, width): (f64, f64)) -> f64 {
+        self.radius.unwrap_or_else(|| length.max(width) / 12.0).clamp(1e-6, 1e3)
+    }
 }
 
 /// A part of the controls on the right.
@@ -197,6 +252,8 @@ pub struct EditorState {
     pub tool: Tool,
     /// What it holds.
     pub held: Option<Held>,
+    /// What it puts on a sheet.
+    pub brush: Brush,
     /// What the move tool has chosen.
     pub selected: Option<Item>,
     /// Sheet that the sheet and material panels show.
@@ -225,6 +282,12 @@ pub struct EditorState {
     pub dialog: Option<Dialog>,
     /// The sheet that is being generated, while that dialog is open.
     pub generate: Option<Draft>,
+    /// The export that is being set up or written.
+    pub export: Option<Job>,
+    /// The study that is on.
+    pub study: Option<Study>,
+    /// What was open before it, and the file that has it as it was, if one has.
+    pub aside: Option<(Scene, Option<PathBuf>)>,
     /// Recent files and copies of unsaved work.
     pub keeper: Keeper,
     /// Unsaved work that was found at the start: the copy and the scene.
@@ -243,6 +306,7 @@ impl EditorState {
             camera: Camera::of_session(session),
             tool: Tool::Look,
             held: None,
+            brush: Brush::default(),
             selected: None,
             sheet: 0,
             path: String::new(),
@@ -257,11 +321,21 @@ impl EditorState {
             previews: Previews::default(),
             dialog: None,
             generate: None,
+            export: None,
+            study: None,
+            aside: None,
             keeper: Keeper::new(None),
             left: None,
             viewport: Rect::ZERO,
             quit: false,
         }
+    }
+}
+
+impl EditorState {
+    /// Whether a study is on, in which nothing may say what is shown.
+    pub fn is_blind(&self) -> bool {
+        self.study.as_ref().is_some_and(|study| !matches!(study.stage(), Stage::Welcome | Stage::Over))
     }
 }
 
@@ -271,6 +345,19 @@ pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if !ui.input(|i| i.pointer.any_down()) {
         // What is changed after the mouse has let go is undone apart.
         session.seal();
+    }
+    if state.is_blind() {
+        egui::Panel::top("study").show(ui, |ui| study::bar(ui, session, state));
+        if !session.messages().is_empty() {
+            egui::Panel::bottom("messages").show(ui, |ui| messages(ui, session));
+        }
+        if state.study.as_ref().is_some_and(|s| matches!(s.stage(), Stage::Asking | Stage::Last)) {
+            egui::Panel::bottom("questions").show(ui, |ui| study::questions(ui, session, state));
+        }
+        state.viewport = ui.available_rect_before_wrap();
+        view(ui, session, state);
+        study(ui, session, state);
+        return;
     }
     egui::Panel::top("top").show(ui, |ui| top(ui, session, state));
     if !session.messages().is_empty() {
@@ -289,6 +376,7 @@ pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if state.timeline {
         egui::Panel::bottom("timeline").show(ui, |ui| timeline(ui, session, state));
     }
+    session.time_stages(state.plots.shown && state.plots.stages);
     if state.plots.shown {
         let panel = egui::Panel::bottom("plots").resizable(true).default_size(190.0).min_size(120.0);
         panel.show(ui, |ui| plots(ui, session, state));
@@ -298,6 +386,8 @@ pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     help(ui, state);
     dialog(ui, session, state);
     generate(ui, session, state);
+    export(ui, session, state);
+    study(ui, session, state);
 }
 
 /// The row of sections, and those that are open below it.

@@ -5,12 +5,18 @@ use bevy_egui::egui::{
 };
 use glam::{DVec3, Vec2, Vec3};
 
+use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, input, name, tell};
+
 use super::style::ACCENT;
 use super::view::{Held, place_of};
 use super::{EditorState, Tool};
 use crate::gizmo::{Gizmo, Handle};
+use crate::pick;
+use crate::picture::Layer;
 use crate::session::Session;
-use crate::units::format_si;
+use crate::units::{Quantity, Shown, format_si};
+
+const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 
 /// Colours of the axes.
 const AXES: [Color32; 3] =
@@ -19,7 +25,7 @@ const PIN: Color32 = Color32::from_rgb(70, 130, 250);
 const TOUCH: Color32 = Color32::from_rgb(255, 205, 60);
 
 /// Draws it all.
-pub(super) fn paint(ui: &mut Ui, rect: Rect, session: &Session, state: &mut EditorState) {
+pub(super) fn paint(ui: &mut Ui, rect: Rect, session: &mut Session, state: &mut EditorState) {
     let painter = ui.painter_at(rect);
     let seen =
         |p: Vec3| state.camera.project(p, Vec2::new(rect.width(), rect.height())).map(|v| rect.min + vec2(v.x, v.y));
@@ -29,13 +35,16 @@ pub(super) fn paint(ui: &mut Ui, rect: Rect, session: &Session, state: &mut Edit
         painter.rect_stroke(rect, 0.0, Stroke::new(3.0, ACCENT.gamma_multiply(0.9)), StrokeKind::Inside);
     }
     masses(&painter, session, state, &seen);
+    normals(&painter, session, state, &seen);
     if state.tool == Tool::Move {
         items(&painter, session, state, &seen);
         gizmo(&painter, rect, session, state);
     }
     hand(&painter, session, &seen);
+    line(&painter, session, state, &seen);
+    ring(ui, &painter, session, state, rect);
     names(&painter, session, &seen);
-    tools(ui, rect, state);
+    tools(ui, rect, session, state);
     corner(&painter, rect, state);
 }
 
@@ -60,6 +69,26 @@ fn masses(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn 
                 painter.add(Shape::convex_polygon(corners, PIN, Stroke::new(1.0, Color32::WHITE)));
             } else {
                 painter.circle(at, 2.5, TOUCH, Stroke::new(0.5, Color32::BLACK));
+            }
+        }
+    }
+}
+
+/// Lines from the masses of the drawn layer, out of its upper side.
+fn normals(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
+    if !state.display.normals {
+        return;
+    }
+    for sheet in session.world().sheets() {
+        let last = sheet.layers.len().saturating_sub(1);
+        let index = if state.display.layer == Layer::Top { last } else { 0 };
+        let Some(surface) = sheet.surface(index, 1) else { continue };
+        let mesh = surface.mesh(&sheet.x);
+        let length = sheet.spacing().map_or(1e-3, |(shortest, _)| 0.6 * shortest) as f32;
+        for (place, normal) in mesh.positions.iter().zip(&mesh.normals) {
+            let (from, normal) = (Vec3::from(*place), Vec3::from(*normal));
+            if let Some((a, b)) = seen(from).zip(seen(from + length * normal)) {
+                painter.line_segment([a, b], Stroke::new(1.2, AXES[2]));
             }
         }
     }
@@ -129,20 +158,66 @@ fn hand(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2
     label(painter, to + vec2(12.0, -12.0), &text, Align2::LEFT_BOTTOM);
 }
 
+/// The line that is being drawn on a sheet, and its length.
+fn line(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
+    let Some(Held::Line(sheet, from, to)) = state.held else { return };
+    let Some(sheet) = session.world().sheets().get(sheet) else { return };
+    let upper = state.display.layer == Layer::Top;
+    let at = |s: f64| pick::place(sheet, (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1)), upper);
+    let points = (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.as_vec3()));
+    let points: Vec<Pos2> = points.collect();
+    painter.add(Shape::line(points.clone(), Stroke::new(4.0, Color32::from_rgb(30, 32, 36))));
+    painter.add(Shape::line(points.clone(), Stroke::new(2.0, Color32::WHITE)));
+    let size = sheet.rest_size();
+    let length = ((to.0 - from.0) * size.0).hypot((to.1 - from.1) * size.1);
+    if let Some(end) = points.last() {
+        label(painter, *end + vec2(10.0, -10.0), &format_si(length, "m"), Align2::LEFT_BOTTOM);
+    }
+}
+
+/// The rim of the brush on the sheet under the mouse.
+fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect: Rect) {
+    let pointer = ui.input(|i| i.pointer.hover_pos()).filter(|p| state.tool == Tool::Heat && rect.contains(*p));
+    let Some(pointer) = pointer else { return };
+    let size = Vec2::new(rect.width(), rect.height());
+    let ray = state.camera.ray(Vec2::new(pointer.x - rect.left(), pointer.y - rect.top()), size);
+    let upper = state.display.layer == Layer::Top;
+    let Some(hit) = pick::sheet(session.world(), ray, upper) else { return };
+    let Some(sheet) = session.world().sheets().get(hit.sheet) else { return };
+    let (radius, extent) = (super::view::radius(session, state, hit.sheet), sheet.rest_size());
+    let points = (0..=48).filter_map(|i| {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 48.0).sin_cos();
+        let uv = (hit.uv.0 + radius * cos / extent.0, hit.uv.1 + radius * sin / extent.1);
+        let place = pick::place(sheet, (uv.0.clamp(0.0, 1.0), uv.1.clamp(0.0, 1.0)), upper)?;
+        state.camera.project(place.as_vec3(), size).map(|v| rect.min + vec2(v.x, v.y))
+    });
+    painter.add(Shape::line(points.collect(), Stroke::new(2.0, Color32::WHITE)));
+}
+
 /// What each of the worlds that are compared is.
 fn names(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
-    let others = session.beside().filter(|b| b.1.is_ok()).map(|b| b.0.label());
-    let all: Vec<String> = std::iter::once("this scene".to_owned()).chain(others).collect();
+    let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
+    let all: Vec<(String, &Session)> = std::iter::once(("this scene".to_owned(), session)).chain(others).collect();
     if all.len() < 2 {
         return;
     }
     let Some((low, high)) = crate::camera::content(session.world()) else { return };
     let above = Vec3::new(0.5 * (low.x + high.x), high.y + 0.12 * (high - low).max_element(), 0.5 * (low.z + high.z));
-    for (which, name) in all.iter().enumerate() {
-        if let Some(at) = seen(above + session.offset(which)) {
-            label(painter, at, name, Align2::CENTER_BOTTOM);
+    for (which, (name, one)) in all.iter().enumerate() {
+        let Some(at) = seen(above + session.offset(which)) else { continue };
+        label(painter, at, name, Align2::CENTER_BOTTOM);
+        if let Some(time) = one.unstable_since() {
+            mark(painter, at + vec2(0.0, 6.0), &format!("✖ unstable since {time:.3} s"));
         }
     }
+}
+
+/// What went wrong with a world, below its name.
+fn mark(painter: &Painter, at: Pos2, text: &str) {
+    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(12.0), Color32::WHITE);
+    let rect = Align2::CENTER_TOP.anchor_size(at, galley.size());
+    painter.rect_filled(rect.expand2(vec2(5.0, 2.0)), 4.0, Color32::from_rgb(190, 40, 30));
+    painter.galley(rect.min, galley, Color32::WHITE);
 }
 
 /// Text on a plate, so that it can be read over anything.
@@ -154,8 +229,8 @@ fn label(painter: &Painter, at: Pos2, text: &str, align: Align2) {
 }
 
 /// The row of tools in the upper left corner.
-fn tools(ui: &mut Ui, rect: Rect, state: &mut EditorState) {
-    let place = Rect::from_min_size(rect.left_top() + vec2(10.0, 10.0), vec2(300.0, 28.0));
+fn tools(ui: &mut Ui, rect: Rect, session: &mut Session, state: &mut EditorState) {
+    let place = Rect::from_min_size(rect.left_top() + vec2(10.0, 10.0), vec2(330.0, 56.0));
     if rect.width() < place.width() {
         return;
     }
@@ -170,6 +245,40 @@ fn tools(ui: &mut Ui, rect: Rect, state: &mut EditorState) {
                 ui.selectable_value(&mut state.tool, tool, title).on_hover_text(about);
             }
         });
+        options(ui, session, state);
+    });
+}
+
+/// What the chosen tool puts on a sheet.
+fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let size = session.world().sheets().get(state.sheet).map_or((0.1, 0.1), |s| s.rest_size());
+    if !matches!(state.tool, Tool::Heat | Tool::Crease) {
+        return;
+    }
+    let brush = &mut state.brush;
+    ui.horizontal(|ui| match state.tool {
+        Tool::Heat => {
+            let how = How { speed: 1.0, ..How::default() };
+            let (to, wide) = (name(ui, "to", "Temperature that is painted, °C"), brush.radius_on(size));
+            let done = input(ui, &to, brush.celsius, CELSIUS, &how);
+            brush.celsius = done.value.unwrap_or(brush.celsius).clamp(-273.15, 5000.0);
+            tell(session, "brush", done.error);
+            let label = name(
+                ui,
+                "radius",
+                "Of what is painted: half of it wholly. A double click takes a twelfth of the sheet",
+            );
+            let done = input(ui, &label, wide, MM, &How { speed: 0.1, ..How::default() });
+            brush.radius = if done.reset { None } else { done.value.map(|v| v.clamp(1e-6, 1e3)).or(brush.radius) };
+            tell(session, "brush", done.error);
+        }
+        Tool::Crease => {
+            let label = name(ui, "by", "Angle of the fold; positive, the sides rise to the upper side");
+            let done = input(ui, &label, brush.angle, DEGREES, &How { speed: 0.5, ..How::default() });
+            brush.angle = done.value.unwrap_or(brush.angle).clamp(-175.0, 175.0);
+            tell(session, "crease", done.error);
+        }
+        _ => {}
     });
 }
 

@@ -8,6 +8,7 @@ use super::files::Purpose;
 use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
 use crate::samples::{Sample, height_names};
 use crate::session::Session;
+use sheetwork::watch::Phase;
 
 /// Colours of heights, and of what is compared, in turn.
 pub(super) const COLOURS: [Color32; 6] = [
@@ -28,6 +29,8 @@ pub struct Plots {
     pub energy: bool,
     /// Wall-clock time of a step.
     pub step: bool,
+    /// The same of each part of a step; what is not shown is not measured.
+    pub stages: bool,
     /// Heights of probes.
     pub height: bool,
     /// Temperatures.
@@ -38,7 +41,7 @@ pub struct Plots {
 
 impl Default for Plots {
     fn default() -> Self {
-        Self { shown: false, energy: true, step: true, height: true, temperature: true, stiffness: true }
+        Self { shown: false, energy: true, step: true, stages: false, height: true, temperature: true, stiffness: true }
     }
 }
 
@@ -49,6 +52,9 @@ pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         let plots = &mut state.plots;
         ui.checkbox(&mut plots.energy, "Energy");
         ui.checkbox(&mut plots.step, "Step time");
+        ui.checkbox(&mut plots.stages, "Stages").on_hover_text(
+            "What a step spends on motion, looking for contact, solving for it, heat and bodies; measured only while this is on",
+        );
         ui.checkbox(&mut plots.height, "Height");
         ui.checkbox(&mut plots.temperature, "Temperature");
         ui.checkbox(&mut plots.stiffness, "Delivered").on_hover_text(
@@ -90,6 +96,9 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
         let lines = vec![Line::new("a step takes", KINETIC, took), Line::new("there is", QUIET, move |_| Some(dt))];
         all.push(("Step time", "s", lines));
     }
+    if plots.stages {
+        all.push(("Stages of a step", "s", stages(session)));
+    }
     if plots.height && !compared {
         all.push(("Height", "m", heights(session)));
     }
@@ -108,6 +117,7 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     }
     if compared {
         all.push(("Heights", "m", beside(session)));
+        all.push(("Differences of height", "m", differences(session)));
     }
     all
 }
@@ -133,6 +143,42 @@ fn heights(session: &Session) -> Vec<Line<'_>> {
     let names = height_names(session.world()).into_iter().map(short);
     let line = |(i, name): (usize, String)| Line::new(name, COLOURS[i], move |s: &Sample| s.heights.get(i).copied());
     names.take(COLOURS.len()).enumerate().map(line).collect()
+}
+
+/// What a step spends on each of its parts, but for those that are less than a hundredth of the run.
+fn stages(session: &Session) -> Vec<Line<'_>> {
+    let mut spent = [0.0; Phase::ALL.len()];
+    let timed = session.history().iter().filter_map(|s| s.stages);
+    timed.for_each(|all| spent.iter_mut().zip(all).for_each(|(sum, part)| *sum += part));
+    let worth = |i: usize| spent[i] > 0.01 * spent.iter().sum::<f64>();
+    let line = |(i, (_, name)): (usize, &(Phase, &'static str))| {
+        Line::new(*name, COLOURS[i], move |s: &Sample| s.stages.map(|all| all[i]))
+    };
+    Phase::ALL.iter().enumerate().filter(|(i, _)| worth(*i)).map(line).collect()
+}
+
+/// The first height of every variant, less this scene's at the same time.
+fn differences(session: &Session) -> Vec<Line<'_>> {
+    let mut lines = Vec::new();
+    for (index, (variant, found)) in session.beside().enumerate() {
+        if let Ok(other) = found {
+            let colour = COLOURS[(index + 1) % COLOURS.len()];
+            let apart = |s: &Sample| Some(s.heights.first()? - height_at(session.history(), s.time)?);
+            lines.push(Line::new(variant.label(), colour, apart).of(other.history()));
+        }
+    }
+    lines
+}
+
+/// The first height of a run at `time`, between the moments that were sampled.
+fn height_at(history: &[Sample], time: f64) -> Option<f64> {
+    let after = history.partition_point(|s| s.time < time);
+    let high = history.get(after.min(history.len().checked_sub(1)?))?;
+    let low = history.get(after.saturating_sub(1))?;
+    let (a, b) = (*low.heights.first()?, *high.heights.first()?);
+    let span = high.time - low.time;
+    let s = if span > 0.0 { ((time - low.time) / span).clamp(0.0, 1.0) } else { 0.0 };
+    Some(a + s * (b - a))
 }
 
 /// The first height of every world that is compared.

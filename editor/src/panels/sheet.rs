@@ -1,11 +1,12 @@
 //! What a sheet is: structure, grid, size, place, how it is damped and held. What of it costs a new sheet is taken up when the mouse lets go.
 
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
+use bevy_sheetwork::inspector::behaviour;
+use bevy_sheetwork::inspector::controls::{Done, How, MM, input, name, tell, vector};
 use sheetwork::lattice::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::EditorState;
-use super::controls::{Done, How, MM, PLAIN, dial, input, name, tell, vector};
 use super::style::QUIET;
 use crate::session::Session;
 use crate::units::{Quantity, Shown, format_si};
@@ -33,11 +34,10 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         structure(ui, session, index);
         shape(ui, session, index);
         placement(ui, session, index);
-        damping(ui, session, index);
-        contact(ui, session, index);
-        flexion_limit(ui, session, index);
+        behaviour(ui, session, index);
     });
     pins(ui, session, index);
+    worked(ui, session, index);
     add(ui, session, state);
 }
 
@@ -195,65 +195,6 @@ fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
     ui.end_row();
 }
 
-fn damping(ui: &mut Ui, session: &mut Session, index: usize) {
-    let Some(sheet) = session.world().sheets().get(index) else { return };
-    let (follows, ratio, damping, drag) =
-        (sheet.follows_material(), sheet.damping_ratio(), sheet.damping(), sheet.drag());
-    let path = |name: &str| format!("sheets.{index}.{name}");
-    if follows {
-        let about =
-            "Damping ratio of the slowest bending motion, as a fraction of critical; faster ones are damped more";
-        dial(ui, session, ("Damping", about, &path("damping_ratio")), ratio, PLAIN, &How::slider(0.0..=0.5));
-    } else {
-        let about = "Dashpots along the springs, as a fraction of critical";
-        dial(ui, session, ("Damping", about, &path("damping")), damping, PLAIN, &How::slider(0.0..=1.0));
-    }
-    if session.world().air().density > 0.0 {
-        let about = "Drag coefficient where the air meets the sheet's face";
-        dial(ui, session, ("Drag", about, &path("drag.0")), drag.0, PLAIN, &How::slider(0.0..=2.0));
-        let about = "Drag coefficient where the air runs along the sheet";
-        dial(ui, session, ("… along", about, &path("drag.1")), drag.1, PLAIN, &How::slider(0.0..=0.2));
-    }
-}
-
-fn contact(ui: &mut Ui, session: &mut Session, index: usize) {
-    let Some(sheet) = session.world().sheets().get(index) else { return };
-    let (friction, restitution, pressure) = (sheet.friction, sheet.restitution, sheet.pressure());
-    let path = |name: &str| format!("sheets.{index}.{name}");
-    let about = "Coulomb friction coefficient of the sheet; of two surfaces that meet the mean counts";
-    dial(ui, session, ("Friction", about, &path("friction")), friction, PLAIN, &How::slider(0.0..=1.0));
-    let about = "Part of the speed of impact that is given back";
-    dial(ui, session, ("Restitution", about, &path("restitution")), restitution, PLAIN, &How::slider(0.0..=1.0));
-    let about = "Pressure on the upper side above that on the lower, Pa; a vacuum below is a positive one";
-    let shown = Shown::fixed(Quantity::Pressure, "Pa", 1.0);
-    dial(ui, session, ("Pressure", about, &path("pressure")), pressure, shown, &How { speed: 0.2, ..How::default() });
-}
-
-/// The angle limit, for structures with flexion triples.
-fn flexion_limit(ui: &mut Ui, session: &mut Session, index: usize) {
-    let Some(sheet) = session.world().sheets().get(index) else { return };
-    let Some(largest) = sheet.largest_flexion_angle() else { return };
-    let (limit, path) = (sheet.flexion_angle_limit(), format!("sheets.{index}.flexion_limit"));
-    let mut limited = limit.is_some();
-    let check = ui.checkbox(&mut limited, "Bend limit").on_hover_text("Largest angle a flexion triple may bend to");
-    if check.changed() {
-        let value = if limited { largest.clamp(30.0, 180.0).to_string() } else { "none".to_owned() };
-        session.set(&path, &value);
-    }
-    match limit {
-        Some(now) => {
-            ui.horizontal(|ui| {
-                let label = ui.weak("at");
-                super::controls::dial_of(ui, session, &label, &path, now, DEGREES, &How::slider(1.0..=180.0));
-            });
-        }
-        None => {
-            ui.weak(format!("bends to {largest:.1}° now"));
-        }
-    }
-    ui.end_row();
-}
-
 const EDGES: [(Region, &str); 4] =
     [(Region::Left, "left"), (Region::Right, "right"), (Region::Back, "back"), (Region::Front, "front")];
 
@@ -286,6 +227,35 @@ fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
             }
         }
     });
+}
+
+/// Creases, slits and painted spots: what was drawn on the sheet.
+fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
+    let spec = spec(session, index);
+    for (k, crease) in spec.creases.iter().enumerate() {
+        ui.horizontal(|ui| {
+            let label =
+                name(ui, &format!("Crease {}", k + 1), "Angle of the fold; more are drawn with the crease tool");
+            let done = input(ui, &label, crease.angle, DEGREES, &How { speed: 0.5, ..How::late() });
+            tell(session, "crease", done.error);
+            if let Some(angle) = done.value {
+                edit(session, index, &format!("crease {}", k + 1), |s| s.creases[k].angle = angle);
+            }
+            if ui.small_button("✖").on_hover_text("Take this crease out").clicked() {
+                edit(session, index, "creases", |s| _ = s.creases.remove(k));
+            }
+        });
+    }
+    let lists = [("Cuts", spec.slits.len()), ("Painted spots", spec.spots.len())];
+    for (title, count) in lists.into_iter().filter(|l| l.1 > 0) {
+        ui.horizontal(|ui| {
+            ui.label(title);
+            ui.label(RichText::new(count.to_string()).color(QUIET));
+            if ui.small_button("✖").on_hover_text("Take them out; spots are gone after the next reset").clicked() {
+                edit(session, index, title, |s| if title == "Cuts" { s.slits.clear() } else { s.spots.clear() });
+            }
+        });
+    }
 }
 
 /// Adds a sheet, or takes the chosen one away.

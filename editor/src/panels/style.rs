@@ -2,8 +2,8 @@
 
 use bevy_egui::egui::{self, Color32, CornerRadius, Theme};
 
-/// The sheets' own colour, for what is chosen or active.
-pub(super) const ACCENT: Color32 = Color32::from_rgb(226, 92, 52);
+pub(super) use bevy_sheetwork::inspector::style::{ACCENT, QUIET};
+
 /// Energy of motion.
 pub(super) const KINETIC: Color32 = Color32::from_rgb(240, 150, 70);
 /// Energy in the springs.
@@ -12,9 +12,6 @@ pub(super) const ELASTIC: Color32 = Color32::from_rgb(95, 170, 235);
 pub(super) const GRAVITY: Color32 = Color32::from_rgb(140, 200, 120);
 /// All of it.
 pub(super) const TOTAL: Color32 = Color32::from_rgb(170, 170, 178);
-
-/// Names of numbers.
-pub(super) const QUIET: Color32 = Color32::from_rgb(142, 144, 150);
 
 /// Gives a context the editor's look, dark until it is chosen otherwise.
 pub fn apply(ctx: &egui::Context) {

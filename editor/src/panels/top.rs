@@ -29,7 +29,7 @@ fn title(ui: &mut Ui, session: &Session) {
     ui.label(RichText::new(&scene.name).strong()).on_hover_text(&scene.description);
     if session.document().is_unsaved() {
         let file = session.file().map_or_else(|| "no file yet".to_owned(), |f| f.display().to_string());
-        ui.label(RichText::new("● not saved").color(ACCENT)).on_hover_text(format!("Ctrl+S saves it: {file}"));
+        ui.label(RichText::new("• not saved").color(ACCENT)).on_hover_text(format!("Ctrl+S saves it: {file}"));
     }
 }
 

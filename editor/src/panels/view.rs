@@ -2,6 +2,7 @@
 
 use bevy_egui::egui::{self, PointerButton, Rect, Response, Sense, Ui};
 use glam::Vec2;
+use sheetwork::scene::SpotSpec;
 
 use super::{EditorState, Tool, keys, legend, overlay};
 use crate::camera::Camera;
@@ -18,6 +19,10 @@ const NOTCH: f32 = 50.0;
 pub enum Held {
     /// A point of a sheet, m; the mouse moves in the plane through it that faces the eye.
     Sheet(glam::Vec3),
+    /// A line on a sheet: which sheet, from where, to where, (u, v).
+    Line(usize, (f64, f64), (f64, f64)),
+    /// The brush on a sheet, and where it last touched it, m.
+    Brush(usize, glam::DVec3),
     /// A handle of the gizmo, the gizmo as it was then, and where the mouse took it.
     Handle(Handle, Gizmo, Vec2),
 }
@@ -27,7 +32,8 @@ pub enum Held {
 pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let rect = ui.available_rect_before_wrap();
     let response = ui.interact(rect, ui.id().with("view"), Sense::click_and_drag());
-    let taken = use_tool(ui, session, state, &response, rect);
+    let blind = state.is_blind();
+    let taken = !blind && use_tool(ui, session, state, &response, rect);
     let drag = Vec2::from(<[f32; 2]>::from(response.drag_delta()));
     if response.dragged_by(PointerButton::Primary) && !taken {
         state.camera.orbit(drag);
@@ -55,8 +61,10 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if let Some(scale) = state.display.scale_of(session) {
         legend(&ui.painter_at(rect), rect, &scale);
     }
-    overlay::paint(ui, rect, session, state);
-    keys::keys_and_drops(ui, session, state);
+    if !blind {
+        overlay::paint(ui, rect, session, state);
+        keys::keys_and_drops(ui, session, state);
+    }
 }
 
 /// A place of the window in the picture.
@@ -84,6 +92,20 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         && let Some(at) = now
     {
         match held {
+            Held::Line(sheet, from, _) => {
+                if let Some(hit) = hit(session, state, at, size).filter(|h| h.sheet == sheet) {
+                    state.held = Some(Held::Line(sheet, from, hit.uv));
+                }
+            }
+            Held::Brush(sheet, last) => {
+                let radius = radius(session, state, sheet);
+                let hit = hit(session, state, at, size).filter(|h| h.sheet == sheet);
+                // Near enough that there are no waves, and no nearer.
+                if let Some(hit) = hit.filter(|h| h.place.distance(last) > 0.3 * radius) {
+                    dab(session, state, &hit);
+                    state.held = Some(Held::Brush(sheet, hit.place));
+                }
+            }
             Held::Sheet(place) => session.pull(state.camera.on_plane(at, size, place).as_dvec3()),
             Held::Handle(handle, gizmo, from) => {
                 if let Some(item) = state.selected {
@@ -93,6 +115,14 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         }
     }
     if !response.dragged_by(PointerButton::Primary) {
+        match (state.tool, state.held) {
+            (Tool::Crease, Some(Held::Line(sheet, from, to))) => {
+                _ = session.crease(sheet, (from, to), state.brush.angle)
+            }
+            (Tool::Cut, Some(Held::Line(sheet, from, to))) => _ = session.cut(sheet, (from, to)),
+            _ => {}
+        }
+        session.end_stroke();
         session.release();
         session.put_down();
         session.seal();
@@ -110,6 +140,14 @@ fn take(session: &mut Session, state: &EditorState, from: Vec2, size: Vec2) -> O
             let hit = pick::sheet(session.world(), ray, state.display.layer == Layer::Top)?;
             let before = pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001);
             (before && session.grab(hit.sheet, hit.uv)).then(|| Held::Sheet(hit.place.as_vec3()))
+        }
+        Tool::Crease | Tool::Cut => {
+            let hit = hit(session, state, from, size)?;
+            Some(Held::Line(hit.sheet, hit.uv, hit.uv))
+        }
+        Tool::Heat => {
+            let hit = hit(session, state, from, size)?;
+            (session.begin_stroke(hit.sheet) && dab(session, state, &hit)).then_some(Held::Brush(hit.sheet, hit.place))
         }
         Tool::Move => {
             let gizmo = Gizmo::new(place_of(session, state.selected?)?, &state.camera, size)?;
@@ -136,8 +174,35 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
             let body = pick::body(session.world(), ray).map(|b| b.0).filter(of_scene).map(Item::Body);
             state.selected = near.or(body);
         }
-        Tool::Look | Tool::Grab => {}
+        Tool::Heat => {
+            if let Some(hit) = hit(session, state, at, size)
+                && session.begin_stroke(hit.sheet)
+            {
+                dab(session, state, &hit);
+                session.end_stroke();
+            }
+        }
+        Tool::Look | Tool::Grab | Tool::Crease | Tool::Cut => {}
     }
+}
+
+/// The point of a sheet that is seen at a place of the view, where no body is before it.
+fn hit(session: &Session, state: &EditorState, at: Vec2, size: Vec2) -> Option<pick::SheetHit> {
+    let ray = state.camera.ray(at, size);
+    let hit = pick::sheet(session.world(), ray, state.display.layer == Layer::Top)?;
+    pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001).then_some(hit)
+}
+
+/// Radius of the brush on a sheet, m.
+pub(super) fn radius(session: &Session, state: &EditorState, sheet: usize) -> f64 {
+    let size = session.world().sheets().get(sheet).map_or((0.1, 0.1), |s| s.rest_size());
+    state.brush.radius_on(size)
+}
+
+/// Touches a sheet with the brush.
+fn dab(session: &mut Session, state: &EditorState, hit: &pick::SheetHit) -> bool {
+    let radius = radius(session, state, hit.sheet);
+    session.dab(SpotSpec { at: hit.uv, radius, temperature: state.brush.celsius })
 }
 
 /// Where an item is now, m, as it is shown.

@@ -35,6 +35,8 @@ pub struct Timing {
     pub lost_s: f64,
     /// Steps taken in the last frame.
     pub steps: u32,
+    /// The same of each part of a step ([`sheetwork::watch::Phase::ALL`]), while that is asked for, s.
+    pub stages: Option<[f64; 5]>,
 }
 
 impl Session {
@@ -128,8 +130,13 @@ impl Session {
         self.timing.steps = steps as u32;
         self.timing.spent_s += elapsed;
         self.timing.step_s = if self.timing.step_s > 0.0 { 0.9 * self.timing.step_s + 0.1 * each } else { each };
+        if let Some(clock) = &self.stages {
+            let now = clock.take().map(|spent| spent / steps);
+            let before = self.timing.stages.unwrap_or(now);
+            self.timing.stages = Some(std::array::from_fn(|i| 0.9 * before[i] + 0.1 * now[i]));
+        }
         self.world.watch_penetration(&mut self.penetration);
-        self.samples.push(Sample::of(&self.world, self.timing.step_s));
+        self.samples.push(Sample { stages: self.timing.stages, ..Sample::of(&self.world, self.timing.step_s) });
         self.timeline.take(&self.world);
         self.lead();
         if let Some(sheet) = self.world.unstable().filter(|_| !self.told_unstable)

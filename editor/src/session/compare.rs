@@ -53,6 +53,13 @@ pub(super) struct Beside {
     session: Result<Box<Session>, String>,
 }
 
+impl Beside {
+    /// Its session, where it could be made.
+    pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
+        self.session.as_deref_mut().ok()
+    }
+}
+
 impl Session {
     /// Compares with these variants, at most [`MOST_BESIDE`], from the start on; with none it is alone again.
     pub fn compare_with(&mut self, variants: Vec<Variant>) {

@@ -122,11 +122,17 @@ impl Session {
     /// Goes one edit back. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
         let Some(scene) = self.document.before().cloned() else { return false };
+        let then = self.document.state_before().cloned();
+        let now = then.is_some().then(|| self.world.snapshot());
         if let Err(error) = self.bring(&scene, Change::Nothing) {
             self.fail(error.to_string());
             return false;
         }
         let undone = self.document.undo();
+        if let Some(then) = then {
+            self.document.keep_undone(now);
+            self.go_to(&then);
+        }
         self.pass_on();
         undone
     }
@@ -134,11 +140,17 @@ impl Session {
     /// Takes up an undone edit again. Returns whether there was one.
     pub fn redo(&mut self) -> bool {
         let Some(scene) = self.document.after().cloned() else { return false };
+        let then = self.document.state_after().cloned();
+        let now = then.is_some().then(|| self.world.snapshot());
         if let Err(error) = self.bring(&scene, Change::Nothing) {
             self.fail(error.to_string());
             return false;
         }
         let redone = self.document.redo();
+        if let Some(then) = then {
+            self.document.keep_redone(now);
+            self.go_to(&then);
+        }
         self.pass_on();
         redone
     }
@@ -201,6 +213,7 @@ impl Session {
         }
         if let Some(fresh) = fresh {
             self.world = fresh;
+            self.watch_world();
         }
         self.generation += 1;
         self.link.look_again();

@@ -93,7 +93,9 @@ impl Session {
         let (generation, revision) = (self.generation + 1, self.revision + 1);
         let messages = std::mem::take(&mut self.messages);
         let link = std::mem::take(&mut self.link);
-        *self = Self { looped, speed, generation, revision, messages, link, ..fresh };
+        let stages = self.stages.take();
+        *self = Self { looped, speed, generation, revision, messages, link, stages, ..fresh };
+        self.watch_world();
         if playing {
             self.play();
         }

@@ -3,6 +3,7 @@
 //! `probe` asks whether there can be a window; `window` and `offscreen` are the two apps; `stage` is what they share: lights,
 //! camera, backdrop; `scenery` shows the session's world.
 
+mod keyboard;
 pub mod offscreen;
 pub mod probe;
 mod scenery;

@@ -17,7 +17,9 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_egui::egui;
-use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
+use bevy_egui::{
+    EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPostUpdateSet, EguiPrimaryContextPass, PrimaryEguiContext,
+};
 use bevy_sheetwork::SheetColour;
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
@@ -91,10 +93,87 @@ pub fn screenshot(
     Ok(status)
 }
 
+/// Runs the session and writes `count` pictures of it, 1/rate apart, into `folder`. Whether everything held. Without a graphics driver they are our
+/// own rasteriser's.
+///
+/// # Errors
+/// When a file cannot be written, or the driver gives no picture back.
+pub fn sequence(arguments: &Arguments, mut session: Session, folder: &Path, count: usize) -> Result<bool, InputError> {
+    std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
+    let size = arguments.size.unwrap_or(PICTURE_SIZE);
+    let state = arguments.state(&session);
+    let mut drawn = match probe::adapter() {
+        Ok(adapter) => {
+            eprintln!("Drawing {count} pictures with {}.", adapter.name);
+            let fine = if arguments.with_ui { 1 } else { finer(size) };
+            let mut app = app(session, state);
+            let target = picture_of(&mut app, fine * size.0, fine * size.1);
+            if arguments.with_ui {
+                with_panels(&mut app, &target, size);
+            } else {
+                without_panels(&mut app, &target, fine);
+            }
+            Drawn::Driver(Box::new(app), target, fine)
+        }
+        Err(reason) => {
+            eprintln!("Drawing {count} pictures with the built-in rasteriser: {reason}.");
+            session.pause();
+            Drawn::Own(Box::new((session, state)))
+        }
+    };
+    let progress = indicatif::ProgressBar::new(count as u64);
+    for index in 0..count {
+        if index > 0 {
+            drawn.session().run(1.0 / arguments.rate);
+        }
+        let file = folder.join(format!("frame_{index:04}.png"));
+        let picture = drawn.picture(size, index == 0).map_err(|problem| InputError::new("", problem).in_file(&file))?;
+        picture.save(&file).map_err(|e| InputError::io(&file, &e))?;
+        progress.inc(1);
+    }
+    progress.finish_and_clear();
+    Ok(drawn.session().world().unstable().is_none())
+}
+
+/// What draws a sequence: an app with its target and how many times finer that is, or our own rasteriser.
+enum Drawn {
+    Driver(Box<App>, Handle<Image>, u32),
+    Own(Box<(Session, EditorState)>),
+}
+
+impl Drawn {
+    fn session(&mut self) -> &mut Session {
+        match self {
+            Self::Driver(app, ..) => &mut app.world_mut().resource_mut::<Editor>().into_inner().session,
+            Self::Own(own) => &mut own.0,
+        }
+    }
+
+    fn picture(&mut self, size: (u32, u32), first: bool) -> Result<Picture, String> {
+        match self {
+            Self::Driver(app, target, fine) => {
+                // Meshes are a frame behind what is drawn of them.
+                for _ in 0..if first { WARM_UP } else { 1 } {
+                    app.update();
+                }
+                let picture = captured(app, target.clone(), (*fine * size.0, *fine * size.1))?;
+                Ok(if *fine == 2 { picture.halved() } else { picture })
+            }
+            Self::Own(own) => {
+                let display = &own.1.display;
+                let look =
+                    Look { layer: display.layer, parts: if display.smooth { 4 } else { 1 }, colour: display.colour };
+                Ok(Picture::draw(own.0.world(), &own.1.camera, &look, size))
+            }
+        }
+    }
+}
+
 /// A session of `scene`, or of the recording in `file`, at `time` (s), with what it is compared with.
 fn simulated(arguments: &Arguments, scene: &Scene, file: &Path, time: f64) -> Result<Session, InputError> {
     let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
     arguments.compare(&mut session)?;
+    session.time_stages(arguments.plots);
     session.run(time);
     for message in session.messages() {
         eprintln!("{}", message.text);
@@ -130,14 +209,11 @@ fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Sessio
 /// What went wrong, when no picture came back.
 pub fn draw(session: Session, (width, height): (u32, u32), display: Display) -> Result<Picture, String> {
     let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
-    // Drawn larger and averaged, lines and highlights come out finer.
-    let finer = if width.max(height) > LARGEST / 2 { 1 } else { 2 };
+    let finer = finer((width, height));
     let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
     let mut app = app(session, state);
     let target = picture_of(&mut app, finer * width, finer * height);
-    let camera = (stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into()), PrimaryEguiContext);
-    app.world_mut().spawn(camera);
-    app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
+    without_panels(&mut app, &target, finer);
     let picture = taken(app, target, (finer * width, finer * height))?;
     Ok(if finer == 2 { picture.halved() } else { picture })
 }
@@ -150,10 +226,27 @@ pub fn draw_panels(session: Session, state: EditorState, (width, height): (u32, 
     let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
     let mut app = app(session, state);
     let target = picture_of(&mut app, width, height);
+    with_panels(&mut app, &target, (width, height));
+    taken(app, target, (width, height))
+}
+
+/// How many times larger a picture is drawn to be averaged: lines and highlights come out finer.
+fn finer((width, height): (u32, u32)) -> u32 {
+    if width.max(height) > LARGEST / 2 { 1 } else { 2 }
+}
+
+/// Lets the scene alone be drawn into `target`.
+fn without_panels(app: &mut App, target: &Handle<Image>, finer: u32) {
+    let camera = (stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into()), PrimaryEguiContext);
+    app.world_mut().spawn(camera);
+    app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
+}
+
+/// Lets the whole editor be drawn into `target`.
+fn with_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32)) {
     app.world_mut().spawn((stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into())));
     app.world_mut().spawn((stage::panel_camera(), RenderTarget::Image(target.clone().into())));
     app.insert_resource(Whole(UVec2::new(width, height))).add_systems(EguiPrimaryContextPass, show_panels);
-    taken(app, target, (width, height))
 }
 
 /// A picture to draw into.
@@ -164,10 +257,15 @@ fn picture_of(app: &mut App, width: u32, height: u32) -> Handle<Image> {
 }
 
 /// What the app draws into `target` once it has warmed up.
-fn taken(mut app: App, target: Handle<Image>, (width, height): (u32, u32)) -> Result<Picture, String> {
+fn taken(mut app: App, target: Handle<Image>, size: (u32, u32)) -> Result<Picture, String> {
     for _ in 0..WARM_UP {
         app.update();
     }
+    captured(&mut app, target, size)
+}
+
+/// What the app draws into `target` next.
+fn captured(app: &mut App, target: Handle<Image>, (width, height): (u32, u32)) -> Result<Picture, String> {
     let received: Arc<Mutex<Option<Image>>> = Arc::default();
     let slot = Arc::clone(&received);
     app.world_mut().spawn(Screenshot::image(target)).observe(move |captured: On<ScreenshotCaptured>| {
@@ -216,7 +314,9 @@ pub(super) fn add_scene(app: &mut App, quality: Quality) {
     app.add_systems(Startup, (stage::set_up, scenery::mix_paints));
     let show =
         (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
-    app.add_systems(PostUpdate, show.chain().before(TransformSystems::Propagate));
+    // Before the panels, which may put another world in the session's place: in the midst of these what is shown would be of the old one.
+    let order = show.chain().before(EguiPostUpdateSet::EndPass).before(TransformSystems::Propagate);
+    app.add_systems(PostUpdate, order);
 }
 
 /// Size of the picture, pixels.

@@ -234,6 +234,7 @@ fn is_coloured(editor: &Editor, world: usize, index: usize) -> bool {
 pub fn choose(
     editor: Res<Editor>,
     mut rooms: Query<&mut Visibility, (With<RoomPart>, Without<SheetPart>)>,
+    mut bodies: Query<&mut Visibility, (With<BodyPart>, Without<SheetPart>, Without<RoomPart>)>,
     mut sheets: Query<(&mut Visibility, &mut SheetPart, &mut Mesh3d, &mut MeshMaterial3d<StandardMaterial>)>,
     mut meshes: ResMut<Assets<Mesh>>,
     paints: Res<Paints>,
@@ -243,6 +244,9 @@ pub fn choose(
     let seen = |yes: bool| if yes { Visibility::Inherited } else { Visibility::Hidden };
     for mut visibility in &mut rooms {
         visibility.set_if_neq(seen(display.room));
+    }
+    for mut visibility in &mut bodies {
+        visibility.set_if_neq(seen(display.bodies));
     }
     for (mut visibility, mut part, mut mesh, mut material) in &mut sheets {
         visibility.set_if_neq(seen(display.surface));

@@ -18,7 +18,7 @@ use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContext
 use sheetwork::scene::Scene;
 
 use super::stage::{self, Quality, SceneCamera};
-use super::{Editor, offscreen, probe};
+use super::{Editor, keyboard, offscreen, probe};
 use crate::cli::Arguments;
 use crate::keeping::{self, Keeper};
 use crate::panels;
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
             hook(info);
         }
     }));
-    let (frames, paused) = (arguments.frames, arguments.paused);
+    let (frames, paused) = (arguments.frames, arguments.paused || arguments.study.is_some());
     let watch = Watch { start, frames, paused, seen: 0, begun: false };
     let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments, watch).run()));
     match result {
@@ -92,6 +92,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     });
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
+    keyboard::add(&mut app);
     let mut state = arguments.state(&session);
     state.keeper = Keeper::new(keeping::usual_folder());
     session.set_link(true);
@@ -228,6 +229,10 @@ fn rest(
 /// Copies unsaved work every few seconds, and when the editor ends.
 fn keep_work(mut editor: ResMut<Editor>, mut ends: MessageReader<AppExit>) {
     let Editor { session, state } = editor.bypass_change_detection();
+    if state.is_blind() {
+        // What a study shows is nobody's work.
+        return;
+    }
     if ends.read().next().is_some() {
         state.keeper.copy(session);
     } else {

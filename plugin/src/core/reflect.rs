@@ -17,8 +17,9 @@ use sheetwork::lattice::calibrate::Orthotropic;
 use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::scene::{
     Burgers, CreaseSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, Polyhedron,
-    PressureKey, RegionVector, SheetSpec, SpringLaw, Tack,
+    PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, Tack,
 };
+use sheetwork::sheet::slits::Slit;
 
 #[reflect_remote(SheetSpec)]
 #[derive(Clone, Debug, Default)]
@@ -69,6 +70,10 @@ pub(super) struct SheetSpecReflect {
     creep: bool,
     sticky: bool,
     tearing: bool,
+    #[reflect(ignore)]
+    spots: Vec<SpotSpec>,
+    #[reflect(ignore)]
+    slits: Vec<Slit>,
     #[reflect(ignore)]
     creases: Vec<CreaseSpec>,
     #[reflect(ignore)]

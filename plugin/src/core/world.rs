@@ -34,6 +34,8 @@ pub struct SheetWorld {
     pub(super) moves: Vec<Move>,
     pub(super) events_seen: usize,
     step_time: Duration,
+    /// Wall-clock time of a step, smoothed over some ticks, s.
+    mean_step: f64,
     /// Time that has come and is not yet a whole step, s.
     owed: f64,
     /// Time the display is at, s.
@@ -60,6 +62,7 @@ impl SheetWorld {
             moves: Vec::new(),
             events_seen: 0,
             step_time: Duration::ZERO,
+            mean_step: 0.0,
             owed: 0.0,
             shown: 0.0,
             fitted: None,
@@ -151,7 +154,7 @@ impl SheetWorld {
             self.world.step();
         }
         self.owed = (self.owed - steps as f64 * self.world.dt()).max(0.0);
-        self.step_time = start.elapsed();
+        self.took(start.elapsed(), steps);
         steps
     }
 
@@ -164,7 +167,7 @@ impl SheetWorld {
         }
         let start = Instant::now();
         let steps = self.world.advance_with(view, duration);
-        self.step_time = start.elapsed();
+        self.took(start.elapsed(), steps);
         steps
     }
 
@@ -189,6 +192,19 @@ impl SheetWorld {
         // Never backwards: not after a pause, and not when the speed changes; but back with the world itself.
         let least = if self.shown > now { 0.0 } else { self.shown };
         self.shown = target.min(now).max(least);
+    }
+
+    fn took(&mut self, time: Duration, steps: u64) {
+        self.step_time = time;
+        if steps > 0 {
+            let each = time.as_secs_f64() / steps as f64;
+            self.mean_step = if self.mean_step > 0.0 { 0.95 * self.mean_step + 0.05 * each } else { each };
+        }
+    }
+
+    /// Wall-clock time of one step of the engine, smoothed over some ticks, s; 0 before the first.
+    pub fn mean_step_time(&self) -> f64 {
+        self.mean_step
     }
 
     /// Wall-clock time the last [`SheetWorld::advance`] or [`SheetWorld::advance_with`] took.

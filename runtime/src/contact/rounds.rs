@@ -82,7 +82,7 @@ fn solve_and_widen(
     rough: bool,
     mut find: impl FnMut(&Group, Margins, &mut Found),
 ) -> Option<bool> {
-    let mut touched = scratch.solve_positions(group, h, rough);
+    let mut touched = scratch.watched(|scratch| scratch.solve_positions(group, h, rough));
     let mut margins = Margins::of(group.members.len());
     for _ in 0..WIDENINGS {
         if !touched || scratch.failed || !margins.widen(furthest(group)) {
@@ -93,7 +93,7 @@ fn solve_and_widen(
             break;
         }
         scratch.take_up_crossed();
-        touched = scratch.solve_positions(group, h, rough);
+        touched = scratch.watched(|scratch| scratch.solve_positions(group, h, rough));
     }
     (!scratch.failed).then_some(touched)
 }
@@ -213,9 +213,9 @@ pub(crate) fn solve_masses(
 ) -> bool {
     scratch.short_steps = true;
     find(group, &mut scratch.found);
-    let touched = scratch.solve_positions(group, h, false);
+    let touched = scratch.watched(|scratch| scratch.solve_positions(group, h, false));
     if touched {
-        scratch.solve_velocities(group, h);
+        scratch.watched(|scratch| scratch.solve_velocities(group, h));
     }
     touched
 }

@@ -22,6 +22,7 @@ use super::row::{Contact, Key, SheetPoint, Side};
 use super::settled;
 use crate::engine::implicit::staged::Jump;
 use crate::sheet::Vectors;
+use crate::watch::{Phase, Watched};
 
 /// A contact this near is closed, m: its velocities are solved for.
 pub(super) const CLOSED: f64 = 1e-5;
@@ -92,6 +93,8 @@ pub(crate) struct Scratch {
     kept_memory: [Memory; 2],
     kept_movers: Vec<Mover>,
     pub counters: ContactCounters,
+    /// Who wants to know when contact is solved for.
+    pub watch: Watched,
     pub(super) gaps: Gaps,
     dual: Dual,
     pub(super) primal: Primal,
@@ -233,6 +236,12 @@ fn velocity(group: &Group, side: &Side, at: At) -> DVec3 {
 }
 
 impl Scratch {
+    /// Does `work`, a part of solving for contact.
+    pub fn watched<T>(&mut self, work: impl FnOnce(&mut Self) -> T) -> T {
+        let watch = self.watch.clone();
+        watch.within(Phase::Contact, || work(self))
+    }
+
     /// Keeps what a step that is taken back must find again.
     pub fn keep(&mut self, movers: &[Mover]) {
         self.begin_stage(0);

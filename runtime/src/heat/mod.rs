@@ -13,6 +13,7 @@ mod shadow;
 mod shown;
 pub mod softening;
 pub mod source;
+pub mod spot;
 pub mod state;
 pub mod stepper;
 mod thesis;
@@ -20,6 +21,7 @@ pub mod view_factor;
 
 pub(crate) use room::Room;
 pub use softening::{REFERENCE, Softening};
+pub use spot::SpotSpec;
 pub use state::Heat;
 
 /// 0 °C, K.

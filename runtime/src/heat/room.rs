@@ -34,7 +34,7 @@ impl Room {
             || !scene.heaters.is_empty()
             || scene.heat_gun.is_some()
             || scene.bodies.iter().any(|b| b.temperature.is_some())
-            || scene.sheets.iter().any(|s| s.temperature.is_some() || s.temperature_gradient);
+            || scene.sheets.iter().any(|s| s.temperature.is_some() || s.temperature_gradient || !s.spots.is_empty());
         if warm { Self::new(scene).map(Some) } else { Ok(None) }
     }
 

@@ -177,6 +177,15 @@ impl Heat {
         self.average();
     }
 
+    /// Takes mass `i` from `now` to `new(i, now)`, °C, through the whole thickness.
+    pub(super) fn mix(&mut self, new: impl Fn(usize, f64) -> f64) {
+        let masses = self.compliance.len();
+        for (k, node) in self.nodes.iter_mut().enumerate() {
+            *node = new(k % masses, *node);
+        }
+        self.average();
+    }
+
     /// What is left of the stiffness of spring `i`.
     pub(crate) fn spring_softness(&self, i: usize) -> f64 {
         self.springs[i].softness

@@ -37,8 +37,10 @@ pub use material::{Burgers, Material, MaterialChoice, Tack};
 pub use polyhedron::Polyhedron;
 
 use crate::engine::EngineKind;
+pub use crate::heat::SpotSpec;
 use crate::lattice::StructureKind;
 use crate::lattice::outline::{HoleSpec, OutlineSpec};
+use crate::sheet::slits::Slit;
 
 /// A whole scene: the contents of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -303,6 +305,10 @@ pub struct SheetSpec {
     /// Whether its cells open where the material's `tears_at` or `melts_at` is passed (rectangles of square cells: shell, samm, slamm,
     /// double-diagonal, provot2d, provot3d).
     pub tearing: bool,
+    /// Places that are warmer or colder than the rest at the start.
+    pub spots: Vec<SpotSpec>,
+    /// Lines, each from (u, v) to (u, v), along which its cells are open from the start (of the structures that can tear).
+    pub slits: Vec<Slit>,
     /// Lines along which the sheet is folded as it is made (shell only).
     pub creases: Vec<CreaseSpec>,
     /// Air pressure on the upper side above that on the lower, at times: linear in between, the first before, the last for good; empty for
@@ -350,6 +356,8 @@ impl Default for SheetSpec {
             creep: false,
             sticky: false,
             tearing: false,
+            spots: Vec::new(),
+            slits: Vec::new(),
             creases: Vec::new(),
             pressure: Vec::new(),
             curl: (0.0, 0.0),

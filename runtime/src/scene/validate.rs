@@ -273,6 +273,9 @@ fn sheet(s: &SheetSpec) -> Check {
     super::flow::check(s)?;
     super::tearing::check(s)?;
     super::sticking::check(s)?;
+    for (i, spot) in s.spots.iter().enumerate() {
+        spot.check().map_err(|e| within(&format!("spots.{i}"), e))?;
+    }
     for (name, (u, v)) in &s.probes {
         check_range(&format!("probes.{name}.0"), *u, 0.0, 1.0, "")?;
         check_range(&format!("probes.{name}.1"), *v, 0.0, 1.0, "")?;

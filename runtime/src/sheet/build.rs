@@ -94,7 +94,10 @@ impl Sheet {
         }
         if spec.tearing {
             scene_tearing::of_material(&sheet.material)?;
-            sheet.tears = Some(Box::new(Tears::new(&sheet)));
+        }
+        if spec.tearing || !spec.slits.is_empty() {
+            sheet.tears = Some(Box::new(Tears::new(&sheet, spec.tearing)));
+            sheet.slit(&spec.slits);
         }
         Ok(sheet)
     }

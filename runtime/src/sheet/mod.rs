@@ -23,6 +23,7 @@ mod probe;
 mod pull;
 mod reaction;
 mod region;
+pub mod slits;
 mod snapshot;
 pub(crate) mod stage;
 pub mod surface;

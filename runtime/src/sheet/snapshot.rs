@@ -6,7 +6,7 @@ use super::{Sheet, Status, Vectors};
 use crate::contact::stick::Stuck;
 use crate::element::Element;
 use crate::element::spring::Springs;
-use crate::heat::Heat;
+use crate::heat::{Heat, REFERENCE};
 use crate::scene::Material;
 
 /// A sheet at one time.
@@ -16,7 +16,7 @@ pub(crate) struct SheetState {
     v: Vectors,
     status: Status,
     quiet: f64,
-    /// Which cells are open, of a sheet that can.
+    /// Which cells have opened since the start, of a sheet that can.
     open: Vec<bool>,
     stuck: Option<Box<Stuck>>,
     changed: Option<Changed>,
@@ -66,7 +66,7 @@ impl std::fmt::Debug for Changed {
 impl Sheet {
     /// The sheet as it is now.
     pub(crate) fn state(&self) -> SheetState {
-        let open = self.open_cells().unwrap_or_default().to_vec();
+        let open = self.torn_cells();
         let (x, v, stuck) = (self.x.clone(), self.v.clone(), self.work.stuck.clone());
         let own = self.elements.len() - self.pulls.len();
         let changes = self.heat.is_some() || self.flow.is_some();
@@ -79,7 +79,9 @@ impl Sheet {
 
     /// Whether `state` is one of this sheet.
     pub(crate) fn takes(&self, state: &SheetState) -> bool {
-        let cells = state.open.len() == self.open_cells().map_or(0, <[bool]>::len);
+        let own = self.open_cells().map_or(0, <[bool]>::len);
+        // One that has been given slits, or lost them, since then has the same masses.
+        let cells = state.open.len() == own || !state.open.contains(&true);
         let flows = |c: &Changed| c.flow.is_some() == self.flow.is_some() && c.springs.len() == self.springs.len();
         state.x.len() == self.masses() && cells && state.changed.as_ref().is_none_or(flows)
     }
@@ -92,8 +94,11 @@ impl Sheet {
         self.v.copy_from(&state.v);
         self.set_open(&state.open);
         self.work.stuck.clone_from(&state.stuck);
-        if let Some(changed) = &state.changed {
-            self.take_back(changed.clone());
+        match &state.changed {
+            Some(changed) => self.take_back(changed.clone()),
+            // It had no temperatures: it was as warm as the room.
+            None if self.heat.is_some() => _ = self.set_temperatures(|_| REFERENCE),
+            None => {}
         }
         self.status = state.status;
         self.quiet = state.quiet;

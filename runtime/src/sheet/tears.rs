@@ -18,6 +18,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::Sheet;
+use super::slits::Slit;
 use crate::element::flexion_limit::FlexionLimit;
 use crate::element::opening::Open;
 use crate::heat::REFERENCE;
@@ -59,6 +60,10 @@ pub(crate) struct Tears {
     released: f64,
     /// Whether a first opening has been told of.
     told: bool,
+    /// Whether cells open while it runs.
+    runs: bool,
+    /// Cells that are open from the start; empty for none.
+    slit: Vec<bool>,
 }
 
 /// The strain and the temperature of a cell.
@@ -68,8 +73,8 @@ struct State {
 }
 
 impl Tears {
-    /// For `sheet`, all of it closed.
-    pub fn new(sheet: &Sheet) -> Self {
+    /// For `sheet`, all of it closed; `runs`, cells may open while it runs.
+    pub fn new(sheet: &Sheet, runs: bool) -> Self {
         let bottom = sheet.layers.first().copied().unwrap_or_default();
         let open = Open::none(bottom.nx as usize, bottom.nz as usize);
         Self {
@@ -83,6 +88,8 @@ impl Tears {
             revision: 0,
             released: 0.0,
             told: false,
+            runs,
+            slit: Vec::new(),
         }
     }
 }
@@ -171,7 +178,7 @@ impl Sheet {
     pub(crate) fn tear(&mut self) -> Option<Opening> {
         let mut tears = self.tears.take()?;
         tears.opens.clear();
-        let worst = self.look(&mut tears);
+        let worst = if tears.runs { self.look(&mut tears) } else { None };
         if tears.opens.is_empty() {
             self.tears = Some(tears);
             self.carry();
@@ -264,11 +271,32 @@ impl Sheet {
         Opening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
     }
 
-    /// Opens the cells of `cells`, and no others: to go back to another time.
-    pub(crate) fn set_open(&mut self, cells: &[bool]) {
-        let Some(tears) = self.tears.as_mut().filter(|t| t.open.cells() != cells) else { return };
-        tears.open.set_all(cells);
-        tears.told = !tears.open.is_whole();
+    /// Opens the cells along `slits`, from now on and for good.
+    pub(super) fn slit(&mut self, slits: &[Slit]) {
+        let cells = self.slit_cells(slits);
+        if let Some(tears) = self.tears.as_mut().filter(|_| !slits.is_empty()) {
+            tears.slit = cells;
+            self.set_open(&[]);
+        }
+    }
+
+    /// Of each cell, whether it has opened since the start; empty of a sheet that cannot open.
+    pub(super) fn torn_cells(&self) -> Vec<bool> {
+        let Some(tears) = &self.tears else { return Vec::new() };
+        let slit = tears.slit.iter().copied().chain(std::iter::repeat(false));
+        tears.open.cells().iter().zip(slit).map(|(open, slit)| *open && !slit).collect()
+    }
+
+    /// Opens the cells of `torn` (none of an empty one) and the slits, and no others: to go back to another time.
+    pub(crate) fn set_open(&mut self, torn: &[bool]) {
+        let Some(tears) = self.tears.as_mut() else { return };
+        let of = |list: &[bool], c: usize| list.get(c).copied().unwrap_or(false);
+        let cells: Vec<bool> = (0..tears.open.cells().len()).map(|c| of(torn, c) || of(&tears.slit, c)).collect();
+        if tears.open.cells() == cells {
+            return;
+        }
+        tears.open.set_all(&cells);
+        tears.told = torn.contains(&true);
         self.take_openings();
     }
 

@@ -101,6 +101,7 @@ impl Shared<'_> {
         let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
         let mut work = sheets[lead].work.near.take().unwrap_or_default();
         let movers = std::mem::take(&mut scratch.movers);
+        scratch.watch.clone_from(self.stage.watch);
         let mut group = Group { sheets, members, movers, parallel };
         let mut near = Near {
             view: self.stage.view,
@@ -110,6 +111,7 @@ impl Shared<'_> {
             sheets_meet: self.stage.sheets_meet,
             first,
             work: &mut work,
+            watch: self.stage.watch,
         };
         let idle = !self.begin(&mut near, &mut group);
         let touched = !idle && {

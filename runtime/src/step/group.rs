@@ -168,7 +168,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         met |= touched;
         if touched {
             group.each(|sheet| sheet.free_velocity(part.field));
-            scratch.solve_velocities(group, h);
+            scratch.watched(|scratch| scratch.solve_velocities(group, h));
             if scratch.failed {
                 return false;
             }

@@ -20,6 +20,7 @@ use crate::contact::stick::stick;
 use crate::contact::surroundings::Surroundings;
 use crate::event::{EventKind, Recorder, Touches};
 use crate::sheet::{Sheet, Status};
+use crate::watch::Phase;
 
 /// Room beyond what speeds say, m.
 const ROOM: f64 = 1e-3;
@@ -74,7 +75,9 @@ impl Groups {
             return;
         }
         match stage.view {
-            Some(view) => self.surroundings.update(view, rigid, stage.dt),
+            Some(view) => {
+                stage.watch.within(Phase::Detection, || self.surroundings.update(view, rigid, stage.dt));
+            }
             None => {
                 self.surroundings.parts.clear();
                 self.surroundings.bodies.clear();
@@ -82,7 +85,7 @@ impl Groups {
         }
         stop_broken(sheets, touches, stage);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
-        self.find(sheets, touches, stage, body_contacts);
+        stage.watch.within(Phase::Detection, || self.find(sheets, touches, stage, body_contacts));
         let shared = Shared { stage, surroundings: &self.surroundings, body_contacts };
         let (root, takes_part, explicit) = (&self.root, &self.takes_part, &self.explicit);
         let count = sheets.len();
@@ -277,6 +280,7 @@ impl Shared<'_> {
         let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
         let mut work = sheets[lead].work.near.take().unwrap_or_default();
         let movers = std::mem::take(&mut scratch.movers);
+        scratch.watch.clone_from(stage.watch);
         let (around, reach) = self.extent(sheets, members);
         let mut group = Group { sheets, members, movers, parallel };
         let mut near = Near {
@@ -287,6 +291,7 @@ impl Shared<'_> {
             sheets_meet: stage.sheets_meet,
             first,
             work: &mut work,
+            watch: stage.watch,
         };
         near.begin(&mut group, around, reach);
         let part = Part { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, halvings: 0 };

@@ -16,6 +16,7 @@ use crate::contact::stage::{Found, mass_point};
 use crate::contact::stick::on_bodies;
 use crate::contact::surroundings::Surroundings;
 use crate::sheet::Sheet;
+use crate::watch::{Phase, Watched};
 
 /// Key of glue, and of contacts between bodies: detection's are below.
 const GLUE: u64 = u64::MAX;
@@ -70,6 +71,7 @@ pub(crate) struct Near<'a> {
     /// Number of the first sheet among the world's, for a group that is given alone.
     pub first: u32,
     pub work: &'a mut NearWork,
+    pub watch: &'a Watched,
 }
 
 impl Near<'_> {
@@ -155,7 +157,7 @@ impl Near<'_> {
         let coefficients = |pair| self.coefficients(group, pair);
         let problem =
             Problem { sheets: &sheets, bodies: &bodies, margin: margins.bodies, between, surfaces: &coefficients };
-        ask(&mut finder, &problem);
+        self.watch.within(Phase::Detection, || ask(&mut finder, &problem));
         self.work.finder = finder;
         self.work.sheet_motions = reused(sheets);
         self.work.body_motions = reused(bodies);

@@ -9,14 +9,16 @@ use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::error::InputError;
 use crate::heat::Room;
 use crate::heat::source::{Source, gun, heater, oven};
-use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, validate};
+use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, SpotSpec, validate};
 use crate::sheet::Sheet;
+use crate::watch::Phase;
 
 impl World {
     /// Steps heat after a step of motion of `dt` s.
     pub(super) fn step_heat(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        let (sheets, time) = (&mut self.sheets, (self.time - dt, dt));
         if let Some(heat) = &mut self.heat {
-            heat.step(&mut self.sheets, (self.time - dt, dt), view, rigid);
+            self.watch.within(Phase::Heat, || heat.step(sheets, time, view, rigid));
         }
     }
 
@@ -71,6 +73,27 @@ impl World {
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
         moved
+    }
+
+    /// Makes places of sheet `index` warm, at once and after each reset; with none it only begins to have temperatures. False where there is
+    /// no such sheet.
+    ///
+    /// # Errors
+    /// When a spot is out of range; nothing is changed then.
+    pub fn warm(&mut self, index: usize, spots: &[SpotSpec]) -> Result<bool, InputError> {
+        if index >= self.sheets.len() {
+            return Ok(false);
+        }
+        spots.iter().try_for_each(SpotSpec::check)?;
+        if self.heat.is_none() {
+            self.heat = Some(Box::new(Room::new(&self.scene)?));
+            self.sheets.iter_mut().for_each(|s| s.begin_heat(self.scene.ambient_temperature));
+        }
+        self.sheets[index].warm(spots, self.scene.ambient_temperature)?;
+        if let Some(spec) = self.scene.sheets.get_mut(index) {
+            spec.spots.extend_from_slice(spots);
+        }
+        Ok(true)
     }
 
     /// Puts an oven about everything in place of the one there is, or takes it away.

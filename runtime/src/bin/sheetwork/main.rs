@@ -11,6 +11,7 @@ mod list;
 mod material;
 mod measure;
 mod run;
+mod study;
 
 use std::process::ExitCode;
 
@@ -61,6 +62,8 @@ enum Command {
     /// Take hold of a running game's sheet, pull, and feel the force.
     #[cfg(feature = "link")]
     Grab(link::Grab),
+    /// Work out what the answers of a study come to: mean, deviation, median, Student's t.
+    Study(study::Study),
     /// List structures, engines, materials, cases or scenes.
     List(list::List),
 }
@@ -72,6 +75,7 @@ fn main() -> ExitCode {
         Command::Measure(measure) => measure.execute(),
         Command::Bench(bench) => bench.execute(),
         Command::Material(material) => material.execute(),
+        Command::Study(study) => study.execute(),
         Command::List(list) => list.execute(),
         #[cfg(feature = "link")]
         Command::Serve(serve) => serve.execute(),

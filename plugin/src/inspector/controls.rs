@@ -1,31 +1,31 @@
 //! Numbers with units that are dragged, typed and, by a double click, brought back to what they were.
 //!
-//! What is typed may leave a slider's range: the session checks it and says what it refuses. A text that is no value is told as a message. A value
+//! What is typed may leave a slider's range: who is edited checks it and says what it refuses. A text that is no value is told as a message. A value
 //! that costs a new world is taken up when the mouse lets go of it, not on its way.
 
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
+use bevy::math::DVec3;
 use bevy_egui::egui::{self, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
-use glam::DVec3;
 
-use crate::session::Session;
-use crate::units::{Quantity, Shown, UnitError};
+use super::Knobs;
+use super::units::{Quantity, Shown, UnitError};
 
 /// A plain number.
-pub(super) const PLAIN: Shown = Shown::fixed(Quantity::Number, "", 1.0);
+pub const PLAIN: Shown = Shown::fixed(Quantity::Number, "", 1.0);
 /// Lengths in millimetres.
-pub(super) const MM: Shown = Shown::fixed(Quantity::Length, "mm", 1e-3);
+pub const MM: Shown = Shown::fixed(Quantity::Length, "mm", 1e-3);
 /// Temperatures.
-pub(super) const CELSIUS: Shown = Shown::fixed(Quantity::Temperature, "°C", 1.0);
+pub const CELSIUS: Shown = Shown::fixed(Quantity::Temperature, "°C", 1.0);
 /// Moduli and stresses.
-pub(super) const PASCAL: Shown = Shown::prefixed(Quantity::Pressure, "Pa");
+pub const PASCAL: Shown = Shown::prefixed(Quantity::Pressure, "Pa");
 /// Times in milliseconds.
-pub(super) const MS: Shown = Shown::fixed(Quantity::Time, "ms", 1e-3);
+pub const MS: Shown = Shown::fixed(Quantity::Time, "ms", 1e-3);
 
 /// How a number is changed.
 #[derive(Clone, Debug, Default)]
-pub(super) struct How {
+pub struct How {
     /// A slider over this range in place of a number alone.
     pub range: Option<RangeInclusive<f64>>,
     /// Whether the slider is logarithmic.
@@ -55,7 +55,7 @@ impl How {
 
 /// What was done to a number.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Done {
+pub struct Done {
     /// The new value, SI.
     pub value: Option<f64>,
     /// What was typed and not understood.
@@ -65,13 +65,13 @@ pub(super) struct Done {
 }
 
 /// A label that can be double-clicked.
-pub(super) fn name(ui: &mut Ui, text: &str, about: &str) -> Response {
+pub fn name(ui: &mut Ui, text: &str, about: &str) -> Response {
     let label = ui.add(Label::new(text).sense(Sense::click()));
     if about.is_empty() { label } else { label.on_hover_text(about) }
 }
 
 /// A number that is `now`, SI, shown in its unit and named by `label`.
-pub(super) fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -> Done {
+pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -> Done {
     let draft_id = label.id.with("draft");
     let draft = if how.late { ui.data(|d| d.get_temp::<f64>(draft_id)) } else { None };
     let start = draft.unwrap_or(now);
@@ -123,50 +123,42 @@ pub(super) fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: 
 }
 
 /// A parameter of the world by path, in a row with its name.
-pub(super) fn dial(
+pub fn dial(
     ui: &mut Ui,
-    session: &mut Session,
+    knobs: &mut dyn Knobs,
     (title, about, path): (&str, &str, &str),
     now: f64,
     shown: Shown,
     how: &How,
 ) {
     let label = name(ui, title, about);
-    dial_of(ui, session, &label, path, now, shown, how);
+    dial_of(ui, knobs, &label, path, now, shown, how);
     ui.end_row();
 }
 
 /// The same without a row and a name of its own.
-pub(super) fn dial_of(
-    ui: &mut Ui,
-    session: &mut Session,
-    label: &Response,
-    path: &str,
-    now: f64,
-    shown: Shown,
-    how: &How,
-) {
+pub fn dial_of(ui: &mut Ui, knobs: &mut dyn Knobs, label: &Response, path: &str, now: f64, shown: Shown, how: &How) {
     let done = input(ui, label, now, shown, how);
     if let Some(value) = done.value {
-        session.set(path, &value.to_string());
+        knobs.set(path, &value.to_string());
     }
-    tell(session, path, done.error);
+    tell(knobs, path, done.error);
     if done.reset {
-        session.set_default(path);
+        knobs.set_default(path);
     }
 }
 
 /// Tells of a text that is no value.
-pub(super) fn tell(session: &mut Session, of: &str, error: Option<UnitError>) {
+pub fn tell(knobs: &mut dyn Knobs, of: &str, error: Option<UnitError>) {
     if let Some(error) = error {
-        session.fail(format!("{of}: {error}"));
+        knobs.fail(format!("{of}: {error}"));
     }
 }
 
 /// Three numbers of a vector that is `now`; the new one when it has been changed. `of` names it in messages.
-pub(super) fn vector(
+pub fn vector(
     ui: &mut Ui,
-    session: &mut Session,
+    knobs: &mut dyn Knobs,
     of: &str,
     now: DVec3,
     shown: Shown,
@@ -184,7 +176,7 @@ pub(super) fn vector(
                 new[axis] = value;
                 changed = Some(new);
             }
-            tell(session, of, done.error);
+            tell(knobs, of, done.error);
             reset |= done.reset;
         }
     });
@@ -192,25 +184,25 @@ pub(super) fn vector(
 }
 
 /// A vector of the world by path, in a row with its name.
-pub(super) fn dial_vector(
+pub fn dial_vector(
     ui: &mut Ui,
-    session: &mut Session,
+    knobs: &mut dyn Knobs,
     (title, about, path): (&str, &str, &str),
     now: DVec3,
     shown: Shown,
 ) {
     name(ui, title, about);
-    let (changed, reset) = vector(ui, session, path, now, shown, &How { speed: 0.02, ..How::default() });
+    let (changed, reset) = vector(ui, knobs, path, now, shown, &How { speed: 0.02, ..How::default() });
     if let Some(v) = changed {
-        session.set(path, &text_of(v));
+        knobs.set(path, &text_of(v));
     }
     if reset {
-        session.set_default(path);
+        knobs.set_default(path);
     }
     ui.end_row();
 }
 
-/// A vector as [`Session::set`] takes it.
-pub(super) fn text_of(v: DVec3) -> String {
+/// A vector as [`Knobs::set`] takes it.
+pub fn text_of(v: DVec3) -> String {
     format!("({}, {}, {})", v.x, v.y, v.z)
 }

@@ -1,0 +1,227 @@
+//! A run as shapes in time: where the masses of each sheet's drawn layer are, moment by moment, and where bodies are.
+//!
+//! A triangle that opens on the way has corners of its own, which from then on are one point: a mesh that is drawn everywhere has no triangles that
+//! come and go.
+
+use bevy::mesh::{Mesh, VertexAttributeValues};
+use bevy_sheetwork::render::polyhedra_mesh;
+use glam::{DQuat, DVec3, Vec3};
+use sheetwork::World;
+use sheetwork::scene::Shape;
+use sheetwork::sheet::Sheet;
+
+/// A mesh that does not change: corners, normals, triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Still {
+    /// Corners, m.
+    pub positions: Vec<Vec3>,
+    /// Unit normals.
+    pub normals: Vec<Vec3>,
+    /// Counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A sheet in time.
+#[derive(Clone, Debug)]
+pub struct SheetTrack {
+    /// Its name.
+    pub name: String,
+    masses: Vec<u32>,
+    /// Of each mass of the layer, its place in the sheet.
+    uvs: Vec<[f32; 2]>,
+    triangles: Vec<[u32; 3]>,
+    /// At each moment, where masses are, m.
+    places: Vec<Vec<Vec3>>,
+    /// At each moment, which triangles are closed; empty for all.
+    closed: Vec<Vec<bool>>,
+}
+
+/// A body in time.
+#[derive(Clone, Debug)]
+pub struct BodyTrack {
+    /// Its name.
+    pub name: String,
+    /// Its shape about its own origin.
+    pub shape: Still,
+    /// Where it is at each moment.
+    pub poses: Vec<(DVec3, DQuat)>,
+    index: usize,
+}
+
+/// A sheet as it is written: the same corners at all moments.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shapes {
+    /// Places in the sheet.
+    pub uvs: Vec<[f32; 2]>,
+    /// Triangles.
+    pub triangles: Vec<[u32; 3]>,
+    /// At each moment corners and normals.
+    pub moments: Vec<(Vec<Vec3>, Vec<Vec3>)>,
+}
+
+/// A run.
+#[derive(Clone, Debug, Default)]
+pub struct Track {
+    /// Times, s.
+    pub times: Vec<f64>,
+    /// Sheets.
+    pub sheets: Vec<SheetTrack>,
+    /// Bodies that have a shape that ends somewhere.
+    pub bodies: Vec<BodyTrack>,
+}
+
+impl Track {
+    /// An empty one of `world`.
+    pub fn of(world: &World) -> Self {
+        let rigid = world.rigid().map(|r| r.bodies()).unwrap_or_default().iter().enumerate();
+        let bodies = rigid.filter_map(|(index, body)| {
+            let shape = match &body.shape {
+                Shape::HalfSpace => return None,
+                Shape::Ball(radius) => ball(*radius as f32),
+                _ => still(&polyhedra_mesh(&body.polyhedra)),
+            };
+            (!shape.triangles.is_empty()).then(|| BodyTrack {
+                name: body.name.clone(),
+                shape,
+                poses: Vec::new(),
+                index,
+            })
+        });
+        let sheets = world.sheets().iter().filter_map(SheetTrack::of);
+        Self { times: Vec::new(), sheets: sheets.collect(), bodies: bodies.collect() }
+    }
+
+    /// Takes up `world` as it is `time` s after the beginning.
+    pub fn take(&mut self, world: &World, time: f64) {
+        self.times.push(time);
+        for (track, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
+            track.places.push(track.masses.iter().map(|m| sheet.x.get(*m as usize).as_vec3()).collect());
+            let whole = sheet.open_count() == 0;
+            track.closed.push(if whole {
+                Vec::new()
+            } else {
+                track.triangles.iter().map(|t| track.is_closed(sheet, *t)).collect()
+            });
+        }
+        for body in &mut self.bodies {
+            let last = body.poses.last().copied().unwrap_or((DVec3::ZERO, DQuat::IDENTITY));
+            let mut pose = world.rigid().and_then(|r| r.pose(body.index)).unwrap_or(last);
+            // Of the two quaternions of a turn the one that is next to the last: players go between them the short way.
+            if pose.1.dot(last.1) < 0.0 {
+                pose.1 = -pose.1;
+            }
+            body.poses.push(pose);
+        }
+    }
+}
+
+impl SheetTrack {
+    fn of(sheet: &Sheet) -> Option<Self> {
+        let layer = sheet.layers.last()?;
+        let all = sheet.triangles.clone().unwrap_or_else(|| layer.triangles());
+        let mut masses: Vec<u32> = all.iter().flatten().copied().collect();
+        masses.sort_unstable();
+        masses.dedup();
+        let place = |m: u32| masses.binary_search(&m).unwrap_or(0) as u32;
+        let triangles = all.iter().map(|t| t.map(place)).collect();
+        let uv = |m: &u32| sheet.uv.get(*m as usize).map_or([0.0; 2], |(u, v)| [*u as f32, *v as f32]);
+        let uvs = masses.iter().map(uv).collect();
+        Some(Self { name: sheet.name.clone(), masses, uvs, triangles, places: Vec::new(), closed: Vec::new() })
+    }
+
+    /// Whether the cell that `triangle` lies in is closed.
+    fn is_closed(&self, sheet: &Sheet, triangle: [u32; 3]) -> bool {
+        let (Some(open), Some(bottom)) = (sheet.open_cells(), sheet.layers.first()) else { return true };
+        let (columns, rows) = (bottom.nx as usize - 1, bottom.nz as usize - 1);
+        let middle = triangle
+            .iter()
+            .map(|k| self.uvs[*k as usize])
+            .fold([0.0; 2], |a, b| [a[0] + b[0] / 3.0, a[1] + b[1] / 3.0]);
+        let at = |part: f32, count: usize| ((part * count as f32) as usize).min(count - 1);
+        let cell = at(middle[1], rows) * columns + at(middle[0], columns);
+        let there = triangle.iter().all(|k| !sheet.is_gone(self.masses[*k as usize] as usize));
+        there && !open.get(cell).copied().unwrap_or(false)
+    }
+
+    /// The same corners at all moments.
+    pub fn shapes(&self) -> Shapes {
+        let opens = |t: usize| self.closed.iter().any(|c| c.get(t) == Some(&false));
+        let parted: Vec<usize> = (0..self.triangles.len()).filter(|t| opens(*t)).collect();
+        let (mut uvs, mut triangles) = (self.uvs.clone(), self.triangles.clone());
+        for t in &parted {
+            for corner in &mut triangles[*t] {
+                uvs.push(self.uvs[*corner as usize]);
+                *corner = uvs.len() as u32 - 1;
+            }
+        }
+        let moments = self.places.iter().zip(&self.closed).map(|(places, closed)| {
+            let normals = self.normals(places, closed);
+            let (mut corners, mut turned) = (places.clone(), normals.clone());
+            for t in &parted {
+                let own = self.triangles[*t].map(|k| k as usize);
+                let middle = own.iter().map(|k| places[*k]).sum::<Vec3>() / 3.0;
+                let is_closed = closed.get(*t) != Some(&false);
+                corners.extend(own.map(|k| if is_closed { places[k] } else { middle }));
+                turned.extend(own.map(|k| normals[k]));
+            }
+            (corners, turned)
+        });
+        Shapes { moments: moments.collect(), uvs, triangles }
+    }
+
+    /// Normals of the masses: those of the closed triangles around, by their areas.
+    fn normals(&self, places: &[Vec3], closed: &[bool]) -> Vec<Vec3> {
+        let mut sums = vec![Vec3::ZERO; places.len()];
+        for (index, triangle) in self.triangles.iter().enumerate() {
+            if closed.get(index) == Some(&false) {
+                continue;
+            }
+            let [a, b, c] = triangle.map(|k| places[k as usize]);
+            let area = (b - a).cross(c - a);
+            triangle.iter().for_each(|k| sums[*k as usize] += area);
+        }
+        sums.iter().map(|n| n.try_normalize().unwrap_or(Vec3::Y)).collect()
+    }
+}
+
+/// A ball of `radius`, by 32 by 16 faces.
+fn ball(radius: f32) -> Still {
+    const AROUND: u32 = 32;
+    const ALONG: u32 = 16;
+    let mut shape = Still::default();
+    for j in 0..=ALONG {
+        let (sin, cos) = (std::f32::consts::PI * j as f32 / ALONG as f32).sin_cos();
+        for i in 0..=AROUND {
+            let (across, along) = (std::f32::consts::TAU * i as f32 / AROUND as f32).sin_cos();
+            shape.normals.push(Vec3::new(sin * along, cos, sin * across));
+        }
+    }
+    shape.positions = shape.normals.iter().map(|n| radius * n).collect();
+    for j in 0..ALONG {
+        for i in 0..AROUND {
+            let (a, b) = (j * (AROUND + 1) + i, (j + 1) * (AROUND + 1) + i);
+            // At the poles one of the two has no area.
+            if j > 0 {
+                shape.triangles.push([a, a + 1, b]);
+            }
+            if j + 1 < ALONG {
+                shape.triangles.push([a + 1, b + 1, b]);
+            }
+        }
+    }
+    shape
+}
+
+/// Corners, normals and triangles of a mesh.
+fn still(mesh: &Mesh) -> Still {
+    let read = |attribute| match mesh.attribute(attribute) {
+        Some(VertexAttributeValues::Float32x3(values)) => values.iter().map(|v| Vec3::from(*v)).collect(),
+        _ => Vec::new(),
+    };
+    let indices: Vec<u32> = mesh.indices().map(|i| i.iter().map(|k| k as u32).collect()).unwrap_or_default();
+    Still {
+        positions: read(Mesh::ATTRIBUTE_POSITION),
+        normals: read(Mesh::ATTRIBUTE_NORMAL),
+        triangles: indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
+    }
+}

@@ -1,0 +1,60 @@
+//! The window of an export: how often and how long, and then how far it is.
+
+use bevy_egui::egui::{Align2, DragValue, Grid, ProgressBar, Ui, Window};
+
+use super::EditorState;
+use crate::export::{Kind, MOST_TARGETS, moments};
+use crate::session::Session;
+
+/// Milliseconds of a frame that an export may have.
+const BUDGET_MS: u128 = 25;
+
+/// The window, while there is an export; a part of its work is done in every frame.
+pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let Some(mut job) = state.export.take() else { return };
+    let title = if job.kind == Kind::Gltf { "Export glTF" } else { "Export pictures" };
+    let (mut open, mut ended) = (true, false);
+    let window = Window::new(title).open(&mut open).collapsible(false).resizable(false);
+    window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(ui.ctx(), |ui| {
+        ui.label(job.file.display().to_string());
+        if job.has_begun() {
+            ui.add(ProgressBar::new(job.progress()).show_percentage().desired_width(300.0));
+            return;
+        }
+        Grid::new("export").num_columns(2).show(ui, |ui| {
+            let label = ui.label("A second").on_hover_text("Moments in a simulated second, 0.01 to 10000");
+            ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
+            ui.end_row();
+            let label = ui.label("Duration").on_hover_text("From the present moment on, simulated s");
+            ui.add(DragValue::new(&mut job.seconds).range(0.0..=1e6).speed(0.02).suffix(" s")).labelled_by(label.id);
+            ui.end_row();
+        });
+        if job.kind == Kind::Gltf {
+            ui.weak(format!("Sheets as morph targets, bodies as nodes that move; at most {MOST_TARGETS} moments."));
+        }
+        let count = moments(job.rate, job.seconds, usize::MAX).map_or(0, |count| count);
+        ui.weak(format!("{count} moments"));
+        if ui.button("Write").clicked()
+            && let Err(error) = job.begin(session)
+        {
+            session.fail(error.to_string());
+        }
+    });
+    let start = std::time::Instant::now();
+    while job.has_begun() && !ended && start.elapsed().as_millis() < BUDGET_MS {
+        match job.step(session, &state.camera) {
+            Ok(false) => ui.ctx().request_repaint(),
+            Ok(true) => {
+                session.note(format!("written: {}", job.file.display()));
+                ended = true;
+            }
+            Err(error) => {
+                session.fail(error.to_string());
+                ended = true;
+            }
+        }
+    }
+    if open && !ended {
+        state.export = Some(job);
+    }
+}

@@ -1,0 +1,210 @@
+//! The study: a line in place of the bars while a sheet is seen, and a window that asks.
+
+use std::path::Path;
+
+use bevy_egui::egui::{Align2, Button, Grid, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
+use sheetwork::study::{LAST_QUESTIONS, QUESTIONS, Question};
+
+use super::style::{ACCENT, QUIET};
+use super::{Display, EditorState};
+use crate::camera::Camera;
+use crate::picture::Layer;
+use crate::session::Session;
+use crate::study::{Stage, Study};
+
+/// What a subject sees of a scene: the sheet's smoothed surface and the room, not what it falls on, nor springs and masses.
+pub fn blind() -> Display {
+    Display { layer: Layer::Top, smooth: true, surface: true, bodies: false, pins: false, ..Display::default() }
+}
+
+/// Begins the study's dialog.
+pub(super) fn open(state: &mut EditorState) {
+    // Any number does: it is shown, and can be typed again.
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let seed = now.map_or(1, |t| t.as_secs() % 1_000_000);
+    state.study = Some(Study::new(seed));
+}
+
+/// The line at the top while a study is on, and its windows.
+pub fn study(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let Some(mut study) = state.study.take() else { return };
+    let mut stays = true;
+    match study.stage() {
+        Stage::Welcome => welcome(ui, session, state, &mut study, &mut stays),
+        Stage::Watching => {
+            if session.world().time() >= session.scene().duration {
+                session.pause();
+                study.ask();
+            }
+        }
+        // What is asked stands below the view.
+        Stage::Asking | Stage::Last => {}
+        Stage::Over => over(ui, &study, &mut stays),
+    }
+    if stays {
+        state.study = Some(study);
+    } else {
+        end(session, state);
+    }
+}
+
+/// The bar while sheets are seen: nothing in it says which one it is.
+pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let Some(mut study) = state.study.take() else { return };
+    let mut stays = true;
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        let (at, of) = study.progress();
+        ui.label(RichText::new(format!("Sheet {} of {of}", at.min(of))).strong().size(16.0));
+        ui.separator();
+        if ui.button("⟲ See it again").on_hover_text("From the start").clicked() {
+            session.reset();
+            session.play();
+        }
+        if study.stage() == Stage::Watching
+            && ui
+                .add(Button::new("Rate it").fill(ACCENT.gamma_multiply(0.7)))
+                .on_hover_text("When you have seen enough")
+                .clicked()
+        {
+            session.pause();
+            study.ask();
+        }
+        ui.separator();
+        if ui.button("Stop the study").on_hover_text("What was answered so far stays in its file").clicked() {
+            stays = false;
+        }
+    });
+    ui.add_space(4.0);
+    if stays {
+        state.study = Some(study);
+    } else {
+        end(session, state);
+    }
+}
+
+fn put_aside(session: &Session, state: &mut EditorState) {
+    let file = session.file().filter(|_| !session.document().is_unsaved());
+    state.aside = Some((session.scene().clone(), file.map(Path::to_path_buf)));
+}
+
+/// Ends the study: what was open comes back.
+fn end(session: &mut Session, state: &mut EditorState) {
+    session.pause();
+    state.display = Display::default();
+    match state.aside.take() {
+        Some((_, Some(file))) => state.open(session, &file),
+        Some((scene, None)) => state.begin(session, &scene),
+        None => {}
+    }
+    session.pause();
+}
+
+/// Shows the next sheet.
+fn show(session: &mut Session, state: &mut EditorState, study: &Study) {
+    match study.scene() {
+        Ok(scene) => {
+            if session.begin_scene(&scene) {
+                state.display = blind();
+                state.camera = Camera::of_session(session);
+                session.play();
+            }
+        }
+        Err(error) => session.fail(error.to_string()),
+    }
+}
+
+fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &mut Study, stays: &mut bool) {
+    let mut open = true;
+    let window = Window::new("Study").open(&mut open).collapsible(false).resizable(false);
+    window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(ui.ctx(), |ui| {
+        ui.set_max_width(470.0);
+        ui.label(
+            "A sheet falls on something that is not drawn: a cube, or one of two wedges, each with five kinds of sheet. Their names are not \
+             shown, and their order is one of chance. After each one you say how it looked: 1 to 9, or N/A. It takes about a quarter of an hour. \
+             Nobody is tested but the sheets; you may stop at any time.",
+        );
+        ui.add_space(6.0);
+        Grid::new("study").num_columns(2).show(ui, |ui| {
+            let label = ui.label("Subject").on_hover_text("A letter or number, to tell the answers of several apart");
+            ui.add(TextEdit::singleline(&mut study.subject).desired_width(140.0)).labelled_by(label.id);
+            ui.end_row();
+            let label = ui.label("Answers").on_hover_text("A CSV file; answers of others that are in it stay");
+            ui.add(TextEdit::singleline(&mut study.file).desired_width(320.0)).labelled_by(label.id);
+            ui.end_row();
+            let label = ui.label("Order").on_hover_text("The same number gives the same order");
+            ui.add(bevy_egui::egui::DragValue::new(&mut study.seed)).labelled_by(label.id);
+            ui.end_row();
+        });
+        ui.weak("The scene that is open comes back afterwards.");
+        ui.add_space(4.0);
+        if ui.button(RichText::new("Begin").strong()).clicked() {
+            match study.begin() {
+                Ok(()) => {
+                    put_aside(session, state);
+                    show(session, state, study);
+                }
+                Err(error) => session.fail(error.to_string()),
+            }
+        }
+    });
+    *stays = open;
+}
+
+/// What is asked now, below the view so that the sheet can be seen.
+pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
+    let Some(mut study) = state.study.take() else { return };
+    let (title, all): (&str, &[Question]) = match study.stage() {
+        Stage::Asking => ("How was it?", &QUESTIONS),
+        _ => ("All in all", &LAST_QUESTIONS),
+    };
+    ui.add_space(6.0);
+    ui.strong(title);
+    ui.add_space(4.0);
+    Grid::new("questions").num_columns(4).spacing([14.0, 5.0]).show(ui, |ui| {
+        for (question, chosen) in all.iter().zip(&mut study.chosen) {
+            ui.label(question.asks);
+            ui.label(RichText::new(question.low).color(QUIET));
+            ui.horizontal(|ui| {
+                ui.spacing_mut().item_spacing.x = 3.0;
+                for value in (1..=9).map(Some).chain([None]) {
+                    let title = value.map_or_else(|| "N/A".to_owned(), |v: u8| v.to_string());
+                    let about = format!("{} {title}", question.key);
+                    let response =
+                        ui.selectable_label(*chosen == Some(value), format!(" {title} ")).on_hover_text(&about);
+                    // Ten answers in eight rows have the same names else.
+                    response.widget_info(|| {
+                        WidgetInfo::selected(WidgetType::SelectableLabel, true, *chosen == Some(value), &about)
+                    });
+                    if response.clicked() {
+                        *chosen = Some(value);
+                    }
+                }
+            });
+            ui.label(RichText::new(question.high).color(QUIET));
+            ui.end_row();
+        }
+    });
+    ui.add_space(4.0);
+    if ui.add_enabled(study.is_answered(), Button::new(RichText::new("Next").strong())).clicked() {
+        match study.answer() {
+            Ok(true) => show(session, state, &study),
+            Ok(false) => {}
+            Err(error) => session.fail(error.to_string()),
+        }
+    }
+    ui.add_space(6.0);
+    state.study = Some(study);
+}
+
+fn over(ui: &mut Ui, study: &Study, stays: &mut bool) {
+    let window = Window::new("Thank you").collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0; 2]);
+    window.show(ui.ctx(), |ui| {
+        ui.label(format!("The answers are in {}.", study.file));
+        ui.monospace(format!("sheetwork study {}", study.file));
+        ui.label("works out what they come to.");
+        if ui.button("Close").clicked() {
+            *stays = false;
+        }
+    });
+}

@@ -1,0 +1,36 @@
+//! The session as the panels that games have too turn it.
+
+use bevy_sheetwork::inspector::Knobs;
+use sheetwork::World;
+
+use super::Session;
+
+impl Knobs for Session {
+    fn world(&self) -> &World {
+        Session::world(self)
+    }
+
+    fn set(&mut self, path: &str, value: &str) -> bool {
+        Session::set(self, path, value)
+    }
+
+    fn set_default(&mut self, path: &str) -> bool {
+        Session::set_default(self, path)
+    }
+
+    fn fail(&mut self, text: String) {
+        Session::fail(self, text);
+    }
+
+    fn step_s(&self) -> f64 {
+        self.timing().step_s
+    }
+
+    fn speed(&self) -> f64 {
+        Session::speed(self)
+    }
+
+    fn largest_step(&self) -> Option<f64> {
+        Session::largest_step(self)
+    }
+}

@@ -1,0 +1,9 @@
+//! Whole pieces of work: a study from the first sheet to the table, a sheet that is folded, cut and warmed by hand, a run that is exported.
+
+mod works {
+    pub mod common;
+    mod export;
+    mod paint;
+    mod stages;
+    mod study;
+}

@@ -1,0 +1,96 @@
+//! Creases, cuts and warmth are drawn on a sheet, reach the world, and are undone.
+
+use bevy_egui::egui::{Key, Modifiers};
+use sheetwork::World;
+use sheetwork::scene::Scene;
+use sheetwork_editor::panels::Tool;
+use sheetwork_editor::session::Session;
+
+use super::common::{drag, seen, strip, whole};
+
+fn temperature(session: &Session) -> (f64, f64) {
+    session.world().sheets()[0].heat().map_or((20.0, 20.0), |h| h.range())
+}
+
+#[test]
+fn warmth_is_painted_where_the_mouse_goes_and_a_stroke_is_undone() {
+    let mut harness = whole(strip());
+    harness.state_mut().0.run(0.1);
+    harness.state_mut().1.tool = Tool::Heat;
+    let (from, to) = (seen(&harness, (0.4, 0.5)), seen(&harness, (0.8, 0.5)));
+    drag(&mut harness, from, to);
+    {
+        let session = &harness.state().0;
+        let sheet = &session.world().sheets()[0];
+        let celsius = sheet.temperatures().expect("warm");
+        let at = |u: f64, v: f64| {
+            let near = |i: &usize| (sheet.uv[*i].0 - u).hypot(sheet.uv[*i].1 - v);
+            let mass = (0..sheet.masses()).min_by(|a, b| near(a).total_cmp(&near(b))).expect("masses");
+            celsius[mass]
+        };
+        assert!((at(0.6, 0.5) - 120.0).abs() < 1.0, "in the stroke: {}", at(0.6, 0.5));
+        assert!((at(0.1, 0.5) - 20.0).abs() < 1e-9 && (at(0.6, 0.0) - 20.0).abs() < 1e-9, "aside of it");
+        assert!(session.scene().sheets[0].spots.len() > 2, "kept in the scene");
+        assert!(session.world().time() > 0.09, "and the run goes on");
+    }
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    harness.run_steps(2);
+    assert_eq!(temperature(&harness.state().0), (20.0, 20.0));
+    assert!(harness.state().0.scene().sheets[0].spots.is_empty());
+    harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    harness.run_steps(2);
+    assert!((temperature(&harness.state().0).1 - 120.0).abs() < 1.0, "and done again");
+    assert!(harness.state_mut().0.reset());
+    assert!((temperature(&harness.state().0).1 - 120.0).abs() < 1.0, "it is part of the scene");
+}
+
+#[test]
+fn a_crease_is_drawn_and_folds_the_sheet() {
+    let mut harness = whole(strip());
+    harness.state_mut().1.tool = Tool::Crease;
+    let (from, to) = (seen(&harness, (0.5, 0.02)), seen(&harness, (0.5, 0.98)));
+    drag(&mut harness, from, to);
+    let session = &mut harness.state_mut().0;
+    let creases = session.scene().sheets[0].creases.clone();
+    assert_eq!(creases.len(), 1);
+    assert!((creases[0].from.0 - 0.5).abs() < 0.02 && (creases[0].to.1 - 0.98).abs() < 0.03, "{creases:?}");
+    let folded = {
+        let mut free = Scene { gravity: glam::DVec3::ZERO, ..session.scene().clone() };
+        free.sheets[0].pins[0].clamp = true;
+        let mut world = World::new(&free).expect("valid");
+        world.settle(1e-9);
+        world.sheets()[0].probes[0].of(&world.sheets()[0].x).y
+    };
+    assert!(folded > 0.02, "half of 12 cm stands up by 60 degrees: {folded}");
+    assert!(session.undo() && session.scene().sheets[0].creases.is_empty());
+    let lattice = Scene::parse(r#"(sheets: [(structure: "slamm", grid: (5, 2, 5))])"#).expect("valid");
+    let mut session = Session::new(&lattice).expect("valid");
+    assert!(!session.crease(0, ((0.5, 0.0), (0.5, 1.0)), 60.0));
+    assert!(session.messages()[0].text.contains("creases"), "{:?}", session.messages());
+}
+
+#[test]
+fn a_cut_opens_the_cells_under_the_line_while_it_runs() {
+    let mut harness = whole(strip());
+    harness.state_mut().0.run(0.1);
+    harness.state_mut().1.tool = Tool::Cut;
+    let (from, to) = (seen(&harness, (0.55, 0.02)), seen(&harness, (0.55, 0.98)));
+    drag(&mut harness, from, to);
+    let session = &mut harness.state_mut().0;
+    assert_eq!(session.world().sheets()[0].open_count(), 8, "{:?}", session.messages());
+    assert!(session.world().time() > 0.09, "the run goes on");
+    let tip = |s: &Session| s.world().sheets()[0].probes[0].of(&s.world().sheets()[0].x).y;
+    let before = tip(session);
+    session.run(0.3);
+    assert!(
+        session.world().unstable().is_none() && tip(session) < before - 0.1,
+        "what is cut off falls: {}",
+        tip(session)
+    );
+    assert!(session.reset() && session.world().sheets()[0].open_count() == 8, "it is part of the scene");
+    assert!(session.undo() && session.world().sheets()[0].open_count() == 0);
+    let triangles = Scene::parse(r#"(sheets: [(structure: "trimm", grid: (5, 2, 5))])"#).expect("valid");
+    let mut session = Session::new(&triangles).expect("valid");
+    assert!(!session.cut(0, ((0.5, 0.0), (0.5, 1.0))));
+    assert!(session.messages()[0].text.contains("square cells"), "{:?}", session.messages());
+}

@@ -1,0 +1,58 @@
+//! What heats, by the parameters that a running world has: the room, the oven, heaters, the heat gun, hot bodies; and how warm sheets are.
+
+use bevy_egui::egui::{Grid, RichText, Ui};
+
+use super::Knobs;
+use super::controls::{How, dial, name};
+use super::style::QUIET;
+use super::units::{Quantity, Shown};
+
+/// Beginnings of the paths of what heats.
+const HEATS: [&str; 7] =
+    ["oven.", "heaters.", "heat_gun.", "bodies.", "ambient_temperature", "convection", "time_lapse"];
+
+/// Switches and numbers of everything that heats, and the temperatures of the sheets. Whether there was anything.
+pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
+    let all = knobs.world().parameters();
+    let of_heat = |path: &str| HEATS.iter().any(|h| path.starts_with(h));
+    let all: Vec<_> = all.into_iter().filter(|p| of_heat(&p.path)).collect();
+    Grid::new("warmth").num_columns(2).show(ui, |ui| {
+        for parameter in &all {
+            let title = parameter.path.replace(['_', '.'], " ");
+            let about = format!("Parameter {}, {}", parameter.path, parameter.unit);
+            match (parameter.value.parse::<f64>(), parameter.value.parse::<bool>()) {
+                (Ok(now), _) => {
+                    let shown = shown(parameter.unit);
+                    dial(ui, knobs, (&title, &about, &parameter.path), now, shown, &How::default());
+                }
+                (_, Ok(mut on)) => {
+                    let label = name(ui, &title, &about);
+                    if ui.checkbox(&mut on, "").labelled_by(label.id).changed() {
+                        knobs.set(&parameter.path, if on { "1" } else { "0" });
+                    }
+                    ui.end_row();
+                }
+                _ => {}
+            }
+        }
+    });
+    let sheets = knobs.world().sheets().iter().filter_map(|s| Some((s.name.as_str(), s.heat()?.range())));
+    let mut some = !all.is_empty();
+    for (sheet, (low, high)) in sheets {
+        some = true;
+        ui.horizontal(|ui| {
+            ui.label(RichText::new(sheet).color(QUIET));
+            ui.monospace(format!("{low:.1} to {high:.1} °C"));
+        });
+    }
+    some
+}
+
+/// How a number with this unit is shown.
+fn shown(unit: &str) -> Shown {
+    match unit {
+        "°C" => Shown::fixed(Quantity::Temperature, "°C", 1.0),
+        "W/(m² K)" => Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0),
+        _ => Shown::fixed(Quantity::Number, "", 1.0),
+    }
+}

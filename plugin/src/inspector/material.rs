@@ -1,0 +1,138 @@
+//! What a sheet is made of: its constants, how far a strip of it would hang, what of its stiffness is delivered, and what it costs.
+
+use bevy_egui::egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
+use sheetwork::scene::Material;
+
+use super::Knobs;
+use super::controls::{How, MM, PASCAL, PLAIN, dial, input, name, tell};
+use super::hang::{Hang, gamma, hang};
+use super::style::{ACCENT, QUIET};
+use super::units::format_si;
+
+/// Droop previews, worked out once for a material and a length.
+#[derive(Clone, Debug, Default)]
+pub struct Previews {
+    /// Length of the strip, m; that of the sheet if none.
+    pub length: Option<f64>,
+    known: Vec<(u64, Hang)>,
+}
+
+impl Previews {
+    /// The strip of this Γ.
+    pub fn of(&mut self, gamma: f64) -> &Hang {
+        let key = gamma.to_bits();
+        let at = self.known.iter().position(|k| k.0 == key).unwrap_or_else(|| {
+            if self.known.len() >= 64 {
+                self.known.remove(0);
+            }
+            self.known.push((key, hang(gamma)));
+            self.known.len() - 1
+        });
+        &self.known[at].1
+    }
+}
+
+/// Young's modulus, thickness, Poisson's ratio of sheet `index`: rows of a grid of two columns.
+pub fn constants(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
+    let Some(sheet) = knobs.world().sheets().get(index) else { return };
+    let (now, follows) = (sheet.material().clone(), sheet.follows_material());
+    let path = |name: &str| format!("sheets.{index}.material.{name}");
+    if now.orthotropic.is_some() {
+        ui.label("Stiffness").on_hover_text("Measured along warp and weft: the scene's file has the numbers");
+        ui.label(format_si(now.plate_stiffness(), "N m"));
+        ui.end_row();
+    }
+    let about = "Young's modulus: how hard it is to stretch. Type 2.1 GPa, or 3G for 3 GPa";
+    dial(ui, knobs, ("Young", about, &path("young")), now.young, PASCAL, &How::log(1.0..=1e11));
+    let about = "Thickness: bending goes with its cube. Type 0.3 mm, 16 µm";
+    let how = How { logarithmic: true, late: true, ..How::slider(1e-5..=5e-3) };
+    dial(ui, knobs, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
+    if follows {
+        let about = "Poisson's ratio: how much it narrows when it is stretched";
+        dial(ui, knobs, ("Poisson", about, &path("poisson")), now.poisson, PLAIN, &How::slider(0.0..=0.49));
+    }
+}
+
+/// A hanging strip, drawn to scale into `rect`, its clamp at the upper left.
+pub fn strip_shape(ui: &Ui, rect: Rect, strip: &Hang, colour: Color32) {
+    let painter = ui.painter_at(rect);
+    let (room, from) = (rect.shrink(3.0), rect.shrink(3.0).left_top() + vec2(0.0, 2.0));
+    let scale = room.width().min(room.height() - 2.0);
+    let at =
+        |(r, d): &(f32, f32)| pos2(from.x + 4.0 + r * scale * (room.width() - 4.0) / room.width(), from.y + d * scale);
+    let block = Rect::from_min_size(from - vec2(1.0, 3.0), vec2(5.0, 6.0));
+    painter.rect_filled(block, 1.0, ui.visuals().weak_text_color());
+    painter.add(Shape::line(strip.points.iter().map(at).collect(), Stroke::new(1.8, colour)));
+}
+
+/// How far a strip of the present material hangs, at a length that can be typed.
+pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &Material, length: f64) {
+    let gravity = knobs.world().gravity().length();
+    let number = gamma(now, length, gravity);
+    let strip = previews.of(number).clone();
+    ui.horizontal(|ui| {
+        let (rect, response) = ui.allocate_exact_size(vec2(86.0, 74.0), Sense::hover());
+        ui.painter_at(rect).rect_filled(rect, 4.0, ui.visuals().extreme_bg_color);
+        strip_shape(ui, rect.shrink(5.0), &strip, ACCENT);
+        response.on_hover_text(format!(
+            "Shape of a strip clamped level at its left end, under {gravity:.3} m/s² (Γ = {number:.3})"
+        ));
+        ui.vertical(|ui| {
+            ui.horizontal(|ui| {
+                let label =
+                    name(ui, "Strip of", "Length of the strip in the preview; a double click takes the sheet's own");
+                let done = input(ui, &label, length, MM, &How::default());
+                previews.length = done.value.map(|v| v.clamp(1e-6, 1e3)).or(previews.length);
+                tell(knobs, "strip", done.error);
+                if done.reset {
+                    previews.length = None;
+                }
+            });
+            ui.label(RichText::new(format!("hangs by {}", format_si(strip.drop * length, "m"))).strong());
+            ui.label(RichText::new(format!("{:.1} % of its length", 100.0 * strip.drop)).color(QUIET));
+        });
+    });
+}
+
+/// What is delivered of the stiffness that was asked for.
+pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
+    let world = knobs.world();
+    let Some(sheet) = world.sheets().get(index) else { return };
+    let Some(found) = sheet.delivered_stiffness(world.dt()) else {
+        if !sheet.follows_material() {
+            ui.weak("Springs by the thesis's rule: soft, and stiffer on a finer grid.").on_hover_text(
+                "Choose the structure shell, or calibrated springs, for a sheet that bends as its material on any grid",
+            );
+        }
+        return;
+    };
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Asked").color(QUIET));
+        ui.monospace(format_si(found.asked_pa, "Pa"));
+        ui.label(RichText::new("bends as").color(QUIET));
+        let part = found.bends_as_pa / found.asked_pa.max(1e-300);
+        let text = RichText::new(format_si(found.bends_as_pa, "Pa")).monospace();
+        let text = if part < 0.9 { text.color(ui.visuals().warn_fg_color) } else { text };
+        let percent = |part: f64| format!("{:.2} %", 100.0 * part);
+        ui.label(text).on_hover_text(format!(
+            "Structure {}, grid {} for the present shape, step {} for the present motion",
+            percent(found.structure),
+            percent(found.grid),
+            percent(found.step)
+        ));
+    });
+}
+
+/// What a step takes, and a warning where that is more than there is.
+pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
+    let Some(factor) = knobs.real_time_factor() else { return };
+    let text = format!("a step takes {} of {}", format_si(knobs.step_s(), "s"), format_si(knobs.world().dt(), "s"));
+    // A frame has other things to do, too.
+    if factor * 0.8 < knobs.speed() {
+        let about = "A coarser grid, a longer step with an implicit engine, or less speed bring it back";
+        let warning = format!("⚠ not real time: {text}, {factor:.2}× at most");
+        ui.label(RichText::new(warning).color(ui.visuals().warn_fg_color)).on_hover_text(about);
+    } else {
+        ui.label(RichText::new(format!("{text}, {factor:.0}× real time")).color(QUIET));
+    }
+}

@@ -1,0 +1,223 @@
+//! The inspector (feature `inspector`): panels in which a running game shows and changes what its sheets are, by bevy_egui.
+//!
+//! ```no_run
+//! # use bevy::prelude::*;
+//! # use bevy_sheetwork::prelude::*;
+//! App::new().add_plugins((DefaultPlugins, SheetworkPlugins, SheetInspectorPlugin)).run();
+//! ```
+//!
+//! What is changed is a parameter of the [`SheetWorld`], from the next step on, as [`World::set`](sheetwork::World::set) has it: the
+//! components that sheets were spawned with stay as they are. The panels are functions over anything that has [`Knobs`], so that they can be put
+//! into windows of one's own: the Sheetwork editor is made of the same ones.
+
+pub mod controls;
+mod engine;
+pub mod hang;
+mod heat;
+mod knobs;
+mod material;
+mod sheet;
+pub mod style;
+pub mod units;
+
+use bevy::prelude::*;
+use bevy_egui::egui::{self, Grid, RichText, ScrollArea, Ui};
+use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass};
+
+use crate::core::{SheetClock, SheetWorld};
+
+pub use engine::engine;
+pub use heat::warmth;
+pub use knobs::{Changes, Game, Knobs};
+pub use material::{Previews, constants, cost, delivered, droop, strip_shape};
+pub use sheet::behaviour;
+
+use style::{ACCENT, QUIET};
+
+/// A window with the inspector's panels over the game; adds [`EguiPlugin`] where the game has not. F10 shows and hides it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SheetInspectorPlugin;
+
+impl Plugin for SheetInspectorPlugin {
+    fn build(&self, app: &mut App) {
+        if !app.is_plugin_added::<EguiPlugin>() {
+            app.add_plugins(EguiPlugin::default());
+        }
+        app.init_resource::<SheetInspector>();
+        app.add_systems(EguiPrimaryContextPass, show.run_if(resource_exists::<SheetWorld>));
+    }
+}
+
+/// What the inspector shows and has changed.
+#[derive(Resource, Clone, Debug)]
+pub struct SheetInspector {
+    /// Whether its window is there.
+    pub shown: bool,
+    /// The key that shows and hides it; none for none.
+    pub key: Option<egui::Key>,
+    /// Which sheet it shows.
+    pub sheet: usize,
+    /// What was changed, and what was refused.
+    pub changes: Changes,
+    previews: Previews,
+    /// The world that changes are of.
+    generation: u32,
+}
+
+impl Default for SheetInspector {
+    fn default() -> Self {
+        let (changes, previews) = (Changes::default(), Previews::default());
+        Self { shown: true, key: Some(egui::Key::F10), sheet: 0, changes, previews, generation: 0 }
+    }
+}
+
+fn show(
+    mut contexts: EguiContexts,
+    mut world: ResMut<SheetWorld>,
+    mut clock: ResMut<SheetClock>,
+    mut inspector: ResMut<SheetInspector>,
+) -> Result {
+    // A game may have no window, or none yet.
+    let Ok(ctx) = contexts.ctx_mut() else { return Ok(()) };
+    let inspector = inspector.bypass_change_detection();
+    if inspector.key.is_some_and(|key| ctx.input(|i| i.key_pressed(key))) && !ctx.text_edit_focused() {
+        inspector.shown = !inspector.shown;
+    }
+    if !inspector.shown {
+        return Ok(());
+    }
+    // Being looked at is no change; what is set changes what it changes.
+    let (world, clock) = (world.bypass_change_detection(), clock.bypass_change_detection());
+    let window = egui::Window::new("Sheets").default_size([330.0, 640.0]).default_pos([8.0, 8.0]);
+    window.show(ctx, |ui| {
+        ScrollArea::vertical().show(ui, |ui| {
+            inspect(ui, world, clock, inspector);
+        });
+    });
+    Ok(())
+}
+
+/// All of the inspector into a `ui`: for windows and docks of one's own.
+pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, inspector: &mut SheetInspector) {
+    if inspector.generation != world.generation() {
+        inspector.generation = world.generation();
+        inspector.changes.forget();
+    }
+    if !ui.input(|i| i.pointer.any_down()) {
+        inspector.changes.seal();
+    }
+    time(ui, world, clock);
+    let SheetInspector { sheet, changes, previews, .. } = inspector;
+    let count = world.sheets().len();
+    *sheet = (*sheet).min(count.saturating_sub(1));
+    let mut game = Game { world, speed: clock.speed, changes };
+    if count > 0 {
+        choose(ui, &game, sheet);
+        section(ui, "Material", |ui| of_material(ui, &mut game, previews, *sheet));
+        section(ui, "Sheet", |ui| {
+            Grid::new("behaviour").num_columns(2).show(ui, |ui| behaviour(ui, &mut game, *sheet));
+        });
+    } else {
+        ui.weak("There is no sheet.");
+    }
+    section(ui, "Engine", |ui| {
+        let factor = game.world.air().factor < 1.0;
+        Grid::new("engine").num_columns(2).show(ui, |ui| engine(ui, &mut game, factor));
+        cost(ui, &game);
+    });
+    section(ui, "Heat", |ui| {
+        if !warmth(ui, &mut game) {
+            ui.weak("Nothing heats.");
+        }
+    });
+    section(ui, "Changed", |ui| changed(ui, &mut game));
+    messages(ui, &mut inspector.changes.messages);
+}
+
+fn section(ui: &mut Ui, title: &'static str, contents: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(RichText::new(title).strong())
+        .default_open(title != "Heat")
+        .show_unindented(ui, |ui| ui.push_id(title, contents));
+}
+
+/// Pause, single steps and speed.
+fn time(ui: &mut Ui, world: &SheetWorld, clock: &mut SheetClock) {
+    ui.horizontal(|ui| {
+        let title = if clock.paused { "▶ Play" } else { "⏸ Pause" };
+        if ui.button(title).on_hover_text("Sheets stand still while paused").clicked() {
+            clock.paused = !clock.paused;
+        }
+        if ui.button("⏭ Step").on_hover_text("One step of the engine").clicked() {
+            clock.paused = true;
+            clock.step_once();
+        }
+        let label = ui.label("Speed");
+        let number = egui::DragValue::new(&mut clock.speed).range(0.0..=100.0).speed(0.01).suffix("×");
+        ui.add(number).labelled_by(label.id).on_hover_text("Simulated seconds a second of the game");
+        ui.monospace(format!("{:.3} s", world.time()));
+    });
+}
+
+/// The sheet that is meant, where there are several.
+fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
+    let sheets = game.world.sheets();
+    let Some(now) = sheets.get(*sheet) else { return };
+    if sheets.len() > 1 {
+        egui::ComboBox::from_label("sheet").selected_text(now.name.as_str()).show_ui(ui, |ui| {
+            for (index, one) in sheets.iter().enumerate() {
+                ui.selectable_value(sheet, index, one.name.as_str());
+            }
+        });
+    }
+    let text = format!("{}: {} masses, {} springs", now.name, now.masses(), now.springs().len());
+    ui.label(RichText::new(text).color(QUIET));
+}
+
+fn of_material(ui: &mut Ui, game: &mut Game<'_>, previews: &mut Previews, index: usize) {
+    let Some(sheet) = game.world.sheets().get(index) else { return };
+    let (material, size) = (sheet.material().clone(), sheet.rest_size());
+    let length = previews.length.unwrap_or(size.0.max(size.1));
+    droop(ui, game, previews, &material, length);
+    Grid::new("constants").num_columns(2).show(ui, |ui| constants(ui, game, index));
+    delivered(ui, game, index);
+}
+
+/// What was changed, and undo.
+fn changed(ui: &mut Ui, game: &mut Game<'_>) {
+    ui.horizontal(|ui| {
+        let what = game.changes.undoes().map_or_else(|| "Undo".to_owned(), |path| format!("Undo {path}"));
+        let undo = ui.add_enabled(game.changes.undoes().is_some(), egui::Button::new(what));
+        if undo.on_hover_text("Take the last change back").clicked() {
+            game.undo();
+        }
+    });
+    let now = game.world.parameters();
+    let value = |path: &str| now.iter().find(|p| p.path == path).map(|p| p.value.clone());
+    let differs = |(path, first): &(String, String)| Some((path.clone(), value(path).filter(|v| v != first)?));
+    let list: Vec<(String, String)> = game.changes.all().iter().filter_map(differs).collect();
+    for (path, now) in &list {
+        ui.label(RichText::new(format!("{path} = {now}")).monospace().size(11.0).color(ACCENT));
+    }
+    if list.is_empty() {
+        ui.weak("Everything is as the game has it.");
+    } else if ui.button("Copy").on_hover_text("Paths and values as text, for the game's own code").clicked() {
+        let text: Vec<String> = list.iter().map(|(path, now)| format!("{path} = {now}")).collect();
+        ui.ctx().copy_text(text.join("\n"));
+    }
+}
+
+/// What was refused, until it is dismissed.
+fn messages(ui: &mut Ui, all: &mut Vec<String>) {
+    let mut dismissed = None;
+    for (index, text) in all.iter().enumerate() {
+        ui.horizontal_wrapped(|ui| {
+            if ui.small_button("✖").on_hover_text("Dismiss").clicked() {
+                dismissed = Some(index);
+            }
+            ui.label(RichText::new(text).color(ui.visuals().error_fg_color));
+        });
+    }
+    if let Some(index) = dismissed {
+        all.remove(index);
+    }
+}
