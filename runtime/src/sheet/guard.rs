@@ -99,8 +99,8 @@ pub(crate) struct Guard {
     pub state: GuardState,
     /// Error that an adaptive engine of the sheet's may make, m.
     pub tolerance: f64,
-    /// Made when it is first needed.
-    pub limit: Option<StrainLimit>,
+    /// Made when it is first needed, and anew when the sheet has opened: the revision it is of.
+    pub limit: Option<(u64, StrainLimit)>,
     /// Where a step of the engine began, and what came of it.
     pub start: Vectors,
     pub end: (Vectors, Vectors),
@@ -207,7 +207,8 @@ impl Sheet {
     /// Masses that belong together: those that springs join, or the neighbours of a shell, and their distances in the flat sheet.
     fn joints(&self) -> impl Iterator<Item = Joint> + '_ {
         let springs = &self.springs;
-        let joined = (0..springs.len()).map(|i| Joint { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
+        let closed = (0..springs.len()).filter(|i| springs.stiffness[*i] > 0.0);
+        let joined = closed.map(|i| Joint { ends: [springs.a[i], springs.b[i]], rest: springs.rest[i] });
         let edges = if springs.is_empty() { self.edges() } else { Vec::new() };
         let place = |i: u32| {
             let (u, v) = self.uv[i as usize];

@@ -137,7 +137,11 @@ impl Guard {
         if !self.state.limiting || !(sheet.v.max_squared().is_finite() && sheet.x.max_squared().is_finite()) {
             return false;
         }
-        let limit = self.limit.get_or_insert_with(|| sheet.strain_limit());
+        let revision = sheet.opening_revision();
+        if self.limit.as_ref().is_some_and(|l| l.0 != revision) {
+            self.limit = None;
+        }
+        let (_, limit) = self.limit.get_or_insert_with(|| (revision, sheet.strain_limit()));
         let (start, end) = (&mut self.start, &mut self.end);
         start.clone_from(sheet.kept_positions());
         end.0.clone_from(&sheet.x);
