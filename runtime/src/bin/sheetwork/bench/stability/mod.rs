@@ -14,7 +14,7 @@ use sheetwork::InputError;
 use sheetwork::lattice::StructureKind;
 
 use self::map::Map;
-use self::plan::{SWEEPS, plan};
+use self::plan::{SWEEPS, Trial, plan};
 use self::point::{Point, merged, write_csv};
 use super::{canvas, shard};
 use crate::print_line;
@@ -33,6 +33,9 @@ pub struct Stability {
     /// Run only these sweeps, with commas between: map, aspect, thickness, jump, speed, thesis, thesis-common.
     #[arg(long, value_name = "SWEEP", value_delimiter = ',', value_parser = SWEEPS, conflicts_with = "merge")]
     only: Vec<String>,
+    /// Run only these structures, with commas between.
+    #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "merge")]
+    structures: Vec<StructureKind>,
     /// A few points of each kind, to see that it works.
     #[arg(long)]
     quick: bool,
@@ -58,7 +61,9 @@ impl Stability {
         let all = plan(self.quick);
         let count = all.len();
         let wanted = |sweep: &str| self.only.is_empty() || self.only.iter().any(|s| s == sweep);
-        let mine = all.into_iter().enumerate().filter(|(_, trial)| wanted(trial.sweep));
+        let of_these = |kind: StructureKind| self.structures.is_empty() || self.structures.contains(&kind);
+        let fits = |trial: &Trial| wanted(trial.sweep) && of_these(trial.setting.structure);
+        let mine = all.into_iter().enumerate().filter(|(_, trial)| fits(trial));
         let mine: Vec<_> = mine.skip(which - 1).step_by(of).collect();
         let bar = ProgressBar::new(mine.len() as u64);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed} {msg}") {
