@@ -1,5 +1,6 @@
 //! What happened to the sheets of a world, and when.
 
+use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
 use serde::Serialize;
 
@@ -24,6 +25,10 @@ pub enum EventKind {
     Woke,
     /// A sheet went unstable and was stopped.
     Unstable,
+    /// A sheet was about to go unstable and was dealt with as its `when_unstable` says.
+    Contained,
+    /// It has been well for long enough to be stepped as before.
+    Recovered,
     /// A sheet gave way: it buckled, snapped through or crumpled ([`crate::sheet::Buckle`]). Told of only where
     /// [`crate::world::World::watch_buckling`] asks for it.
     Buckled,
@@ -51,12 +56,89 @@ pub struct Event {
     /// Of what it opened, when it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opening: Option<Opening>,
+    /// What showed that it was unstable, and what was done about it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub alarm: Option<Alarm>,
+}
+
+/// What was done about a sheet that was about to go unstable.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Handled {
+    /// It was stopped.
+    Stopped,
+    /// It was frozen.
+    Frozen,
+    /// Its engine takes a step in parts.
+    StepReduced {
+        /// In how many.
+        parts: u32,
+    },
+    /// The implicit engine takes over.
+    Implicit,
+    /// Its springs are held to a limit.
+    Limited {
+        /// Strain they are held to.
+        strain: f64,
+    },
+}
+
+/// The numbers that showed that a sheet is unstable, of the step that was thrown away. What is not a number is infinite.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Alarm {
+    /// Energy at the start of the step, J; none where an implicit engine did not keep it.
+    pub energy_before_j: Option<f64>,
+    /// Energy at its end, J.
+    pub energy_after_j: f64,
+    /// Mass that was fastest.
+    pub mass: u32,
+    /// Its speed, m/s.
+    pub speed_m_s: f64,
+    /// Where it was at the start of the step, m.
+    pub place_m: [f64; 3],
+    /// Largest strain of a spring, or between neighbours of a shell, at the end of the step.
+    pub strain: f64,
+    /// Length of the step, s.
+    pub step_s: f64,
+    /// What was done.
+    pub handled: Handled,
+}
+
+impl Alarm {
+    /// Of `sheet` at the end of a step of `step_s` (s) from where it was in `work.x_before`, under `gravity` (m/s²).
+    pub(crate) fn of(sheet: &mut Sheet, gravity: DVec3, step_s: f64) -> Self {
+        let number = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
+        let squared = |i: usize| number(sheet.v.get(i).length_squared());
+        let mass = (0..sheet.masses()).max_by(|a, b| squared(*a).total_cmp(&squared(*b))).unwrap_or(0);
+        let speed_m_s = squared(mass).sqrt();
+        let energy_after_j = number(sheet.energy(gravity).total);
+        let strain = sheet.largest_strain();
+        // What implicit engines begin with is kept where somebody asks for it.
+        let known = sheet.is_explicit() || sheet.guard.is_some();
+        let energy_before_j = (known && sheet.work.v_before.len() == sheet.masses()).then(|| {
+            sheet.swap_before();
+            let energy = sheet.energy(gravity).total;
+            sheet.swap_before();
+            number(energy)
+        });
+        let place_m = sheet.work.x_before.get(mass).to_array();
+        Self {
+            energy_before_j,
+            energy_after_j,
+            mass: mass as u32,
+            speed_m_s,
+            place_m,
+            strain,
+            step_s,
+            handled: Handled::Stopped,
+        }
+    }
 }
 
 impl Event {
     /// What happened to `sheet`, at no place that is known.
     pub(crate) fn new(time_s: f64, kind: EventKind, sheet: &str, body: Option<String>) -> Self {
-        Self { time_s, kind, sheet: sheet.to_owned(), body, place_m: None, energy_j: None, opening: None }
+        Self { time_s, kind, sheet: sheet.to_owned(), body, place_m: None, energy_j: None, opening: None, alarm: None }
     }
 }
 
@@ -101,6 +183,8 @@ pub(crate) struct Touches {
     list: Vec<Touched>,
     /// Filled in during the step; drained by the world.
     pub events: Vec<(f64, EventKind, Option<ColliderHandle>)>,
+    /// Of those events that have one, in their order.
+    pub alarms: Vec<Alarm>,
 }
 
 /// Adds contacts to a sheet's record, knowing which collider belongs to which body.
@@ -123,7 +207,20 @@ impl Touch for Recorder<'_> {
     }
 }
 
+impl EventKind {
+    /// Whether it comes with an [`Alarm`].
+    pub(crate) fn has_alarm(self) -> bool {
+        matches!(self, Self::Unstable | Self::Contained)
+    }
+}
+
 impl Touches {
+    /// Tells of an alarm.
+    pub fn tell(&mut self, time: f64, kind: EventKind, alarm: Alarm) {
+        self.events.push((time, kind, None));
+        self.alarms.push(alarm);
+    }
+
     /// Forgets this step's counts before a step begins.
     pub fn begin(&mut self) {
         self.list.iter_mut().for_each(|t| t.masses = 0);

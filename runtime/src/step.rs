@@ -7,6 +7,7 @@
 //! sized the working arrays. Sheets that do not touch do not see one another, so they can be stepped on any number of threads
 //! with the same result. The step of an implicit engine is in `group`.
 
+mod contain;
 mod energy;
 mod explicit;
 pub(crate) mod group;
@@ -17,7 +18,7 @@ pub(crate) use near::NearWork;
 
 use crate::contact::detect::contact;
 use crate::contact::rigid::RigidView;
-use crate::event::{EventKind, Recorder, Touches};
+use crate::event::{Alarm, EventKind, Handled, Recorder, Touches};
 use crate::sheet::{Sheet, Status, Vectors};
 use crate::watch::{Phase, Watched};
 
@@ -60,13 +61,12 @@ pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f6
     // The last part of a step may be a rounding error long; it is then the step's.
     while stage.dt - done > stage.dt * 1e-12 {
         let part = stage.dt - done;
-        last = substep(sheet, touches, stage, done, part);
+        let Some(taken) = substep(sheet, touches, stage, done, part) else { break };
+        last = taken;
         done += last;
         substeps += 1;
         if substeps > MOST_SUBSTEPS {
-            give_up(sheet, touches, stage);
-        }
-        if matches!(sheet.status, Status::Unstable { .. }) {
+            give_up(sheet, touches, stage, last);
             break;
         }
     }
@@ -94,21 +94,24 @@ fn size_work(sheet: &mut Sheet) {
     }
 }
 
-/// One call of the engine and what follows it; returns the time taken.
-fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, part: f64) -> f64 {
+/// One call of the engine and what follows it; returns the time taken, none where the sheet does not go on in this step.
+fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, part: f64) -> Option<f64> {
     let time = stage.time + done;
     if !sheet.pins.is_empty() {
         sheet.pins.lead(time, part, &sheet.x, &mut sheet.v);
     }
     sheet.work.x_before.copy_from(&sheet.x);
     sheet.work.v_before.copy_from(&sheet.v);
-    let taken = sheet.advance(stage.field, time, part).taken;
+    let taken = match sheet.guard {
+        None => sheet.advance(stage.field, time, part).taken,
+        Some(_) => contain::advance(sheet, touches, stage, time, part)?,
+    };
     if let Some(limit) = &sheet.flexion_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
     }
     if is_unstable(sheet) {
-        give_up(sheet, touches, stage);
-        return taken;
+        give_up(sheet, touches, stage, taken);
+        return None;
     }
     if let Some(view) = stage.view {
         let remaining = (stage.dt - done - taken).max(0.0);
@@ -119,7 +122,7 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
     if let Some(limit) = &sheet.thickness_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, &sheet.work.touching, taken);
     }
-    taken
+    Some(taken)
 }
 
 fn is_unstable(sheet: &Sheet) -> bool {
@@ -134,19 +137,26 @@ fn is_unstable(sheet: &Sheet) -> bool {
     sheet.work.stage.astray || !(slow && together)
 }
 
-/// Stops an unstable sheet where it was before the step, and says so.
-fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) {
-    let fastest = |i: &usize| {
-        let speed = sheet.v.get(*i).length_squared();
-        if speed.is_nan() { f64::INFINITY } else { speed }
-    };
-    let mass = (0..sheet.masses()).max_by(|a, b| fastest(a).total_cmp(&fastest(b))).unwrap_or(0);
-    let speed = fastest(&mass).sqrt();
+/// Stops a sheet that a step of `dt` s has made unstable where it was before, and says so.
+fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, dt: f64) {
+    let alarm = Alarm::of(sheet, stage.field.gravity, dt);
     sheet.x.copy_from(&sheet.work.x_before);
+    if sheet.guard.is_some() && sheet.x.max_squared().is_finite() {
+        freeze(sheet, touches, stage.time, alarm);
+        return;
+    }
     sheet.v.clear();
-    let place = sheet.x.get(mass);
-    sheet.status = Status::Unstable { time: stage.time, mass: mass as u32, place, speed };
-    touches.events.push((stage.time, EventKind::Unstable, None));
+    let (mass, place) = (alarm.mass, sheet.x.get(alarm.mass as usize));
+    sheet.status = Status::Unstable { time: stage.time, mass, place, speed: alarm.speed_m_s };
+    touches.tell(stage.time, EventKind::Unstable, alarm);
+}
+
+/// Lets a sheet stand where it is until something about it is changed, and says so.
+fn freeze(sheet: &mut Sheet, touches: &mut Touches, time: f64, alarm: Alarm) {
+    sheet.v.clear();
+    sheet.restart_engine();
+    sheet.status = Status::Frozen { time };
+    touches.tell(time, EventKind::Contained, Alarm { handled: Handled::Frozen, ..alarm });
 }
 
 /// Puts a sheet to sleep that has been still for a while; `last` is the length of the last part of the step, s.

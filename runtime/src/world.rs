@@ -278,9 +278,13 @@ impl World {
             if self.touches[index].events.is_empty() {
                 continue;
             }
+            let mut alarms = std::mem::take(&mut self.touches[index].alarms).into_iter();
             for (time_s, kind, collider) in std::mem::take(&mut self.touches[index].events) {
                 let body = collider.and_then(|c| name(self, c));
-                self.events.push(Event::new(time_s, kind, &self.sheets[index].name, body));
+                let alarm = if kind.has_alarm() { alarms.next() } else { None };
+                let place_m = alarm.map(|a| a.place_m);
+                let event = Event::new(time_s, kind, &self.sheets[index].name, body);
+                self.events.push(Event { alarm, place_m, ..event });
             }
         }
     }

@@ -75,6 +75,16 @@ fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
     for name in ["wedge", "slide_17", "two_walls", "hemisphere", "cube"] {
         assert_eq!(allocations(&shipped(name)), 0, "{name}");
     }
+    // Watched, and with its step reduced for good.
+    for young in ["185", "1e5"] {
+        let watched = shipped("wedge").with_override("sheets.0.when_unstable", "reduce-step");
+        let scene = watched.and_then(|s| s.with_override("sheets.0.material.young", young));
+        let mut world = world(&scene.unwrap_or_else(|e| panic!("{e}")));
+        world.advance(1.3);
+        // The step is tried longer again now and then, which is told of.
+        let counted = (0..100).map(|_| measure(|| world.step()).count_total).filter(|n| *n == 0).count();
+        assert!(counted >= 95 && world.unstable().is_none(), "{young} Pa: {counted} of 100 steps allocate nothing");
+    }
     // A deep pile of layers at rest on a tilted box and a half space at once.
     for engine in TABLE {
         let mut scene = adrift(small_sheet(lattice::StructureKind::Samm, 0.3), engine.kind);

@@ -163,6 +163,8 @@ pub(super) fn describe(event: &Event) -> String {
         EventKind::AtRest => "is at rest",
         EventKind::Woke => "wakes",
         EventKind::Unstable => "went unstable",
+        EventKind::Contained => "was kept from going unstable",
+        EventKind::Recovered => "is stepped as before again",
         EventKind::Buckled => "buckles",
         EventKind::Torn if event.opening.is_some_and(|o| o.melted) => "melts",
         EventKind::Torn => "tears",

@@ -1,7 +1,7 @@
 //! What happens to sheets, as Bevy messages.
 
 use bevy::prelude::*;
-use sheetwork::event::EventKind;
+use sheetwork::event::{Alarm, EventKind};
 use sheetwork::sheet::Opening;
 
 use super::{BodyMotion, SheetMotion, SheetWorld};
@@ -23,6 +23,8 @@ pub struct SheetEvent {
     pub body_entity: Option<Entity>,
     /// Where and of what the sheet opened, when it did.
     pub opening: Option<Opening>,
+    /// What showed that the sheet was unstable, and what was done about it.
+    pub alarm: Option<Alarm>,
 }
 
 /// Sends what the world has recorded since the last time.
@@ -49,6 +51,7 @@ pub(super) fn send(
             body: event.body.clone(),
             body_entity: body.map(|(entity, _)| entity),
             opening: event.opening,
+            alarm: event.alarm,
         });
     }
     world.events_seen = world.events().len();

@@ -19,7 +19,7 @@ pub struct SheetState {
     pub contacts: u32,
     /// Whether it has come to rest and is not stepped until something wakes it.
     pub asleep: bool,
-    /// Whether it went unstable and was stopped.
+    /// Whether it went unstable and was stopped, or frozen before it did.
     pub unstable: bool,
     /// Coldest and hottest temperature, °C; none of a sheet that nothing heats.
     pub temperature: Option<(f32, f32)>,
@@ -32,7 +32,7 @@ impl SheetState {
             velocity: (sheet.momentum() / sheet.total_mass()).as_vec3(),
             contacts: sheet.touching().iter().filter(|t| **t).count() as u32,
             asleep: sheet.status == Status::Asleep,
-            unstable: matches!(sheet.status, Status::Unstable { .. }),
+            unstable: matches!(sheet.status, Status::Unstable { .. } | Status::Frozen { .. }),
             temperature: sheet.heat().map(|h| h.range()).map(|(low, high)| (low as f32, high as f32)),
         }
     }

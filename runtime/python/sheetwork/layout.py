@@ -74,7 +74,7 @@ SHEET_TOPOLOGY = np.dtype(
     ]
 )
 
-STATUS = ("awake", "asleep", "unstable")
+STATUS = ("awake", "asleep", "unstable", "frozen")
 
 
 def _array(data, offset, count, kind, width):

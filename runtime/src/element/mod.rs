@@ -25,6 +25,7 @@ pub mod pack;
 pub mod pull;
 pub mod spring;
 pub mod staggered;
+pub mod strain_limit;
 pub mod thickness_limit;
 pub mod triangle;
 pub mod wall_spring;

@@ -57,6 +57,7 @@ pub fn frame(plan: &Plan, world: &World, moment: &Moment, complete: bool, out: &
             Status::Awake => 0,
             Status::Asleep => 1,
             Status::Unstable { .. } => 2,
+            Status::Frozen { .. } => 3,
         };
         header.contacts = arrays(plan, sheet, &header, out);
         if complete {

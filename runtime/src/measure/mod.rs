@@ -26,6 +26,7 @@ mod hole;
 mod impact;
 mod incline;
 pub mod kicks;
+pub mod limit;
 pub mod oscillator;
 pub mod overlap;
 mod pedestal;

@@ -21,6 +21,7 @@ mod record_lines;
 pub mod sht;
 pub mod sticking;
 pub mod tearing;
+mod unstable;
 pub mod validate;
 
 use std::collections::BTreeMap;
@@ -35,6 +36,7 @@ pub use flow::CreaseSpec;
 pub use heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
 pub use material::{Burgers, Material, MaterialChoice, Tack};
 pub use polyhedron::Polyhedron;
+pub use unstable::WhenUnstable;
 
 use crate::engine::EngineKind;
 pub use crate::heat::SpotSpec;
@@ -317,6 +319,8 @@ pub struct SheetSpec {
     /// Curvature along the length and along the width with which the sheet is made, towards its upper side, 1/m; each within
     /// ±1e5 (shell only).
     pub curl: (f64, f64),
+    /// What is done when it is about to go unstable.
+    pub when_unstable: WhenUnstable,
 }
 
 impl Default for SheetSpec {
@@ -361,6 +365,7 @@ impl Default for SheetSpec {
             creases: Vec::new(),
             pressure: Vec::new(),
             curl: (0.0, 0.0),
+            when_unstable: WhenUnstable::Stop,
         }
     }
 }

@@ -270,6 +270,7 @@ fn sheet(s: &SheetSpec) -> Check {
     for (i, p) in s.pins.iter().enumerate() {
         pin(p).map_err(|e| within(&format!("pins.{i}"), e))?;
     }
+    s.when_unstable.check()?;
     super::flow::check(s)?;
     super::tearing::check(s)?;
     super::sticking::check(s)?;

@@ -302,6 +302,7 @@ fn assemble(
         heat: None,
         first_temperature: spec.temperature,
         has_gradient: spec.temperature_gradient,
+        guard: None,
         watch: None,
         flow: None,
         tears: None,
@@ -329,6 +330,7 @@ fn assemble(
         damped: false,
         spread: 0.0,
     };
+    sheet.watch_over(spec.when_unstable, scene.tolerance);
     sheet.spread = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
     if spec.thickness_limit > 0.0 && sheet.stack.is_layered() {
         let mut limit = ThicknessLimit::new(spec.thickness_limit);

@@ -35,11 +35,16 @@ impl Energy {
         let place = |i: usize, x: DVec3| sheet.left_at(i).unwrap_or(x);
         let kinetic = sheet.v.iter().enumerate().map(|(i, v)| 0.5 * moves(i) * v.length_squared()).sum();
         let gravity = sheet.x.iter().enumerate().map(|(i, x)| -sheet.mass[i] * g.dot(place(i, x))).sum();
-        let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
-        let springs = sheet.flow.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
-        let elastic = springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements;
+        let elastic = elastic(sheet);
         Self { kinetic, elastic, gravity, total: kinetic + elastic + gravity }
     }
+}
+
+/// Energy of strain as the sheet lies, J.
+pub(super) fn elastic(sheet: &Sheet) -> f64 {
+    let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
+    let springs = sheet.flow.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
+    springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements
 }
 
 /// Power iteration on M⁻¹K, K the tangent stiffness of the springs at the present positions.

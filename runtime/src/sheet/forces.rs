@@ -59,6 +59,13 @@ impl Forces for SheetForces<'_> {
 impl Sheet {
     /// Lets the sheet's engine advance it from time `t` by up to `dt` (s) under `field`; no contact, no limits.
     pub(crate) fn advance(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+        let done = self.advance_open(field, t, dt);
+        self.end_flow();
+        done
+    }
+
+    /// As [`Sheet::advance`], but what has flowed does not stay until [`Sheet::end_flow`] says so: the step may yet be taken back.
+    pub(crate) fn advance_open(&mut self, field: Field, t: f64, dt: f64) -> Advance {
         if self.work.force.len() != self.x.len() {
             self.work.force = Vectors::zeros(self.x.len());
         }
@@ -68,7 +75,6 @@ impl Sheet {
         } else {
             self.advance_explicit(field, t, dt)
         };
-        self.end_flow();
         self.counters.accepted += done.accepted;
         self.counters.rejected += done.rejected;
         self.counters.evaluations += done.evaluations;

@@ -22,11 +22,39 @@ impl Sheet {
         if has_thickness { 0.5 * self.material().thickness } else { crate::contact::SKIN }
     }
 
+    /// Corners of the box around its surface, m.
+    pub(crate) fn surroundings(&mut self) -> (DVec3, DVec3) {
+        self.work.resting = None;
+        let (low, high) = self.x.bounds().unwrap_or_default();
+        let offset = self.contact_offset();
+        (low - offset, high + offset)
+    }
+
+    /// The same of a sheet that does not move: looked for once. One that somebody has put elsewhere is looked at again.
+    pub(crate) fn resting_box(&mut self) -> (DVec3, DVec3) {
+        let end = |i: Option<usize>| i.filter(|i| *i < self.masses()).map(|i| self.x.get(i));
+        let ends = (end(Some(0)), end(self.masses().checked_sub(1)));
+        if let Some((known, around)) = &self.work.resting
+            && *known == ends
+        {
+            return *around;
+        }
+        let around = self.surroundings();
+        self.work.resting = Some((ends, around));
+        around
+    }
+
     /// Keeps where a step begins.
     pub(crate) fn keep_start(&mut self) {
         let (x, v) = &mut self.work.start;
         x.clone_from(&self.x);
         v.clone_from(&self.v);
+    }
+
+    /// Exchanges its state with that at the start of the engine's step.
+    pub(crate) fn swap_before(&mut self) {
+        std::mem::swap(&mut self.x, &mut self.work.x_before);
+        std::mem::swap(&mut self.v, &mut self.work.v_before);
     }
 
     /// Makes the state that a step of `dt` (s) has come to the free motion of a stage from where the step began.

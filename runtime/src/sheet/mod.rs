@@ -15,6 +15,7 @@ mod flow;
 mod forces;
 mod generated;
 mod glue;
+mod guard;
 mod implicit;
 mod masses;
 mod modes;
@@ -39,6 +40,7 @@ pub use energy::Energy;
 pub use equilibrium::Equilibrium;
 pub use estimate::DeliveredStiffness;
 pub use forces::Field;
+pub(crate) use guard::{GUARDED, Guard, GuardState, Level};
 pub use modes::Mode;
 pub use pins::Pins;
 pub use probe::Probe;
@@ -82,6 +84,12 @@ pub enum Status {
         place: DVec3,
         /// Its speed, m/s; infinite when it was not a number.
         speed: f64,
+    },
+    /// It was about to go unstable, and stands where it was until something about it is changed
+    /// ([`crate::scene::WhenUnstable`]).
+    Frozen {
+        /// Simulated time it was caught at, s.
+        time: f64,
     },
 }
 
@@ -148,6 +156,8 @@ pub struct Sheet {
     /// Temperature it is described with, °C, and whether its sides may differ.
     pub(crate) first_temperature: Option<f64>,
     pub(crate) has_gradient: bool,
+    /// Of a sheet that is not simply stopped when it goes unstable.
+    pub(crate) guard: Option<Box<Guard>>,
     /// Of a sheet that is watched for buckling.
     watch: Option<Box<buckle::Watch>>,
     /// Of a sheet that creeps or yields.
@@ -210,6 +220,8 @@ pub(crate) struct Work {
     pub skin: Option<Box<crate::contact::skin::Skin>>,
     /// What it sticks to.
     pub stuck: Option<Box<crate::contact::stick::Stuck>>,
+    /// Of one that does not move, its first and last mass and the box around it, m.
+    pub resting: Option<((Option<DVec3>, Option<DVec3>), (DVec3, DVec3))>,
     /// Colliders that masses touched in this step.
     pub met: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
 }
@@ -370,6 +382,15 @@ impl Sheet {
 
     /// Changes the engine; the next step is taken by the new one from where the sheet is.
     pub fn set_engine(&mut self, kind: EngineKind, tolerance: f64) {
+        if let Some(guard) = &mut self.guard {
+            (guard.state, guard.tolerance) = (GuardState::default(), tolerance);
+        }
+        self.change_engine(kind, tolerance);
+        self.wake();
+    }
+
+    /// Changes the engine alone.
+    pub(crate) fn change_engine(&mut self, kind: EngineKind, tolerance: f64) {
         if kind != self.engine_kind {
             self.engine = kind.make();
             self.engine_kind = kind;
@@ -377,7 +398,6 @@ impl Sheet {
             self.field_before = None;
         }
         self.engine.set_tolerance(tolerance);
-        self.wake();
     }
 
     /// Changes the material: stiffness and dashpots follow at once, masses stay as they were built.
@@ -426,11 +446,11 @@ impl Sheet {
         Ok(())
     }
 
-    /// Wakes it if it sleeps.
+    /// Wakes it if it sleeps or is frozen.
     pub fn wake(&mut self) {
         self.quiet = 0.0;
         self.work.clearance.forget();
-        if self.status == Status::Asleep {
+        if matches!(self.status, Status::Asleep | Status::Frozen { .. }) {
             self.status = Status::Awake;
         }
     }

@@ -2,7 +2,7 @@
 //! or yield change it, its temperatures and what has stayed of them.
 
 use super::flow::Flow;
-use super::{Sheet, Status, Vectors};
+use super::{GuardState, Sheet, Status, Vectors};
 use crate::contact::stick::Stuck;
 use crate::element::Element;
 use crate::element::spring::Springs;
@@ -20,6 +20,8 @@ pub(crate) struct SheetState {
     open: Vec<bool>,
     stuck: Option<Box<Stuck>>,
     changed: Option<Changed>,
+    /// What was done against going unstable.
+    guard: Option<GuardState>,
 }
 
 /// What steps change of a sheet besides where it is.
@@ -74,7 +76,8 @@ impl Sheet {
             let elements = &self.elements[..own];
             Changed::copy(elements, &self.springs, self.heat.as_deref(), self.flow.as_deref(), &self.material)
         });
-        SheetState { x, v, status: self.status, quiet: self.quiet, open, stuck, changed }
+        let guard = self.guard.as_ref().map(|g| g.state);
+        SheetState { x, v, status: self.status, quiet: self.quiet, open, stuck, changed, guard }
     }
 
     /// Whether `state` is one of this sheet.
@@ -104,6 +107,7 @@ impl Sheet {
         self.quiet = state.quiet;
         self.work.touching.fill(false);
         self.work.stage.astray = false;
+        self.restore_guard(state.guard);
         self.engine.restart();
         self.field_before = None;
     }

@@ -288,6 +288,11 @@ impl Sheet {
         for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut |n| kept.extend_from_slice(n)));
     }
 
+    /// Where its masses were when its state was kept, m.
+    pub(crate) fn kept_positions(&self) -> &Vectors {
+        &self.work.stage.kept_x
+    }
+
     /// Comes back to the state that was kept.
     pub(crate) fn put_back(&mut self) {
         let Self { work, x, v, engine, .. } = self;

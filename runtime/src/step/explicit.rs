@@ -39,7 +39,7 @@ impl Shared<'_> {
         };
         let index = *only as usize;
         let last = fly(&mut sheets[index], &mut touches[index], self.stage);
-        if matches!(sheets[index].status, Status::Unstable { .. }) {
+        if sheets[index].status != Status::Awake {
             return;
         }
         let near = self.is_near(&mut sheets[index]);

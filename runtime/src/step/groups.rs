@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::group::{Part, advance};
 use super::near::{Near, NearWork, skin};
-use super::{SLEEP_SPEED, SLEEP_TIME, Stage, give_up, is_still, is_unstable, size_work};
+use super::{SLEEP_SPEED, SLEEP_TIME, Stage, contain, give_up, is_still, is_unstable, size_work};
 use crate::contact::Group;
 use crate::contact::mover::Mover;
 use crate::contact::rigid::{BodyContact, BodyState, RigidWorld};
@@ -45,8 +45,11 @@ pub(crate) struct Groups {
     high: Vec<DVec3>,
     /// How far each may move in the step, m.
     reach: Vec<f64>,
-    /// Whether each takes part: awake sheets, bodies that move freely.
+    /// Whether each takes part: awake sheets, bodies that move freely; and the numbers of those that do, in order.
     takes_part: Vec<bool>,
+    active: Vec<u32>,
+    /// How many are of the group of each that is the first of one.
+    sizes: Vec<u32>,
     /// Of every sheet, whether its engine is explicit.
     explicit: Vec<bool>,
     members: Vec<u32>,
@@ -84,12 +87,13 @@ impl Groups {
             }
         }
         stop_broken(sheets, touches, stage);
+        contain::begin(sheets, touches, stage);
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         stage.watch.within(Phase::Detection, || self.find(sheets, touches, stage, body_contacts));
         let shared = Shared { stage, surroundings: &self.surroundings, body_contacts };
         let (root, takes_part, explicit) = (&self.root, &self.takes_part, &self.explicit);
-        let count = sheets.len();
-        let alone = |i: usize| takes_part[i] && root[i] == i as u32 && !root[i + 1..].contains(&(i as u32));
+        let (count, sizes) = (sheets.len(), &self.sizes);
+        let alone = |i: usize| takes_part[i] && root[i] == i as u32 && sizes[i] == 1;
         let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
             if alone(i) {
                 let sheets = std::slice::from_mut(sheet);
@@ -102,8 +106,8 @@ impl Groups {
             sheets.iter_mut().zip(touches.iter_mut()).enumerate().for_each(one);
         }
         let mut members = std::mem::take(&mut self.members);
-        for first in 0..count {
-            if !takes_part[first] || alone(first) {
+        for first in self.active.iter().map(|i| *i as usize).take_while(|i| *i < count) {
+            if alone(first) {
                 continue;
             }
             let with = |i: &usize| takes_part[*i] && root[*i] == root[first] && explicit[*i] == explicit[first];
@@ -124,15 +128,18 @@ impl Groups {
         self.high.clear();
         self.reach.clear();
         self.takes_part.clear();
+        self.active.clear();
         self.explicit.clear();
-        for sheet in sheets.iter_mut() {
-            let (low, high) = sheet.x.bounds().unwrap_or_default();
-            let offset = sheet.contact_offset();
-            self.low.push(low - offset);
-            self.high.push(high + offset);
-            self.explicit.push(sheet.is_explicit());
+        for (index, sheet) in sheets.iter_mut().enumerate() {
             let moves = sheet.status == Status::Awake;
+            let (low, high) = if moves { sheet.surroundings() } else { sheet.resting_box() };
+            self.low.push(low);
+            self.high.push(high);
+            self.explicit.push(moves && sheet.is_explicit());
             self.takes_part.push(moves);
+            if moves {
+                self.active.push(index as u32);
+            }
             self.reach.push(if moves { sheet.max_speed() * stage.dt + fall + ROOM } else { 0.0 });
         }
         for (index, over) in self.surroundings.bodies.iter().enumerate() {
@@ -143,6 +150,9 @@ impl Groups {
             self.high.push(high);
             let speed = over.start.velocity().length().max(over.end.velocity().length());
             self.takes_part.push(over.start.gives());
+            if over.start.gives() {
+                self.active.push((sheets.len() + index) as u32);
+            }
             self.reach.push(if over.asleep { 0.0 } else { speed * stage.dt + fall });
         }
         self.wake(sheets, touches, stage);
@@ -165,12 +175,16 @@ impl Groups {
                     continue;
                 }
                 let led = sheets[i].pins.moving(stage.time, stage.time + stage.dt);
-                let by_sheet = || (0..count).any(|j| self.takes_part[j] && self.meet(i, j));
+                let moving = self.active.iter().map(|j| *j as usize).take_while(|j| *j < count);
+                let by_sheet = || moving.clone().any(|j| self.meet(i, j));
                 let body = |b: usize| self.surroundings.bodies[b].moves() && self.meet(i, count + b);
                 if led || by_sheet() || (0..self.surroundings.bodies.len()).any(body) {
                     sheets[i].wake();
                     touches[i].events.push((stage.time, EventKind::Woke, None));
                     self.takes_part[i] = true;
+                    self.explicit[i] = sheets[i].is_explicit();
+                    let at = self.active.partition_point(|j| (*j as usize) < i);
+                    self.active.insert(at, i as u32);
                     self.reach[i] = stage.field.gravity.length() * stage.dt * stage.dt + ROOM;
                     woken = true;
                 }
@@ -183,7 +197,9 @@ impl Groups {
         let count = self.low.len();
         self.root.clear();
         self.root.extend(0..count as u32);
-        if self.takes_part.iter().filter(|t| **t).count() < 2 {
+        self.sizes.clear();
+        self.sizes.resize(count, 1);
+        if self.active.len() < 2 {
             return;
         }
         for c in body_contacts {
@@ -191,11 +207,14 @@ impl Groups {
                 unite(&mut self.root, sheets + c.a, sheets + c.b);
             }
         }
+        let active = std::mem::take(&mut self.active);
         for _ in 0..GROWING {
             let mut grown = false;
-            for a in 0..count {
-                for b in (a + 1).max(if a < sheets { 0 } else { count })..count {
-                    let new = self.takes_part[a] && self.takes_part[b] && self.root[a] != self.root[b];
+            for (k, a) in active.iter().map(|a| *a as usize).enumerate() {
+                // Which bodies touch one another is known already.
+                let others = if a < sheets { &active[k + 1..] } else { &[] };
+                for b in others.iter().map(|b| *b as usize) {
+                    let new = self.root[a] != self.root[b];
                     if new && (sheets_meet || b >= sheets) && self.meet(a, b) {
                         grown |= unite(&mut self.root, a, b);
                     }
@@ -204,14 +223,18 @@ impl Groups {
             if !grown {
                 break;
             }
-            for i in 0..count {
+            for i in active.iter().map(|i| *i as usize) {
                 let root = self.root[i] as usize;
                 self.reach[root] = self.reach[root].max(self.reach[i]);
             }
-            for i in 0..count {
+            for i in active.iter().map(|i| *i as usize) {
                 self.reach[i] = self.reach[self.root[i] as usize];
             }
         }
+        for i in active.iter().map(|i| *i as usize).filter(|i| self.root[*i] as usize != *i) {
+            self.sizes[self.root[i] as usize] += 1;
+        }
+        self.active = active;
     }
 }
 
@@ -235,10 +258,10 @@ fn limit(sheet: &mut Sheet, dt: f64) {
 /// Stops the sheets of implicit engines into which somebody has put what is no number.
 fn stop_broken(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
-        if sheet.stages() > 0 && sheet.status == Status::Awake && !sheet.v.max_squared().is_finite() {
+        if sheet.status == Status::Awake && sheet.stages() > 0 && !sheet.v.max_squared().is_finite() {
             size_work(sheet);
             sheet.work.x_before.copy_from(&sheet.x);
-            give_up(sheet, touches, stage);
+            give_up(sheet, touches, stage, stage.dt);
         }
     }
 }
@@ -274,6 +297,9 @@ impl Shared<'_> {
             sheet.work.touching.fill(false);
             sheet.work.met.clear();
             sheet.work.x_before.copy_from(&sheet.x);
+            if sheet.guard.is_some() {
+                sheet.work.v_before.copy_from(&sheet.v);
+            }
         }
         let Some(lead) = members.first().map(|i| *i as usize) else { return };
         members.iter().for_each(|i| sheets[*i as usize].hold_on());
@@ -375,7 +401,7 @@ impl Shared<'_> {
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
             if is_unstable(sheet) || std::mem::take(&mut sheet.work.stage.failed) {
-                give_up(sheet, &mut touches[i], stage);
+                give_up(sheet, &mut touches[i], stage, stage.dt);
                 continue;
             }
             if !sheet.pins.is_empty() {

@@ -79,6 +79,8 @@ impl World {
                     all.push(new(&format!("sheets.{}.{name}", sheet.name), value, unit, Some(*range)));
                 }
             }
+            let policy = sheet.when_unstable().to_string();
+            all.push(new(&format!("sheets.{}.when_unstable", sheet.name), policy, "", None));
         }
         all
     }
@@ -125,6 +127,11 @@ impl World {
         let Some((which, name)) = rest else { return Err(unknown()) };
         let by_name = self.sheets.iter().position(|s| s.name == which);
         let index = by_name.or_else(|| which.parse().ok()).filter(|i| *i < self.sheets.len());
+        if let (Some(index), "when_unstable") = (index, name) {
+            let before = self.sheets[index].when_unstable().to_string();
+            let set = value.trim_matches('"').parse().and_then(|policy| self.sheets[index].set_when_unstable(policy));
+            return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
+        }
         let row = OF_SHEET.iter().find(|(n, _, _)| *n == name);
         let (Some(index), Some((name, unit, range))) = (index, row) else { return Err(unknown()) };
         let value = if *name == "flexion_limit" && value == "none" { None } else { Some(number(path, value)?) };

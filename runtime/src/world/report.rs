@@ -47,8 +47,10 @@ pub struct SheetReport {
     pub springs: usize,
     /// Whether it sleeps.
     pub asleep: bool,
-    /// "ok", or "unstable" with where and when.
+    /// "ok", "frozen" with when, or "unstable" with where and when.
     pub status: String,
+    /// What is done when it is about to go unstable.
+    pub when_unstable: String,
     /// Energies, J.
     pub energy_j: Energy,
     /// Deepest a mass was inside a body at any frame of the run, m.
@@ -150,6 +152,7 @@ impl World {
             springs: sheet.springs().len(),
             asleep: sheet.status == Status::Asleep,
             status: describe(&sheet.name, &sheet.status),
+            when_unstable: sheet.when_unstable().to_string(),
             energy_j: sheet.energy(self.gravity),
             max_penetration_m: penetration.get(index).copied().unwrap_or(0.0),
             max_speed_m_s: sheet.max_speed(),
@@ -211,6 +214,7 @@ impl World {
 fn describe(name: &str, status: &Status) -> String {
     match status {
         Status::Awake | Status::Asleep => "ok".to_owned(),
+        Status::Frozen { time } => format!("frozen: {name} at {time:.6} s"),
         Status::Unstable { time, mass, place, speed } => format!(
             "unstable: {name} at {time:.6} s, mass {mass} at ({:.5}, {:.5}, {:.5}) m, {speed:.3e} m/s",
             place.x, place.y, place.z

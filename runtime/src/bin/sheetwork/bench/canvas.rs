@@ -1,13 +1,21 @@
 //! A drawing surface in units of the SVG: lines, texts, outlines. The same calls draw a bitmap at a larger scale.
 
+use std::path::Path;
+
 use plotters::coord::Shift;
 use plotters::element::{PathElement, Polygon, Rectangle, Text};
-use plotters::prelude::{Color, DrawingArea, DrawingAreaErrorKind, DrawingBackend, FontTransform, IntoFont, RGBColor};
+use plotters::prelude::{
+    BitMapBackend, Color, DrawingArea, DrawingAreaErrorKind, DrawingBackend, FontTransform, IntoDrawingArea, IntoFont,
+    RGBColor, SVGBackend,
+};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, ShapeStyle, TextStyle, register_font};
 use sheetwork::InputError;
 
 const FONT: &str = "sans-serif";
+/// Pixels of the bitmap, and steps of the SVG's grid, a unit.
+const SCALE: u32 = 2;
+const FINE: u32 = 8;
 
 /// Ink of texts and axes.
 pub const INK: RGBColor = RGBColor(36, 41, 47);
@@ -25,6 +33,55 @@ pub enum Anchor {
     Upwards,
 }
 
+/// What can be drawn on any surface.
+pub trait Picture {
+    /// Width and height, units.
+    fn size(&self) -> (u32, u32);
+
+    /// Draws it.
+    ///
+    /// # Errors
+    /// What the surface says.
+    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Drawn<B>;
+}
+
+/// Writes a picture as SVG.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn svg(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
+    prepare_font()?;
+    let (width, height) = picture.size();
+    // The backend knows whole numbers only: drawn on a finer grid than it is shown on, or discs would have corners.
+    let fine = (FINE * width, FINE * height);
+    let mut text = String::new();
+    let canvas = Canvas { area: SVGBackend::with_string(&mut text, fine).into_drawing_area(), scale: FINE.into() };
+    picture.draw(&canvas).map_err(|e| InputError::new("", e.to_string()).in_file(path))?;
+    drop(canvas);
+    let [drawn, shown] = [fine, (width, height)].map(|(w, h)| format!("<svg width=\"{w}\" height=\"{h}\""));
+    std::fs::write(path, text.replacen(&drawn, &shown, 1)).map_err(|e| InputError::io(path, &e))
+}
+
+/// Writes a picture as a bitmap, PNG.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn png(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
+    prepare_font()?;
+    let (width, height) = picture.size();
+    let (width, height) = (SCALE * width, SCALE * height);
+    let mut pixels = vec![0; (width * height * 3) as usize];
+    let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
+    let canvas = Canvas { area, scale: SCALE.into() };
+    picture.draw(&canvas).map_err(|e| InputError::new("", e.to_string()).in_file(path))?;
+    drop(canvas);
+    let file = std::fs::File::create(path).map_err(|e| InputError::io(path, &e))?;
+    let mut encoder = png::Encoder::new(std::io::BufWriter::new(file), width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&pixels));
+    written.map_err(|e| InputError::new("", e.to_string()).in_file(path))
+}
+
 /// A surface, and the pixels of a unit.
 pub struct Canvas<B: DrawingBackend> {
     pub area: DrawingArea<B, Shift>,
@@ -35,7 +92,7 @@ pub struct Canvas<B: DrawingBackend> {
 ///
 /// # Errors
 /// When the font that came with the build cannot be read.
-pub fn prepare_font() -> Result<(), InputError> {
+fn prepare_font() -> Result<(), InputError> {
     let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font(FONT, FontStyle::Normal, font).map_err(|_| InputError::new("font", "cannot be read"))
 }

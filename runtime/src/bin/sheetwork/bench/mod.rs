@@ -8,6 +8,7 @@ mod judge;
 mod kicks;
 #[cfg(feature = "link")]
 mod link;
+mod many;
 mod marker;
 mod pareto;
 mod plot;
@@ -15,6 +16,7 @@ mod point;
 mod reference;
 #[cfg(feature = "link")]
 mod soak;
+mod stability;
 mod sweep;
 mod table;
 
@@ -37,6 +39,10 @@ enum Campaign {
     Kicks(kicks::Kicks),
     /// Robustness of contact: sheets of random material, size and pose thrown at random bodies.
     Drops(drops::Drops),
+    /// Many sheets: a frame of a thousand at rest, and what a second thread is worth to a hundred that move.
+    Many(many::Many),
+    /// Where engines break: the longest step that sheets bear, over stiffness, mass, damping, structure and more, beside what is predicted.
+    Stability(stability::Stability),
     /// What heat adds to a step: a room that is not at 20 °C, and a heater of six faces.
     Heat(heat::HeatBench),
     /// The live link: what publishing costs the game, and how soon another process sees it.
@@ -53,6 +59,8 @@ impl Bench {
             Campaign::Pareto(pareto) => pareto.execute(),
             Campaign::Kicks(kicks) => kicks.execute(),
             Campaign::Drops(drops) => drops.execute(),
+            Campaign::Many(many) => many.execute(),
+            Campaign::Stability(stability) => stability.execute(),
             Campaign::Heat(heat) => heat.execute(),
             #[cfg(feature = "link")]
             Campaign::Link(link) => link.execute(),

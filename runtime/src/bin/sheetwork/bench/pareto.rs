@@ -7,10 +7,11 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::InputError;
 
+use super::plot::Plot;
 use super::point::{Point, read_csv, read_peers, write_csv};
 use super::reference::References;
 use super::sweep::plan;
-use super::{plot, shard, table};
+use super::{canvas, shard, table};
 use crate::print_line;
 
 #[derive(Args)]
@@ -73,8 +74,8 @@ impl Pareto {
         write_csv(&csv, points)?;
         let text = table::markdown(points);
         std::fs::write(&md, &text).map_err(|e| InputError::io(&md, &e))?;
-        plot::svg(&svg, points)?;
-        plot::png(&png, points)?;
+        canvas::svg(&svg, &Plot(points))?;
+        canvas::png(&png, &Plot(points))?;
         print_line(text.trim_end())?;
         for path in [csv, md, svg, png] {
             print_line(&path.display().to_string())?;

@@ -2,12 +2,9 @@
 //!
 //! Hollow is what never came to rest; numbers are the masses along the sheet. SVG for the README, and a bitmap drawn by the same code.
 
-use std::path::Path;
+use plotters::prelude::{DrawingBackend, RGBColor, WHITE};
 
-use plotters::prelude::{BitMapBackend, DrawingBackend, IntoDrawingArea, RGBColor, SVGBackend, WHITE};
-use sheetwork::InputError;
-
-use super::canvas::{Anchor, Canvas, Drawn, INK, prepare_font};
+use super::canvas::{Anchor, Canvas, Drawn, INK, Picture};
 use super::front::front;
 use super::marker::{Look, Looks};
 use super::point::Point;
@@ -19,9 +16,6 @@ const LEGEND: f64 = 172.0;
 /// Left border of the axes and the legend, and distance of the legend's lines.
 const LEFT: f64 = 70.0;
 const LINE: f64 = 23.0;
-/// Pixels of the bitmap, and steps of the SVG's grid, a unit.
-const SCALE: u32 = 2;
-const FINE: u32 = 8;
 /// Sizes of titles, texts and numbers beside markers, height of a line, units.
 const TITLE: f64 = 18.0;
 const TEXT: f64 = 15.5;
@@ -36,41 +30,17 @@ const FAINT: RGBColor = RGBColor(230, 233, 237);
 const LATE: RGBColor = RGBColor(248, 244, 240);
 const FRONT: RGBColor = RGBColor(110, 118, 129);
 
-/// Writes the plot as SVG.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn svg(path: &Path, points: &[Point]) -> Result<(), InputError> {
-    prepare_font()?;
-    let (width, height) = size(points);
-    // The backend knows whole numbers only: drawn on a finer grid than it is shown on, or discs would have corners.
-    let fine = (FINE * width, FINE * height);
-    let mut text = String::new();
-    let canvas = Canvas { area: SVGBackend::with_string(&mut text, fine).into_drawing_area(), scale: FINE.into() };
-    draw(&canvas, points).map_err(|e| InputError::new("", e.to_string()).in_file(path))?;
-    drop(canvas);
-    let [drawn, shown] = [fine, (width, height)].map(|(w, h)| format!("<svg width=\"{w}\" height=\"{h}\""));
-    std::fs::write(path, text.replacen(&drawn, &shown, 1)).map_err(|e| InputError::io(path, &e))
-}
+/// Points, to be drawn.
+pub struct Plot<'a>(pub &'a [Point]);
 
-/// Writes the plot as a bitmap, PNG.
-///
-/// # Errors
-/// When it cannot be written.
-pub fn png(path: &Path, points: &[Point]) -> Result<(), InputError> {
-    prepare_font()?;
-    let (width, height) = size(points);
-    let (width, height) = (SCALE * width, SCALE * height);
-    let mut pixels = vec![0; (width * height * 3) as usize];
-    let area = BitMapBackend::with_buffer(&mut pixels, (width, height)).into_drawing_area();
-    let canvas = Canvas { area, scale: SCALE.into() };
-    draw(&canvas, points).map_err(|e| InputError::new("", e.to_string()).in_file(path))?;
-    drop(canvas);
-    let file = std::fs::File::create(path).map_err(|e| InputError::io(path, &e))?;
-    let mut encoder = png::Encoder::new(std::io::BufWriter::new(file), width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(&pixels));
-    written.map_err(|e| InputError::new("", e.to_string()).in_file(path))
+impl Picture for Plot<'_> {
+    fn size(&self) -> (u32, u32) {
+        size(self.0)
+    }
+
+    fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Drawn<B> {
+        draw(canvas, self.0)
+    }
 }
 
 /// The cases that have points, in their order.
@@ -261,6 +231,7 @@ fn legend<B: DrawingBackend>(canvas: &Canvas<B>, top: f64, looks: &Looks) -> Dra
 
 #[cfg(test)]
 mod tests {
+    use super::super::canvas::svg;
     use super::super::front::tests::point;
     use super::*;
 
@@ -275,7 +246,7 @@ mod tests {
             })
             .collect();
         let path = std::env::temp_dir().join(format!("sheetwork-plot-{}.svg", std::process::id()));
-        svg(&path, &points).expect("it is drawn");
+        svg(&path, &Plot(&points)).expect("it is drawn");
         let text = std::fs::read_to_string(&path);
         std::fs::remove_file(&path).expect("it is removed");
         let text = text.expect("it is there");

@@ -73,7 +73,7 @@ impl Row {
         let (header, celsius) = (sheet.header(), sheet.temperature());
         Self {
             name: header.name().to_owned(),
-            status: ["awake", "asleep", "unstable"].get(header.status as usize).copied().unwrap_or("?"),
+            status: ["awake", "asleep", "unstable", "frozen"].get(header.status as usize).copied().unwrap_or("?"),
             contacts: header.contacts,
             heights: spread(sheet.positions().iter().map(|p| f64::from(p[1]))),
             energy: header.energy,

@@ -1,0 +1,363 @@
+//! Where an engine breaks: the longest step that a sheet bears, by trial, and as its largest frequency predicts it.
+//!
+//! Springs of one stiffness and dashpots that are a fraction of critical make the damping matrix C = τ K, as the shell's retardation does. A
+//! motion of frequency ω is then an oscillator with the damping ratio τω/2, and an engine's step on that is a 2x2 matrix: predicted is the
+//! longest step h at which no motion up to the largest frequency grows. Found is it by bisection on whole worlds: a free sheet with a
+//! random motion so small that it is linear, or the sheet thrown at a ridge.
+
+use glam::DVec3;
+
+use crate::World;
+use crate::engine::{EngineKind, Forces};
+use crate::error::InputError;
+use crate::event::EventKind;
+use crate::lattice::StructureKind;
+use crate::scene::{BodySpec, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable};
+use crate::sheet::{Status, Vectors};
+
+use super::draw::Draw;
+
+/// What a trial is of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Setting {
+    /// Structure; lattices that can have two layers do.
+    pub structure: StructureKind,
+    /// Engine.
+    pub engine: EngineKind,
+    /// Masses along length and width.
+    pub grid: (u32, u32),
+    /// Stiffness of every spring, N/m; of a shell Young's modulus times thickness.
+    pub stiffness: f64,
+    /// Mass of every node, kg.
+    pub mass: f64,
+    /// Dashpots as a fraction of critical; of a shell about that of its fastest motion.
+    pub damping: f64,
+    /// Length over width; the area stays.
+    pub aspect: f64,
+    /// Thickness of a shell, m, with the same stiffness, or distance of layers.
+    pub thickness: f64,
+    /// How much warmer the room is than the sheet when it comes in, K.
+    pub jump: f64,
+    /// Speed at which it is thrown at a ridge, m/s; 0 for a free sheet that hardly moves.
+    pub speed: f64,
+}
+
+impl Default for Setting {
+    /// The thesis's second-order setting: TRiMM, Euler-Richardson, 0.2 N/m, 14 %, 0.4 g.
+    fn default() -> Self {
+        Self {
+            structure: StructureKind::Trimm,
+            engine: EngineKind::EulerRichardson,
+            grid: (5, 5),
+            stiffness: 0.2,
+            mass: 4e-4,
+            damping: 0.14,
+            aspect: 1.0,
+            thickness: 1e-3,
+            jump: 0.0,
+            speed: 0.0,
+        }
+    }
+}
+
+/// What may be made harder to bear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Varied {
+    /// A longer step.
+    Step,
+    /// Stiffer springs.
+    Stiffness,
+    /// Lighter masses.
+    Mass,
+    /// Less damping.
+    Damping,
+}
+
+/// Area of every sheet, m²: the thesis's.
+const AREA: f64 = 0.025 * 0.025;
+/// Steps of a trial of a free sheet.
+const STEPS: u32 = 1200;
+/// Steps between looks at its energy.
+const LOOKS: u32 = 4;
+/// Energy over that at the start, and over that of earlier in the trial, beyond which a motion grows.
+const GROWN: f64 = 1e6;
+const GROWS: f64 = 1.5;
+/// Speed of a free sheet's masses at the start, m/s.
+const WHISPER: f64 = 1e-7;
+/// Simulated time of a throw, s, and the fewest and most steps of it.
+const THROW: f64 = 0.6;
+/// Steps beyond these are not tried, s.
+const SHORTEST: f64 = 1e-7;
+const LONGEST: f64 = 1.0;
+/// How many times harder anything else is made at most.
+const HARDEST: f64 = 1e3;
+/// Ratio of a step that breaks and one that does not at which the search ends.
+const NEAR: f64 = 1.005;
+
+/// Damping of the slowest bending of a shell that gives its fastest motion about the ratio asked for.
+const OF_SLOWEST: f64 = 0.011;
+
+impl Setting {
+    /// The scene of a trial with a step of `dt` s.
+    fn scene(&self, dt: f64) -> Scene {
+        let shell = self.structure == StructureKind::Shell;
+        let (fewest, most) = self.structure.info().layers;
+        let young = self.stiffness / self.thickness;
+        let softening = if self.jump == 0.0 {
+            Vec::new()
+        } else {
+            // A polymer about its glass transition, as stiff as is asked for where it begins.
+            vec![
+                (20.0 + self.jump.min(0.0), softness(self.jump.min(0.0))),
+                (20.0 + self.jump.max(0.0), softness(self.jump.max(0.0))),
+            ]
+        };
+        let material = Material {
+            young,
+            thickness: self.thickness,
+            expansion: 0.0,
+            softening,
+            density: 1e3,
+            ..Material::default()
+        };
+        let sheet = SheetSpec {
+            name: "sheet".into(),
+            structure: self.structure,
+            grid: (self.grid.0, 2.clamp(fewest, most), self.grid.1),
+            size: ((AREA * self.aspect).sqrt(), (AREA / self.aspect).sqrt()),
+            gap: self.thickness,
+            material: MaterialChoice::Inline(material),
+            node_mass: Some(self.mass),
+            damping: self.damping,
+            damping_ratio: shell.then_some(OF_SLOWEST * self.damping),
+            velocity: DVec3::new(0.0, -self.speed, 0.0),
+            temperature: (self.jump != 0.0).then_some(20.0),
+            when_unstable: if self.speed > 0.0 { WhenUnstable::Freeze } else { WhenUnstable::Stop },
+            ..SheetSpec::default()
+        };
+        let mut scene =
+            Scene { engine: self.engine, dt, gravity: DVec3::ZERO, sheets: vec![sheet], ..Scene::default() };
+        if self.jump != 0.0 {
+            // So much air that the sheet is as warm as the room at once.
+            scene.oven = Some(OvenSpec { temperature: 20.0 + self.jump, convection: Some(1e6), ..OvenSpec::default() });
+            scene.time_lapse = 1e4;
+        }
+        if self.speed > 0.0 {
+            scene.gravity = DVec3::new(0.0, -0.981, 0.0);
+            // A bar on its edge, 2 mm below the sheet.
+            let side = 0.01;
+            let low = -0.002 - side * std::f64::consts::FRAC_1_SQRT_2;
+            let placement = Placement { position: DVec3::new(0.0, low, 0.0), rotation: DVec3::new(0.0, 0.0, 45.0) };
+            scene.bodies = vec![BodySpec { placement, ..BodySpec::new(Shape::Box(DVec3::new(side, side, 0.1))) }];
+        }
+        scene
+    }
+
+    /// The largest frequency (rad/s) and the retardation time τ (s) of the sheet at rest, at the temperature it comes to.
+    ///
+    /// # Errors
+    /// When the setting is out of range.
+    pub fn frequency(&self) -> Result<(f64, f64), InputError> {
+        let plain = Self { jump: 0.0, speed: 0.0, ..*self };
+        let warmed = Self { stiffness: self.stiffness * softness(self.jump), ..plain };
+        let world = World::new(&warmed.scene(1e-3))?;
+        let sheet = &world.sheets()[0];
+        let springs = sheet.springs();
+        let tau = match (springs.damping.first(), springs.stiffness.first()) {
+            (Some(c), Some(k)) => c / k,
+            // Time, which warmth does not change.
+            _ => World::new(&plain.scene(1e-3))?.sheets()[0].law().retardation,
+        };
+        Ok((sheet.largest_frequency(3000), tau))
+    }
+
+    /// The longest step (s) at which no motion grows, as the largest frequency has it; infinite for implicit engines, 0 where any step lets
+    /// something grow.
+    ///
+    /// # Errors
+    /// When the setting is out of range.
+    pub fn predicted(&self) -> Result<f64, InputError> {
+        if self.engine.info().implicit {
+            return Ok(f64::INFINITY);
+        }
+        let (omega, tau) = self.frequency()?;
+        Ok(longest_step(self.engine, omega, tau))
+    }
+
+    /// The longest step (s) that it bears, by trial, near `guess`; none where the longest is borne. Of a throw no steps shorter than a
+    /// sixteenth of the guess are tried, and that is the answer where even it breaks.
+    ///
+    /// # Errors
+    /// When the setting is out of range.
+    pub fn found(&self, guess: f64) -> Result<Option<f64>, InputError> {
+        let guess = if guess.is_finite() && guess > 0.0 { guess } else { 1e-2 };
+        // A throw takes as many steps as the step is short.
+        let shortest = if self.speed > 0.0 { SHORTEST.max(guess / 16.0) } else { SHORTEST };
+        search(guess, (shortest, LONGEST), |dt| self.breaks(dt))
+    }
+
+    /// The setting with one of its numbers (the step, dt, s, is apart) made `by` times harder to bear: a longer step, a higher stiffness, a
+    /// smaller mass, less damping.
+    pub fn harder(self, what: Varied, dt: f64, by: f64) -> (Self, f64) {
+        match what {
+            Varied::Step => (self, dt * by),
+            Varied::Stiffness => (Self { stiffness: self.stiffness * by, ..self }, dt),
+            Varied::Mass => (Self { mass: self.mass / by, ..self }, dt),
+            Varied::Damping => (Self { damping: self.damping / by, ..self }, dt),
+        }
+    }
+
+    /// How many times harder it may be made before a step of `dt` s breaks it; none where it cannot be broken.
+    ///
+    /// # Errors
+    /// When the setting is out of range.
+    pub fn margin(&self, what: Varied, dt: f64) -> Result<Option<f64>, InputError> {
+        let longest = if what == Varied::Step { LONGEST / dt } else { HARDEST };
+        search(1.5, (1e-3, longest), |by| {
+            let (setting, dt) = self.harder(what, dt, by);
+            setting.breaks(dt)
+        })
+    }
+
+    /// Whether a step of `dt` s breaks it.
+    ///
+    /// # Errors
+    /// When the setting is out of range.
+    pub fn breaks(&self, dt: f64) -> Result<bool, InputError> {
+        let mut world = World::new(&self.scene(dt))?;
+        world.set_sleep(false);
+        Ok(if self.speed > 0.0 { throw_breaks(&mut world, dt) } else { whisper_grows(&mut world) })
+    }
+}
+
+/// The value between `range` above which it breaks, by bisection from `guess` out; none where the highest does not, the lowest where that
+/// does.
+fn search(
+    guess: f64,
+    range: (f64, f64),
+    breaks: impl Fn(f64) -> Result<bool, InputError>,
+) -> Result<Option<f64>, InputError> {
+    let mut high = (1.02 * guess).clamp(range.0, range.1);
+    let mut low = 0.96 * high;
+    while !breaks(high)? {
+        if high >= range.1 {
+            return Ok(None);
+        }
+        (low, high) = (high, (1.3 * high).min(range.1));
+    }
+    while breaks(low)? {
+        if low <= range.0 {
+            return Ok(Some(range.0));
+        }
+        (low, high) = ((0.7 * low).max(range.0), low);
+    }
+    while high / low > NEAR {
+        let middle = (low * high).sqrt();
+        if breaks(middle)? { high = middle } else { low = middle }
+    }
+    Ok(Some((low * high).sqrt()))
+}
+
+/// Whether a sheet that is thrown goes unstable, or gains energy from nowhere.
+fn throw_breaks(world: &mut World, dt: f64) -> bool {
+    let steps = ((THROW / dt).ceil() as u32).max(100);
+    for _ in 0..steps {
+        world.step();
+        if world.sheets()[0].status != Status::Awake {
+            return true;
+        }
+    }
+    world.events().iter().any(|e| e.kind == EventKind::Contained)
+}
+
+/// Whether a small random motion of a free sheet grows.
+fn whisper_grows(world: &mut World) -> bool {
+    let mut draw = Draw::new(0, 7);
+    for sheet in world.sheets_mut() {
+        for i in 0..sheet.masses() {
+            let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0));
+            sheet.v.set(i, v * WHISPER);
+        }
+    }
+    let energy = |world: &World| world.sheets()[0].energy(DVec3::ZERO).total;
+    let begin = energy(world);
+    let (mut early, mut late) = (0.0_f64, 0.0_f64);
+    for step in 0..STEPS {
+        world.step();
+        if world.sheets()[0].status != Status::Awake {
+            return true;
+        }
+        if step % LOOKS != 0 {
+            continue;
+        }
+        let now = energy(world);
+        if !(now < GROWN * begin) {
+            return true;
+        }
+        match 4 * step / STEPS {
+            1 => early = early.max(now),
+            3 => late = late.max(now),
+            _ => {}
+        }
+    }
+    late > GROWS * early
+}
+
+/// Stiffness after a jump of `jump` K over that before: a tenth 100 K above.
+fn softness(jump: f64) -> f64 {
+    10.0_f64.powf(-jump / 100.0)
+}
+
+/// x'' = -x - 2 ζ x'.
+struct Damped(f64);
+
+impl Forces for Damped {
+    fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
+        a.clear();
+        a.add_scaled(-1.0, x);
+        a.add_scaled(-2.0 * self.0, v);
+    }
+}
+
+/// Spectral radius of a step of `a` radians of an oscillator with damping ratio `zeta`.
+fn radius(engine: EngineKind, a: f64, zeta: f64) -> f64 {
+    let image = |x0: f64, v0: f64| {
+        let mut engine = engine.make();
+        engine.set_tolerance(f64::MAX);
+        let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
+        (x.x[0], v.x[0]) = (x0, v0);
+        engine.advance(&mut Damped(zeta), 0.0, a, &mut x, &mut v);
+        (x.x[0], v.x[0])
+    };
+    let ((xx, vx), (xv, vv)) = (image(1.0, 0.0), image(0.0, 1.0));
+    let (half, determinant) = (0.5 * (xx + vv), xx * vv - xv * vx);
+    let root = half * half - determinant;
+    if root <= 0.0 { determinant.abs().sqrt() } else { half.abs() + root.sqrt() }
+}
+
+/// Frequencies below the largest that are looked at too, and their lowest as a part of it.
+const MOTIONS: u32 = 24;
+const SLOWEST: f64 = 0.02;
+
+/// Longest step (s) of `engine` at which no oscillator of up to `omega` rad/s with C = `tau` K grows.
+pub fn longest_step(engine: EngineKind, omega: f64, tau: f64) -> f64 {
+    let of = |k: u32| omega * SLOWEST.powf(f64::from(k) / f64::from(MOTIONS));
+    (0..=MOTIONS).map(|k| longest_of(engine, of(k), tau)).fold(f64::INFINITY, f64::min)
+}
+
+fn longest_of(engine: EngineKind, omega: f64, tau: f64) -> f64 {
+    let grows = |a: f64| radius(engine, a, 0.5 * tau * omega) > 1.0 + 1e-12;
+    let mut high = 0.002;
+    while !grows(high) && high < 20.0 {
+        high *= 1.05;
+    }
+    let mut low = high / 1.05;
+    if grows(low) {
+        return 0.0;
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if grows(middle) { high = middle } else { low = middle }
+    }
+    low / omega
+}
