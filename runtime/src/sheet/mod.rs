@@ -16,6 +16,7 @@ mod forces;
 mod generated;
 mod glue;
 mod implicit;
+mod keep;
 mod masses;
 mod modes;
 mod pins;
