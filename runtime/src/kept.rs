@@ -184,6 +184,12 @@ impl<'a> Taker<'a> {
         if index < end as u64 { u32::try_from(index).map_err(|_| Cut) } else { Err(Cut) }
     }
 
+    /// Four bytes as they are.
+    pub fn sum(&mut self) -> Taken<u32> {
+        let bytes = self.some(4)?.first_chunk().ok_or(Cut)?;
+        Ok(u32::from_le_bytes(*bytes))
+    }
+
     /// A whole number of 32 bits.
     pub fn small(&mut self) -> Taken<u32> {
         u32::try_from(self.count()?).map_err(|_| Cut)

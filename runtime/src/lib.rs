@@ -26,6 +26,7 @@ pub mod engine;
 mod error;
 pub mod event;
 pub mod heat;
+pub mod journal;
 mod kept;
 pub mod lattice;
 #[cfg(feature = "link")]

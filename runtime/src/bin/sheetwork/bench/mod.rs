@@ -2,6 +2,8 @@
 
 mod canvas;
 mod drops;
+#[cfg(feature = "link")]
+mod fuzz;
 mod front;
 mod heat;
 mod judge;
@@ -13,6 +15,8 @@ mod pareto;
 mod plot;
 mod point;
 mod reference;
+mod rollback;
+mod scenes;
 #[cfg(feature = "link")]
 mod soak;
 mod sweep;
@@ -37,6 +41,13 @@ enum Campaign {
     Kicks(kicks::Kicks),
     /// Robustness of contact: sheets of random material, size and pose thrown at random bodies.
     Drops(drops::Drops),
+    /// Whether every scene goes on from a snapshot to the bit, and what snapshots cost.
+    Rollback(rollback::Rollback),
+    /// Damaged input of every kind: read or refused, and never a panic.
+    #[cfg(feature = "link")]
+    Fuzz(fuzz::Fuzz),
+    /// Random scenes, a second each: none panics, and which go unstable.
+    Scenes(scenes::Scenes),
     /// What heat adds to a step: a room that is not at 20 °C, and a heater of six faces.
     Heat(heat::HeatBench),
     /// The live link: what publishing costs the game, and how soon another process sees it.
@@ -53,6 +64,10 @@ impl Bench {
             Campaign::Pareto(pareto) => pareto.execute(),
             Campaign::Kicks(kicks) => kicks.execute(),
             Campaign::Drops(drops) => drops.execute(),
+            Campaign::Rollback(rollback) => rollback.execute(),
+            #[cfg(feature = "link")]
+            Campaign::Fuzz(fuzz) => fuzz.execute(),
+            Campaign::Scenes(scenes) => scenes.execute(),
             Campaign::Heat(heat) => heat.execute(),
             #[cfg(feature = "link")]
             Campaign::Link(link) => link.execute(),
