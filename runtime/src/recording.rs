@@ -80,7 +80,7 @@ impl Recorder {
             InputError::new("frame", format!("has {} bytes; at most {} are allowed", bytes.len(), u32::MAX))
         })?;
         self.write(&length.to_le_bytes())?;
-        self.write(&bytes::checksum(&bytes).to_le_bytes())?;
+        self.write(&checksum(&bytes).to_le_bytes())?;
         self.write(&bytes)?;
         self.bytes = bytes;
         self.frames += 1;
@@ -166,7 +166,7 @@ fn second_version(header: &Header, mut rest: &[u8]) -> Result<Vec<Frame>, String
         let Some((body, next)) = after.split_at_checked(length) else {
             return Err(format!("ends within frame {at}: {} bytes of {length}", after.len()));
         };
-        if bytes::checksum(body) != sum {
+        if checksum(body) != sum {
             return Err(format!("frame {at} is damaged: its checksum does not fit"));
         }
         let frame = bytes::decode(header, body, &mut open);

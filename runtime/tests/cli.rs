@@ -9,4 +9,6 @@ mod cli {
     mod measure;
     mod mutants;
     mod run;
+    #[cfg(feature = "link")]
+    mod trust;
 }

@@ -1,10 +1,12 @@
 //! `sheetwork bench`: long campaigns that end in tables, files and plots.
 
 mod canvas;
+mod counts;
 mod drops;
 #[cfg(feature = "link")]
 mod fuzz;
 mod front;
+mod hashes;
 mod heat;
 mod judge;
 mod kicks;
@@ -43,6 +45,10 @@ enum Campaign {
     Drops(drops::Drops),
     /// Whether every scene goes on from a snapshot to the bit, and what snapshots cost.
     Rollback(rollback::Rollback),
+    /// Instructions of a step, with each feature off, on and unused, and at work.
+    Counts(counts::Counts),
+    /// What every scene comes to, bit for bit: to compare builds, threads and machines.
+    Hashes(hashes::Hashes),
     /// Damaged input of every kind: read or refused, and never a panic.
     #[cfg(feature = "link")]
     Fuzz(fuzz::Fuzz),
@@ -67,6 +73,8 @@ impl Bench {
             Campaign::Rollback(rollback) => rollback.execute(),
             #[cfg(feature = "link")]
             Campaign::Fuzz(fuzz) => fuzz.execute(),
+            Campaign::Hashes(hashes) => hashes.execute(),
+            Campaign::Counts(counts) => counts.execute(),
             Campaign::Scenes(scenes) => scenes.execute(),
             Campaign::Heat(heat) => heat.execute(),
             #[cfg(feature = "link")]

@@ -11,9 +11,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Mutex;
-use std::time::Instant;
 
 use clap::Args;
+use cpu_time::ProcessTime;
 use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::InputError;
@@ -23,7 +23,7 @@ use self::readers::{READERS, Reader};
 use super::shard;
 use crate::{print_json, print_line};
 
-/// An input that takes longer is kept, s.
+/// An input that takes more CPU time is kept, s.
 const SLOW: f64 = 1.0;
 
 #[derive(Args)]
@@ -109,7 +109,7 @@ impl Fuzz {
                 Some(seed) => seed.clone(),
                 None => mutated(&seeds, reader, &mut Dice::new(self.seed, number)),
             };
-            let start = Instant::now();
+            let start = ProcessTime::now();
             let done = catch_unwind(AssertUnwindSafe(|| tried(&input)));
             let taken = start.elapsed().as_secs_f64();
             slowest = slowest.max(taken);
