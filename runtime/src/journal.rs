@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
+use crate::World;
 use crate::error::{InputError, check_range};
 use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::scene::Scene;
-use crate::World;
 
 const MAGIC: &str = "sheetwork journal 1";
 /// Longest header that is read, bytes.
@@ -283,9 +283,9 @@ impl Journal {
         let (magic, rest) = line_of(bytes).ok_or_else(none)?;
         if magic != MAGIC.as_bytes() {
             let other = std::str::from_utf8(magic).ok().and_then(|m| m.strip_prefix("sheetwork journal "));
-            return Err(other.map_or_else(none, |v| {
-                bad(format!("is a journal of version {v}; this program reads version 1"))
-            }));
+            return Err(
+                other.map_or_else(none, |v| bad(format!("is a journal of version {v}; this program reads version 1")))
+            );
         }
         let (json, mut rest) = line_of(rest).ok_or_else(|| bad("ends within its header".into()))?;
         let header = serde_json::from_slice(json).map_err(|e| bad(format!("header: {e}")))?;

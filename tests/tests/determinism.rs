@@ -113,7 +113,9 @@ fn sheets_that_touch_each_other_come_out_the_same_on_any_number_of_threads() {
 #[test]
 fn heat_flow_tears_and_sticking_come_out_the_same_on_any_number_of_threads() {
     // Of one sheet threads have nothing to share: two of it, side by side, each with its own.
-    for (name, steps) in [("hot_sag", 60), ("torn_strip", 60), ("sticky_film", 40), ("creased_sheet", 30), ("heat_gun", 40)] {
+    for (name, steps) in
+        [("hot_sag", 60), ("torn_strip", 60), ("sticky_film", 40), ("creased_sheet", 30), ("heat_gun", 40)]
+    {
         let mut scene = shipped(name);
         let mut other = scene.sheets[0].clone();
         other.name = "the other".into();

@@ -44,7 +44,12 @@ fn first_difference(scene: &Scene, first: u32, steps: u32) -> Option<(&'static s
 
 fn continues(scene: &Scene, name: &str, first: u32, steps: u32) {
     let apart = first_difference(scene, first, steps);
-    assert!(apart.is_none(), "{name}: {} differs after {} steps", apart.unwrap_or_default().0, apart.unwrap_or_default().1);
+    assert!(
+        apart.is_none(),
+        "{name}: {} differs after {} steps",
+        apart.unwrap_or_default().0,
+        apart.unwrap_or_default().1
+    );
 }
 
 /// Scenes with contact, bodies that move, heat, flow, tears, glue and sticking.

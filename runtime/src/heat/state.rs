@@ -123,8 +123,7 @@ impl Heat {
     pub(crate) fn take(&mut self, from: &mut Taker, sheet: &Sheet) -> Taken {
         from.numbers(&mut self.nodes)?;
         self.average();
-        let lists =
-            [&mut self.applied, &mut self.room, &mut self.compliance, &mut self.expansion, &mut self.curl];
+        let lists = [&mut self.applied, &mut self.room, &mut self.compliance, &mut self.expansion, &mut self.curl];
         lists.into_iter().try_for_each(|list| from.numbers(list))?;
         for spring in &mut self.springs {
             (spring.softness, spring.cold, spring.expansion) = (from.number()?, from.number()?, from.number()?);

@@ -71,7 +71,10 @@ fn the_first_step_that_differs_is_named() {
     assert!((found.time_s - 0.1).abs() < 1e-9);
     let last = journal.parts[0].steps[1].sums.len() - 1;
     journal.parts[0].steps[1].sums[last] ^= 1;
-    assert_eq!(journal.check(&mut world).expect("can be run").map(|d| (d.step, d.what)), Some((2, "bodies".to_owned())));
+    assert_eq!(
+        journal.check(&mut world).expect("can be run").map(|d| (d.step, d.what)),
+        Some((2, "bodies".to_owned()))
+    );
     std::fs::remove_file(file).expect("there");
 }
 

@@ -11,8 +11,11 @@ use super::place::Place;
 const STEPS: u32 = 60;
 
 /// What is set after so many steps.
-const CHANGES: &[(u32, &str, &str)] =
-    &[(7, "gravity", "(1, -4, 0)"), (20, "sheets.strip.material.young", "1e9"), (33, "sheets.strip.damping_ratio", "0.4")];
+const CHANGES: &[(u32, &str, &str)] = &[
+    (7, "gravity", "(1, -4, 0)"),
+    (20, "sheets.strip.material.young", "1e9"),
+    (33, "sheets.strip.damping_ratio", "0.4"),
+];
 
 fn alone(threads: usize) -> u64 {
     let mut game = Game::new(&strip());

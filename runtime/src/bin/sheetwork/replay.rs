@@ -46,7 +46,9 @@ impl Replay {
         } else {
             print_line(&match &found {
                 None => format!("{}: {} steps, each the same to the bit", journal.header.scene, journal.len()),
-                Some(d) => format!("{}: {} differs after step {}, at {} s", journal.header.scene, d.what, d.step, d.time_s),
+                Some(d) => {
+                    format!("{}: {} differs after step {}, at {} s", journal.header.scene, d.what, d.step, d.time_s)
+                }
             })?;
         }
         Ok(if found.is_none() { ExitCode::SUCCESS } else { ExitCode::from(1) })

@@ -191,7 +191,8 @@ impl Joint {
         let mut depths = vec![0.0; size];
         from.numbers(&mut depths)?;
         let has_factor = self.factor.is_some() && !self.restored;
-        if has_factor && (&self.made_for, &self.pattern, &self.places, &self.depths) == (&made_for, &pattern, &places, &depths)
+        if has_factor
+            && (&self.made_for, &self.pattern, &self.places, &self.depths) == (&made_for, &pattern, &places, &depths)
         {
             return Ok(());
         }

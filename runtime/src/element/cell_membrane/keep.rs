@@ -29,7 +29,9 @@ impl CellMembrane {
     pub(super) fn keep_rates(&self, to: &mut Keeper) {
         let of = |(index, k, l): (usize, usize, usize)| self.packets[index].rate[k].0[l];
         let mut alike = true;
-        self.for_each_rate(|this, shared| alike &= shared.is_none_or(|other| of(this).to_bits() == of(other).to_bits()));
+        self.for_each_rate(|this, shared| {
+            alike &= shared.is_none_or(|other| of(this).to_bits() == of(other).to_bits())
+        });
         to.flag(alike);
         let mut rates = Vec::with_capacity(5 * LANES * self.packets.len());
         self.for_each_rate(|this, shared| {

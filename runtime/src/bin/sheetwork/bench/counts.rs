@@ -96,7 +96,13 @@ const CASES: &[Case] = &[
         each: nothing,
     },
     Case { name: "snapshots", about: "a snapshot every step", scene: plain, sleep: false, each: |w, b| w.save_into(b) },
-    Case { name: "watched", about: "buckling is looked for", scene: plain, sleep: false, each: |w, _| w.watch_buckling(true) },
+    Case {
+        name: "watched",
+        about: "buckling is looked for",
+        scene: plain,
+        sleep: false,
+        each: |w, _| w.watch_buckling(true),
+    },
 ];
 
 fn plain() -> Scene {
@@ -152,7 +158,12 @@ impl Counts {
             found.insert(case.name.to_owned(), json!(count));
             if !self.json {
                 let plain = found.get("plain").and_then(Value::as_f64).unwrap_or(count);
-                let line = format!("{:<16} {count:>12.0} {:>+8.2} %  {}", case.name, 100.0 * (count / plain - 1.0), case.about);
+                let line = format!(
+                    "{:<16} {count:>12.0} {:>+8.2} %  {}",
+                    case.name,
+                    100.0 * (count / plain - 1.0),
+                    case.about
+                );
                 print_line(&line)?;
             }
         }
@@ -211,5 +222,7 @@ fn counted(name: &str, steps: u32) -> Result<f64, InputError> {
         .map_err(|e| InputError::new("valgrind", e.to_string()))?;
     let said = String::from_utf8_lossy(&output.stderr);
     let count = said.lines().find_map(|l| l.split("Collected :").nth(1)?.trim().parse::<f64>().ok());
-    count.ok_or_else(|| InputError::new("valgrind", format!("did not count: {}", said.lines().last().unwrap_or_default())))
+    count.ok_or_else(|| {
+        InputError::new("valgrind", format!("did not count: {}", said.lines().last().unwrap_or_default()))
+    })
 }

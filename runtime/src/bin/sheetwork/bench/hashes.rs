@@ -36,7 +36,8 @@ impl Hashes {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         check_range("--steps", f64::from(self.steps), 1.0, 1e9, "")?;
         check_range("--threads", self.threads as f64, 1.0, 1024.0, "")?;
-        let names = if self.scenes.is_empty() { super::rollback::scenes_of(&self.folder)? } else { self.scenes.clone() };
+        let names =
+            if self.scenes.is_empty() { super::rollback::scenes_of(&self.folder)? } else { self.scenes.clone() };
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mut differs = 0;
         for name in names.iter().skip(which - 1).step_by(of) {

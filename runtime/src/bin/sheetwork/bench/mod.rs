@@ -3,9 +3,9 @@
 mod canvas;
 mod counts;
 mod drops;
+mod front;
 #[cfg(feature = "link")]
 mod fuzz;
-mod front;
 mod hashes;
 mod heat;
 mod judge;

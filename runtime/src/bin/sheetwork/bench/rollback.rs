@@ -191,7 +191,12 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
         placement: Placement { position: glam::DVec3::new(0.0, 0.05, 0.0), ..Placement::default() },
         ..SheetSpec::default()
     };
-    let of = |sheet: SheetSpec| Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() };
+    let of = |sheet: SheetSpec| Scene {
+        engine: EngineKind::TrBdf2,
+        dt: 1.0 / 60.0,
+        sheets: vec![sheet],
+        ..Scene::default()
+    };
     let clamped = || shell(vec![PinSpec::clamped(Region::Left)]);
     let floor = || BodySpec::new(Shape::HalfSpace);
     let ball = || BodySpec {
@@ -200,17 +205,18 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
         ..BodySpec::new(Shape::Ball(0.02))
     };
     let lattice = SheetSpec { structure: StructureKind::Trimm, grid: (21, 2, 21), ..shell(Vec::new()) };
-    let soft = SheetSpec { springs: SpringLaw::Uniform, material: MaterialChoice::Named("thesis".into()), damping: 0.1, ..lattice.clone() };
+    let soft = SheetSpec {
+        springs: SpringLaw::Uniform,
+        material: MaterialChoice::Named("thesis".into()),
+        damping: 0.1,
+        ..lattice.clone()
+    };
     vec![
         ("shell 21x21, clamped", of(clamped()), 40),
         ("shell 21x21, lying on a floor", Scene { bodies: vec![floor()], ..of(shell(Vec::new())) }, 60),
         ("shell 21x21, a ball falls on it", Scene { bodies: vec![floor(), ball()], ..of(clamped()) }, 40),
         ("shell 21x21, in a warm room", Scene { ambient_temperature: 60.0, ..of(clamped()) }, 40),
-        (
-            "shell 21x21, creeping",
-            of(SheetSpec { creep: true, ..clamped() }),
-            40,
-        ),
+        ("shell 21x21, creeping", of(SheetSpec { creep: true, ..clamped() }), 40),
         ("TRiMM 21x2x21, implicit", of(lattice.clone()), 40),
         (
             "TRiMM 21x2x21 of the thesis, explicit",

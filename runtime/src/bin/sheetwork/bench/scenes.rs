@@ -15,8 +15,8 @@ use sheetwork::engine::TABLE as ENGINES;
 use sheetwork::lattice::StructureKind;
 use sheetwork::lattice::TABLE as STRUCTURES;
 use sheetwork::scene::{
-    Air, BodySpec, HeatGunSpec, Material, MaterialChoice, OvenSpec, PathKey, PinSpec, Placement, Region, Room, Scene, Shape,
-    SheetSpec, SpringLaw,
+    Air, BodySpec, HeatGunSpec, Material, MaterialChoice, OvenSpec, PathKey, PinSpec, Placement, Region, Room, Scene,
+    Shape, SheetSpec, SpringLaw,
 };
 use sheetwork::sheet::Status;
 use sheetwork::{InputError, World, check_range};
@@ -274,7 +274,10 @@ fn body(draws: &mut Draws) -> BodySpec {
     body.placement = Placement { position: draws.place(0.4), rotation: draws.place(180.0) };
     match draws.below(3) {
         0 => body.density = Some(draws.scale(50.0, 8000.0)),
-        1 => body.path = vec![PathKey::default(), PathKey { time: 1.0, offset: draws.place(0.5), rotation: draws.place(90.0) }],
+        1 => {
+            body.path =
+                vec![PathKey::default(), PathKey { time: 1.0, offset: draws.place(0.5), rotation: draws.place(90.0) }]
+        }
         _ => {}
     }
     if draws.once_in(6) {

@@ -78,7 +78,11 @@ impl Fuzz {
             if !self.json {
                 print_line(&format!(
                     "{:<10} {:>9} inputs, {:>9} read, {:>9} refused, slowest {:.3} s",
-                    reader.name, row["inputs"], row["read"], row["refused"], row["slowest_s"].as_f64().unwrap_or(0.0)
+                    reader.name,
+                    row["inputs"],
+                    row["read"],
+                    row["refused"],
+                    row["slowest_s"].as_f64().unwrap_or(0.0)
                 ))?;
                 for fault in row["faults"].as_array().into_iter().flatten() {
                     print_line(&format!("    {}", fault.as_str().unwrap_or_default()))?;

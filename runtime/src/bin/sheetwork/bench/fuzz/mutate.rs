@@ -4,11 +4,30 @@ use super::readers::Reader;
 
 /// Numbers at the border of something.
 const NUMBERS: &[&str] = &[
-    "0", "-0", "1", "-1", "2", "1e-300", "1e300", "1e309", "-1e400", "NaN", "inf", "-inf", "0.5", "4294967295", "4294967296",
-    "99999999999999999999", "2147483648", "1e-7", "65536", "255",
+    "0",
+    "-0",
+    "1",
+    "-1",
+    "2",
+    "1e-300",
+    "1e300",
+    "1e309",
+    "-1e400",
+    "NaN",
+    "inf",
+    "-inf",
+    "0.5",
+    "4294967295",
+    "4294967296",
+    "99999999999999999999",
+    "2147483648",
+    "1e-7",
+    "65536",
+    "255",
 ];
 /// Whole numbers at the border of something.
-const WHOLE: &[u64] = &[0, 1, 2, 0x7f, 0x80, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7ff0_0000_0000_0000, u64::MAX, 1 << 40];
+const WHOLE: &[u64] =
+    &[0, 1, 2, 0x7f, 0x80, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7ff0_0000_0000_0000, u64::MAX, 1 << 40];
 /// Longest input, bytes.
 const LONGEST: usize = 200_000;
 

@@ -27,20 +27,81 @@ pub struct Reader {
 }
 
 const RON: &[&str] = &[
-    "(", ")", "[", "]", "{", "}", ",", ":", "\"", "//", "/*", "None", "Some(", "true", "é", "\u{0}", "#![enable(implicit_some)]",
-    "sheets: [(),]", "HalfSpace", "Ball(0)", "structure: \"provot3d\"", "grid: (2, 1, 2)", "pins: [(region: All)]",
-    "outline: Disc(radius: 0)", "material: (young: 0)", "engine: \"rk45\"", "path: [(time: 0), (time: 0)]",
-    "creases: [(from: (0, 0), to: (1, 1), angle: 175)]", "heat_mode: Thesis(sensitivity: 1, conductivity: 1)", "tearing: true",
+    "(",
+    ")",
+    "[",
+    "]",
+    "{",
+    "}",
+    ",",
+    ":",
+    "\"",
+    "//",
+    "/*",
+    "None",
+    "Some(",
+    "true",
+    "é",
+    "\u{0}",
+    "#![enable(implicit_some)]",
+    "sheets: [(),]",
+    "HalfSpace",
+    "Ball(0)",
+    "structure: \"provot3d\"",
+    "grid: (2, 1, 2)",
+    "pins: [(region: All)]",
+    "outline: Disc(radius: 0)",
+    "material: (young: 0)",
+    "engine: \"rk45\"",
+    "path: [(time: 0), (time: 0)]",
+    "creases: [(from: (0, 0), to: (1, 1), angle: 175)]",
+    "heat_mode: Thesis(sensitivity: 1, conductivity: 1)",
+    "tearing: true",
 ];
-const RECORDS: &[&str] = &["V", "F", "P", "*", "M", "S", "K", "B", "HOT", "#", "\n", "\n\n", " ", "\t", "x", "1 2 3", "-"];
+const RECORDS: &[&str] =
+    &["V", "F", "P", "*", "M", "S", "K", "B", "HOT", "#", "\n", "\n\n", " ", "\t", "x", "1 2 3", "-"];
 const JSON: &[&str] = &[
-    "{", "}", "[", "]", ":", ",", "\"", "null", "true", "\\u0000", "\"op\":\"set\"", "\"layout\":1", "\"op\":\"grab\"", "\"op\":\"step\"",
+    "{",
+    "}",
+    "[",
+    "]",
+    ":",
+    ",",
+    "\"",
+    "null",
+    "true",
+    "\\u0000",
+    "\"op\":\"set\"",
+    "\"layout\":1",
+    "\"op\":\"grab\"",
+    "\"op\":\"step\"",
 ];
 
 pub const READERS: &[Reader] = &[
-    Reader { name: "scene", is_text: true, pieces: RON, seeds: |a| files(a, "scenes", "ron"), make: scene, repair: None },
-    Reader { name: "sht", is_text: true, pieces: RECORDS, seeds: |a| files(a, "sheets", "sht"), make: sht_file, repair: None },
-    Reader { name: "pol", is_text: true, pieces: RECORDS, seeds: |a| files(a, "polyhedra", "pol"), make: pol_file, repair: None },
+    Reader {
+        name: "scene",
+        is_text: true,
+        pieces: RON,
+        seeds: |a| files(a, "scenes", "ron"),
+        make: scene,
+        repair: None,
+    },
+    Reader {
+        name: "sht",
+        is_text: true,
+        pieces: RECORDS,
+        seeds: |a| files(a, "sheets", "sht"),
+        make: sht_file,
+        repair: None,
+    },
+    Reader {
+        name: "pol",
+        is_text: true,
+        pieces: RECORDS,
+        seeds: |a| files(a, "polyhedra", "pol"),
+        make: pol_file,
+        repair: None,
+    },
     Reader {
         name: "heater",
         is_text: true,
@@ -57,7 +118,14 @@ pub const READERS: &[Reader] = &[
         make: material_file,
         repair: None,
     },
-    Reader { name: "snapshot", is_text: false, pieces: &[], seeds: |_| snapshots(), make: snapshot, repair: Some(repair_snapshot) },
+    Reader {
+        name: "snapshot",
+        is_text: false,
+        pieces: &[],
+        seeds: |_| snapshots(),
+        make: snapshot,
+        repair: Some(repair_snapshot),
+    },
     Reader {
         name: "recording",
         is_text: false,
@@ -66,8 +134,22 @@ pub const READERS: &[Reader] = &[
         make: || Ok(Box::new(|bytes| recording::from_bytes(bytes).is_ok())),
         repair: Some(repair_parts),
     },
-    Reader { name: "journal", is_text: false, pieces: &[], seeds: |_| journals(), make: journal, repair: Some(repair_parts) },
-    Reader { name: "link", is_text: false, pieces: JSON, seeds: |_| messages(), make: || Ok(Box::new(message)), repair: None },
+    Reader {
+        name: "journal",
+        is_text: false,
+        pieces: &[],
+        seeds: |_| journals(),
+        make: journal,
+        repair: Some(repair_parts),
+    },
+    Reader {
+        name: "link",
+        is_text: false,
+        pieces: JSON,
+        seeds: |_| messages(),
+        make: || Ok(Box::new(message)),
+        repair: None,
+    },
 ];
 
 fn files(assets: &Path, folder: &str, ending: &str) -> Result<Vec<Vec<u8>>, InputError> {
@@ -83,7 +165,10 @@ fn files(assets: &Path, folder: &str, ending: &str) -> Result<Vec<Vec<u8>>, Inpu
 fn scene() -> Result<Try, InputError> {
     Ok(Box::new(|bytes| {
         let Ok(scene) = Scene::parse(&String::from_utf8_lossy(bytes)) else { return false };
-        if is_chosen(bytes) && is_small(&scene) && let Ok(mut world) = World::new(&scene) {
+        if is_chosen(bytes)
+            && is_small(&scene)
+            && let Ok(mut world) = World::new(&scene)
+        {
             (0..3).for_each(|_| world.step());
         }
         true
@@ -105,7 +190,9 @@ fn is_small(scene: &Scene) -> bool {
 fn sht_file() -> Result<Try, InputError> {
     Ok(Box::new(|bytes| {
         let Ok(file) = sht::read_sht(&String::from_utf8_lossy(bytes)) else { return false };
-        if file.masses.len() < 2000 && let Ok(sheet) = sheetwork::sheet::from_file(&file) {
+        if file.masses.len() < 2000
+            && let Ok(sheet) = sheetwork::sheet::from_file(&file)
+        {
             let _ = sht::write_sht(&sheetwork::sheet::to_file(&sheet));
         }
         true
@@ -241,7 +328,10 @@ fn journal() -> Result<Try, InputError> {
         let Ok(journal) = Journal::from_bytes(bytes) else { return false };
         // Its scene may be another: only what is small is run.
         let small = || Scene::parse(&journal.header.source).is_ok_and(|s| is_small(&s)) && journal.len() < 50;
-        if is_chosen(bytes) && small() && let Ok(mut world) = journal.world(None) {
+        if is_chosen(bytes)
+            && small()
+            && let Ok(mut world) = journal.world(None)
+        {
             let _ = journal.check(&mut world);
         }
         true
