@@ -2,6 +2,8 @@
 
 mod common;
 
+// What the example alone says of itself is not asked for here.
+#[allow(dead_code)]
 #[path = "../examples/rollback/history.rs"]
 mod history;
 
