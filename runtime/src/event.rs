@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::contact::detect::Touch;
 use crate::contact::rigid::RigidView;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::{Opening, Sheet};
 
 /// Kinds of events.
@@ -229,6 +230,38 @@ impl Touches {
     /// Bodies touched in this step.
     pub fn count(&self) -> usize {
         self.list.iter().filter(|t| t.masses > 0).count()
+    }
+
+    /// Keeps it for a snapshot, after a step.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.count(self.list.len() as u64);
+        for t in &self.list {
+            let (collider, body) = (t.collider.into_raw_parts(), t.body.map(RigidBodyHandle::into_raw_parts));
+            to.flag(body.is_some());
+            for v in [collider.0, collider.1].into_iter().chain(body.into_iter().flat_map(|b| [b.0, b.1])) {
+                to.count(u64::from(v));
+            }
+            to.count(u64::from(t.masses));
+            to.number(t.last);
+            [t.off, t.flat, t.known].into_iter().for_each(|f| to.flag(f));
+        }
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.events.clear();
+        self.alarms.clear();
+        self.list.clear();
+        for _ in 0..from.length(14)? {
+            let has_body = from.flag()?;
+            let collider = ColliderHandle::from_raw_parts(from.small()?, from.small()?);
+            let body =
+                if has_body { Some(RigidBodyHandle::from_raw_parts(from.small()?, from.small()?)) } else { None };
+            let (masses, last) = (from.small()?, from.number()?);
+            let (off, flat, known) = (from.flag()?, from.flag()?, from.flag()?);
+            self.list.push(Touched { collider, body, masses, last, off, flat, known });
+        }
+        Ok(())
     }
 
     /// Turns this step's counts into events.

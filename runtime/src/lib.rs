@@ -26,6 +26,8 @@ pub mod engine;
 mod error;
 pub mod event;
 pub mod heat;
+pub mod journal;
+mod kept;
 pub mod lattice;
 #[cfg(feature = "link")]
 pub mod link;

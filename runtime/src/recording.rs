@@ -12,6 +12,7 @@ use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use bytes::checksum;
 pub use frame::{Frame, Header, Warmth};
 
 use crate::World;
@@ -79,7 +80,7 @@ impl Recorder {
             InputError::new("frame", format!("has {} bytes; at most {} are allowed", bytes.len(), u32::MAX))
         })?;
         self.write(&length.to_le_bytes())?;
-        self.write(&bytes::checksum(&bytes).to_le_bytes())?;
+        self.write(&checksum(&bytes).to_le_bytes())?;
         self.write(&bytes)?;
         self.bytes = bytes;
         self.frames += 1;
@@ -105,18 +106,29 @@ impl Recorder {
 /// # Errors
 /// When the file cannot be read, is not a recording, ends within a frame or is damaged.
 pub fn read(file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
+    read_from(&mut BufReader::new(File::open(file).map_err(|e| InputError::io(file, &e))?), file)
+}
+
+/// The same of a file's bytes.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_bytes(mut bytes: &[u8]) -> Result<(Header, Vec<Frame>), InputError> {
+    read_from(&mut bytes, Path::new("recording"))
+}
+
+fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
     let bad = |problem: String| InputError::new("", problem).in_file(file);
-    let mut input = BufReader::new(File::open(file).map_err(|e| InputError::io(file, &e))?);
-    let line = |input: &mut BufReader<File>| -> Result<String, InputError> {
+    let line = |input: &mut dyn BufRead| -> Result<String, InputError> {
         let mut text = String::new();
         // The scene may be long, but not endless: a file without line ends is no recording.
-        input.by_ref().take(64 << 20).read_line(&mut text).map_err(|e| match e.kind() {
+        input.take(64 << 20).read_line(&mut text).map_err(|e| match e.kind() {
             std::io::ErrorKind::InvalidData => bad("is not a recording: its first lines are no text".into()),
             _ => InputError::io(file, &e),
         })?;
         Ok(text.trim_end_matches('\n').to_owned())
     };
-    let magic = line(&mut input)?;
+    let magic = line(input)?;
     let Some(version) = MAGIC.iter().position(|m| *m == magic) else {
         let about = match magic.strip_prefix("sheetwork recording ") {
             Some(other) => format!("is a recording of version {other}; this program reads versions 1 and 2"),
@@ -124,7 +136,7 @@ pub fn read(file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
         };
         return Err(bad(about));
     };
-    let header: Header = serde_json::from_str(&line(&mut input)?).map_err(|e| bad(format!("header: {e}")))?;
+    let header: Header = serde_json::from_str(&line(input)?).map_err(|e| bad(format!("header: {e}")))?;
     let mut bytes = Vec::new();
     input.read_to_end(&mut bytes).map_err(|e| InputError::io(file, &e))?;
     let frames = if version == 0 { first_version(&header, &bytes) } else { second_version(&header, &bytes) };
@@ -154,7 +166,7 @@ fn second_version(header: &Header, mut rest: &[u8]) -> Result<Vec<Frame>, String
         let Some((body, next)) = after.split_at_checked(length) else {
             return Err(format!("ends within frame {at}: {} bytes of {length}", after.len()));
         };
-        if bytes::checksum(body) != sum {
+        if checksum(body) != sum {
             return Err(format!("frame {at} is damaged: its checksum does not fit"));
         }
         let frame = bytes::decode(header, body, &mut open);

@@ -14,7 +14,7 @@ pub(crate) mod group;
 pub(crate) mod groups;
 mod near;
 
-pub(crate) use near::NearWork;
+pub(crate) use near::{NearWork, skin};
 
 use crate::contact::detect::contact;
 use crate::contact::rigid::RigidView;
@@ -84,7 +84,8 @@ pub(crate) fn land(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last
     }
 }
 
-fn size_work(sheet: &mut Sheet) {
+/// Makes the arrays a step works in.
+pub(crate) fn size_work(sheet: &mut Sheet) {
     let n = sheet.masses();
     if sheet.work.x_before.len() != n {
         sheet.work.x_before = Vectors::zeros(n);

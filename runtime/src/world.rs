@@ -8,6 +8,7 @@ mod heat;
 mod nearest;
 mod parameters;
 mod report;
+mod save;
 mod show;
 mod snapshot;
 
@@ -52,6 +53,10 @@ pub struct World {
     /// What heats the sheets; none where nothing does.
     heat: Option<Box<Room>>,
     watch: Watched,
+    /// A sum of what it was made of, for snapshots.
+    make: u32,
+    /// Events before those in the list: told of in another world, which a snapshot is of.
+    told_before: u64,
 }
 
 impl World {
@@ -102,6 +107,7 @@ impl World {
             warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
         }
         let touches = sheets.iter().map(|_| Touches::default()).collect();
+        let own = named(scene);
         Ok(Self {
             sheets,
             touches,
@@ -120,7 +126,9 @@ impl World {
             groups: Groups::default(),
             heat,
             watch: Watched::default(),
-            scene: named(scene),
+            make: save::make_of(&own),
+            told_before: 0,
+            scene: own,
         })
     }
 
@@ -345,6 +353,7 @@ impl World {
         self.scene.sheets = scene.sheets;
         self.sheets.push(sheet);
         self.touches.push(Touches::default());
+        self.make = save::make_of(&self.scene);
         Ok(name)
     }
 
@@ -354,6 +363,7 @@ impl World {
         self.sheets.remove(index);
         self.touches.remove(index);
         self.scene.sheets.remove(index);
+        self.make = save::make_of(&self.scene);
         if let Some(heat) = &mut self.heat {
             heat.forget();
         }
@@ -385,6 +395,7 @@ impl World {
             self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
         }
         self.scene.bodies.push(spec);
+        self.make = save::make_of(&self.scene);
         self.sheets.iter_mut().for_each(Sheet::wake);
         Ok(name)
     }
@@ -398,6 +409,7 @@ impl World {
             for sheet in &mut self.scene.sheets {
                 sheet.pins.retain(|p| p.body.as_deref() != Some(name));
             }
+            self.make = save::make_of(&self.scene);
             for sheet in &mut self.sheets {
                 index.into_iter().for_each(|i| sheet.unglue(i));
                 sheet.wake();

@@ -10,4 +10,6 @@ mod cli {
     mod mutants;
     mod run;
     mod study;
+    #[cfg(feature = "link")]
+    mod trust;
 }

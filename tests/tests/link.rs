@@ -15,6 +15,8 @@ mod pull;
 mod python;
 #[path = "link/reading.rs"]
 mod reading;
+#[path = "link/same.rs"]
+mod same;
 #[path = "link/survival.rs"]
 mod survival;
 #[path = "link/topology.rs"]

@@ -118,6 +118,19 @@ impl SheetWorld {
         Ok(())
     }
 
+    /// Goes to where the world was when `bytes` were saved ([`World::save`](sheetwork::World::save)), for a game that rolls back: the ticks
+    /// that follow are those that came then, to the bit, if they are given the same inputs. What was told of as events since
+    /// then is told of again. Sheets and bodies must be those of then.
+    ///
+    /// # Errors
+    /// When `bytes` are no snapshot of this world; nothing is changed then.
+    pub fn rewind(&mut self, bytes: &[u8]) -> Result<(), InputError> {
+        self.world.load(bytes)?;
+        self.moves.clear();
+        self.events_seen = self.events_seen.min(self.world.events().len());
+        Ok(())
+    }
+
     /// Counts the restarts; what was put into an earlier world is no longer in this one.
     pub(crate) fn generation(&self) -> u32 {
         self.generation

@@ -9,6 +9,7 @@ use rapier3d::prelude::ColliderHandle;
 
 use super::response::{Flight, Surface};
 use super::target::NO_FACE;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// What is known of the masses of a sheet.
@@ -62,6 +63,46 @@ impl Clearance {
         self.until.fill(f64::NEG_INFINITY);
     }
 
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.vector_list(&self.checked);
+        to.numbers(&self.until);
+        to.number(self.moved);
+        for (collider, face) in &self.face {
+            let (index, generation) = collider.into_raw_parts();
+            [index, generation, *face].into_iter().for_each(|v| to.count(u64::from(v)));
+        }
+    }
+
+    /// Takes it back, of a sheet of `masses` masses.
+    pub fn take(&mut self, from: &mut Taker, masses: usize) -> Taken {
+        *self = Self::default();
+        let mut checked = Vectors::default();
+        from.vector_list(&mut checked, masses)?;
+        if !checked.is_empty() {
+            self.size(masses);
+        }
+        self.checked = checked;
+        from.numbers(&mut self.until)?;
+        self.moved = from.number()?;
+        for face in &mut self.face {
+            *face = (ColliderHandle::from_raw_parts(from.small()?, from.small()?), from.small()?);
+        }
+        Ok(())
+    }
+
+    fn size(&mut self, masses: usize) {
+        self.checked = Vectors::zeros(masses);
+        self.until = vec![f64::NEG_INFINITY; masses];
+        self.nearest = vec![0.0; masses];
+        self.face = vec![(ColliderHandle::invalid(), NO_FACE); masses];
+        self.cornered = Vec::with_capacity(masses);
+        self.met = Vec::with_capacity(masses);
+        self.first = vec![None; masses];
+        self.legs = Vec::with_capacity(masses);
+        self.last_legs = Vec::with_capacity(masses);
+    }
+
     /// Whether mass `i` was never checked, so that nothing bounds how deep in a body it may be.
     pub fn is_new(&self, i: usize) -> bool {
         self.until[i] == f64::NEG_INFINITY
@@ -71,15 +112,7 @@ impl Clearance {
     /// at, which `x` and `free` decide, and to -1 for the others; masses are met at `offset` (m). False when there is nothing to look at.
     pub fn begin(&mut self, x: &Vectors, free: impl Fn(usize) -> bool, reach: f64, margin: f64, offset: f64) -> bool {
         if self.until.len() != x.len() {
-            self.checked = Vectors::zeros(x.len());
-            self.until = vec![f64::NEG_INFINITY; x.len()];
-            self.nearest = vec![0.0; x.len()];
-            self.face = vec![(ColliderHandle::invalid(), NO_FACE); x.len()];
-            self.cornered = Vec::with_capacity(x.len());
-            self.met = Vec::with_capacity(x.len());
-            self.first = vec![None; x.len()];
-            self.legs = Vec::with_capacity(x.len());
-            self.last_legs = Vec::with_capacity(x.len());
+            self.size(x.len());
         }
         self.cornered.clear();
         self.legs.clear();

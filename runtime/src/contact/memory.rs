@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::find::thing;
 use super::row::Key;
+use crate::kept::{Keeper, Taken, Taker};
 
 /// Forces of one contact in the world, N: that of the position solve and that of the velocity solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -52,6 +53,31 @@ impl Memory {
     /// Copies from `other`, keeping the memory.
     pub fn copy_from(&mut self, other: &Self) {
         self.entries.clone_from(&other.entries);
+    }
+
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.count(self.entries.len() as u64);
+        for (key, of) in &self.entries {
+            key.iter().for_each(|name| to.count(name.rotate_left(8)));
+            let (p, v) = (of.position, of.velocity);
+            to.sparse(&[p.x, p.y, p.z, v.x, v.y, v.z]);
+            to.byte(u8::from(of.slides[0]) | u8::from(of.slides[1]) << 1);
+        }
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.entries.clear();
+        for _ in 0..from.length(4)? {
+            let key = [from.count()?.rotate_right(8), from.count()?.rotate_right(8)];
+            let mut both = [0.0; 6];
+            from.sparse(&mut both)?;
+            let slides = from.byte()?;
+            let (position, velocity) = (DVec3::from_slice(&both), DVec3::from_slice(&both[3..]));
+            self.entries.push((key, Remembered { position, velocity, slides: [slides & 1 == 1, slides & 2 == 2] }));
+        }
+        Ok(())
     }
 
     /// Whether nothing is remembered.

@@ -60,6 +60,7 @@ pub struct Skin {
     gone: Vec<bool>,
     /// Counts changes of the triangles.
     revision: u64,
+    make: u32,
 }
 
 impl Skin {
@@ -101,6 +102,11 @@ impl Skin {
         self.gone.get(i).is_some_and(|gone| *gone)
     }
 
+    /// A sum of what it was made of: how the sheet lay at rest, and at which distance it is met.
+    pub(crate) fn make(&self) -> u32 {
+        self.make
+    }
+
     /// Counts changes of the triangles.
     pub fn revision(&self) -> u64 {
         self.revision
@@ -127,7 +133,8 @@ impl Skin {
             size: longest_side(masses.map(|i| rest[i as usize])),
         });
         let triangles = triangles.collect();
-        Self { triangles, edges, border, offset, rectangle, rest, stack: false, gone: Vec::new(), revision: 0 }
+        let make = make_of(&rest, offset);
+        Self { triangles, edges, border, offset, rectangle, rest, stack: false, gone: Vec::new(), revision: 0, make }
     }
 
     /// Its triangles.
@@ -187,6 +194,13 @@ impl Skin {
             _ => 0.0,
         }
     }
+}
+
+fn make_of(rest: &[DVec3], offset: f64) -> u32 {
+    let mut sum = crc32fast::Hasher::new();
+    let numbers = rest.iter().flat_map(|p| p.to_array()).chain([offset]);
+    numbers.for_each(|v| sum.update(&v.to_le_bytes()));
+    sum.finalize()
 }
 
 /// Triangles of the lowest and of the highest layer that are closed.

@@ -21,6 +21,7 @@ use super::primal::{Joint, Primal};
 use super::row::{Contact, Key, SheetPoint, Side};
 use super::settled;
 use crate::engine::implicit::staged::Jump;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 use crate::watch::{Phase, Watched};
 
@@ -270,6 +271,46 @@ impl Scratch {
     /// What is remembered of a contact: of this stage, or of the other one where it is new.
     pub(super) fn remembered(&self, key: &Key) -> Option<Remembered> {
         self.memory.of(key).or_else(|| self.other.of(key))
+    }
+
+    /// Keeps for a snapshot what a step takes over from those before it.
+    pub fn save(&self, to: &mut Keeper) {
+        let flags = [self.single, self.alone, self.on_own, self.failed, self.last_resort, self.last];
+        flags.into_iter().chain([self.runaway, self.strayed, self.short_steps]).for_each(|f| to.flag(f));
+        for count in [self.stage as u32, self.expected, self.deepest, self.strays] {
+            to.count(u64::from(count));
+        }
+        to.number(self.eager);
+        let c = &self.counters;
+        for count in [c.rounds, c.contacts, c.most, c.unsettled, c.sweeps, c.newton, c.factors, c.halved] {
+            to.count(count);
+        }
+        self.memory.keep(to);
+        self.other.keep(to);
+        self.joint.keep(to);
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        (self.single, self.alone, self.on_own) = (from.flag()?, from.flag()?, from.flag()?);
+        (self.failed, self.last_resort, self.last) = (from.flag()?, from.flag()?, from.flag()?);
+        (self.runaway, self.strayed, self.short_steps) = (from.flag()?, from.flag()?, from.flag()?);
+        self.stage = from.index(2)? as usize;
+        (self.expected, self.deepest, self.strays) = (from.small()?, from.small()?, from.small()?);
+        self.eager = from.number()?;
+        let c = &mut self.counters;
+        let counts = [&mut c.rounds, &mut c.contacts, &mut c.most, &mut c.unsettled, &mut c.sweeps, &mut c.newton];
+        for count in counts.into_iter().chain([&mut c.factors, &mut c.halved]) {
+            *count = from.count()?;
+        }
+        self.memory.take(from)?;
+        self.other.take(from)?;
+        self.joint.take(from)?;
+        self.found = Found::default();
+        self.primal.clear();
+        self.chosen.clear();
+        self.solved = Solved::OnForces;
+        Ok(())
     }
 
     /// Comes back to what was kept.

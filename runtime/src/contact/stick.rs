@@ -18,6 +18,7 @@ use super::row::{Contact, SheetPoint, Side};
 use super::stage::Scratch;
 use super::surroundings::Surroundings;
 use crate::heat::REFERENCE;
+use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::scene::Tack;
 use crate::sheet::{Sheet, Vectors};
 
@@ -47,6 +48,39 @@ pub(crate) struct Stuck {
 }
 
 impl Stuck {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.vector_list(&self.pull);
+        to.vector_list(&self.was_pull);
+        to.count(self.on_bodies.len() as u64);
+        for (body, force, at) in &self.on_bodies {
+            to.count(u64::from(*body));
+            to.vector(*force);
+            to.vector(*at);
+        }
+        to.flags(&self.held);
+        to.flags(&self.was_held);
+        to.count(self.bonds as u64);
+    }
+
+    /// What was kept, of a sheet of `masses` masses.
+    pub fn taken(from: &mut Taker, masses: usize) -> Taken<Self> {
+        let mut stuck = Self::default();
+        from.vector_list(&mut stuck.pull, masses)?;
+        from.vector_list(&mut stuck.was_pull, masses)?;
+        for _ in 0..from.length(49)? {
+            stuck.on_bodies.push((from.small()?, from.vector()?, from.vector()?));
+        }
+        from.flags(&mut stuck.held)?;
+        from.flags(&mut stuck.was_held)?;
+        stuck.bonds = from.length(0)?;
+        if [stuck.pull.len(), stuck.was_pull.len(), stuck.held.len(), stuck.was_held.len()] != [masses; 4] {
+            return Err(Cut);
+        }
+        (stuck.count, stuck.applied) = (vec![0; masses], Vectors::zeros(masses));
+        Ok(stuck)
+    }
+
     fn begin(&mut self, masses: usize) {
         if self.held.len() != masses {
             *self = Self { pull: Vectors::zeros(masses), held: vec![false; masses], ..Self::default() };

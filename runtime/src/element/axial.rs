@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::Geometric;
+use crate::kept::{Keeper, Taken, Taker};
 
 /// The state and the law of one spring.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,6 +31,19 @@ impl Axial {
     pub fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         visit(std::slice::from_mut(&mut self.force));
         visit(std::slice::from_mut(&mut self.rate));
+    }
+
+    /// See [`super::Element::keep_history`].
+    pub fn keep(&self, to: &mut Keeper) {
+        to.sparse(&[self.force, self.rate]);
+    }
+
+    /// See [`super::Element::take_history`].
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        let mut both = [0.0; 2];
+        from.sparse(&mut both)?;
+        [self.force, self.rate] = both;
+        Ok(())
     }
 
     /// N at `length`.

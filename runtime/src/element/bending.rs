@@ -14,6 +14,7 @@
 //!
 //! A sheet that is made bent, or may stay bent by yield or creep, has its rest along the normal in `rest` instead.
 
+mod keep;
 mod rest;
 
 use glam::DVec3;
@@ -24,6 +25,7 @@ use super::flow::Flows;
 use super::opening::Open;
 use super::staggered::Left;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// One place with its curvatures.
@@ -416,6 +418,22 @@ impl Element for Bending {
 
     fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         self.groups.iter_mut().for_each(|g| visit(&mut g.rate));
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        self.keep_rates(to);
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        self.take_rates(from)
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        self.keep_law(to);
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        self.take_law(from)
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

@@ -18,6 +18,7 @@
 //! stiffness left, and keeps none whatever warms it.
 
 mod creep;
+mod keep;
 mod kernels;
 
 use self::creep::Creeping;
@@ -26,6 +27,7 @@ use super::flow::Flows;
 use super::opening::Open;
 use super::pack::{LANES, Pack, Pack3, Pack9};
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// Pairs of a cell's masses whose blocks are kept, row by row of the lower triangle.
@@ -427,6 +429,29 @@ impl Element for CellMembrane {
         for packet in &mut self.packets {
             packet.rate.iter_mut().chain(&mut packet.stress).for_each(|pack| visit(&mut pack.0));
         }
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        self.keep_rates(to);
+        for p in &self.packets {
+            p.stress.iter().for_each(|pack| to.sparse(&pack.0[..p.count]));
+        }
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        self.take_rates(from)?;
+        for p in &mut self.packets {
+            p.stress.iter_mut().try_for_each(|pack| from.sparse(&mut pack.0[..p.count]))?;
+        }
+        Ok(())
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        self.keep_warmth(to);
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        self.take_warmth(from)
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

@@ -23,7 +23,8 @@ use glam::DVec3;
 use self::creep::Creeping;
 use super::curvature::{CurvatureGroup, relaxation};
 use super::flow::Flows;
-use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
+use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::lattice::outline::{Edge, Mesh, NO_TRIANGLE};
 use crate::sheet::Vectors;
 
@@ -455,6 +456,50 @@ impl Element for EdgeMembrane {
     fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         visit(&mut self.rate);
         visit(&mut self.stress);
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        to.sparse(&self.rate);
+        to.sparse(&self.stress);
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        from.sparse(&mut self.rate)?;
+        from.sparse(&mut self.stress)
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        self.strains.iter().for_each(|s| to.number(s.unit));
+        keep_matrices(self.triangles.iter().map(|t| &t.stiffness), to);
+        to.flag(!self.warmed.is_empty());
+        for w in &self.warmed {
+            to.number(w.softness);
+            to.numbers(&w.rest);
+            to.numbers(&w.expansion);
+        }
+        if let Some(creeping) = &self.creeping {
+            creeping.keep(to);
+        }
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        for strain in &mut self.strains {
+            strain.unit = from.number()?;
+        }
+        take_matrices(self.triangles.iter_mut().map(|t| &mut t.stiffness), from)?;
+        self.warmed.clear();
+        if from.flag()? {
+            self.warmed.resize(self.triangles.len(), Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] });
+        }
+        for w in &mut self.warmed {
+            w.softness = from.number()?;
+            from.numbers(&mut w.rest)?;
+            from.numbers(&mut w.expansion)?;
+        }
+        match &mut self.creeping {
+            Some(creeping) => creeping.take(from),
+            None => Ok(()),
+        }
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

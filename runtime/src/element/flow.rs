@@ -18,6 +18,7 @@
 //! the elastic curvature; |M|² = D κ_eᵀ D κ_e, the moment of a bend to a cylinder that stores as much. M_y = σ_y t²/4 is the moment of a
 //! section that yields throughout.
 
+use crate::kept::{Keeper, Taken, Taker};
 use crate::scene::Material;
 use crate::sheet::Vectors;
 
@@ -259,6 +260,19 @@ impl Strain {
     /// Moves the strain without stress by `change`, at once.
     pub fn move_rest(&mut self, change: f64, share: [f64; 2]) {
         self.arms = [self.arms[0] - share[0] * change, self.arms[1] - share[1] * change];
+    }
+
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.numbers(&[self.arms[0], self.arms[1], self.start, self.rest, self.stiffness]);
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        let mut all = [0.0; 5];
+        from.numbers(&mut all)?;
+        [self.arms[0], self.arms[1], self.start, self.rest, self.stiffness] = all;
+        Ok(())
     }
 
     fn catch_up(&mut self, strain: f64, share: [f64; 2]) {

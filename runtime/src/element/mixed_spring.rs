@@ -7,6 +7,7 @@
 use super::axial::Axial;
 use super::spring::Springs;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// One spring.
@@ -123,6 +124,14 @@ impl Element for MixedSprings {
 
     fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         self.springs.iter_mut().for_each(|s| s.axial.history(visit));
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        self.springs.iter().for_each(|s| s.axial.keep(to));
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        self.springs.iter_mut().try_for_each(|s| s.axial.take(from))
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

@@ -30,6 +30,7 @@ pub mod thickness_limit;
 pub mod triangle;
 pub mod wall_spring;
 
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// Index of a 3x3 block in the tangent's values that nothing reads: where blocks of held masses go.
@@ -138,6 +139,20 @@ pub trait Element: Send + Sync {
     /// to be kept, and to be put back.
     fn history(&mut self, visit: &mut dyn FnMut(&mut [f64]));
 
+    /// Keeps the same, for a snapshot.
+    fn keep_history(&self, to: &mut Keeper);
+
+    /// Takes back what [`Element::keep_history`] has kept.
+    fn take_history(&mut self, from: &mut Taker) -> Taken;
+
+    /// Keeps what steps have made of its law and its rest: by warmth, flow and opening.
+    fn keep_changes(&self, _to: &mut Keeper) {}
+
+    /// Takes that back, of an element of which the same cells are open.
+    fn take_changes(&mut self, _from: &mut Taker) -> Taken {
+        Ok(())
+    }
+
     /// Stored energy and viscous potential of the stage at `x`, J.
     fn potential(&self, x: &Vectors) -> f64;
 
@@ -170,6 +185,16 @@ pub trait Element: Send + Sync {
     fn flows(&mut self) -> Option<&mut dyn flow::Flows> {
         None
     }
+}
+
+/// Keeps 3x3 matrices.
+pub(crate) fn keep_matrices<'a>(matrices: impl Iterator<Item = &'a [[f64; 3]; 3]>, to: &mut Keeper) {
+    matrices.flatten().for_each(|row| to.numbers(row));
+}
+
+/// Takes as many back.
+pub(crate) fn take_matrices<'a>(mut matrices: impl Iterator<Item = &'a mut [[f64; 3]; 3]>, from: &mut Taker) -> Taken {
+    matrices.try_for_each(|m| m.iter_mut().try_for_each(|row| from.numbers(row)))
 }
 
 /// Adds `block` (by rows) times `scale` to block `slot` of `values`.

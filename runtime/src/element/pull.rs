@@ -7,6 +7,7 @@
 use glam::DVec3;
 
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// Pairs of the three masses whose blocks there are, larger index first.
@@ -39,6 +40,26 @@ impl Pull {
         }
         let (masses, weights) = (terms.map(|t| t.0), terms.map(|t| t.1));
         Self { masses, weights, target, stiffness, blocks: [NO_BLOCK; 6] }
+    }
+
+    /// Keeps it for a snapshot.
+    pub(crate) fn keep(&self, to: &mut Keeper) {
+        self.masses.iter().for_each(|m| to.count(u64::from(*m)));
+        to.numbers(&self.weights);
+        to.vector(self.target);
+        to.number(self.stiffness);
+    }
+
+    /// What was kept, of a sheet of `masses` masses.
+    pub(crate) fn taken(from: &mut Taker, masses: usize) -> Taken<Self> {
+        let at = [from.index(masses)?, from.index(masses)?, from.index(masses)?];
+        let weights = [from.number()?, from.number()?, from.number()?];
+        Ok(Self::new(at, weights, from.vector()?, from.number()?))
+    }
+
+    /// Whether it is the same hand at the same point, wherever that pulls to.
+    pub(crate) fn is_of(&self, other: &Self) -> bool {
+        (self.masses, self.weights, self.stiffness) == (other.masses, other.weights, other.stiffness)
     }
 
     /// The material point at positions `x`, m.
@@ -99,6 +120,12 @@ impl Element for Pull {
     fn forget(&mut self) {}
 
     fn history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
+
+    fn keep_history(&self, _to: &mut Keeper) {}
+
+    fn take_history(&mut self, _from: &mut Taker) -> Taken {
+        Ok(())
+    }
 
     fn potential(&self, x: &Vectors) -> f64 {
         self.energy(x)

@@ -8,6 +8,7 @@ use super::axial::Axial;
 use super::flow::{FlowStep, Flows, Strain};
 use super::opening::Open;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// One spring.
@@ -184,6 +185,39 @@ impl Element for WallSprings {
 
     fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         self.springs.iter_mut().for_each(|s| s.axial.history(visit));
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        self.springs.iter().for_each(|s| s.axial.keep(to));
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        self.springs.iter_mut().try_for_each(|s| s.axial.take(from))
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        for s in &self.springs {
+            to.numbers(&[s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot]);
+        }
+        for c in &self.creeping {
+            to.number(c.stiffness);
+            c.strain.keep(to);
+        }
+        to.flag(self.running);
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        for s in &mut self.springs {
+            let mut all = [0.0; 5];
+            from.numbers(&mut all)?;
+            [s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot] = all;
+        }
+        for c in &mut self.creeping {
+            c.stiffness = from.number()?;
+            c.strain.take(from)?;
+        }
+        self.running = from.flag()?;
+        Ok(())
     }
 
     fn potential(&self, x: &Vectors) -> f64 {

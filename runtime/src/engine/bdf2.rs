@@ -6,6 +6,7 @@ use super::implicit::staged::{self, Jump, Staged};
 use super::implicit::{Complex, Implicit, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 pub(super) const INFO: EngineInfo = EngineInfo {
@@ -119,6 +120,18 @@ impl Engine for Bdf2 {
     fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         visit(std::slice::from_mut(&mut self.step));
         self.x_old.axes_mut().into_iter().chain(self.v_old.axes_mut()).for_each(visit);
+    }
+
+    fn keep(&self, to: &mut Keeper) {
+        to.number(self.step);
+        to.vector_list(&self.x_old);
+        to.vector_list(&self.v_old);
+    }
+
+    fn take(&mut self, from: &mut Taker, masses: usize) -> Taken {
+        self.step = from.number()?;
+        from.vector_list(&mut self.x_old, masses)?;
+        from.vector_list(&mut self.v_old, masses)
     }
 
     fn restart(&mut self) {

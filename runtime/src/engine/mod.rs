@@ -23,6 +23,7 @@ mod verlet;
 use serde::{Deserialize, Serialize};
 
 use crate::error::InputError;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// Accelerations of a set of masses.
@@ -66,6 +67,14 @@ pub trait Engine: Send + Sync {
 
     /// Visits what is carried from step to step, always the same numbers in the same order once a step was taken.
     fn history(&mut self, _visit: &mut dyn FnMut(&mut [f64])) {}
+
+    /// Keeps the same, and what an adaptive scheme has learnt, for a snapshot.
+    fn keep(&self, _to: &mut Keeper) {}
+
+    /// Takes that back, for `masses` masses.
+    fn take(&mut self, _from: &mut Taker, _masses: usize) -> Taken {
+        Ok(())
+    }
 
     /// Forgets what was learnt from earlier steps: called after anything but the engine has moved the sheet far.
     fn restart(&mut self) {}

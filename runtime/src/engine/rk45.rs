@@ -6,6 +6,7 @@
 //! one accepted step of at most `dt`, so that contact is resolved after each. The thesis names this scheme as future work.
 
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 pub(super) const INFO: EngineInfo = EngineInfo {
@@ -134,6 +135,15 @@ impl Engine for Rk45 {
 
     fn set_tolerance(&mut self, tolerance: f64) {
         self.tolerance = tolerance;
+    }
+
+    fn keep(&self, to: &mut Keeper) {
+        to.optional(self.next);
+    }
+
+    fn take(&mut self, from: &mut Taker, _masses: usize) -> Taken {
+        self.next = from.optional()?;
+        Ok(())
     }
 
     fn restart(&mut self) {

@@ -14,6 +14,7 @@ use super::implicit::staged::{self, Jump, Staged};
 use super::implicit::{Complex, Implicit, Stage};
 use super::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
 use crate::element::Anchor;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 pub(super) const INFO: EngineInfo = EngineInfo {
@@ -209,6 +210,14 @@ impl Engine for TrBdf2 {
 
     fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
         self.a.axes_mut().into_iter().for_each(visit);
+    }
+
+    fn keep(&self, to: &mut Keeper) {
+        to.vector_list(&self.a);
+    }
+
+    fn take(&mut self, from: &mut Taker, masses: usize) -> Taken {
+        from.vector_list(&mut self.a, masses)
     }
 
     fn restart(&mut self) {

@@ -8,6 +8,7 @@ use super::thesis::Thesis;
 use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::error::{InputError, check_range};
 use crate::heat::{COLDEST, HOTTEST, REFERENCE};
+use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::scene::{HeatMode, Placement, Scene};
 use crate::sheet::{Sheet, Status};
 
@@ -159,6 +160,40 @@ impl Room {
         heat.advance(span);
         sheet.heat = Some(heat);
         sheet.follow_heat();
+    }
+
+    /// Keeps for a snapshot what can be changed of it and of its sources.
+    pub fn keep_settings(&self, to: &mut Keeper) {
+        to.numbers(&[self.surroundings.celsius, self.surroundings.convection, self.time_lapse]);
+        to.count(self.sources.len() as u64);
+        self.sources.iter().for_each(|s| s.keep_settings(to));
+    }
+
+    /// Takes that back.
+    pub fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        self.surroundings = Surroundings { celsius: from.number()?, convection: from.number()? };
+        self.time_lapse = from.number()?;
+        if from.count()? != self.sources.len() as u64 {
+            return Err(Cut);
+        }
+        self.sources.iter_mut().try_for_each(|s| s.take_settings(from))
+    }
+
+    /// Keeps what it carries from step to step.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.number(self.pending);
+        self.sources.iter().for_each(|s| s.keep(to));
+    }
+
+    /// Takes that back, for these sheets.
+    pub fn take(&mut self, from: &mut Taker, sheets: &[Sheet]) -> Taken {
+        self.pending = from.number()?;
+        self.sources.iter_mut().try_for_each(|s| s.take(from, sheets))
+    }
+
+    /// How many sources there are.
+    pub fn sources(&self) -> usize {
+        self.sources.len()
     }
 
     /// Sheets were added or removed.

@@ -4,11 +4,12 @@
 //! that climbs steeper than β over that plane meets it once. Such rays need no look. Others are tried with the triangles
 //! in whose boxes they come, of a tree that is brought up to date once a step, where any is needed.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
 
 use super::faces::Faces;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 
 /// A sheet whose sin β is no more than this casts no shadow on itself worth a look.
@@ -21,14 +22,43 @@ pub(super) struct Own {
     /// m, and sin β; 1 where the sheet is no graph.
     facing: DVec3,
     steepest: f64,
+    /// Boxes that the tree has.
+    boxes: Vec<[f32; 6]>,
 }
 
 impl Own {
     pub fn new(sheet: &Sheet, faces: &Faces) -> Self {
         let triangles: Vec<[u32; 3]> = faces.triangles().copied().collect();
-        let boxes = triangles.iter().enumerate().map(|(i, t)| (i, around(sheet, *t)));
-        let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes);
-        Self { triangles, tree, facing: DVec3::ZERO, steepest: 1.0 }
+        let boxes: Vec<[f32; 6]> = triangles.iter().map(|t| around(sheet, *t)).collect();
+        let tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.iter().map(aabb).enumerate());
+        Self { triangles, tree, facing: DVec3::ZERO, steepest: 1.0, boxes }
+    }
+
+    /// Whether it is of the triangles of `faces`.
+    pub fn is_of(&self, faces: &Faces) -> bool {
+        self.triangles.iter().eq(faces.triangles())
+    }
+
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.vector(self.facing);
+        to.number(self.steepest);
+        self.boxes.iter().for_each(|b| to.singles(b));
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        (self.facing, self.steepest) = (from.vector()?, from.number()?);
+        self.boxes.iter_mut().try_for_each(|b| from.singles(b))?;
+        self.refit();
+        Ok(())
+    }
+
+    fn refit(&mut self) {
+        for (i, around) in self.boxes.iter().enumerate() {
+            self.tree.insert_or_update_partially(aabb(around), i as u32, 0.0);
+        }
+        self.tree.refit_without_opt();
     }
 
     /// Brings it to where the sheet is.
@@ -44,10 +74,10 @@ impl Own {
         // A degree of room.
         self.steepest = if least > 0.1 { ((1.0 - least * least).max(0.0).sqrt() + 0.02).min(1.0) } else { 1.0 };
         if self.steepest > GRAZING {
-            for (i, t) in self.triangles.iter().enumerate() {
-                self.tree.insert_or_update_partially(around(sheet, *t), i as u32, 0.0);
+            for (to, t) in self.boxes.iter_mut().zip(&self.triangles) {
+                *to = around(sheet, *t);
             }
-            self.tree.refit_without_opt();
+            self.refit();
         }
     }
 
@@ -66,10 +96,17 @@ impl Own {
     }
 }
 
-fn around(sheet: &Sheet, t: [u32; 3]) -> Aabb {
+/// Lowest and highest corner of the box of a triangle.
+fn around(sheet: &Sheet, t: [u32; 3]) -> [f32; 6] {
     let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
     // Single precision widens nothing here: a ray that grazes a box's edge grazes the triangle's.
-    Aabb::new(a.min(b).min(c).as_vec3(), a.max(b).max(c).as_vec3())
+    let (low, high) = (a.min(b).min(c).as_vec3(), a.max(b).max(c).as_vec3());
+    [low.x, low.y, low.z, high.x, high.y, high.z]
+}
+
+fn aabb(around: &[f32; 6]) -> Aabb {
+    let [a, b, c, d, e, f] = *around;
+    Aabb::new(Vec3::new(a, b, c), Vec3::new(d, e, f))
 }
 
 /// Whether `from` + s `way`, 0 < s < 1, goes through a triangle.

@@ -13,6 +13,7 @@ use super::softening::Softening;
 use super::stepper::{Exchange, Stepper};
 use crate::element::{Warmth, set_rest};
 use crate::error::{InputError, check_range};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::scene::Material;
 use crate::sheet::Sheet;
 
@@ -100,6 +101,39 @@ impl Heat {
             body: None,
             ..*self
         }
+    }
+
+    /// Keeps it for a snapshot: temperatures, what stiffness has been taken up at, and the slopes that the factor is for.
+    pub(crate) fn keep(&self, to: &mut Keeper) {
+        to.numbers(&self.nodes);
+        for list in [&self.applied, &self.room, &self.compliance, &self.expansion, &self.curl] {
+            to.numbers(list);
+        }
+        for spring in &self.springs {
+            to.numbers(&[spring.softness, spring.cold, spring.expansion]);
+        }
+        to.flag(self.given);
+        to.flag(self.body.is_some());
+        if let Some(body) = &self.body {
+            body.stepper.keep(to);
+        }
+    }
+
+    /// Takes it back; `sheet` is the one it is of.
+    pub(crate) fn take(&mut self, from: &mut Taker, sheet: &Sheet) -> Taken {
+        from.numbers(&mut self.nodes)?;
+        self.average();
+        let lists = [&mut self.applied, &mut self.room, &mut self.compliance, &mut self.expansion, &mut self.curl];
+        lists.into_iter().try_for_each(|list| from.numbers(list))?;
+        for spring in &mut self.springs {
+            (spring.softness, spring.cold, spring.expansion) = (from.number()?, from.number()?, from.number()?);
+        }
+        self.given = from.flag()?;
+        if !from.flag()? {
+            self.body = None;
+            return Ok(());
+        }
+        self.body(sheet).stepper.take(from)
     }
 
     /// What heat flows through; `sheet` is the one it is of.
@@ -236,6 +270,11 @@ impl Heat {
 }
 
 impl Sheet {
+    /// The sides that heat flows through; `None` before it has flowed.
+    pub(super) fn faces(&self) -> Option<&Faces> {
+        self.heat.as_ref()?.body.as_ref().map(|b| &b.faces)
+    }
+
     /// How warm it is; `None` for one that nothing heats.
     pub fn heat(&self) -> Option<&Heat> {
         self.heat.as_deref()

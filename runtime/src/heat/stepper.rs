@@ -13,6 +13,7 @@
 use super::ZERO_CELSIUS;
 use super::network::Network;
 use crate::engine::linear::{Backend, Factor, Pattern, analyse};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 
 /// Newton's iteration ends where it would move no node by so much, K.
@@ -133,12 +134,20 @@ impl System {
             return (wrong, largest);
         }
         self.length = length;
-        self.values.fill(0.0);
         for (i, t) in celsius.iter().enumerate() {
             self.slope[i] = exchange.slope(i, *t);
-            self.values[self.diagonal[i] as usize] = network.capacity[i] / length + self.slope[i];
         }
-        for i in celsius.len()..self.diagonal.len() {
+        self.factorise(network);
+        (0.0, largest)
+    }
+
+    /// Makes the factor for the length and the slopes there are.
+    fn factorise(&mut self, network: &Network) {
+        self.values.fill(0.0);
+        for (i, slope) in self.slope.iter().enumerate() {
+            self.values[self.diagonal[i] as usize] = network.capacity[i] / self.length + slope;
+        }
+        for i in self.slope.len()..self.diagonal.len() {
             self.values[self.diagonal[i] as usize] = 1.0;
         }
         for (entry, g) in &self.conduction {
@@ -146,7 +155,6 @@ impl System {
         }
         // Diagonally dominant but for bridges, which are positive by themselves: it has a factor.
         let _ = self.factor.factorize(&self.values);
-        (0.0, largest)
     }
 }
 
@@ -174,6 +182,25 @@ impl Stepper {
             base: vec![0.0; n],
             network,
         }
+    }
+
+    /// Keeps for a snapshot what the factor at hand is for: another would do as well, but not to the bit.
+    pub(super) fn keep(&self, to: &mut Keeper) {
+        to.number(self.system.length);
+        to.numbers(&self.system.slope);
+    }
+
+    /// Takes it back, and makes that factor.
+    pub(super) fn take(&mut self, from: &mut Taker) -> Taken {
+        let length = from.number()?;
+        let mut slope = vec![0.0; self.system.slope.len()];
+        from.numbers(&mut slope)?;
+        let same = |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits();
+        if length.to_bits() != self.system.length.to_bits() || !slope.iter().zip(&self.system.slope).all(same) {
+            (self.system.length, self.system.slope) = (length, slope);
+            self.system.factorise(&self.network);
+        }
+        Ok(())
     }
 
     /// What nodes hold, and where heat can go.

@@ -40,6 +40,8 @@ use std::time::Duration;
 
 use iceoryx2::prelude::*;
 
+use crate::World;
+
 pub use attached::Attached;
 pub use client::{Client, PulledTo, RemoteParameter};
 pub use command::{Command, Host, Standing};
@@ -52,6 +54,17 @@ type Ipc = ipc_threadsafe::Service;
 
 /// Most readers of a stream, and most processes that send commands.
 pub const MOST_CLIENTS: usize = 12;
+
+/// A frame and a topology of `world` as a game would write them: to try readers on.
+pub fn samples(world: &World) -> (Vec<u8>, Vec<u8>) {
+    let plan = plan::Plan::new(world);
+    let mut frame = vec![0; plan.bytes[1]];
+    let moment = write::Moment { epoch: 1, frame: 0, topology: 1, step_time: 0.0, written_at: 0, playing: true };
+    write::frame(&plan, world, &moment, true, &mut frame);
+    let mut meshes = vec![0; topology::bytes(&plan)];
+    topology::write(&plan, world, (1, 1), &mut meshes);
+    (frame, meshes)
+}
 
 /// Why a link, or something asked of it, did not come about.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -291,7 +291,7 @@ fn whisper_grows(world: &mut World) -> bool {
             continue;
         }
         let now = energy(world);
-        if !(now < GROWN * begin) {
+        if now.is_nan() || now >= GROWN * begin {
             return true;
         }
         match 4 * step / STEPS {

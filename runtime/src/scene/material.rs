@@ -279,8 +279,16 @@ pub fn by_name(name: &str) -> Result<Material, InputError> {
 /// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of range: with file, line, field.
 pub fn read_material_file(file: &Path) -> Result<Material, InputError> {
     let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
-    let material = read_ron(&text, |m| validate::material("", m)).map_err(|e| e.in_file(file))?;
+    let material = read_material(&text).map_err(|e| e.in_file(file))?;
     Ok(Material { name: stem(file), ..material })
+}
+
+/// The same of a file's text; it has no name then but its own.
+///
+/// # Errors
+/// As [`read_material_file`], without the file.
+pub fn read_material(text: &str) -> Result<Material, InputError> {
+    read_ron(text, |m| validate::material("", m))
 }
 
 /// What a material of this file is called.

@@ -6,6 +6,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{InputError, check_range};
+use crate::kept::{Cut, Keeper, Taken, Taker};
 
 /// Parts that a step may be cut into, unless told otherwise, and the range of it.
 const PARTS: u32 = 64;
@@ -43,15 +44,43 @@ pub enum WhenUnstable {
 const WORDS: [&str; 5] = ["stop", "reduce-step", "implicit", "freeze", "limit"];
 
 impl WhenUnstable {
+    /// Keeps it for a snapshot.
+    pub(crate) fn keep(self, to: &mut Keeper) {
+        to.byte(self.index() as u8);
+        match self {
+            Self::ReduceStep { parts } => to.count(parts.into()),
+            Self::Limit { strain } => to.number(strain),
+            Self::Stop | Self::Implicit | Self::Freeze => {}
+        }
+    }
+
+    /// Takes it back.
+    pub(crate) fn taken(from: &mut Taker) -> Taken<Self> {
+        let policy = match from.byte()? {
+            0 => Self::Stop,
+            1 => Self::ReduceStep { parts: from.small()? },
+            2 => Self::Implicit,
+            3 => Self::Freeze,
+            4 => Self::Limit { strain: from.number()? },
+            _ => return Err(Cut),
+        };
+        policy.check().map_err(|_| Cut)?;
+        Ok(policy)
+    }
+
     /// The word, without its number.
     pub fn word(self) -> &'static str {
-        WORDS[match self {
+        WORDS[self.index()]
+    }
+
+    fn index(self) -> usize {
+        match self {
             Self::Stop => 0,
             Self::ReduceStep { .. } => 1,
             Self::Implicit => 2,
             Self::Freeze => 3,
             Self::Limit { .. } => 4,
-        }]
+        }
     }
 
     /// Checks its number.

@@ -15,6 +15,7 @@ use glam::DVec3;
 use super::{Sheet, Status, Vectors};
 use crate::element::Element;
 use crate::element::spring::SpringScratch;
+use crate::kept::{Keeper, Taken, Taker};
 
 /// Part of what was stored that has to go, for a buckle to be one.
 const SHARE: f64 = 0.02;
@@ -62,12 +63,60 @@ pub(crate) struct Watch {
     last: Option<Buckle>,
 }
 
+impl Watch {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.vector_list(&self.x);
+        to.vector_list(&self.force);
+        to.number(self.elastic);
+        to.flag(self.fall.is_some());
+        if let Some(Fall { since, stored, given, most, place }) = self.fall {
+            to.numbers(&[since, stored, given, most]);
+            to.vector(place);
+        }
+        to.flag(self.last.is_some());
+        if let Some(Buckle { time, place, energy }) = self.last {
+            to.numbers(&[time, energy]);
+            to.vector(place);
+        }
+    }
+
+    /// Takes it back, for a sheet of `masses` masses of which the cells of `revision` are open.
+    pub fn take(&mut self, from: &mut Taker, masses: usize, revision: u64) -> Taken {
+        from.vector_list(&mut self.x, masses)?;
+        from.vector_list(&mut self.force, masses)?;
+        for buffer in [&mut self.next_force, &mut self.still] {
+            *buffer = Vectors::zeros(masses);
+        }
+        self.elastic = from.number()?;
+        self.revision = revision;
+        self.fall = None;
+        if from.flag()? {
+            let mut all = [0.0; 4];
+            from.numbers(&mut all)?;
+            let [since, stored, given, most] = all;
+            self.fall = Some(Fall { since, stored, given, most, place: from.vector()? });
+        }
+        self.last = None;
+        if from.flag()? {
+            let (time, energy) = (from.number()?, from.number()?);
+            self.last = Some(Buckle { time, place: from.vector()?, energy });
+        }
+        Ok(())
+    }
+}
+
 impl Sheet {
     /// Watches for buckling from now on, or no longer.
     pub(crate) fn watch_buckling(&mut self, watch: bool) {
         if watch != self.watch.is_some() {
             self.watch = watch.then(Box::default);
         }
+    }
+
+    /// Whether it is watched.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.watch.is_some()
     }
 
     /// Looks at the step that was just taken, from `time` on (s).

@@ -17,6 +17,7 @@ use glam::{DMat3, DVec3};
 use super::{Field, Vectors};
 use crate::engine::implicit::Stage;
 use crate::engine::linear::Pattern;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::scene::PressureKey;
 
 /// Drag of one sheet.
@@ -64,6 +65,28 @@ impl Drag {
         self.cover = if mean > 0.0 { one / mean } else { 1.0 };
         self.schedule = keys.to_vec();
         self.pressure = PressureKey::at(keys, 0.0);
+    }
+
+    /// Keeps for a snapshot what can be set.
+    pub fn keep_settings(&self, to: &mut Keeper) {
+        to.numbers(&[self.coefficients.0, self.coefficients.1]);
+        // One that follows a schedule is not set.
+        to.optional(Some(self.pressure).filter(|_| self.schedule.is_empty()));
+        to.count(self.schedule.len() as u64);
+        self.schedule.iter().for_each(|key| to.numbers(&[key.time, key.pressure]));
+    }
+
+    /// Takes it back.
+    pub fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        self.coefficients = (from.number()?, from.number()?);
+        if let Some(pressure) = from.optional()? {
+            self.pressure = pressure;
+        }
+        self.schedule.clear();
+        for _ in 0..from.length(16)? {
+            self.schedule.push(PressureKey { time: from.number()?, pressure: from.number()? });
+        }
+        Ok(())
     }
 
     /// Leaves pressure at what it is set to.

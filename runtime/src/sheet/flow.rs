@@ -7,6 +7,7 @@ use super::Sheet;
 use crate::element::flow::{FlowLaw, FlowStep, Strain};
 use crate::element::spring::Springs;
 use crate::error::{InputError, check_range};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// What a sheet that flows holds beyond its elements.
@@ -55,6 +56,39 @@ impl Flow {
         let own = &self.springs;
         let energy = |i: usize| own.made[i].0 * own.strains[i].stored(own.stretch(springs, i, x), own.share);
         (!own.running && !own.strains.is_empty()).then(|| (0..own.strains.len()).map(energy).sum())
+    }
+}
+
+impl Flow {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        [self.creeps, self.in_step, self.springs.running].into_iter().for_each(|f| to.flag(f));
+        to.number(self.dt);
+        for (strain, made) in self.springs.strains.iter().zip(&self.springs.made) {
+            strain.keep(to);
+            to.numbers(&[made.0, made.1]);
+        }
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        (self.creeps, self.in_step, self.springs.running) = (from.flag()?, from.flag()?, from.flag()?);
+        self.dt = from.number()?;
+        for (strain, made) in self.springs.strains.iter_mut().zip(&mut self.springs.made) {
+            strain.take(from)?;
+            *made = (from.number()?, from.number()?);
+        }
+        Ok(())
+    }
+
+    /// Temperature where nothing heats the sheet, °C.
+    pub fn celsius(&self) -> f64 {
+        self.celsius
+    }
+
+    /// Sets it.
+    pub fn set_celsius(&mut self, celsius: f64) {
+        self.celsius = celsius;
     }
 }
 

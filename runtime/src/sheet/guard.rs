@@ -12,6 +12,7 @@ use glam::{DMat3, DQuat, DVec3};
 use super::{Field, Sheet, Vectors, energy};
 use crate::element::strain_limit::{Joint, StrainLimit, largest_strain};
 use crate::engine::EngineKind;
+use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::scene::WhenUnstable;
 
 /// The engine of last resort.
@@ -93,6 +94,28 @@ impl GuardState {
     }
 }
 
+impl GuardState {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.count(self.level.into());
+        [self.limiting, self.replace, self.eased, self.own.is_some()].into_iter().for_each(|f| to.flag(f));
+        self.own.iter().for_each(|own| to.text(own.name()));
+        to.numbers(&[self.energy, self.surplus, self.calm, self.wait]);
+    }
+
+    /// Takes it back.
+    pub fn taken(from: &mut Taker) -> Taken<Self> {
+        let level = from.small()?;
+        let (limiting, replace, eased) = (from.flag()?, from.flag()?, from.flag()?);
+        let own = if from.flag()? { Some(from.text()?.parse().map_err(|_| Cut)?) } else { None };
+        let (energy, surplus) = (from.number()?, from.number()?);
+        let (calm, wait) = (from.number()?, from.number()?);
+        // Parts of a step are limited where policies are read.
+        let sound = level <= 12 && energy >= 0.0 && surplus >= 0.0 && calm >= 0.0 && wait > 0.0;
+        if sound { Ok(Self { level, limiting, own, replace, energy, surplus, calm, wait, eased }) } else { Err(Cut) }
+    }
+}
+
 /// The policy of a sheet, and what it needs.
 pub(crate) struct Guard {
     pub policy: WhenUnstable,
@@ -135,6 +158,11 @@ impl Sheet {
         self.watch_over(policy, self.guard.as_ref().map_or(1e-7, |g| g.tolerance));
         self.wake();
         Ok(())
+    }
+
+    /// The engine that it was given, which another may stand in for.
+    pub(super) fn own_engine(&self) -> EngineKind {
+        self.guard.as_ref().and_then(|g| g.state.own).unwrap_or(self.engine_kind)
     }
 
     pub(super) fn watch_over(&mut self, policy: WhenUnstable, tolerance: f64) {

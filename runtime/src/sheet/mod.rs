@@ -17,6 +17,7 @@ mod generated;
 mod glue;
 mod guard;
 mod implicit;
+mod keep;
 mod masses;
 mod modes;
 mod pins;

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::Vectors;
 use crate::contact::rigid::BodyState;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::scene::{PathKey, path_at};
 
 /// The pins of a sheet.
@@ -71,6 +72,45 @@ impl Pins {
     /// Pins `masses`, now at `start` (m), led along `path` (empty: held), up to the time `until` (s) if there is one.
     pub fn add(&mut self, masses: Vec<u32>, start: Vec<DVec3>, path: Vec<PathKey>, until: Option<f64>) {
         self.groups.push(Group { masses, start, path, until });
+    }
+
+    /// Keeps for a snapshot what may be let go.
+    pub(crate) fn keep(&self, to: &mut Keeper) {
+        to.count(self.groups.len() as u64);
+        for group in &self.groups {
+            to.count(group.masses.len() as u64);
+            for (mass, start) in group.masses.iter().zip(&group.start) {
+                to.count(u64::from(*mass));
+                to.vector(*start);
+            }
+            to.optional(group.until);
+            to.count(group.path.len() as u64);
+            for key in &group.path {
+                to.number(key.time);
+                to.vector(key.offset);
+                to.vector(key.rotation);
+            }
+        }
+    }
+
+    /// Takes it back, of a sheet of `masses` masses; whether other masses are held then.
+    pub(crate) fn take(&mut self, from: &mut Taker, masses: usize) -> Taken<bool> {
+        let mut groups = Vec::new();
+        for _ in 0..from.length(3)? {
+            let mut group = Group { masses: Vec::new(), start: Vec::new(), path: Vec::new(), until: None };
+            for _ in 0..from.length(25)? {
+                group.masses.push(from.index(masses)?);
+                group.start.push(from.vector()?);
+            }
+            group.until = from.optional()?;
+            for _ in 0..from.length(56)? {
+                group.path.push(PathKey { time: from.number()?, offset: from.vector()?, rotation: from.vector()? });
+            }
+            groups.push(group);
+        }
+        let changed = groups != self.groups;
+        self.groups = groups;
+        Ok(changed)
     }
 
     /// Whether something is to be let go at time `t`, s.

@@ -91,7 +91,7 @@ impl Sheet {
     }
 
     /// Makes the last pull an element.
-    fn add_pull(&mut self) {
+    pub(super) fn add_pull(&mut self) {
         let Some(pull) = self.pulls.last() else { return };
         if let Some(system) = &mut self.system {
             let mut missing = false;

@@ -22,6 +22,7 @@ use super::slits::Slit;
 use crate::element::flexion_limit::FlexionLimit;
 use crate::element::opening::Open;
 use crate::heat::REFERENCE;
+use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::lattice::Layer;
 
 /// Room (relative) in which strains are alike.
@@ -91,6 +92,48 @@ impl Tears {
             runs,
             slit: Vec::new(),
         }
+    }
+}
+
+impl Tears {
+    /// Of each cell, whether it is open.
+    pub fn cells(&self) -> &[bool] {
+        self.open.cells()
+    }
+
+    /// Keeps for a snapshot what does not follow from which cells are open.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.flag(self.told);
+        to.number(self.released);
+        to.count(self.loose.len() as u64);
+        for (mass, with) in &self.loose {
+            to.count(u64::from(*mass));
+            to.count(u64::from(*with));
+        }
+        for (i, place) in self.left_at.iter().enumerate().filter(|(i, _)| self.gone[*i]) {
+            to.count(i as u64);
+            to.vector(*place);
+        }
+    }
+
+    /// Takes it back, once the same cells are open.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.told = from.flag()?;
+        self.released = from.number()?;
+        let masses = self.gone.len();
+        self.loose.clear();
+        for _ in 0..from.length(2)? {
+            self.loose.push((from.index(masses)?, from.index(masses)?));
+        }
+        for i in 0..self.left_at.len() {
+            if self.gone[i] {
+                if from.count()? != i as u64 {
+                    return Err(Cut);
+                }
+                self.left_at[i] = from.vector()?;
+            }
+        }
+        Ok(())
     }
 }
 

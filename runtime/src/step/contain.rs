@@ -134,11 +134,13 @@ impl Guard {
     /// where that would still store too much; at last the sheet moves as a rigid body.
     fn hold(&mut self, sheet: &mut Sheet, stage: &Stage, taken: f64) -> bool {
         let WhenUnstable::Limit { strain } = self.policy else { return false };
-        if !self.state.limiting || !(sheet.v.max_squared().is_finite() && sheet.x.max_squared().is_finite()) {
+        let finite = sheet.v.max_squared().is_finite() && sheet.x.max_squared().is_finite();
+        if !self.state.limiting || !finite {
             return false;
         }
         let revision = sheet.opening_revision();
-        if self.limit.as_ref().is_some_and(|l| l.0 != revision) {
+        // Warmth and flow change how long springs are at rest.
+        if sheet.is_changed() || self.limit.as_ref().is_some_and(|l| l.0 != revision) {
             self.limit = None;
         }
         let (_, limit) = self.limit.get_or_insert_with(|| (revision, sheet.strain_limit()));

@@ -285,6 +285,8 @@ impl Shared<'_> {
         claims: &mut Vec<Claim>,
     ) {
         let stage = self.stage;
+        // Of how a sheet lies before it moves for the first time.
+        members.iter().for_each(|i| skin(&mut sheets[*i as usize]));
         if members.first().is_some_and(|i| sheets[*i as usize].is_explicit()) {
             self.step_explicit(sheets, touches, members, first, parallel, claims);
             return;
@@ -292,7 +294,6 @@ impl Shared<'_> {
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
             size_work(sheet);
-            skin(sheet);
             touches[i].begin();
             sheet.work.touching.fill(false);
             sheet.work.met.clear();

@@ -15,6 +15,7 @@ use crate::contact::skin::Skin;
 use crate::contact::stage::{Found, mass_point};
 use crate::contact::stick::on_bodies;
 use crate::contact::surroundings::Surroundings;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 use crate::watch::{Phase, Watched};
 
@@ -38,6 +39,16 @@ impl NearWork {
     /// What detection has done.
     pub fn counters(&self) -> FindCounters {
         self.finder.counters()
+    }
+
+    /// Keeps detection's memory for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        self.finder.keep(to);
+    }
+
+    /// What was kept; `skin` finds the surface of a sheet by its number.
+    pub fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
+        Ok(Self { finder: Finder::taken(from, skin)?, ..Self::default() })
     }
 
     /// Looks for this from the next step on.

@@ -1,9 +1,9 @@
 //! Snapshots: a world as it was, to go back to.
 //!
-//! Kept are time, positions and velocities of every mass, its temperature and what has stayed of heat, creep and yield, the state of every
-//! body that moves freely, what sleeps, and how much had happened. Parameters stay as they are set, so that a snapshot is a start for trying others. Engines begin anew from there, as after a change of
-//! engine: what an implicit scheme carries from step to step, and what Rapier remembers of its contacts, is not kept. Two
-//! runs from one snapshot are the same; a run from it and the run it was taken of differ by the error of the scheme's start.
+//! Back in the world it was taken of, all that a step depends on is as it was (`save`), so that the run goes on bit for bit. Parameters
+//! stay as they are set: a snapshot is a start for trying others. A world of other make that has the same sheets and bodies (the scene
+//! was edited) takes up time, positions and velocities, temperatures and what has stayed of heat, creep and yield, and
+//! what sleeps; its engines begin anew from there, as after a change of engine.
 
 use super::World;
 use crate::contact::rigid::BodyState;
@@ -14,6 +14,8 @@ use crate::sheet::SheetState;
 /// A world at one time.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
+    /// All of it.
+    whole: Vec<u8>,
     time: f64,
     steps: u64,
     sheets: Vec<(String, SheetState)>,
@@ -40,6 +42,7 @@ impl World {
             Some((i, *state, rigid.is_asleep(i)))
         };
         Snapshot {
+            whole: self.save(),
             time: self.time,
             steps: self.steps,
             sheets: self.sheets.iter().map(|s| (s.name.clone(), s.state())).collect(),
@@ -49,11 +52,14 @@ impl World {
         }
     }
 
-    /// Goes back to a snapshot of this world.
+    /// Goes back to a snapshot of this world, or of one with the same sheets and bodies.
     ///
     /// # Errors
     /// When sheets or bodies have been added, removed or replaced since; nothing is changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
+        if self.go_back(&snapshot.whole) {
+            return Ok(());
+        }
         let same = |(sheet, (name, state)): (&crate::sheet::Sheet, &(String, SheetState))| {
             sheet.name == *name && sheet.takes(state)
         };

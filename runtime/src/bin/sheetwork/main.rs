@@ -10,6 +10,7 @@ mod link;
 mod list;
 mod material;
 mod measure;
+mod replay;
 mod run;
 mod study;
 
@@ -30,6 +31,8 @@ struct Arguments {
 enum Command {
     /// Run a scene without a screen and report what happened.
     Run(run::Run),
+    /// Run a journal again, and say where it first comes out otherwise.
+    Replay(replay::Replay),
     /// Generate a sheet: count its masses and springs, write it as a .SHT file.
     Generate(generate::Generate),
     /// Put a sheet on a virtual test rig.
@@ -71,6 +74,7 @@ enum Command {
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Run(run) => run.execute(),
+        Command::Replay(replay) => replay.execute(),
         Command::Generate(generate) => generate.execute(),
         Command::Measure(measure) => measure.execute(),
         Command::Bench(bench) => bench.execute(),

@@ -7,6 +7,7 @@ use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::engine::EngineKind;
+use sheetwork::journal::{Input, Writer};
 use sheetwork::recording::Recorder;
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Opening;
@@ -46,6 +47,15 @@ pub struct Run {
     /// Record positions, 60 frames a simulated second.
     #[arg(long)]
     record: Option<PathBuf>,
+    /// Write a journal: what was done, step by step, and what came of it, for `sheetwork replay`.
+    #[arg(long)]
+    journal: Option<PathBuf>,
+    /// Steps from one snapshot in the journal to the next.
+    #[arg(long, default_value_t = 60)]
+    key_every: u32,
+    /// Set a parameter while it runs, at a simulated time (s): TIME:PATH=VALUE, as in 0.5:gravity=(0,0,0). May be repeated.
+    #[arg(long = "at", value_name = "TIME:PATH=VALUE")]
+    changes: Vec<String>,
     /// Print the report as JSON and nothing else.
     #[arg(long)]
     json: bool,
@@ -102,6 +112,8 @@ impl Run {
             .as_ref()
             .map(|f| Recorder::create(f, world, 1.0 / (per_frame as f64 * world.dt())))
             .transpose()?;
+        let mut journal = self.journal.as_ref().map(|f| Writer::create(f, world, self.key_every)).transpose()?;
+        let mut changes = self.changes()?;
         let bar = self.bar(steps);
         let mut penetration = Vec::new();
         let mut cpu = 0.0;
@@ -117,7 +129,17 @@ impl Run {
             let batch = per_frame.min(steps - done);
             let start = ProcessTime::now();
             for _ in 0..batch {
-                world.step();
+                // In order of time, the last first.
+                while let Some((_, input)) = changes.pop_if(|(time, _)| *time <= world.time() + 1e-9 * world.dt()) {
+                    match &mut journal {
+                        Some(journal) => journal.input(world, input)?,
+                        None => input.apply(world)?,
+                    }
+                }
+                match &mut journal {
+                    Some(journal) => journal.step(world)?,
+                    None => world.step(),
+                }
             }
             cpu += start.elapsed().as_secs_f64();
             done += batch;
@@ -127,7 +149,25 @@ impl Run {
         if let Some(recorder) = recorder {
             recorder.finish()?;
         }
+        if let Some(journal) = journal {
+            journal.finish()?;
+        }
         Ok(world.report(cpu, &penetration))
+    }
+
+    /// What is set while it runs, the last first.
+    fn changes(&self) -> Result<Vec<(f64, Input)>, InputError> {
+        let bad = |item: &str| InputError::new("--at", format!("\"{item}\" is not TIME:PATH=VALUE"));
+        let mut all = Vec::with_capacity(self.changes.len());
+        for item in &self.changes {
+            let (time, set) = item.split_once(':').ok_or_else(|| bad(item))?;
+            let (path, value) = set.split_once('=').ok_or_else(|| bad(item))?;
+            let time = number(time).map_err(|e| InputError::new("--at", e))?;
+            all.push((time, Input::Set { path: path.trim().to_owned(), value: value.to_owned() }));
+        }
+        all.reverse();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Ok(all)
     }
 
     /// A progress bar on standard error; indicatif hides it where that is not a terminal.

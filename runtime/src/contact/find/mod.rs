@@ -35,6 +35,7 @@ use super::features::{Features, Solid};
 use super::frame::RigidFrame;
 use super::row::{Contact, Key};
 use super::skin::Skin;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// A sheet over a stage.
@@ -156,6 +157,33 @@ impl Finder {
     /// What has been done so far.
     pub fn counters(&self) -> FindCounters {
         self.counters
+    }
+
+    /// Keeps for a snapshot what a step takes over from those before it.
+    pub(crate) fn keep(&self, to: &mut Keeper) {
+        to.flag(self.scope.faces);
+        to.flag(self.scope.stacks);
+        let c = &self.counters;
+        for count in [c.boxes, c.mass_body_tests, c.edge_tests, c.vertex_tests, c.self_tests, c.sheet_sheet_tests] {
+            to.count(count);
+        }
+        to.count(self.trees.len() as u64);
+        self.trees.iter().for_each(|tree| tree.keep(to));
+    }
+
+    /// What was kept; `skin` finds the surface of a sheet by its number.
+    pub(crate) fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
+        let scope = Scope { faces: from.flag()?, stacks: from.flag()? };
+        let mut finder = Self { scope, ..Self::default() };
+        let c = &mut finder.counters;
+        let counts = [&mut c.boxes, &mut c.mass_body_tests, &mut c.edge_tests, &mut c.vertex_tests];
+        for count in counts.into_iter().chain([&mut c.self_tests, &mut c.sheet_sheet_tests]) {
+            *count = from.count()?;
+        }
+        for _ in 0..from.length(2)? {
+            finder.trees.push(SkinTree::taken(from, &skin)?);
+        }
+        Ok(finder)
     }
 
     /// Looks for this from the next step on.

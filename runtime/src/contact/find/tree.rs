@@ -3,7 +3,7 @@
 //! A triangle's box holds it at the start and at the end of the stage, and with it all of the way between, since its masses
 //! move along straight lines. Parry's boxes are in single precision; they are widened by what that loses.
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, Vec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy, BvhWorkspace};
 
@@ -11,6 +11,7 @@ use super::SheetMotion;
 use crate::contact::features::Solid;
 use crate::contact::frame::RigidFrame;
 use crate::contact::skin::{NONE, Skin, SkinEdge};
+use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// A box with sides along the axes, m; the default holds nothing.
@@ -127,8 +128,8 @@ pub(super) struct SkinTree {
     mass_areas: Vec<DVec3>,
     /// How far each edge stands out of the line between the middles of its triangles, world, m; none at the border.
     ridges: Vec<DVec3>,
-    /// Where the masses were when the sheet was found flat; empty when it was not.
-    flat_at: Vec<DVec3>,
+    /// Where the masses were, seen from the first, when the sheet was found flat; empty when it was not.
+    flat_at: Vec<Vec3>,
     /// Least height of a triangle at rest, m.
     height: f64,
     /// Whether it is of several layers.
@@ -252,8 +253,32 @@ impl SkinTree {
         }
         self.flat_at.clear();
         if skin.is_rectangle() && is_flat(skin, x, 0.75) {
-            self.flat_at.extend(x.iter());
+            let first = x.get(0);
+            self.flat_at.extend(x.iter().map(|p| (p - first).as_vec3()));
         }
+    }
+
+    /// Keeps for a snapshot what a step takes over from those before it.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.count(u64::from(self.id));
+        to.count(self.flat_at.len() as u64);
+        self.flat_at.iter().for_each(|p| to.singles(&p.to_array()));
+    }
+
+    /// The tree of sheet number `id`, with what was kept; `skin` finds the surface of a sheet by its number.
+    pub fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
+        let id = from.small()?;
+        let mut tree = Self::new(id, skin(id).ok_or(Cut)?);
+        let count = from.length(12)?;
+        if count != 0 && count != tree.boxes.len() {
+            return Err(Cut);
+        }
+        for _ in 0..count {
+            let mut place = [0.0; 3];
+            from.singles(&mut place)?;
+            tree.flat_at.push(Vec3::from_array(place));
+        }
+        Ok(tree)
     }
 
     /// Whether it was found flat at the start of the step.
@@ -278,9 +303,11 @@ impl SkinTree {
     /// Whether it was found flat and its masses have hardly shifted against each other since: masses that shift by δ turn a
     /// triangle of height h by 2 δ/h at most, by 11° here.
     fn is_as_it_was_flat(&self, x: &Vectors) -> bool {
-        let Some(first) = self.flat_at.first().filter(|_| self.flat_at.len() == x.len()) else { return false };
-        let (shift, allowed) = (x.get(0) - *first, 0.05 * self.height);
-        let moved = |(i, p): (usize, &DVec3)| (x.get(i) - *p - shift).length_squared();
+        if self.flat_at.is_empty() || self.flat_at.len() != x.len() {
+            return false;
+        }
+        let (first, allowed) = (x.get(0), 0.05 * self.height);
+        let moved = |(i, p): (usize, &Vec3)| (x.get(i) - first - p.as_dvec3()).length_squared();
         self.flat_at.iter().enumerate().all(|m| moved(m) <= allowed * allowed)
     }
 

@@ -11,6 +11,7 @@ use super::Row;
 use crate::contact::delassus::Group;
 use crate::contact::mover::Mover;
 use crate::engine::linear::{Backend, Factor, Pattern, analyse_joined};
+use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::sheet::System;
 
 /// How many times the blocks that contact has now may be kept of those that it has had.
@@ -49,6 +50,8 @@ pub(crate) struct Joint {
     depths: Vec<f64>,
     /// Times that a pattern was analysed.
     pub analyses: u64,
+    /// Whether the pattern is of a snapshot, and has no factor yet.
+    restored: bool,
 }
 
 impl Joint {
@@ -108,6 +111,9 @@ impl Joint {
     /// Fills in the tangents of the sheets and the masses of the bodies in a stage of weight `h` (s), in a pattern that has what
     /// `rows` join.
     pub fn fill(&mut self, group: &Group, rows: &[Row], h: f64) {
+        if std::mem::take(&mut self.restored) && self.made_for == self.sizes {
+            self.begin_factor(group);
+        }
         if self.made_for != self.sizes || !rows.iter().all(|row| covers(&self.pattern, row)) {
             self.analyse(group, rows);
         }
@@ -154,6 +160,65 @@ impl Joint {
         let joined = Pattern::new(self.size(), pairs);
         let is_little = joined.blocks() as f64 <= MORE * fresh.blocks() as f64;
         self.pattern = if is_little { joined } else { fresh };
+        self.put(group);
+        self.begin_factor(group);
+    }
+
+    /// Keeps for a snapshot what the order of elimination depends on: it is of the step in which a contact last joined something new.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.count(self.made_for.len() as u64);
+        for (first, blocks) in &self.made_for {
+            to.count(u64::from(*first));
+            to.count(u64::from(*blocks));
+        }
+        to.count(self.pattern.size() as u64);
+        for column in 0..self.pattern.size() {
+            let rows = &self.pattern.rows[self.pattern.column(column)];
+            to.count(rows.len() as u64);
+            // The diagonal comes first, and rows ascend.
+            rows.windows(2).for_each(|pair| to.count(u64::from(pair[1] - pair[0])));
+        }
+        self.places.iter().for_each(|place| to.numbers(place));
+        to.numbers(&self.depths);
+    }
+
+    /// Takes it back. The factor is made when it is wanted, unless it is of just this.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        let mut made_for = Vec::new();
+        for _ in 0..from.length(2)? {
+            made_for.push((from.small()?, from.small()?));
+        }
+        let size = from.length(25)?;
+        let mut pairs = Vec::new();
+        for column in 0..size as u32 {
+            let mut row = column;
+            for _ in 1..from.length(1)? {
+                row = row.checked_add(from.small()?).filter(|r| (*r as usize) < size).ok_or(Cut)?;
+                pairs.push((row, column));
+            }
+        }
+        let pattern = Pattern::new(size, pairs);
+        let mut places = vec![[0.0; 2]; size];
+        places.iter_mut().try_for_each(|place| from.numbers(place))?;
+        let mut depths = vec![0.0; size];
+        from.numbers(&mut depths)?;
+        let has_factor = self.factor.is_some() && !self.restored;
+        if has_factor
+            && (&self.made_for, &self.pattern, &self.places, &self.depths) == (&made_for, &pattern, &places, &depths)
+        {
+            return Ok(());
+        }
+        // A size that fits no more makes it anew.
+        self.restored = !made_for.is_empty() && made_for.last().is_some_and(|s| s.0 as usize == size);
+        (self.made_for, self.pattern, self.places, self.depths) = (made_for, pattern, places, depths);
+        if !self.restored {
+            self.made_for.clear();
+        }
+        Ok(())
+    }
+
+    /// Makes ready for factors of the pattern there is.
+    fn begin_factor(&mut self, group: &Group) {
         self.slots.clear();
         for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
             if let Some(tangent) = group.sheet(local).tangent() {
@@ -162,7 +227,6 @@ impl Joint {
                 self.slots.extend(tangent.pattern().iter().map(slot));
             }
         }
-        self.put(group);
         self.factor = Some(analyse_joined(&self.pattern, &self.places, &self.depths, Backend::default()));
         self.base.clear();
         self.base.resize(9 * self.pattern.blocks(), 0.0);

@@ -3,6 +3,7 @@
 //! A world owns a [`RigidWorld`] made from the scene's bodies, floor and back wall. A game that already runs Rapier lends
 //! its sets as a [`RigidView`] instead. Bodies stand still, follow a path, or move freely: `step` says how.
 
+mod keep;
 mod mass;
 mod shape;
 mod state;

@@ -17,6 +17,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::mass::MassProperties;
+use crate::kept::{Keeper, Taken, Taker};
 
 /// Largest turn in one step of the rule, rad.
 const TURN: f64 = 0.125;
@@ -68,6 +69,25 @@ impl BodyState {
     pub fn with_velocity(&self, velocity: DVec3, spin: DVec3) -> Self {
         let angular_momentum = if self.gives() { self.inertia() * spin } else { DVec3::ZERO };
         Self { velocity, spin, angular_momentum, ..*self }
+    }
+
+    /// Keeps it for a snapshot.
+    pub(crate) fn keep(&self, to: &mut Keeper) {
+        to.vector(self.centre);
+        to.rotation(self.rotation);
+        let MassProperties { mass, centre, principal, axes } = self.spread;
+        [self.velocity, self.spin, self.angular_momentum, centre, principal].into_iter().for_each(|v| to.vector(v));
+        to.rotation(axes);
+        to.number(mass);
+    }
+
+    /// What was kept.
+    pub(crate) fn taken(from: &mut Taker) -> Taken<Self> {
+        let (centre, rotation) = (from.vector()?, from.rotation()?);
+        let (velocity, spin, angular_momentum) = (from.vector()?, from.vector()?, from.vector()?);
+        let (middle, principal, axes, mass) = (from.vector()?, from.vector()?, from.rotation()?, from.number()?);
+        let spread = MassProperties { mass, centre: middle, principal, axes };
+        Ok(Self { centre, rotation, velocity, spin, angular_momentum, spread })
     }
 
     /// The same body at rest.

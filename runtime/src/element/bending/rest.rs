@@ -12,7 +12,8 @@ use glam::{DMat3, DVec3};
 use super::{Bending, Group, along, normal, times, times_scalar};
 use crate::element::curvature::CurvatureGroup;
 use crate::element::flow::{FlowStep, Flows, Strain, Yield};
-use crate::element::{Geometric, NO_BLOCK, set_rest};
+use crate::element::{Geometric, NO_BLOCK, keep_matrices, set_rest, take_matrices};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// Rest curvatures of all groups.
@@ -92,6 +93,29 @@ impl Rests {
         }
         let change = softness.1 / softness.0;
         self.full[i].iter_mut().flatten().for_each(|d| *d *= change);
+    }
+}
+
+impl Rests {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        self.rest.iter().for_each(|r| to.numbers(r));
+        keep_matrices(self.full.iter(), to);
+        to.numbers(&self.scale);
+        self.strains.iter().flatten().for_each(|s| s.keep(to));
+        to.numbers(&self.hardened);
+        to.flag(self.running);
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.rest.iter_mut().try_for_each(|r| from.numbers(r))?;
+        take_matrices(self.full.iter_mut(), from)?;
+        from.numbers(&mut self.scale)?;
+        self.strains.iter_mut().flatten().try_for_each(|s| s.take(from))?;
+        from.numbers(&mut self.hardened)?;
+        self.running = from.flag()?;
+        Ok(())
     }
 }
 

@@ -3,6 +3,7 @@
 use super::{Cell, CellMembrane, LANES, Pack, Warmed, half_dot, open_cell};
 use crate::element::Warmth;
 use crate::element::flow::{Decay, FlowStep, Flows, Strain};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// What creeps in the cells of a packet: strains less expansion.
@@ -31,6 +32,27 @@ impl Creeping {
     /// What warmth has left of the law's stiffness in cell `l` of packet `index`.
     pub fn softness(&mut self, index: usize, l: usize) -> &mut f64 {
         &mut self.parts[index].softness.0[l]
+    }
+}
+
+impl Creeping {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.flag(self.running);
+        for part in &self.parts {
+            part.strains.iter().flatten().for_each(|s| s.keep(to));
+            to.numbers(&part.softness.0);
+        }
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.running = from.flag()?;
+        for part in &mut self.parts {
+            part.strains.iter_mut().flatten().try_for_each(|s| s.take(from))?;
+            from.numbers(&mut part.softness.0)?;
+        }
+        Ok(())
     }
 }
 

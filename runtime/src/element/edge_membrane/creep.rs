@@ -4,6 +4,8 @@
 use super::{EdgeMembrane, dot, product};
 use crate::element::Warmth;
 use crate::element::flow::{FlowStep, Flows, Strain};
+use crate::element::{keep_matrices, take_matrices};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::sheet::Vectors;
 
 /// What creeps in all edges and triangles.
@@ -31,6 +33,27 @@ impl Creeping {
             running: false,
             warmth: vec![(1.0, 0.0); edges],
         }
+    }
+
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.flag(self.running);
+        self.strains.iter().for_each(|s| s.keep(to));
+        keep_matrices(self.full.iter(), to);
+        to.numbers(&self.scale);
+        self.warmth.iter().for_each(|w| to.numbers(&[w.0, w.1]));
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.running = from.flag()?;
+        self.strains.iter_mut().try_for_each(|s| s.take(from))?;
+        take_matrices(self.full.iter_mut(), from)?;
+        from.numbers(&mut self.scale)?;
+        for warmth in &mut self.warmth {
+            *warmth = (from.number()?, from.number()?);
+        }
+        Ok(())
     }
 
     /// Whether a step is on its way.

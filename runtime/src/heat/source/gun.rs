@@ -9,6 +9,7 @@ use glam::DVec3;
 use super::{Dial, Kind, Moment, Source, Target};
 use crate::error::InputError;
 use crate::heat::{COLDEST, HOTTEST};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::scene::{HeatGunSpec, Placement, Scene, path_at};
 
 /// Beyond this many half angles from the axis there is no jet.
@@ -97,6 +98,19 @@ impl Source for Gun {
             dial("direction.1", d.y, "", place),
             dial("direction.2", d.z, "", place),
         ]
+    }
+
+    fn keep_settings(&self, to: &mut Keeper) {
+        to.flag(self.spec.on);
+        to.number(self.spec.temperature);
+        to.vector(self.spec.position);
+        to.vector(self.spec.direction);
+    }
+
+    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
+        (self.spec.position, self.spec.direction) = (from.vector()?, from.vector()?);
+        Ok(())
     }
 
     fn turn(&mut self, path: &str, value: f64) -> bool {

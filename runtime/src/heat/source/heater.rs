@@ -24,8 +24,10 @@ use super::{Dial, Kind, Moment, Source, Target, fourth_power};
 use crate::contact::rigid::RigidView;
 use crate::error::InputError;
 use crate::heat::{COLDEST, HOTTEST};
+use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::scene::heater::Heater;
 use crate::scene::{HeaterSpec, Placement, Scene};
+use crate::sheet::Sheet;
 
 /// How far a patch may move, as a fraction of its distance from the nearest hot face's middle, and turn (radians), before it is
 /// looked at again: its view factor is then some thousandths off.
@@ -136,6 +138,49 @@ struct Seen {
     glance: usize,
     complete: bool,
     own: Option<Own>,
+}
+
+impl Seen {
+    fn keep(&self, to: &mut Keeper) {
+        to.count(self.at.len() as u64);
+        for (place, normal, reach) in &self.at {
+            to.vector(*place);
+            to.vector(*normal);
+            to.number(*reach);
+        }
+        self.factors.iter().for_each(|(f, v)| to.numbers(&[*f, *v]));
+        to.count(self.next as u64);
+        to.count(self.glance as u64);
+        to.flag(self.complete);
+        to.flag(self.own.is_some());
+        if let Some(own) = &self.own {
+            own.keep(to);
+        }
+    }
+
+    /// Takes it back, of `sheet` and of `faces` hot faces.
+    fn take(&mut self, from: &mut Taker, sheet: &Sheet, faces: usize) -> Taken {
+        let patches = from.length(56)?;
+        self.at.resize(patches, (DVec3::NAN, DVec3::NAN, f64::NAN));
+        for at in &mut self.at {
+            *at = (from.vector()?, from.vector()?, from.number()?);
+        }
+        self.factors.resize(patches * faces, (0.0, 1.0));
+        for factor in &mut self.factors {
+            *factor = (from.number()?, from.number()?);
+        }
+        (self.next, self.glance) = (from.index(patches.max(1))? as usize, from.index(GLANCES)? as usize);
+        self.complete = from.flag()?;
+        if !from.flag()? {
+            self.own = None;
+            return Ok(());
+        }
+        let body = sheet.faces().ok_or(Cut)?;
+        if self.own.as_ref().is_none_or(|own| !own.is_of(body)) {
+            self.own = Some(Own::new(sheet, body));
+        }
+        self.own.as_mut().map_or(Ok(()), |own| own.take(from))
+    }
 }
 
 struct Radiator {
@@ -257,6 +302,42 @@ impl Source for Radiator {
         let on = if self.on { 1.0 } else { 0.0 };
         let celsius = self.faces.iter().map(|f| f.celsius).fold(COLDEST, f64::max);
         vec![dial("on", on, "", (0.0, 1.0)), dial("temperature", celsius, "°C", (COLDEST, HOTTEST))]
+    }
+
+    fn keep_settings(&self, to: &mut Keeper) {
+        to.flag(self.on);
+        for face in &self.faces {
+            to.number(face.celsius);
+            face.corners.iter().for_each(|corner| to.vector(*corner));
+        }
+    }
+
+    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        self.on = from.flag()?;
+        for face in &mut self.faces {
+            face.celsius = from.number()?;
+            let mut corners = face.corners.clone();
+            corners.iter_mut().try_for_each(|corner| from.vector().map(|place| *corner = place))?;
+            if corners != face.corners {
+                *face = HotFace::new(corners, face.celsius, face.emissivity);
+            }
+        }
+        Ok(())
+    }
+
+    fn keep(&self, to: &mut Keeper) {
+        to.count(self.seen.len() as u64);
+        self.seen.iter().for_each(|seen| seen.keep(to));
+    }
+
+    fn take(&mut self, from: &mut Taker, sheets: &[Sheet]) -> Taken {
+        let count = from.length(1)?;
+        if count > sheets.len() {
+            return Err(Cut);
+        }
+        self.seen.resize_with(count, Seen::default);
+        let faces = self.faces.len();
+        self.seen.iter_mut().zip(sheets).try_for_each(|(seen, sheet)| seen.take(from, sheet, faces))
     }
 
     fn turn(&mut self, path: &str, value: f64) -> bool {

@@ -12,6 +12,7 @@ use rapier3d::prelude::Collider;
 use super::{Dial, Kind, Moment, Source, Target};
 use crate::error::InputError;
 use crate::heat::{COLDEST, HOTTEST};
+use crate::kept::{Keeper, Taken, Taker};
 use crate::scene::{Scene, body_name};
 
 /// Conductivity of air, W/(m K).
@@ -85,6 +86,15 @@ impl Source for HotBody {
 
     fn dials(&self) -> Vec<Dial> {
         vec![Dial { path: path_of(&self.name), value: self.celsius, unit: "°C", range: (COLDEST, HOTTEST) }]
+    }
+
+    fn keep_settings(&self, to: &mut Keeper) {
+        to.number(self.celsius);
+    }
+
+    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        self.celsius = from.number()?;
+        Ok(())
     }
 
     fn turn(&mut self, path: &str, value: f64) -> bool {

@@ -16,6 +16,7 @@ use super::stepper::Exchange;
 use super::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 use crate::contact::rigid::{RigidView, RigidWorld};
 use crate::error::InputError;
+use crate::kept::{Keeper, Taken, Taker};
 use crate::scene::{Placement, Scene};
 use crate::sheet::Sheet;
 
@@ -141,6 +142,22 @@ pub trait Source: Send + Sync {
     /// Takes up `value` for the dial at `path`, which has been checked; false where it has no such dial.
     fn turn(&mut self, _path: &str, _value: f64) -> bool {
         false
+    }
+
+    /// Keeps for a snapshot what can be changed of it.
+    fn keep_settings(&self, _to: &mut Keeper) {}
+
+    /// Takes that back.
+    fn take_settings(&mut self, _from: &mut Taker) -> Taken {
+        Ok(())
+    }
+
+    /// Keeps what it carries from step to step.
+    fn keep(&self, _to: &mut Keeper) {}
+
+    /// Takes that back, for these sheets.
+    fn take(&mut self, _from: &mut Taker, _sheets: &[Sheet]) -> Taken {
+        Ok(())
     }
 
     /// Sheets were added or removed: what is kept for each is no longer theirs.

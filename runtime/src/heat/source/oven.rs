@@ -3,7 +3,8 @@
 use super::{Dial, Kind, Moment, Source, Surroundings, Target};
 use crate::error::InputError;
 use crate::heat::{COLDEST, HOTTEST};
-use crate::scene::{OvenSpec, Scene};
+use crate::kept::{Keeper, Taken, Taker};
+use crate::scene::{OvenKey, OvenSpec, Scene};
 
 pub(super) const KIND: Kind = Kind { name: "oven", about: "the whole room at a temperature", build };
 
@@ -48,6 +49,26 @@ impl Source for Oven {
             },
             Dial { path: "oven.on".into(), value: on, unit: "", range: (0.0, 1.0) },
         ]
+    }
+
+    fn keep_settings(&self, to: &mut Keeper) {
+        to.flag(self.spec.on);
+        to.number(self.spec.temperature);
+        // One that was set has no schedule any more.
+        to.count(self.spec.schedule.len() as u64);
+        for key in &self.spec.schedule {
+            to.number(key.time);
+            to.optional(key.temperature);
+        }
+    }
+
+    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
+        self.spec.schedule.clear();
+        for _ in 0..from.length(9)? {
+            self.spec.schedule.push(OvenKey { time: from.number()?, temperature: from.optional()? });
+        }
+        Ok(())
     }
 
     fn turn(&mut self, path: &str, value: f64) -> bool {

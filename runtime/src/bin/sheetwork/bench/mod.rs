@@ -1,8 +1,12 @@
 //! `sheetwork bench`: long campaigns that end in tables, files and plots.
 
 mod canvas;
+mod counts;
 mod drops;
 mod front;
+#[cfg(feature = "link")]
+mod fuzz;
+mod hashes;
 mod heat;
 mod judge;
 mod kicks;
@@ -14,6 +18,8 @@ mod pareto;
 mod plot;
 mod point;
 mod reference;
+mod rollback;
+mod scenes;
 #[cfg(feature = "link")]
 mod soak;
 mod stability;
@@ -43,6 +49,17 @@ enum Campaign {
     Many(many::Many),
     /// Where engines break: the longest step that sheets bear, over stiffness, mass, damping, structure and more, beside what is predicted.
     Stability(stability::Stability),
+    /// Whether every scene goes on from a snapshot to the bit, and what snapshots cost.
+    Rollback(rollback::Rollback),
+    /// Instructions of a step, with each feature off, on and unused, and at work.
+    Counts(counts::Counts),
+    /// What every scene comes to, bit for bit: to compare builds, threads and machines.
+    Hashes(hashes::Hashes),
+    /// Damaged input of every kind: read or refused, and never a panic.
+    #[cfg(feature = "link")]
+    Fuzz(fuzz::Fuzz),
+    /// Random scenes, a second each: none panics, and which go unstable.
+    Scenes(scenes::Scenes),
     /// What heat adds to a step: a room that is not at 20 °C, and a heater of six faces.
     Heat(heat::HeatBench),
     /// The live link: what publishing costs the game, and how soon another process sees it.
@@ -61,6 +78,12 @@ impl Bench {
             Campaign::Drops(drops) => drops.execute(),
             Campaign::Many(many) => many.execute(),
             Campaign::Stability(stability) => stability.execute(),
+            Campaign::Rollback(rollback) => rollback.execute(),
+            #[cfg(feature = "link")]
+            Campaign::Fuzz(fuzz) => fuzz.execute(),
+            Campaign::Hashes(hashes) => hashes.execute(),
+            Campaign::Counts(counts) => counts.execute(),
+            Campaign::Scenes(scenes) => scenes.execute(),
             Campaign::Heat(heat) => heat.execute(),
             #[cfg(feature = "link")]
             Campaign::Link(link) => link.execute(),

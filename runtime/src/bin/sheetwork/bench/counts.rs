@@ -1,0 +1,228 @@
+//! `sheetwork bench counts`: how many instructions a step takes with each feature off, on and unused, and at work.
+//!
+//! This program runs itself under callgrind, twice for each case: the difference of the two counts is that of the steps which the one takes more.
+//! Counts repeat, where times do not: a check against a file of them holds each to one part in a hundred.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use clap::Args;
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+use sheetwork::engine::EngineKind;
+use sheetwork::lattice::StructureKind;
+use sheetwork::scene::{
+    BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
+};
+use sheetwork::{InputError, World};
+
+use crate::{print_json, print_line};
+
+/// Steps of the shorter run, and by how many the longer is longer.
+const FIRST: u32 = 4;
+const MORE: u32 = 12;
+/// By how much a count may be off from one that is checked against.
+const MARGIN: f64 = 0.01;
+
+#[derive(Args)]
+pub struct Counts {
+    /// Cases by name, all if none.
+    cases: Vec<String>,
+    /// Hold the counts to those of a file that --renew wrote, each within 1 %.
+    #[arg(long, value_name = "FILE")]
+    check: Option<PathBuf>,
+    /// Write the counts to the file of --check in place of holding them to it.
+    #[arg(long)]
+    renew: bool,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+    /// Take so many steps of the case, and no more: what runs under callgrind.
+    #[arg(long, hide = true)]
+    steps: Option<u32>,
+}
+
+/// A case: a scene, and what is done with its world before each step.
+struct Case {
+    name: &'static str,
+    about: &'static str,
+    scene: fn() -> Scene,
+    sleep: bool,
+    each: fn(&mut World, &mut Vec<u8>),
+}
+
+fn nothing(_: &mut World, _: &mut Vec<u8>) {}
+
+const fn case(name: &'static str, about: &'static str, scene: fn() -> Scene) -> Case {
+    Case { name, about, scene, sleep: false, each: nothing }
+}
+
+const CASES: &[Case] = &[
+    case("plain", "a clamped shell of 21x21 masses falls: no feature", plain),
+    case("plastic_unused", "it may yield, and does not", || with(|s| s.plastic = true)),
+    case("tearing_unused", "it may tear, and does not", || with(|s| s.tearing = true)),
+    case("bodies_far", "two bodies stand far away", || Scene {
+        bodies: [5.0, 9.0].into_iter().map(|x| placed(BodySpec::new(Shape::Ball(0.1)), x, 0.0)).collect(),
+        ..plain()
+    }),
+    case("no_self_contact", "sheets are told not to meet: a flat one does not look anyway", || {
+        let mut scene = plain();
+        scene.contact.sheets = false;
+        scene
+    }),
+    case("room_20", "an oven that is off: nothing is warm", || {
+        let oven = sheetwork::scene::OvenSpec { on: false, ..Default::default() };
+        Scene { oven: Some(oven), ..plain() }
+    }),
+    case("room_60", "the whole room at 60 °C", || Scene { ambient_temperature: 60.0, ..plain() }),
+    case("heater", "a heater of six faces above it", || Scene { heaters: vec![heater()], ..plain() }),
+    case("creep", "it creeps", || with(|s| s.creep = true)),
+    case("on_floor", "it lies on a floor", || {
+        let mut scene = with(|s| s.pins.clear());
+        scene.sheets[0].placement.position.y = 2.6e-4;
+        scene.bodies.push(BodySpec::new(Shape::HalfSpace));
+        scene
+    }),
+    Case {
+        name: "asleep",
+        about: "it has been put to sleep on a floor",
+        scene: || {
+            let mut scene = with(|s| s.pins.clear());
+            scene.sheets[0].placement.position.y = 2.6e-4;
+            scene.bodies.push(BodySpec::new(Shape::HalfSpace));
+            scene
+        },
+        sleep: true,
+        each: nothing,
+    },
+    Case { name: "snapshots", about: "a snapshot every step", scene: plain, sleep: false, each: |w, b| w.save_into(b) },
+    Case {
+        name: "watched",
+        about: "buckling is looked for",
+        scene: plain,
+        sleep: false,
+        each: |w, _| w.watch_buckling(true),
+    },
+];
+
+fn plain() -> Scene {
+    let sheet = SheetSpec {
+        structure: StructureKind::Shell,
+        springs: SpringLaw::Calibrated,
+        grid: (21, 1, 21),
+        size: (0.25, 0.25),
+        material: MaterialChoice::Named("hips".into()),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    };
+    Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
+}
+
+fn with(change: impl FnOnce(&mut SheetSpec)) -> Scene {
+    let mut scene = plain();
+    change(&mut scene.sheets[0]);
+    scene
+}
+
+fn placed(body: BodySpec, x: f64, y: f64) -> BodySpec {
+    BodySpec { placement: Placement { position: DVec3::new(x, y, 0.0), ..Placement::default() }, ..body }
+}
+
+fn heater() -> HeaterSpec {
+    HeaterSpec {
+        size: Some(DVec3::new(0.1, 0.02, 0.1)),
+        hot: (0..6).map(|face| HotFaceSpec { face, temperature: 300.0, emissivity: 0.9 }).collect(),
+        placement: Placement { position: DVec3::new(0.0, 0.1, 0.0), ..Placement::default() },
+        ..HeaterSpec::default()
+    }
+}
+
+impl Counts {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let chosen: Vec<&Case> =
+            CASES.iter().filter(|c| self.cases.is_empty() || self.cases.iter().any(|n| n == c.name)).collect();
+        if chosen.is_empty() {
+            let names: Vec<&str> = CASES.iter().map(|c| c.name).collect();
+            return Err(InputError::new("cases", format!("there are {}", names.join(", "))));
+        }
+        if let Some(steps) = self.steps {
+            return chosen.into_iter().try_for_each(|c| run(c, steps)).map(|()| ExitCode::SUCCESS);
+        }
+        if Command::new("valgrind").arg("--version").output().is_err() {
+            print_line("skipped: valgrind, which counts instructions, is not installed")?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let mut found = Map::new();
+        for case in &chosen {
+            let count = (counted(case.name, FIRST + MORE)? - counted(case.name, FIRST)?) / f64::from(MORE);
+            found.insert(case.name.to_owned(), json!(count));
+            if !self.json {
+                let plain = found.get("plain").and_then(Value::as_f64).unwrap_or(count);
+                let line = format!(
+                    "{:<16} {count:>12.0} {:>+8.2} %  {}",
+                    case.name,
+                    100.0 * (count / plain - 1.0),
+                    case.about
+                );
+                print_line(&line)?;
+            }
+        }
+        let missed = self.held(&found)?;
+        if self.json {
+            print_json(&json!({ "instructions_per_step": found, "missed": missed }))?;
+        } else {
+            missed.iter().try_for_each(|line| print_line(line))?;
+        }
+        Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// What is off from the file that is checked against.
+    fn held(&self, found: &Map<String, Value>) -> Result<Vec<String>, InputError> {
+        let Some(file) = &self.check else { return Ok(Vec::new()) };
+        if self.renew {
+            let text = serde_json::to_string_pretty(found).map_err(|e| InputError::new("check", e.to_string()))?;
+            std::fs::write(file, text + "\n").map_err(|e| InputError::io(file, &e))?;
+            return Ok(Vec::new());
+        }
+        let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
+        let wanted: Map<String, Value> =
+            serde_json::from_str(&text).map_err(|e| InputError::new("check", e.to_string()).in_file(file))?;
+        let off = found.iter().filter_map(|(name, count)| {
+            let (count, wanted) = (count.as_f64()?, wanted.get(name)?.as_f64()?);
+            let change = count / wanted - 1.0;
+            (change.abs() > MARGIN).then(|| format!("{name}: {count:.0}, {:+.2} % off {wanted:.0}", 100.0 * change))
+        });
+        Ok(off.collect())
+    }
+}
+
+fn run(case: &Case, steps: u32) -> Result<(), InputError> {
+    let mut world = World::new(&(case.scene)())?;
+    world.set_sleep(case.sleep);
+    if case.sleep {
+        // Both runs alike: what is counted is what comes after.
+        (0..100).for_each(|_| world.step());
+    }
+    let mut room = Vec::new();
+    for _ in 0..steps {
+        (case.each)(&mut world, &mut room);
+        world.step();
+    }
+    Ok(())
+}
+
+/// Instructions of a run of `steps` steps.
+fn counted(name: &str, steps: u32) -> Result<f64, InputError> {
+    let own = std::env::current_exe().map_err(|e| InputError::new("counts", e.to_string()))?;
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(own)
+        .args(["bench", "counts", name, "--steps", &steps.to_string()])
+        .output()
+        .map_err(|e| InputError::new("valgrind", e.to_string()))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let count = said.lines().find_map(|l| l.split("Collected :").nth(1)?.trim().parse::<f64>().ok());
+    count.ok_or_else(|| {
+        InputError::new("valgrind", format!("did not count: {}", said.lines().last().unwrap_or_default()))
+    })
+}

@@ -1,0 +1,88 @@
+//! `sheetwork bench hashes`: what every scene comes to, as a number that is another when a bit is: to be compared between builds, threads and
+//! machines.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use clap::Args;
+use sheetwork::scene::Scene;
+use sheetwork::{InputError, World, check_range};
+
+use super::shard;
+use crate::print_line;
+
+#[derive(Args)]
+pub struct Hashes {
+    /// Scenes by name, all of the folder if none.
+    scenes: Vec<String>,
+    /// Folder of the scenes.
+    #[arg(long, default_value = "assets/scenes")]
+    folder: PathBuf,
+    /// Steps of each.
+    #[arg(long, default_value_t = 60)]
+    steps: u32,
+    /// Threads to step sheets on.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Run only every N-th scene from the I-th on, 1 to N.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<(usize, usize)>,
+    /// Another `sheetwork`, of another build: it is asked for the same, and what differs is named.
+    #[arg(long, value_name = "PROGRAM")]
+    against: Option<PathBuf>,
+}
+
+impl Hashes {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        check_range("--steps", f64::from(self.steps), 1.0, 1e9, "")?;
+        check_range("--threads", self.threads as f64, 1.0, 1024.0, "")?;
+        let names =
+            if self.scenes.is_empty() { super::rollback::scenes_of(&self.folder)? } else { self.scenes.clone() };
+        let (which, of) = self.shard.unwrap_or((1, 1));
+        let mut differs = 0;
+        for name in names.iter().skip(which - 1).step_by(of) {
+            let line = format!("{name} {:016x}", self.hash(name)?);
+            match &self.against {
+                None => print_line(&line)?,
+                Some(other) => {
+                    let theirs = self.asked(other, name)?;
+                    let same = theirs == line;
+                    differs += usize::from(!same);
+                    print_line(&format!("{line}  {}", if same { "same".into() } else { format!("there {theirs}") }))?;
+                }
+            }
+        }
+        Ok(if differs == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    fn hash(&self, name: &str) -> Result<u64, InputError> {
+        let mut world = World::new(&Scene::load(&self.folder.join(format!("{name}.ron")))?)?;
+        world.set_threads(self.threads)?;
+        (0..self.steps).for_each(|_| world.step());
+        Ok(of_world(&world))
+    }
+
+    /// What another build says of a scene.
+    fn asked(&self, program: &PathBuf, name: &str) -> Result<String, InputError> {
+        let output = Command::new(program)
+            .args(["bench", "hashes", name, "--steps", &self.steps.to_string(), "--threads", &self.threads.to_string()])
+            .arg("--folder")
+            .arg(&self.folder)
+            .output()
+            .map_err(|e| InputError::io(program, &e))?;
+        Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    }
+}
+
+/// FNV-1a (64 bit) over the bits of every position and velocity of every sheet, in order.
+fn of_world(world: &World) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for sheet in world.sheets() {
+        for axis in sheet.x.axes().into_iter().chain(sheet.v.axes()) {
+            for byte in axis.iter().flat_map(|value| value.to_bits().to_le_bytes()) {
+                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+            }
+        }
+    }
+    hash
+}

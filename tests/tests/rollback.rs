@@ -1,0 +1,238 @@
+//! Snapshots as bytes: what is saved is gone on from bit for bit, in the world it is of and in a new one of the same scene; and what is
+//! no snapshot is refused.
+//!
+//! The whole library for 600 steps: `sheetwork bench rollback`.
+
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::engine::TABLE;
+use sheetwork::lattice;
+use sheetwork::scene::{PathKey, Placement, Scene, Shape};
+use sheetwork_tests::{body, shipped, small_sheet, state_hash, world};
+
+/// Hashes after each of `steps` steps.
+fn run(world: &mut World, steps: u32) -> Vec<u64> {
+    let one = |_| {
+        world.step();
+        state_hash(world)
+    };
+    (0..steps).map(one).collect()
+}
+
+/// Goes `first` steps, saves, goes on, and says where two runs from what was saved come apart from that: after how many steps.
+fn first_difference(scene: &Scene, first: u32, steps: u32) -> Option<(&'static str, usize)> {
+    let mut world = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
+    run(&mut world, first);
+    let saved = world.save();
+    let wanted = run(&mut world, steps);
+    let end = world.save();
+    let mut fresh = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
+    for (name, world) in [("the same world", &mut world), ("a new world", &mut fresh)] {
+        world.load(&saved).unwrap_or_else(|e| panic!("{}: {e}", scene.name));
+        assert!(world.save() == saved, "{}: {name} saves something else than it has loaded", scene.name);
+        let found = run(world, steps);
+        if let Some(at) = (0..wanted.len()).find(|i| wanted[*i] != found[*i]) {
+            return Some((name, at + 1));
+        }
+        // All that steps depend on, and not only what is seen.
+        if world.save() != end {
+            return Some((name, wanted.len()));
+        }
+    }
+    None
+}
+
+fn continues(scene: &Scene, name: &str, first: u32, steps: u32) {
+    let apart = first_difference(scene, first, steps);
+    assert!(
+        apart.is_none(),
+        "{name}: {} differs after {} steps",
+        apart.unwrap_or_default().0,
+        apart.unwrap_or_default().1
+    );
+}
+
+/// Scenes with contact, bodies that move, heat, flow, tears, glue and sticking.
+const SAMPLE: &[(&str, u32, u32)] = &[
+    ("wedge", 40, 60),
+    ("slide_11", 60, 60),
+    ("flat_floor_e01", 30, 60),
+    ("box_on_sheet", 30, 40),
+    ("ball_on_sheet", 20, 30),
+    ("needle", 20, 20),
+    ("folded_card", 30, 20),
+    ("flag", 30, 40),
+    ("hot_sag", 60, 60),
+    ("heat_gun", 40, 40),
+    ("oven_wedge", 40, 40),
+    ("heater_wedge", 30, 30),
+    ("torn_strip", 60, 40),
+    ("sticky_film", 40, 30),
+    ("creased_sheet", 30, 40),
+];
+
+#[test]
+fn a_sample_of_the_library_goes_on_to_the_bit() {
+    for (name, first, steps) in SAMPLE {
+        continues(&shipped(name), name, *first, *steps);
+    }
+}
+
+/// One sheet of every structure, each over a box that moves and a floor.
+fn crowd(engine: &str) -> Scene {
+    let mut scene = Scene { engine: engine.parse().unwrap_or_else(|e| panic!("{e}")), dt: 2e-3, ..Scene::default() };
+    scene.name = engine.into();
+    for (i, structure) in lattice::TABLE.iter().enumerate() {
+        let mut sheet = small_sheet(structure.kind, 0.2);
+        sheet.name = structure.name.into();
+        sheet.placement =
+            Placement { position: DVec3::new(0.5 * i as f64, 0.12, 0.0), rotation: DVec3::new(7.0, 40.0, -9.0) };
+        scene.sheets.push(sheet);
+    }
+    scene.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));
+    let path = vec![
+        PathKey::default(),
+        PathKey { time: 1.0, offset: DVec3::new(3.0, 0.0, 0.1), rotation: DVec3::new(0.0, 90.0, 0.0) },
+    ];
+    scene.bodies.push(body("box", Shape::Box(DVec3::new(0.2, 0.2, 0.6)), Placement::default(), path));
+    scene
+}
+
+#[test]
+fn every_engine_and_structure_goes_on_to_the_bit() {
+    for engine in TABLE {
+        let scene = crowd(engine.name);
+        continues(&scene, engine.name, 60, 60);
+    }
+}
+
+#[test]
+fn parameters_hands_and_bodies_that_are_sent_go_back_too() {
+    let scene = shipped("materials_hanging");
+    let mut world = world(&scene);
+    let name = world.sheets()[1].name.clone();
+    let warm = shipped("oven_wedge");
+    let meddle = |world: &mut World| {
+        world.sheets_mut()[0].grab((1.0, 0.5), 30.0).expect("free");
+        world.sheets_mut()[0].pull(0, DVec3::new(0.1, 0.3, 0.2)).expect("there");
+        world.set(&format!("sheets.{name}.material.young"), "2e8").expect("in range");
+        world.set("gravity", "(1, -3, 0)").expect("in range");
+        world.set("dt", "0.01").expect("in range");
+    };
+    run(&mut world, 20);
+    let before = world.save();
+    let plain = run(&mut world, 10);
+    world.load(&before).expect("its own");
+    meddle(&mut world);
+    run(&mut world, 5);
+    let amid = world.save();
+    let meddled = run(&mut world, 10);
+    assert_ne!(plain, meddled);
+    // From amid to before, and on from there; and to amid, in the same world and in a new one.
+    world.load(&before).expect("its own");
+    assert!(world.sheets()[0].pulls().is_empty() && world.gravity().x == 0.0);
+    assert_eq!(run(&mut world, 10), plain);
+    let mut fresh = self::world(&scene);
+    for world in [&mut world, &mut fresh] {
+        world.load(&amid).expect("of this scene");
+        assert_eq!((world.dt(), world.sheets()[0].pulls().len()), (0.01, 1));
+        assert_eq!(run(world, 10), meddled);
+    }
+    // An oven that was turned, and a body that was sent.
+    let mut world = self::world(&warm);
+    let body = world.rigid().expect("its own").bodies()[0].name.clone();
+    run(&mut world, 10);
+    let before = world.save();
+    let plain = run(&mut world, 10);
+    world.set("oven.temperature", "60").expect("in range");
+    assert!(world.move_body(&body, DVec3::new(0.0, 0.01, 0.0), glam::DQuat::IDENTITY));
+    run(&mut world, 10);
+    let sent = world.save();
+    let on = run(&mut world, 10);
+    world.load(&before).expect("its own");
+    assert_eq!(run(&mut world, 10), plain);
+    world.load(&sent).expect("its own");
+    assert_eq!(run(&mut world, 10), on);
+}
+
+#[test]
+fn what_warms_or_tears_for_the_first_time_goes_back_to_cold_and_whole() {
+    for (name, first) in [("torn_strip", 400), ("melting_hole", 100)] {
+        let mut world = world(&shipped(name));
+        let before = world.save();
+        let wanted = run(&mut world, 5);
+        run(&mut world, first);
+        world.load(&before).expect("its own");
+        assert_eq!(run(&mut world, 5), wanted, "{name}");
+    }
+    // Temperatures that a program sets, on a sheet that had none.
+    let mut world = world(&shipped("materials_hanging"));
+    run(&mut world, 3);
+    let before = world.save();
+    let wanted = run(&mut world, 5);
+    world.sheets_mut()[0].set_temperatures(|i| 20.0 + 0.1 * i as f64).expect("in range");
+    let warm = run(&mut world, 5);
+    assert_ne!(warm, wanted);
+    world.load(&before).expect("its own");
+    assert!(world.sheets()[0].heat().is_none());
+    assert_eq!(run(&mut world, 5), wanted);
+}
+
+#[test]
+fn a_light_snapshot_goes_on_to_the_bit_where_no_parameter_was_changed() {
+    let mut world = world(&shipped("hot_sag"));
+    run(&mut world, 40);
+    let snapshot = world.snapshot();
+    let wanted = run(&mut world, 30);
+    world.restore(&snapshot).expect("its own");
+    assert_eq!(run(&mut world, 30), wanted);
+    // A parameter that was changed stays as it is set.
+    let damping = format!("sheets.{}.damping_ratio", world.sheets()[0].name);
+    world.set(&damping, "0.9").expect("in range");
+    world.restore(&snapshot).expect("its own");
+    assert_eq!(world.sheets()[0].damping_ratio(), 0.9);
+    assert_ne!(run(&mut world, 30), wanted);
+}
+
+#[test]
+fn what_is_no_snapshot_of_this_world_is_refused_and_changes_nothing() {
+    let scene = shipped("box_on_sheet");
+    let mut world = world(&scene);
+    run(&mut world, 5);
+    let saved = world.save();
+    let state = state_hash(&world);
+    let mut says = |bytes: &[u8], what: &str| {
+        let error = world.load(bytes).expect_err(what);
+        assert!(error.problem.contains(what), "{error}");
+        assert_eq!(state_hash(&world), state);
+    };
+    says(b"", "not a snapshot");
+    says(b"SHEETWRK", "cut off");
+    says(&saved[..20], "cut off");
+    says(&saved[..saved.len() - 1], "cut off");
+    says(&[&saved[..], &[0]].concat(), "goes on after its end");
+    let changed = |at: usize, by: u8| {
+        let mut bytes = saved.clone();
+        bytes[at] ^= by;
+        bytes
+    };
+    says(&changed(8, 3), "version 2");
+    says(&changed(saved.len() / 2, 1), "damaged");
+    says(&self::world(&shipped("wedge")).save(), "other sheets or bodies");
+    assert!(world.save() == saved);
+    // One more sheet, and it is another world.
+    world.add_sheet(&scene.sheets[0]).expect("valid");
+    assert!(world.load(&saved).expect_err("other").problem.contains("other sheets"));
+}
+
+#[test]
+fn a_snapshot_of_a_sheet_takes_no_more_than_200_bytes_a_mass() {
+    let scene = Scene::parse(
+        r#"(engine: "tr-bdf2", dt: 0.0166, sheets: [(structure: "shell", grid: (21, 1, 21), size: (0.25, 0.25),
+            material: "hips", springs: Calibrated, pins: [(region: Left, clamp: true)])])"#,
+    );
+    let mut world = world(&scene.expect("valid"));
+    run(&mut world, 30);
+    let bytes = world.save().len();
+    assert!(bytes < 200 * 441, "{} a mass", bytes / 441);
+}
