@@ -46,7 +46,7 @@ fn a_run_is_run_again_to_the_bit_and_gone_to_at_any_step() {
     let mut again = journal.world(None).expect("its scene");
     assert_eq!(journal.check(&mut again), Ok(None));
     assert_eq!(again.save(), end.save());
-    let mut way = self::world();
+    let mut way = world();
     for step in 0..=20 {
         journal.seek(&mut again, u64::from(step)).expect("there");
         assert_eq!(sums(&again), sums(&way), "{step}");
