@@ -5,15 +5,19 @@
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
+use std::sync::Arc;
 
 use clap::Args;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 use sheetwork::engine::EngineKind;
+use sheetwork::engine::linear::Path;
 use sheetwork::lattice::StructureKind;
 use sheetwork::scene::{
     BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
+    WhenUnstable,
 };
+use sheetwork::watch::{Phase, Watch};
 use sheetwork::{InputError, World};
 
 use crate::{print_json, print_line};
@@ -21,6 +25,8 @@ use crate::{print_json, print_line};
 /// Steps of the shorter run, and by how many the longer is longer.
 const FIRST: u32 = 4;
 const MORE: u32 = 12;
+/// How this program was built.
+const BUILD: &str = if cfg!(debug_assertions) { "dev" } else { "release" };
 /// By how much a count may be off from one that is checked against.
 const MARGIN: f64 = 0.01;
 
@@ -95,6 +101,15 @@ const CASES: &[Case] = &[
         sleep: true,
         each: nothing,
     },
+    case("contained", "what is about to go unstable would be frozen", || {
+        with(|s| s.when_unstable = WhenUnstable::Freeze)
+    }),
+    case("springs", "not a shell but trimm of 21x21x2 masses, and rk4: no feature", springs),
+    case("springs_contained", "its step would be reduced", || {
+        let mut scene = springs();
+        scene.sheets[0].when_unstable = WhenUnstable::ReduceStep { parts: 64 };
+        scene
+    }),
     Case { name: "snapshots", about: "a snapshot every step", scene: plain, sleep: false, each: |w, b| w.save_into(b) },
     Case {
         name: "watched",
@@ -103,7 +118,34 @@ const CASES: &[Case] = &[
         sleep: false,
         each: |w, _| w.watch_buckling(true),
     },
+    Case {
+        name: "phases",
+        about: "somebody is told which part of a step is under way",
+        scene: plain,
+        sleep: false,
+        each: |w, _| w.set_watch(Some(Arc::new(Nobody))),
+    },
 ];
+
+/// One who is told, and makes nothing of it.
+struct Nobody;
+
+impl Watch for Nobody {
+    fn begin(&self, _: Phase) {}
+
+    fn end(&self, _: Phase) {}
+}
+
+fn springs() -> Scene {
+    let sheet = SheetSpec {
+        structure: StructureKind::Trimm,
+        grid: (21, 2, 21),
+        size: (0.25, 0.25),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    };
+    Scene { engine: EngineKind::Rk4, dt: 1e-3, sheets: vec![sheet], ..Scene::default() }
+}
 
 fn plain() -> Scene {
     let sheet = SheetSpec {
@@ -153,8 +195,11 @@ impl Counts {
             return Ok(ExitCode::SUCCESS);
         }
         let mut found = Map::new();
+        let mut kernels = String::new();
         for case in &chosen {
-            let count = (counted(case.name, FIRST + MORE)? - counted(case.name, FIRST)?) / f64::from(MORE);
+            let (less, with) = counted(case.name, FIRST)?;
+            let count = (counted(case.name, FIRST + MORE)?.0 - less) / f64::from(MORE);
+            kernels = with;
             found.insert(case.name.to_owned(), json!(count));
             if !self.json {
                 let plain = found.get("plain").and_then(Value::as_f64).unwrap_or(count);
@@ -167,28 +212,41 @@ impl Counts {
                 print_line(&line)?;
             }
         }
-        let missed = self.held(&found)?;
+        let missed = self.held(&found, &kernels)?;
         if self.json {
-            print_json(&json!({ "instructions_per_step": found, "missed": missed }))?;
+            print_json(
+                &json!({ "build": BUILD, "kernels": kernels, "instructions_per_step": found, "missed": missed }),
+            )?;
         } else {
             missed.iter().try_for_each(|line| print_line(line))?;
         }
         Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    /// What is off from the file that is checked against.
-    fn held(&self, found: &Map<String, Value>) -> Result<Vec<String>, InputError> {
+    /// What is off from the file that is checked against; counts are of one compiler, one profile and one set of vector instructions.
+    fn held(&self, found: &Map<String, Value>, kernels: &str) -> Result<Vec<String>, InputError> {
         let Some(file) = &self.check else { return Ok(Vec::new()) };
+        let compiler = compiler();
         if self.renew {
-            let text = serde_json::to_string_pretty(found).map_err(|e| InputError::new("check", e.to_string()))?;
+            let all =
+                json!({ "build": BUILD, "kernels": kernels, "compiler": compiler, "instructions_per_step": found });
+            let text = serde_json::to_string_pretty(&all).map_err(|e| InputError::new("check", e.to_string()))?;
             std::fs::write(file, text + "\n").map_err(|e| InputError::io(file, &e))?;
             return Ok(Vec::new());
         }
         let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
-        let wanted: Map<String, Value> =
+        let wanted: Value =
             serde_json::from_str(&text).map_err(|e| InputError::new("check", e.to_string()).in_file(file))?;
+        let own = [BUILD, kernels, &compiler];
+        if ["build", "kernels", "compiler"].map(|key| wanted[key].as_str().unwrap_or_default()) != own {
+            print_line(&format!(
+                "not held to {}, which is not of a {BUILD} build with {kernels} by {compiler}",
+                file.display()
+            ))?;
+            return Ok(Vec::new());
+        }
         let off = found.iter().filter_map(|(name, count)| {
-            let (count, wanted) = (count.as_f64()?, wanted.get(name)?.as_f64()?);
+            let (count, wanted) = (count.as_f64()?, wanted["instructions_per_step"][name].as_f64()?);
             let change = count / wanted - 1.0;
             (change.abs() > MARGIN).then(|| format!("{name}: {count:.0}, {:+.2} % off {wanted:.0}", 100.0 * change))
         });
@@ -196,7 +254,14 @@ impl Counts {
     }
 }
 
+/// The compiler there is, which is taken to be the one that this was built with.
+fn compiler() -> String {
+    let output = Command::new("rustc").arg("--version").output();
+    output.map_or_else(|_| "no compiler".to_owned(), |o| String::from_utf8_lossy(&o.stdout).trim().to_owned())
+}
+
 fn run(case: &Case, steps: u32) -> Result<(), InputError> {
+    print_line(&format!("{:?}", Path::best()).to_lowercase())?;
     let mut world = World::new(&(case.scene)())?;
     world.set_sleep(case.sleep);
     if case.sleep {
@@ -211,8 +276,8 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Instructions of a run of `steps` steps.
-fn counted(name: &str, steps: u32) -> Result<f64, InputError> {
+/// Instructions of a run of `steps` steps, and the vector instructions that it had.
+fn counted(name: &str, steps: u32) -> Result<(f64, String), InputError> {
     let own = std::env::current_exe().map_err(|e| InputError::new("counts", e.to_string()))?;
     let output = Command::new("valgrind")
         .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
@@ -222,7 +287,8 @@ fn counted(name: &str, steps: u32) -> Result<f64, InputError> {
         .map_err(|e| InputError::new("valgrind", e.to_string()))?;
     let said = String::from_utf8_lossy(&output.stderr);
     let count = said.lines().find_map(|l| l.split("Collected :").nth(1)?.trim().parse::<f64>().ok());
-    count.ok_or_else(|| {
+    let kernels = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    count.map(|count| (count, kernels)).ok_or_else(|| {
         InputError::new("valgrind", format!("did not count: {}", said.lines().last().unwrap_or_default()))
     })
 }

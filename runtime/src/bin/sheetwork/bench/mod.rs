@@ -2,6 +2,7 @@
 
 mod canvas;
 mod counts;
+mod day;
 mod drops;
 mod front;
 #[cfg(feature = "link")]
@@ -14,6 +15,7 @@ mod kicks;
 mod link;
 mod many;
 mod marker;
+mod memory;
 mod pareto;
 mod plot;
 mod point;
@@ -58,6 +60,8 @@ enum Campaign {
     /// Damaged input of every kind: read or refused, and never a panic.
     #[cfg(feature = "link")]
     Fuzz(fuzz::Fuzz),
+    /// A day of one sheet that is kicked, heated and cooled: energy, place and memory hour by hour.
+    Day(day::Day),
     /// Random scenes, a second each: none panics, and which go unstable.
     Scenes(scenes::Scenes),
     /// What heat adds to a step: a room that is not at 20 °C, and a heater of six faces.
@@ -83,6 +87,7 @@ impl Bench {
             Campaign::Fuzz(fuzz) => fuzz.execute(),
             Campaign::Hashes(hashes) => hashes.execute(),
             Campaign::Counts(counts) => counts.execute(),
+            Campaign::Day(day) => day.execute(),
             Campaign::Scenes(scenes) => scenes.execute(),
             Campaign::Heat(heat) => heat.execute(),
             #[cfg(feature = "link")]

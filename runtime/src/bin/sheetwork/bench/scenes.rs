@@ -12,11 +12,12 @@ use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::json;
 use sheetwork::engine::TABLE as ENGINES;
+use sheetwork::event::EventKind;
 use sheetwork::lattice::StructureKind;
 use sheetwork::lattice::TABLE as STRUCTURES;
 use sheetwork::scene::{
     Air, BodySpec, HeatGunSpec, Material, MaterialChoice, OvenSpec, PathKey, PinSpec, Placement, Region, Room, Scene,
-    Shape, SheetSpec, SpringLaw,
+    Shape, SheetSpec, SpringLaw, WhenUnstable,
 };
 use sheetwork::sheet::Status;
 use sheetwork::{InputError, World, check_range};
@@ -44,6 +45,9 @@ pub struct Scenes {
     /// Draw number to begin with.
     #[arg(long, default_value_t = 0)]
     first: u64,
+    /// What is to be done with a sheet that is about to go unstable, in every scene; something but `stop` at random unless told otherwise.
+    #[arg(long, value_name = "POLICY")]
+    when_unstable: Option<WhenUnstable>,
     /// Folder for the scenes that panicked or went unstable.
     #[arg(long, default_value = "sheetwork-out/scenes")]
     out: PathBuf,
@@ -52,9 +56,19 @@ pub struct Scenes {
     json: bool,
 }
 
+/// What is drawn from for sheets that go unstable.
+const POLICIES: [WhenUnstable; 4] = [
+    WhenUnstable::ReduceStep { parts: 64 },
+    WhenUnstable::Implicit,
+    WhenUnstable::Freeze,
+    WhenUnstable::Limit { strain: 0.1 },
+];
+
 /// How a scene ended.
 enum End {
     Well,
+    Contained,
+    Frozen,
     Short,
     Refused(String),
     Unstable(String),
@@ -67,14 +81,21 @@ impl Scenes {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<u64> = (self.first..self.first + self.count).skip(which - 1).step_by(of).collect();
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
-        let (mut well, mut short, mut refused, mut unstable, mut broken) = (0, 0, 0, 0, 0);
+        let (mut well, mut contained, mut frozen) = (0, 0, 0);
+        let (mut short, mut refused, mut unstable, mut broken) = (0, 0, 0, 0);
         let count = mine.len();
         std::panic::set_hook(Box::new(|_| {}));
         for index in mine {
-            let scene = drawn(&mut Draws::new(self.seed, index));
+            let mut draws = Draws::new(self.seed, index);
+            let mut scene = drawn(&mut draws);
+            for sheet in &mut scene.sheets {
+                sheet.when_unstable = self.when_unstable.unwrap_or_else(|| *draws.pick(&POLICIES));
+            }
             let end = catch_unwind(AssertUnwindSafe(|| self.run(&scene)));
             let (kind, why) = match end {
                 Ok(End::Well) => (&mut well, None),
+                Ok(End::Contained) => (&mut contained, None),
+                Ok(End::Frozen) => (&mut frozen, None),
                 Ok(End::Short) => (&mut short, None),
                 Ok(End::Refused(why)) => (&mut refused, Some(why)),
                 Ok(End::Unstable(why)) => (&mut unstable, Some(why)),
@@ -95,7 +116,8 @@ impl Scenes {
         let _ = std::panic::take_hook();
         bar.finish_and_clear();
         let summary = json!({
-            "scenes": count, "well": well, "cut_short": short, "refused": refused, "unstable": unstable, "broken": broken,
+            "scenes": count, "well": well, "contained": contained, "frozen": frozen, "cut_short": short, "refused": refused,
+            "unstable": unstable, "broken": broken,
         });
         if self.json {
             print_json(&summary)?;
@@ -128,6 +150,8 @@ impl Scenes {
                 let Status::Unstable { time, speed, .. } = sheet.status else { return End::Well };
                 End::Unstable(format!("{} ({}) unstable at {time:.4} s, {speed:.3e} m/s", sheet.name, sheet.structure))
             }
+            None if world.sheets().iter().any(|s| matches!(s.status, Status::Frozen { .. })) => End::Frozen,
+            None if world.events().iter().any(|e| e.kind == EventKind::Contained) => End::Contained,
             None => End::Well,
         }
     }
@@ -233,7 +257,7 @@ fn sheet(draws: &mut Draws, implicit: bool) -> SheetSpec {
             }),
         }
     } else {
-        MaterialChoice::Inline(Material { young: draws.scale(50.0, 2e3), ..Material::default() })
+        MaterialChoice::Inline(Material { young: draws.scale(50.0, 2e5), ..Material::default() })
     };
     let springs = if shell || draws.once_in(2) { SpringLaw::Calibrated } else { SpringLaw::Uniform };
     let pins = match draws.below(5) {

@@ -16,12 +16,11 @@ use sheetwork::scene::{PinSpec, Region, Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
 
 use super::link::Game;
+use super::memory;
 use crate::{print_json, print_line};
 
 /// Times that the second process is killed.
 const KILLS: u64 = 20;
-/// Memory that counts as no growth, bytes: pages that the allocator had not touched yet.
-const ROOM: u64 = 256 << 10;
 /// Objects that counts as none: a reader may be coming or going.
 const OBJECTS: usize = 12;
 /// Name of the link.
@@ -50,9 +49,7 @@ struct Held {
 impl Held {
     /// This process's own memory now, bytes, and the link's objects in shared memory.
     fn now(place: &LinkPlace) -> Self {
-        let text = std::fs::read_to_string("/proc/self/smaps_rollup").unwrap_or_default();
-        let line = text.lines().find(|l| l.starts_with("Pss_Anon:")).unwrap_or_default();
-        let memory = line.split_whitespace().nth(1).and_then(|kb| kb.parse::<u64>().ok()).unwrap_or(0) * 1024;
+        let memory = memory::own();
         let prefix = place.prefix();
         let all = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
         let objects = all.filter(|e| e.file_name().to_string_lossy().starts_with(&prefix)).count();
@@ -121,7 +118,7 @@ impl Soak {
         let seconds = start.elapsed().as_secs_f64();
         let (after, now) = (Held::now(&place), link.statistics());
         drop((stays, visits));
-        let grown = after.memory > warm.memory + ROOM || after.objects > warm.objects + OBJECTS;
+        let grown = after.memory > warm.memory + memory::ROOM || after.objects > warm.objects + OBJECTS;
         let result = json!({
             "frames": self.frames, "seconds": seconds, "written": now.frames, "bytes": now.bytes, "dropped": now.dropped,
             "commands": now.accepted, "kills": KILLS, "before": before.json(), "warm": warm.json(), "after": after.json(),
