@@ -112,6 +112,8 @@ impl LinkPlace {
         let path = iceoryx2::prelude::Path::new(self.root.as_os_str().as_encoded_bytes());
         config.global.set_root_path(&path.map_err(|_| bad("too long, or not a path"))?);
         config.global.prefix = FileName::new(self.prefix().as_bytes()).map_err(|_| bad("no prefix"))?;
+        // A node that goes would wait without end for what a killed process has left unfinished; see `clean_up`, which tidies first.
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
         Ok(config)
     }
 

@@ -480,6 +480,8 @@ fn keep_house(node: &Arc<Node<Ipc>>, place: &LinkPlace) -> (Option<Sender<()>>, 
         while ended.recv_timeout(HOUSEKEEPING) == Err(Timeout) {
             clean_up(&node, &place);
         }
+        // The last one out.
+        clean_up(&node, &place);
     };
     // Without the thread a dead reader stays counted until the next start.
     let thread = std::thread::Builder::new().name("sheetwork link".into()).spawn(work).ok();

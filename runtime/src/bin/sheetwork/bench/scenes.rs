@@ -270,6 +270,9 @@ fn sheet(draws: &mut Draws, implicit: bool) -> SheetSpec {
         _ => Vec::new(),
     };
     let named = matches!(material, MaterialChoice::Named(_));
+    let made = material.resolve(std::path::Path::new("")).ok();
+    let flows = made.as_ref().is_some_and(|m| m.burgers.is_some());
+    let tears = made.as_ref().is_some_and(|m| m.tears_at.is_some() || m.melts_at.is_some());
     SheetSpec {
         structure: row,
         springs: if implicit { springs } else { SpringLaw::Uniform },
@@ -280,9 +283,9 @@ fn sheet(draws: &mut Draws, implicit: bool) -> SheetSpec {
         placement: Placement { position: DVec3::new(0.0, draws.within(0.0, 0.3), 0.0), rotation: draws.place(180.0) },
         velocity: draws.place(2.0),
         spin: draws.place(5.0),
-        creep: named && draws.once_in(3),
-        plastic: shell && named && draws.once_in(4),
-        tearing: !named && draws.once_in(4),
+        creep: draws.once_in(3) && flows,
+        plastic: draws.once_in(4) && shell && named,
+        tearing: draws.once_in(4) && tears && row != StructureKind::Trimm,
         temperature: draws.once_in(6).then(|| draws.within(-20.0, 200.0)),
         pins,
         ..SheetSpec::default()

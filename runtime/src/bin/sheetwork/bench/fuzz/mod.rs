@@ -63,7 +63,8 @@ impl Fuzz {
             READERS.iter().filter(|r| self.reader.as_ref().is_none_or(|name| name == r.name)).collect();
         if chosen.is_empty() {
             let names: Vec<&str> = READERS.iter().map(|r| r.name).collect();
-            let problem = format!("no reader of that name; there are {}", names.join(", "));
+            let wanted = self.reader.unwrap_or_default();
+            let problem = format!("no reader \"{wanted}\"; there are {}", names.join(", "));
             return Err(InputError::new("--reader", problem));
         }
         std::panic::set_hook(Box::new(|info| {
