@@ -18,7 +18,8 @@ pub struct Camera {
     pub pitch: f32,
     /// From eye to target, m; 1e-4 to 1e4.
     pub distance: f32,
-    /// Angle between the upper and the lower edge of the picture, radians.
+    /// Angle between the upper and the lower edge of the picture, radians; between the sides of one that is higher than wide, so that what is
+    /// in view stays so.
     pub field_of_view: f32,
 }
 
@@ -45,18 +46,9 @@ impl Camera {
         Self::fitted(world)
     }
 
-    /// The view that a session asks for, farther away and aside where variants are shown beside its own world.
+    /// The view that a session asks for.
     pub fn of_session(session: &Session) -> Self {
-        let camera = Self::of(session.world());
-        let others = session.beside().filter(|b| b.1.is_ok()).count();
-        if others == 0 {
-            return camera;
-        }
-        let middle = 0.5 * session.offset(others);
-        // From the front, so that none stands before another; between the panels the view is about as wide as high.
-        let wide = session.offset(others + 1).x / (2.0 * (0.5 * camera.field_of_view).tan());
-        let distance = (1.15 * camera.distance).max(wide);
-        Self { target: camera.target + middle, distance, yaw: 0.16, ..camera }
+        Self::of(session.world())
     }
 
     /// A view from the right and above that holds the sheets and bodies of `world`.
@@ -93,10 +85,9 @@ impl Camera {
         self.pitch = (self.pitch + 0.008 * drag.y).clamp(-1.55, 1.55);
     }
 
-    /// Slides eye and target so that the target's plane follows a drag of the mouse, points, in a picture `height` points
-    /// high.
-    pub fn pan(&mut self, drag: Vec2, height: f32) {
-        let scale = 2.0 * self.distance * (0.5 * self.field_of_view).tan() / height.max(1.0);
+    /// Slides eye and target so that the target's plane follows a drag of the mouse, points, in a picture of `size`, points.
+    pub fn pan(&mut self, drag: Vec2, size: Vec2) {
+        let scale = self.distance * self.slope(size);
         let (right, up) = self.axes();
         self.target += (up * drag.y - right * drag.x) * scale;
     }
@@ -104,10 +95,8 @@ impl Camera {
     /// The ray from the eye through the place (x, y) of a picture of `size` (width, height), in points from its upper left.
     pub fn ray(&self, at: Vec2, size: Vec2) -> Ray {
         let (right, up) = self.axes();
-        let half = (0.5 * self.field_of_view).tan();
-        let (x, y) = (2.0 * at.x / size.x.max(1.0) - 1.0, 1.0 - 2.0 * at.y / size.y.max(1.0));
-        let aspect = size.x / size.y.max(1.0);
-        Ray::new(self.eye(), -self.back() + right * (x * half * aspect) + up * (y * half))
+        let from_middle = (at - 0.5 * size) * self.slope(size);
+        Ray::new(self.eye(), -self.back() + right * from_middle.x - up * from_middle.y)
     }
 
     /// Where a point (m) is in a picture of `size`, in points from its upper left; none behind the eye.
@@ -118,7 +107,7 @@ impl Camera {
         if depth <= 1e-6 * self.distance {
             return None;
         }
-        let scale = 0.5 * size.y / ((0.5 * self.field_of_view).tan() * depth);
+        let scale = 1.0 / (self.slope(size) * depth);
         Some(0.5 * size + Vec2::new(way.dot(right), -way.dot(up)) * scale)
     }
 
@@ -130,10 +119,20 @@ impl Camera {
         self.eye() + to * (depth / to.dot(self.back()).min(-1e-6))
     }
 
-    /// Metres a point of a picture `height` points high, at the distance of `point`.
-    pub fn metres_a_point(&self, point: Vec3, height: f32) -> f32 {
+    /// Metres a point of a picture of `size`, at the distance of `point`.
+    pub fn metres_a_point(&self, point: Vec3, size: Vec2) -> f32 {
         let depth = -(point - self.eye()).dot(self.back());
-        2.0 * depth.max(1e-6) * (0.5 * self.field_of_view).tan() / height.max(1.0)
+        depth.max(1e-6) * self.slope(size)
+    }
+
+    /// Metres a point of a picture of `size`, a metre from the eye.
+    fn slope(&self, size: Vec2) -> f32 {
+        2.0 * (0.5 * self.field_of_view).tan() / size.min_element().max(1.0)
+    }
+
+    /// The angle between the upper and the lower edge of a picture of `size`, radians.
+    pub fn opening(&self, size: Vec2) -> f32 {
+        2.0 * (0.5 * size.y.max(1.0) * self.slope(size)).atan()
     }
 
     /// The same camera from a side: yaw and pitch in radians.
@@ -154,7 +153,7 @@ impl Camera {
 }
 
 /// Box around the sheets and the bodies that have an end, as they are now, m.
-pub(crate) fn content(world: &World) -> Option<(Vec3, Vec3)> {
+fn content(world: &World) -> Option<(Vec3, Vec3)> {
     let mut points = Vec::new();
     for sheet in world.sheets() {
         points.extend(sheet.x.bounds().into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
@@ -201,8 +200,23 @@ mod tests {
         }
         assert!(camera.project(camera.target, size).is_some_and(|p| p.distance(0.5 * size) < 1e-2));
         assert_eq!(camera.project(camera.eye() + camera.back(), size), None, "behind");
-        let wide = camera.metres_a_point(camera.target, 500.0) * 500.0;
+        let wide = camera.metres_a_point(camera.target, size) * size.y;
         assert!((wide / (2.0 * camera.distance * (0.5 * camera.field_of_view).tan()) - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn what_is_in_view_stays_so_in_a_narrow_picture() {
+        let camera = Camera::default();
+        let (right, _) = camera.axes();
+        let point = camera.target + right * (0.99 * camera.distance * (0.5 * camera.field_of_view).tan());
+        for size in [Vec2::new(500.0, 500.0), Vec2::new(200.0, 700.0), Vec2::new(900.0, 300.0)] {
+            let at = camera.project(point, size).expect("before the eye");
+            assert!((0.0..=size.x).contains(&at.x) && (at.y - 0.5 * size.y).abs() < 1e-2, "{at} of {size}");
+            let ray = camera.ray(at, size);
+            assert!(ray.to.as_vec3().cross(point - camera.eye()).length() < 1e-5 * camera.distance);
+        }
+        assert_eq!(camera.opening(Vec2::new(900.0, 300.0)), camera.field_of_view);
+        assert!(camera.opening(Vec2::new(200.0, 700.0)) > 1.5);
     }
 
     #[test]
@@ -213,7 +227,7 @@ mod tests {
         camera.zoom(1e9);
         assert!(camera.distance >= 1e-4);
         let mut camera = Camera { pitch: 0.0, yaw: 0.0, ..Camera::default() };
-        camera.pan(Vec2::new(10.0, 0.0), 100.0);
+        camera.pan(Vec2::new(10.0, 0.0), Vec2::new(160.0, 100.0));
         // The scene follows the mouse to the right, so the eye goes left.
         assert!(camera.target.x < 0.0 && camera.target.y.abs() < 1e-9);
     }

@@ -15,7 +15,7 @@ use crate::panels::{Display, EditorState, Section, Tool, blind};
 use crate::picture::Layer;
 use crate::session::{Session, Variant};
 use crate::study::Study;
-use crate::{headless, playback, scenes, shell};
+use crate::{headless, pages, playback, scenes, shell};
 
 /// Watch stiff thin sheets fall, bend and slide, and change them while they do.
 ///
@@ -48,6 +48,12 @@ pub struct Arguments {
     /// Moments a simulated second of --sequence and --gltf, 0.01 to 10000.
     #[arg(long, value_name = "N", default_value_t = crate::export::RATE)]
     pub rate: f64,
+    /// Take the pictures of docs/editor.md into this folder, and end: every panel is in one of them.
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["screenshot", "headless", "sequence", "gltf"])]
+    pub pictures: Option<PathBuf>,
+    /// Take only those pictures whose names hold this.
+    #[arg(long, value_name = "PART", requires = "pictures")]
+    pub only: Option<String>,
     /// Size of the picture or the window, pixels.
     #[arg(long, value_name = "WxH", value_parser = size)]
     pub size: Option<(u32, u32)>,
@@ -272,6 +278,9 @@ impl Arguments {
         let times = self.at.iter().map(|t| ("--at", t)).chain(self.seconds.iter().map(|t| ("--seconds", t)));
         for (flag, seconds) in times {
             sheetwork::check_range(flag, *seconds, 0.0, 1e6, "s")?;
+        }
+        if let Some(folder) = &self.pictures {
+            return pages::take(folder, self.only.as_deref()).map(|()| ExitCode::SUCCESS);
         }
         let file = self.scene_file();
         let mut scene = self.described(&file)?;

@@ -7,6 +7,7 @@ use bevy_sheetwork::render::{clear_of_bodies, clearing};
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::sheet::Sheet;
+use sheetwork::sheet::surface::SurfaceMesh;
 
 use crate::picture::Layer;
 
@@ -18,6 +19,17 @@ pub fn largest(world: &World, layer: Layer) -> Option<f64> {
     world.sheets().iter().filter_map(|sheet| of_sheet(world, sheet, layer)).reduce(f64::max)
 }
 
+/// The smoothed surface of a sheet of `world` as it is drawn, out of bodies that it touches; none for a sheet without such a layer.
+pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> {
+    let index = if layer == Layer::Top { sheet.layers.len().saturating_sub(1) } else { 0 };
+    let mut mesh = sheet.surface(index, PARTS)?.mesh(&sheet.x);
+    if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
+        let (reach, skin) = clearing(sheet, PARTS);
+        clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
+    }
+    Some(mesh)
+}
+
 fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
     if sheet.triangles.is_some() || sheet.open_count() > 0 {
         // Drawn by its own triangles.
@@ -25,12 +37,7 @@ fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
     }
     let index = if layer == Layer::Top { sheet.layers.len().checked_sub(1)? } else { 0 };
     let grid = sheet.layers.get(index)?;
-    let surface = sheet.surface(index, PARTS)?;
-    let mut mesh = surface.mesh(&sheet.x);
-    if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
-        let (reach, skin) = clearing(sheet, PARTS);
-        clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
-    }
+    let mesh = drawn(world, sheet, layer)?;
     let corner = |m: u32| sheet.uv.get(m as usize).copied().unwrap_or_default();
     let (low, high) = grid.range().map(|m| corner(m as u32)).fold(
         ((1.0, 1.0), (0.0, 0.0)),

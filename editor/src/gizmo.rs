@@ -35,7 +35,7 @@ impl Gizmo {
     /// The gizmo at `place` (m) in a picture of `size`; none where that is behind the eye.
     pub fn new(place: Vec3, camera: &Camera, size: Vec2) -> Option<Self> {
         let middle = camera.project(place, size)?;
-        let length = LENGTH * camera.metres_a_point(place, size.y);
+        let length = LENGTH * camera.metres_a_point(place, size);
         let end = |axis: Vec3| camera.project(place + axis * length, size);
         let ends = [end(Vec3::X)?, end(Vec3::Y)?, end(Vec3::Z)?];
         Some(Self { place, middle, ends, camera: *camera, size })
@@ -64,7 +64,7 @@ impl Gizmo {
                 if seen.length() < 4.0 {
                     return DVec3::ZERO;
                 }
-                let length = LENGTH * self.camera.metres_a_point(self.place, self.size.y);
+                let length = LENGTH * self.camera.metres_a_point(self.place, self.size);
                 let mut by = DVec3::ZERO;
                 by[axis] = f64::from((to - from).dot(seen) / seen.length_squared() * length);
                 by

@@ -14,6 +14,7 @@ pub mod gizmo;
 pub mod headless;
 pub mod keeping;
 pub mod link;
+pub mod pages;
 pub mod panels;
 pub mod pick;
 pub mod picture;
@@ -25,6 +26,7 @@ pub mod shell;
 pub mod stages;
 pub mod study;
 pub mod templates;
+pub mod tiles;
 pub mod timeline;
 
 pub use bevy_sheetwork::inspector::{hang, units};

@@ -393,7 +393,7 @@ fn variants_go_in_step_and_follow_every_edit_but_their_own() {
     let times = ran(&session);
     assert!(times.iter().all(|t| (t - times[0]).abs() < 1e-6) && times[0] < 0.4, "back in time too: {times:?}");
     assert!(session.reset() && ran(&session) == [0.0; 3]);
-    assert!(session.offset(2).x > 1.9 * session.offset(1).x && session.offset(0).x == 0.0);
+    assert_eq!(session.shown_count(), 3);
 }
 
 #[test]

@@ -336,3 +336,16 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
     assert!(played.messages().last().is_some_and(|m| m.text.contains("damaged")), "{:?}", played.messages());
     std::fs::remove_dir_all(&folder).expect("removed");
 }
+
+#[test]
+fn what_is_set_from_outside_may_have_units_and_is_undone() {
+    let mut session = session();
+    let young = |s: &Session| s.world().sheets()[0].material().young;
+    let before = young(&session);
+    assert!(session.set("sheets.0.material.young", "2.1 kPa") && young(&session) == 2100.0);
+    assert!(session.set("sheets.0.material.thickness", "1.5 mm"));
+    assert!((session.world().sheets()[0].material().thickness - 1.5e-3).abs() < 1e-15);
+    assert!(session.undo() && session.undo() && young(&session) == before);
+    assert!(!session.set("sheets.0.material.young", "2.1 mm"));
+    assert!(session.messages()[0].text.contains("there are Pa"), "{}", session.messages()[0].text);
+}

@@ -490,3 +490,33 @@ fn a_slider_that_costs_a_new_world_is_taken_up_when_the_mouse_lets_go() {
     assert_eq!(harness.state().0.world().sheets()[0].total_mass(), before, "the scene gives each mass its own");
     assert!(harness.state_mut().0.undo() && !harness.state_mut().0.undo());
 }
+
+#[test]
+fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
+    let mut harness = whole();
+    harness.state_mut().1.open_sections = [Section::Engine].into();
+    harness.run_steps(3);
+    let (viewport, title) = (harness.state().1.viewport, harness.query_all_by_label("Engine").map(|n| n.rect()));
+    let title = title.max_by(|a, b| a.top().total_cmp(&b.top())).expect("its header");
+    let (from, to) = (title.left_center() + Vec2::new(60.0, 0.0), viewport.center());
+    drag(&mut harness, from, to);
+    button(&mut harness, to, false);
+    harness.run_steps(3);
+    assert_eq!(harness.state().1.floating, [Section::Engine].into());
+    assert_eq!(harness.state().1.viewport, viewport, "it lies over the view");
+    // Its controls reach the world from there.
+    harness.get_by_label("Moon").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().0.world().gravity().y, -1.62);
+    harness.state_mut().1.floating.clear();
+    harness.run_steps(3);
+    harness.get_by_label("Take Engine out of the column").click();
+    harness.run_steps(3);
+    assert!(harness.state().1.floating.contains(&Section::Engine));
+    harness.get_by_label("Close window").click();
+    harness.run_steps(3);
+    assert!(harness.state().1.floating.is_empty() && harness.query_by_label("Moon").is_some());
+    harness.state_mut().1.swapped = true;
+    harness.run_steps(3);
+    assert!(harness.get_by_label("Moon").rect().right() < harness.state().1.viewport.left());
+}

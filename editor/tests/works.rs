@@ -2,8 +2,11 @@
 
 mod works {
     pub mod common;
+    mod dialogs;
     mod export;
+    mod gap;
     mod paint;
     mod stages;
     mod study;
+    mod templates;
 }

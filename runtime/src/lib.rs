@@ -38,6 +38,7 @@ pub mod scene;
 pub mod sheet;
 pub mod step;
 pub mod study;
+pub mod units;
 pub mod watch;
 mod world;
 

@@ -6,6 +6,7 @@ mod bodies;
 mod camera;
 mod chart;
 mod compare;
+mod controls;
 mod display;
 mod engine;
 mod export;
@@ -268,6 +269,10 @@ pub struct EditorState {
     pub controls: bool,
     /// Which of them.
     pub open_sections: BTreeSet<Section>,
+    /// Those that have been taken out of the column and are windows of their own.
+    pub floating: BTreeSet<Section>,
+    /// Whether the column is on the left and the numbers on the right.
+    pub swapped: bool,
     /// Whether the numbers on the left are shown.
     pub numbers: bool,
     /// Whether the timeline is shown.
@@ -314,6 +319,8 @@ impl EditorState {
             help: false,
             controls: true,
             open_sections: [Section::Material, Section::Sheet].into(),
+            floating: BTreeSet::new(),
+            swapped: false,
             numbers: true,
             timeline: true,
             plots: Plots::default(),
@@ -363,12 +370,13 @@ pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if !session.messages().is_empty() {
         egui::Panel::bottom("messages").show(ui, |ui| messages(ui, session));
     }
+    let side = |right: bool, id: &'static str| if right { egui::Panel::right(id) } else { egui::Panel::left(id) };
     if state.controls {
-        let panel = egui::Panel::right("controls").resizable(false).exact_size(318.0);
-        panel.show(ui, |ui| controls(ui, session, state));
+        let panel = side(!state.swapped, "controls").resizable(false).exact_size(318.0);
+        panel.show(ui, |ui| controls::column(ui, session, state));
     }
     if state.numbers {
-        let panel = egui::Panel::left("numbers").resizable(false).exact_size(225.0);
+        let panel = side(state.swapped, "numbers").resizable(false).exact_size(225.0);
         panel.show(ui, |ui| {
             ScrollArea::both().auto_shrink(false).show(ui, |ui| numbers(ui, session));
         });
@@ -383,60 +391,10 @@ pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
     state.viewport = ui.available_rect_before_wrap();
     view(ui, session, state);
+    controls::windows(ui, session, state);
     help(ui, state);
     dialog(ui, session, state);
     generate(ui, session, state);
     export(ui, session, state);
     study(ui, session, state);
-}
-
-/// The row of sections, and those that are open below it.
-fn controls(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    ui.add_space(3.0);
-    ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 3.0;
-        for (which, title) in Section::ALL {
-            let open = state.open_sections.contains(&which);
-            let response = ui.selectable_label(open, title).on_hover_text("Shift+click shows it beside the others");
-            if response.clicked() {
-                let more = ui.input(|i| i.modifiers.shift || i.modifiers.command);
-                match (more, open) {
-                    (true, true) => _ = state.open_sections.remove(&which),
-                    (true, false) => _ = state.open_sections.insert(which),
-                    (false, _) => state.open_sections = [which].into(),
-                }
-            }
-        }
-    });
-    ui.separator();
-    // Both ways: what is wider than the panel would push the view aside.
-    ScrollArea::both().auto_shrink(false).show(ui, |ui| {
-        for (which, title) in Section::ALL {
-            if !state.open_sections.contains(&which) {
-                continue;
-            }
-            section(ui, title, |ui| match which {
-                Section::Sheet => sheet(ui, session, state),
-                Section::Material => material(ui, session, state),
-                Section::Bodies => bodies(ui, session, state),
-                Section::Engine => engine(ui, session),
-                Section::Heat => heat(ui, session),
-                Section::Display => display(ui, session, state),
-                Section::Camera => camera(ui, session, state),
-                Section::Compare => compare(ui, session, state),
-                Section::Link => link(ui, session),
-            });
-        }
-    });
-}
-
-fn section(ui: &mut Ui, title: &'static str, contents: impl FnOnce(&mut Ui)) {
-    ui.add_space(4.0);
-    egui::CollapsingHeader::new(egui::RichText::new(title).strong()).default_open(true).show_unindented(ui, |ui| {
-        ui.add_space(2.0);
-        // Two sections may have controls of one name.
-        ui.push_id(title, contents);
-        ui.add_space(4.0);
-    });
-    ui.separator();
 }

@@ -7,6 +7,7 @@ use glam::{DVec3, Vec2, Vec3};
 
 use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, input, name, tell};
 
+use super::plots::COLOURS;
 use super::style::ACCENT;
 use super::view::{Held, place_of};
 use super::{EditorState, Tool};
@@ -24,18 +25,37 @@ const AXES: [Color32; 3] =
 const PIN: Color32 = Color32::from_rgb(70, 130, 250);
 const TOUCH: Color32 = Color32::from_rgb(255, 205, 60);
 
-/// Draws it all.
-pub(super) fn paint(ui: &mut Ui, rect: Rect, session: &mut Session, state: &mut EditorState) {
-    let painter = ui.painter_at(rect);
-    let seen =
-        |p: Vec3| state.camera.project(p, Vec2::new(rect.width(), rect.height())).map(|v| rect.min + vec2(v.x, v.y));
+/// Draws it all, into `whole` and the parts of it that the worlds that are compared have.
+pub(super) fn paint(ui: &mut Ui, (whole, tiles): (Rect, &[Rect]), session: &mut Session, state: &mut EditorState) {
+    let painter = ui.painter_at(whole);
+    for (which, tile) in tiles.iter().enumerate() {
+        let Some(one) = session.shown(which) else { continue };
+        let (painter, camera) = (ui.painter_at(*tile), state.camera);
+        let seen =
+            |p: Vec3| camera.project(p, Vec2::new(tile.width(), tile.height())).map(|v| tile.min + vec2(v.x, v.y));
+        masses(&painter, one, state, &seen);
+        normals(&painter, one, state, &seen);
+    }
+    names(&painter, session, tiles);
+    rim(&painter, whole, session);
+    hands(ui, tiles.first().copied().unwrap_or(whole), session, state);
+    tools(ui, whole, session, state);
+    corner(&painter, whole, state);
+}
+
+/// Seen at a glance: what is changed now is changed while it runs.
+fn rim(painter: &Painter, rect: Rect, session: &Session) {
     if session.playing() {
-        // Seen at a glance: what is changed now is changed while it runs.
         painter.rect_filled(rect, 0.0, ACCENT.gamma_multiply(0.035));
         painter.rect_stroke(rect, 0.0, Stroke::new(3.0, ACCENT.gamma_multiply(0.9)), StrokeKind::Inside);
     }
-    masses(&painter, session, state, &seen);
-    normals(&painter, session, state, &seen);
+}
+
+/// What hands do and hold.
+fn hands(ui: &Ui, rect: Rect, session: &Session, state: &EditorState) {
+    let painter = ui.painter_at(rect);
+    let seen =
+        |p: Vec3| state.camera.project(p, Vec2::new(rect.width(), rect.height())).map(|v| rect.min + vec2(v.x, v.y));
     if state.tool == Tool::Move {
         items(&painter, session, state, &seen);
         gizmo(&painter, rect, session, state);
@@ -43,9 +63,6 @@ pub(super) fn paint(ui: &mut Ui, rect: Rect, session: &mut Session, state: &mut 
     hand(&painter, session, &seen);
     line(&painter, session, state, &seen);
     ring(ui, &painter, session, state, rect);
-    names(&painter, session, &seen);
-    tools(ui, rect, session, state);
-    corner(&painter, rect, state);
 }
 
 /// Masses that are held, and those that touch something.
@@ -195,19 +212,23 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
 }
 
 /// What each of the worlds that are compared is.
-fn names(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
+fn names(painter: &Painter, session: &Session, tiles: &[Rect]) {
     let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
-    let all: Vec<(String, &Session)> = std::iter::once(("this scene".to_owned(), session)).chain(others).collect();
-    if all.len() < 2 {
+    let all = std::iter::once(("this scene".to_owned(), session)).chain(others);
+    if tiles.len() < 2 {
         return;
     }
-    let Some((low, high)) = crate::camera::content(session.world()) else { return };
-    let above = Vec3::new(0.5 * (low.x + high.x), high.y + 0.12 * (high - low).max_element(), 0.5 * (low.z + high.z));
-    for (which, (name, one)) in all.iter().enumerate() {
-        let Some(at) = seen(above + session.offset(which)) else { continue };
-        label(painter, at, name, Align2::CENTER_BOTTOM);
+    for (which, ((name, one), tile)) in all.zip(tiles).enumerate() {
+        // Below the tools, in the colour that it has in plots and tables.
+        let at = tile.center_top() + vec2(0.0, if tile.top() < tiles[0].top() + 1.0 { 62.0 } else { 12.0 });
+        let galley = painter.layout_no_wrap(name, FontId::proportional(13.0), Color32::from_gray(240));
+        let rect = Align2::CENTER_TOP.anchor_size(at, galley.size());
+        painter.rect_filled(rect.expand2(vec2(8.0, 3.0)), 4.0, Color32::from_rgba_unmultiplied(24, 26, 30, 215));
+        let line = [rect.left_bottom() + vec2(0.0, 1.0), rect.right_bottom() + vec2(0.0, 1.0)];
+        painter.line_segment(line, Stroke::new(2.0, COLOURS[which % COLOURS.len()]));
+        painter.galley(rect.min, galley, Color32::from_gray(240));
         if let Some(time) = one.unstable_since() {
-            mark(painter, at + vec2(0.0, 6.0), &format!("✖ unstable since {time:.3} s"));
+            mark(painter, at + vec2(0.0, 25.0), &format!("✖ unstable since {time:.3} s"));
         }
     }
 }

@@ -44,8 +44,9 @@ fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         ui.checkbox(&mut state.numbers, "Numbers");
         ui.checkbox(&mut state.timeline, "Timeline");
         ui.checkbox(&mut state.plots.shown, "Plots");
+        ui.checkbox(&mut state.swapped, "Controls on the left").on_hover_text("And the numbers on the right");
         ui.separator();
-        if ui.button("All controls").on_hover_text("Every section on the right at once").clicked() {
+        if ui.button("All controls").on_hover_text("Every section at once").clicked() {
             state.open_sections = Section::ALL.iter().map(|s| s.0).collect();
             ui.close();
         }

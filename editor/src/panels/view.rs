@@ -10,6 +10,7 @@ use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
 use crate::picture::Layer;
 use crate::session::{Item, Session};
+use crate::tiles::tiles;
 
 /// Points of scrolling in a notch of the wheel.
 const NOTCH: f32 = 50.0;
@@ -33,13 +34,16 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let rect = ui.available_rect_before_wrap();
     let response = ui.interact(rect, ui.id().with("view"), Sense::click_and_drag());
     let blind = state.is_blind();
-    let taken = !blind && use_tool(ui, session, state, &response, rect);
+    // Hands reach the scene itself, not what it is compared with.
+    let tiles = tiles(rect, session.shown_count());
+    let own = tiles.first().copied().unwrap_or(rect);
+    let taken = !blind && use_tool(ui, session, state, &response, own);
     let drag = Vec2::from(<[f32; 2]>::from(response.drag_delta()));
     if response.dragged_by(PointerButton::Primary) && !taken {
         state.camera.orbit(drag);
     }
     if response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle) {
-        state.camera.pan(drag, rect.height());
+        state.camera.pan(drag, Vec2::new(own.width(), own.height()));
     }
     if response.hovered() {
         let scroll = ui.input(|i| i.smooth_scroll_delta.y);
@@ -62,7 +66,7 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         legend(&ui.painter_at(rect), rect, &scale);
     }
     if !blind {
-        overlay::paint(ui, rect, session, state);
+        overlay::paint(ui, (rect, &tiles), session, state);
         keys::keys_and_drops(ui, session, state);
     }
 }
@@ -75,7 +79,7 @@ fn within(rect: Rect, at: egui::Pos2) -> Vec2 {
 /// Does what the tool does; whether it has taken the left button.
 fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &Response, rect: Rect) -> bool {
     let size = Vec2::new(rect.width(), rect.height());
-    let pressed = ui.input(|i| i.pointer.press_origin()).map(|p| within(rect, p));
+    let pressed = ui.input(|i| i.pointer.press_origin()).filter(|p| rect.contains(*p)).map(|p| within(rect, p));
     let now = response.interact_pointer_pos().map(|p| within(rect, p));
     if response.drag_started_by(PointerButton::Primary)
         && let Some(from) = pressed
@@ -83,7 +87,7 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         state.held = take(session, state, from, size);
     }
     if response.clicked_by(PointerButton::Primary)
-        && let Some(at) = now
+        && let Some(at) = now.filter(|at| at.cmple(size).all())
     {
         click(session, state, at, size);
     }
@@ -207,8 +211,10 @@ fn dab(session: &mut Session, state: &EditorState, hit: &pick::SheetHit) -> bool
 
 /// Where an item is now, m, as it is shown.
 pub(crate) fn place_of(session: &Session, item: Item) -> Option<glam::Vec3> {
-    if let Item::Body(i) = item {
-        return session.body_pose(i).map(|p| p.0.as_vec3());
+    match item {
+        Item::Body(i) => return session.body_pose(i).map(|p| p.0.as_vec3()),
+        Item::HeatGun => return session.gun_aim().map(|aim| aim.0.as_vec3()),
+        Item::Heater(_) => {}
     }
     let by = session.carried().filter(|c| c.0 == item).map_or(glam::DVec3::ZERO, |c| c.1);
     Some((session.placement_of(item)?.position + by).as_vec3())

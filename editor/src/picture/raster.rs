@@ -27,7 +27,7 @@ pub(super) struct View {
 impl View {
     pub fn perspective(camera: &Camera, columns: usize, rows: usize) -> Self {
         let (right, up) = camera.axes();
-        let scale = 0.5 * rows as f32 / (0.5 * camera.field_of_view).tan();
+        let scale = 0.5 * rows.min(columns) as f32 / (0.5 * camera.field_of_view).tan();
         Self { origin: camera.eye(), right, up, forward: -camera.back(), scale, perspective: true, columns, rows }
     }
 

@@ -3,13 +3,11 @@
 //! Each variant is a session of its own. What is edited here is passed on to it, but for its own field; it goes where this one goes in time, by
 //! steps of its own length. Nothing is pulled, pinned by hand or recorded there.
 
-use glam::Vec3;
 use sheetwork::InputError;
 use sheetwork::lattice::StructureKind;
 use sheetwork::scene::Scene;
 
 use super::Session;
-use crate::camera::content;
 use crate::document::path::{numbered, with_value};
 
 /// Most variants beside the scene.
@@ -87,15 +85,9 @@ impl Session {
         self.beside.iter().filter_map(|b| b.session.as_deref().ok()).nth(index)
     }
 
-    /// How far session `which` is shown to the right, m.
-    pub fn offset(&self, which: usize) -> Vec3 {
-        if which == 0 {
-            return Vec3::ZERO;
-        }
-        let (low, high) = content(&self.world).unwrap_or((Vec3::ZERO, Vec3::ONE));
-        let room = self.scene().room.as_ref().map_or(0.0, |r| (r.x.1 - r.x.0) as f32);
-        let width = (1.25 * (high.x - low.x)).max(0.5 * (high.z - low.z)).max(room).max(1e-3);
-        Vec3::X * (1.04 * width * which as f32)
+    /// How many are shown: this one and its variants that could be made.
+    pub fn shown_count(&self) -> usize {
+        1 + self.beside.iter().filter(|b| b.session.is_ok()).count()
     }
 
     /// Makes the variants anew from the present scene, at its start.

@@ -57,6 +57,7 @@ impl Session {
         if self.playback.is_some() {
             return Err(InputError::new(path, "cannot be changed in a recording; open its scene for that"));
         }
+        let value = &*self.world.in_own_unit(path, value)?;
         let field = path::numbered(self.world.sheets(), path);
         let known = self.world.parameters().into_iter().find(|p| path::numbered(self.world.sheets(), &p.path) == field);
         let scene = path::with_value(self.scene(), &field, value);
@@ -78,7 +79,7 @@ impl Session {
         if field == "engine" || field.contains("material") {
             self.find_largest_step();
         }
-        if field.starts_with("heaters.") {
+        if field.starts_with("heaters.") || field.starts_with("heat_gun.") {
             // They glow otherwise.
             self.generation += 1;
         }
@@ -197,7 +198,7 @@ impl Session {
                 self.world.set(&parameter.path, &parameter.value)?;
             }
         }
-        if scene.heaters != self.scene().heaters {
+        if scene.heaters != self.scene().heaters || scene.heat_gun != self.scene().heat_gun {
             self.generation += 1;
         }
         self.find_largest_step();

@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use sheetwork::InputError;
-use sheetwork::scene::{PinSpec, Placement, Region};
+use sheetwork::scene::{PinSpec, Placement, Region, path_at};
 use sheetwork::sheet::{Sheet, select};
 
 use super::Session;
@@ -182,6 +182,15 @@ impl Session {
         let bodies = (0..scene.bodies.len()).map(Item::Body);
         let heaters = (0..scene.heaters.len()).map(Item::Heater);
         bodies.chain(heaters).chain(scene.heat_gun.is_some().then_some(Item::HeatGun)).collect()
+    }
+
+    /// Where the nozzle of the heat gun is shown, m, and the unit vector that it blows along; none where there is no gun.
+    pub fn gun_aim(&self) -> Option<(DVec3, DVec3)> {
+        let spec = self.scene().heat_gun.as_ref()?;
+        let (offset, rotation) = path_at(&spec.path, self.world.time());
+        let turn = Placement { position: DVec3::ZERO, rotation }.quaternion();
+        let by = self.carried.filter(|c| c.0 == Item::HeatGun).map_or(DVec3::ZERO, |c| c.1);
+        Some((spec.position + offset + by, (turn * spec.direction).normalize_or(DVec3::NEG_Y)))
     }
 
     /// Shows `item` moved by `by` (m) from where it is put, until [`Session::put_down`]. A body that stands is moved at once where time passes, so

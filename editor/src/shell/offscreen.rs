@@ -17,6 +17,7 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_egui::egui;
+use bevy_egui::input::EguiInputEvent;
 use bevy_egui::{
     EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPostUpdateSet, EguiPrimaryContextPass, PrimaryEguiContext,
 };
@@ -105,15 +106,8 @@ pub fn sequence(arguments: &Arguments, mut session: Session, folder: &Path, coun
     let mut drawn = match probe::adapter() {
         Ok(adapter) => {
             eprintln!("Drawing {count} pictures with {}.", adapter.name);
-            let fine = if arguments.with_ui { 1 } else { finer(size) };
-            let mut app = app(session, state);
-            let target = picture_of(&mut app, fine * size.0, fine * size.1);
-            if arguments.with_ui {
-                with_panels(&mut app, &target, size);
-            } else {
-                without_panels(&mut app, &target, fine);
-            }
-            Drawn::Driver(Box::new(app), target, fine)
+            let made = if arguments.with_ui { Offscreen::editor } else { Offscreen::scene };
+            Drawn::Driver(Box::new(made(session, state, size)))
         }
         Err(reason) => {
             eprintln!("Drawing {count} pictures with the built-in rasteriser: {reason}.");
@@ -135,29 +129,28 @@ pub fn sequence(arguments: &Arguments, mut session: Session, folder: &Path, coun
     Ok(drawn.session().world().unstable().is_none())
 }
 
-/// What draws a sequence: an app with its target and how many times finer that is, or our own rasteriser.
+/// What draws a sequence.
 enum Drawn {
-    Driver(Box<App>, Handle<Image>, u32),
+    Driver(Box<Offscreen>),
     Own(Box<(Session, EditorState)>),
 }
 
 impl Drawn {
     fn session(&mut self) -> &mut Session {
         match self {
-            Self::Driver(app, ..) => &mut app.world_mut().resource_mut::<Editor>().into_inner().session,
+            Self::Driver(offscreen) => offscreen.parts().0,
             Self::Own(own) => &mut own.0,
         }
     }
 
     fn picture(&mut self, size: (u32, u32), first: bool) -> Result<Picture, String> {
         match self {
-            Self::Driver(app, target, fine) => {
+            Self::Driver(offscreen) => {
                 // Meshes are a frame behind what is drawn of them.
                 for _ in 0..if first { WARM_UP } else { 1 } {
-                    app.update();
+                    offscreen.frame();
                 }
-                let picture = captured(app, target.clone(), (*fine * size.0, *fine * size.1))?;
-                Ok(if *fine == 2 { picture.halved() } else { picture })
+                offscreen.picture()
             }
             Self::Own(own) => {
                 let display = &own.1.display;
@@ -207,27 +200,89 @@ fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Sessio
 ///
 /// # Errors
 /// What went wrong, when no picture came back.
-pub fn draw(session: Session, (width, height): (u32, u32), display: Display) -> Result<Picture, String> {
-    let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
-    let finer = finer((width, height));
+pub fn draw(session: Session, size: (u32, u32), display: Display) -> Result<Picture, String> {
     let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
-    let mut app = app(session, state);
-    let target = picture_of(&mut app, finer * width, finer * height);
-    without_panels(&mut app, &target, finer);
-    let picture = taken(app, target, (finer * width, finer * height))?;
-    Ok(if finer == 2 { picture.halved() } else { picture })
+    Offscreen::scene(session, state, size).warm_picture()
 }
 
 /// Draws the whole editor as a window of `size` shows it.
 ///
 /// # Errors
 /// What went wrong, when no picture came back.
-pub fn draw_panels(session: Session, state: EditorState, (width, height): (u32, u32)) -> Result<Picture, String> {
-    let (width, height) = (width.clamp(16, LARGEST), height.clamp(16, LARGEST));
-    let mut app = app(session, state);
-    let target = picture_of(&mut app, width, height);
-    with_panels(&mut app, &target, (width, height));
-    taken(app, target, (width, height))
+pub fn draw_panels(session: Session, state: EditorState, size: (u32, u32)) -> Result<Picture, String> {
+    Offscreen::editor(session, state, size).warm_picture()
+}
+
+/// The editor without a window, driven frame by frame. Needs a graphics driver: ask [`probe::adapter`] first. Sizes are in pixels, taken to 16 to
+/// [`LARGEST`].
+pub struct Offscreen {
+    app: App,
+    target: Handle<Image>,
+    size: (u32, u32),
+    /// How many times larger it is drawn than it will be seen.
+    finer: u32,
+}
+
+impl Offscreen {
+    /// The scene alone.
+    pub fn scene(session: Session, state: EditorState, size: (u32, u32)) -> Self {
+        let (width, height) = in_range(size);
+        let finer = finer((width, height));
+        let (drawn, mut app) = ((finer * width, finer * height), app(session, state));
+        let target = picture_of(&mut app, drawn.0, drawn.1);
+        without_panels(&mut app, &target, drawn, finer);
+        Self { app, target, size: drawn, finer }
+    }
+
+    /// The editor as a window shows it.
+    pub fn editor(session: Session, state: EditorState, size: (u32, u32)) -> Self {
+        let (size, mut app) = (in_range(size), app(session, state));
+        let target = picture_of(&mut app, size.0, size.1);
+        with_panels(&mut app, &target, size);
+        Self { app, target, size, finer: 1 }
+    }
+
+    /// What is shown and how: panels may have changed both.
+    pub fn parts(&mut self) -> (&mut Session, &mut EditorState) {
+        let Editor { session, state } = self.app.world_mut().resource_mut::<Editor>().into_inner();
+        (session, state)
+    }
+
+    /// What mouse or keys do before the next frame, for the panels.
+    pub fn event(&mut self, event: egui::Event) {
+        let world = self.app.world_mut();
+        let context = world.query_filtered::<Entity, With<PrimaryEguiContext>>().iter(world).next();
+        if let Some(context) = context {
+            world.write_message(EguiInputEvent { context, event });
+        }
+    }
+
+    /// Draws a frame.
+    pub fn frame(&mut self) {
+        self.app.update();
+    }
+
+    /// What it draws next.
+    ///
+    /// # Errors
+    /// When no picture came back.
+    pub fn picture(&mut self) -> Result<Picture, String> {
+        let picture = captured(&mut self.app, self.target.clone(), self.size)?;
+        Ok(if self.finer == 2 { picture.halved() } else { picture })
+    }
+
+    /// What it draws once it has warmed up.
+    ///
+    /// # Errors
+    /// When no picture came back.
+    pub fn warm_picture(&mut self) -> Result<Picture, String> {
+        (0..WARM_UP).for_each(|_| self.frame());
+        self.picture()
+    }
+}
+
+fn in_range((width, height): (u32, u32)) -> (u32, u32) {
+    (width.clamp(16, LARGEST), height.clamp(16, LARGEST))
 }
 
 /// How many times larger a picture is drawn to be averaged: lines and highlights come out finer.
@@ -235,18 +290,32 @@ fn finer((width, height): (u32, u32)) -> u32 {
     if width.max(height) > LARGEST / 2 { 1 } else { 2 }
 }
 
-/// Lets the scene alone be drawn into `target`.
-fn without_panels(app: &mut App, target: &Handle<Image>, finer: u32) {
-    let camera = (stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into()), PrimaryEguiContext);
-    app.world_mut().spawn(camera);
+/// Lets the scene alone be drawn into `target`, which has this many pixels.
+fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32), finer: u32) {
+    let whole = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width as f32, height as f32));
+    app.world_mut().resource_mut::<Editor>().state.viewport = whole;
+    scene_cameras(app, target, (width, height));
+    let first = app.world_mut().query::<(Entity, &SceneCamera)>().iter(app.world()).find(|c| c.1.0 == 0).map(|c| c.0);
+    if let Some(entity) = first {
+        app.world_mut().entity_mut(entity).insert(PrimaryEguiContext);
+    }
     app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
+    app.add_systems(Update, share_alone);
+}
+
+/// A camera for each world that may be seen.
+fn scene_cameras(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32)) {
+    for which in 0..stage::MOST_SEEN {
+        app.world_mut().spawn((stage::camera(&Quality::BEST, which), RenderTarget::Image(target.clone().into())));
+    }
+    app.insert_resource(Whole(UVec2::new(width, height)));
 }
 
 /// Lets the whole editor be drawn into `target`.
-fn with_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32)) {
-    app.world_mut().spawn((stage::camera(&Quality::BEST), RenderTarget::Image(target.clone().into())));
+fn with_panels(app: &mut App, target: &Handle<Image>, size: (u32, u32)) {
+    scene_cameras(app, target, size);
     app.world_mut().spawn((stage::panel_camera(), RenderTarget::Image(target.clone().into())));
-    app.insert_resource(Whole(UVec2::new(width, height))).add_systems(EguiPrimaryContextPass, show_panels);
+    app.add_systems(EguiPrimaryContextPass, show_panels);
 }
 
 /// A picture to draw into.
@@ -254,14 +323,6 @@ fn picture_of(app: &mut App, width: u32, height: u32) -> Handle<Image> {
     let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
     image.texture_descriptor.usage |= bevy::render::render_resource::TextureUsages::COPY_SRC;
     app.world_mut().resource_mut::<Assets<Image>>().add(image)
-}
-
-/// What the app draws into `target` once it has warmed up.
-fn taken(mut app: App, target: Handle<Image>, size: (u32, u32)) -> Result<Picture, String> {
-    for _ in 0..WARM_UP {
-        app.update();
-    }
-    captured(&mut app, target, size)
 }
 
 /// What the app draws into `target` next.
@@ -328,15 +389,24 @@ fn show_panels(
     mut editor: ResMut<Editor>,
     whole: Res<Whole>,
     mut styled: Local<bool>,
-    mut camera: Single<&mut Camera, With<SceneCamera>>,
+    mut cameras: Query<(&SceneCamera, &mut Camera)>,
 ) -> Result {
     let context = contexts.ctx_mut()?;
     if !std::mem::replace(&mut *styled, true) {
         panels::apply_style(context);
     }
     window::draw_panels(context, &mut editor);
-    stage::fit(&mut camera, editor.state.viewport, context.pixels_per_point(), whole.0);
+    let shared = (editor.state.viewport, editor.session.shown_count());
+    stage::share(cameras.iter_mut(), shared, (context.pixels_per_point(), whole.0));
+    stage::wake(cameras.iter_mut(), shared.1, true);
     Ok(())
+}
+
+/// The worlds that are compared share the whole picture.
+fn share_alone(editor: Res<Editor>, whole: Res<Whole>, mut cameras: Query<(&SceneCamera, &mut Camera)>) {
+    let shared = (editor.state.viewport, editor.session.shown_count());
+    stage::share(cameras.iter_mut(), shared, (1.0, whole.0));
+    stage::wake(cameras.iter_mut(), shared.1, true);
 }
 
 /// How many times larger than it will be seen the picture is drawn.

@@ -10,15 +10,23 @@ use bevy_sheetwork::render::{
 use sheetwork::scene::Shape;
 use sheetwork::sheet::surface::Surface;
 
-use super::stage::Scale;
+use super::stage::{self, Scale};
 use super::{Editor, shapes};
 use crate::camera::Camera as View;
+use crate::gap::PARTS;
 use crate::panels::Display;
 use crate::picture::Layer;
 use crate::session::{Item, Session};
 
-/// Spline pieces from one mass to the next of a smoothed surface.
-const SMOOTH_PARTS: u32 = 5;
+/// Colours of sheets, sRGB.
+const SHEET_COLOURS: [(f32, f32, f32); 6] = [
+    (0.86, 0.20, 0.08),
+    (0.06, 0.42, 0.50),
+    (0.88, 0.58, 0.10),
+    (0.28, 0.24, 0.58),
+    (0.30, 0.50, 0.16),
+    (0.72, 0.22, 0.42),
+];
 
 /// Everything that belongs to a world hangs on this; it carries the scale and how far aside the world is shown. `0` says which of those that are
 /// compared.
@@ -42,6 +50,10 @@ pub struct HeaterPart {
     world: usize,
     index: usize,
 }
+
+/// Shows a part of the heat gun of world `0`.
+#[derive(Component)]
+pub struct GunPart(usize);
 
 /// Shows a sheet's surface.
 #[derive(Component)]
@@ -83,7 +95,8 @@ pub struct Paints {
     room: Handle<StandardMaterial>,
     body: Handle<StandardMaterial>,
     heater: Handle<StandardMaterial>,
-    sheet: Handle<StandardMaterial>,
+    /// Sheets of the first material of a scene, of the second and so on, in turn.
+    sheets: Vec<Handle<StandardMaterial>>,
     /// The sheet's in white, for colours of its own.
     coloured: Handle<StandardMaterial>,
     dot: Handle<StandardMaterial>,
@@ -102,7 +115,7 @@ pub fn mix_paints(
         |base_color: Color| StandardMaterial { base_color, perceptual_roughness: 0.85, reflectance: 0.25, ..default() };
     let glowing = |colour: Color| StandardMaterial { emissive: colour.to_linear() * 0.6, ..matt(colour) };
     let sheet = StandardMaterial {
-        base_color: Color::srgb(0.86, 0.20, 0.08),
+        base_color: Color::WHITE,
         perceptual_roughness: 0.38,
         reflectance: 0.45,
         double_sided: true,
@@ -118,8 +131,10 @@ pub fn mix_paints(
         }),
         body: materials.add(StandardMaterial { perceptual_roughness: 0.6, ..matt(Color::srgb(0.60, 0.67, 0.77)) }),
         heater: materials.add(matt(Color::srgb(0.42, 0.43, 0.45))),
-        coloured: materials.add(StandardMaterial { base_color: Color::WHITE, reflectance: 0.35, ..sheet.clone() }),
-        sheet: materials.add(sheet),
+        coloured: materials.add(StandardMaterial { reflectance: 0.35, ..sheet.clone() }),
+        sheets: SHEET_COLOURS
+            .map(|(r, g, b)| materials.add(StandardMaterial { base_color: Color::srgb(r, g, b), ..sheet.clone() }))
+            .to_vec(),
         dot: materials.add(glowing(Color::srgb(0.16, 0.18, 0.22))),
         touching: materials.add(glowing(Color::srgb(1.0, 0.80, 0.15))),
         round: meshes.add(shapes::dot()),
@@ -144,15 +159,14 @@ pub fn rebuild(
     scale.0 = 2.0 / View::fitted(editor.session.world()).distance.max(1e-6);
     let assets = &mut (&mut *meshes, &mut *materials);
     for (which, session) in (0..).map_while(|which| Some((which, editor.session.shown(which)?))) {
-        let place =
-            Transform::from_scale(Vec3::splat(scale.0)).with_translation(editor.session.offset(which) * scale.0);
+        let place = Transform::from_scale(Vec3::splat(scale.0)).with_translation(stage::aside(which));
         let root = commands.spawn((Root(which), place, Visibility::default())).id();
         furnish(&mut commands, (session, which, root), &paints, assets);
         for index in 0..session.world().sheets().len() {
             let Some((part, mesh)) = sheet_part(&editor, (which, index), editor.state.display) else { continue };
-            let paint = if part.coloured { &paints.coloured } else { &paints.sheet };
-            let look = (Mesh3d(assets.0.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default());
-            commands.spawn((part, NoFrustumCulling, look, ChildOf(root)));
+            let paint = paint_of(&paints, session, index, part.coloured);
+            let look = (Mesh3d(assets.0.add(mesh)), MeshMaterial3d(paint), Transform::default());
+            commands.spawn((part, NoFrustumCulling, look, stage::layer(which), ChildOf(root)));
         }
     }
 }
@@ -165,8 +179,8 @@ fn furnish(
     (meshes, materials): &mut (&mut Assets<Mesh>, &mut Assets<StandardMaterial>),
 ) {
     let mut add = |mesh: Mesh, paint: &Handle<StandardMaterial>| {
-        let parts = (Mesh3d(meshes.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default(), ChildOf(root));
-        commands.spawn(parts).id()
+        let look = (Mesh3d(meshes.add(mesh)), MeshMaterial3d(paint.clone()), Transform::default());
+        commands.spawn((look, stage::layer(world), ChildOf(root))).id()
     };
     let room = session.scene().room.as_ref();
     let room = room.map(|room| add(room_mesh(&SheetRoom::from(room)), &paints.room));
@@ -193,6 +207,20 @@ fn furnish(
             hot.push((add(mesh, &material), at, index));
         }
     }
+    let gun = session.scene().heat_gun.as_ref().map(|spec| {
+        let of_gun = |mesh: Mesh| mesh.scaled_by(Vec3::splat(spec.reach as f32));
+        let barrel = add(of_gun(shapes::barrel()), &paints.heater);
+        let jet = spec.on.then(|| {
+            let base_color = Color::from(glow(spec.temperature)).with_alpha(0.22);
+            let alpha_mode = AlphaMode::Blend;
+            let air = StandardMaterial { base_color, alpha_mode, unlit: true, cull_mode: None, ..default() };
+            add(of_gun(shapes::jet(spec.half_angle.to_radians() as f32)), &materials.add(air))
+        });
+        [Some(barrel), jet]
+    });
+    for entity in gun.into_iter().flatten().flatten() {
+        commands.entity(entity).insert((GunPart(world), NotShadowCaster));
+    }
     for (entity, at, index) in hot {
         // Its shadow would hide what it heats.
         commands.entity(entity).insert((at, HeaterPart { world, index }, NotShadowCaster));
@@ -211,7 +239,7 @@ fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display)
         Layer::Top => sheet.layers.len().checked_sub(1)?,
         Layer::Bottom => 0,
     };
-    let parts = if display.smooth && sheet.triangles.is_none() { SMOOTH_PARTS } else { 1 };
+    let parts = if display.smooth && sheet.triangles.is_none() { PARTS } else { 1 };
     let surface = sheet.surface(layer, parts)?;
     let mut mesh = sheet_mesh(&surface, &sheet.x);
     let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
@@ -221,6 +249,20 @@ fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display)
     }
     let (layer, smooth, values, opening) = (display.layer, display.smooth, Vec::new(), sheet.opening_revision());
     Some((SheetPart { world, index, surface, triangles, clearing, layer, smooth, opening, coloured, values }, mesh))
+}
+
+/// What sheet `index` is painted with: white for colours of its own, else a colour for each material of the scene.
+fn paint_of(paints: &Paints, session: &Session, index: usize, coloured: bool) -> Handle<StandardMaterial> {
+    let mut kinds = Vec::new();
+    let numbers = session.scene().sheets.iter().map(|spec| {
+        kinds.iter().position(|kind| *kind == &spec.material).unwrap_or_else(|| {
+            kinds.push(&spec.material);
+            kinds.len() - 1
+        })
+    });
+    let number = numbers.take(index + 1).last().unwrap_or(0);
+    let paint = if coloured { Some(&paints.coloured) } else { paints.sheets.get(number % SHEET_COLOURS.len()) };
+    paint.cloned().unwrap_or_default()
 }
 
 /// Whether sheet `index` has colours of its own. Worlds that are compared have one scale.
@@ -256,7 +298,9 @@ pub fn choose(
         if (part.layer, part.smooth, part.opening, part.coloured) != wanted
             && let Some((new, fresh)) = sheet_part(&editor, (part.world, part.index), display)
         {
-            material.0 = if new.coloured { paints.coloured.clone() } else { paints.sheet.clone() };
+            if let Some(session) = session {
+                material.0 = paint_of(&paints, session, new.index, new.coloured);
+            }
             *part = new;
             mesh.0 = meshes.add(fresh);
             shown.moment = None;
@@ -268,8 +312,9 @@ pub fn choose(
 pub fn animate(
     editor: Res<Editor>,
     mut shown: ResMut<Shown>,
-    mut bodies: Query<(&BodyPart, &mut Transform), (Without<Dot>, Without<HeaterPart>)>,
-    mut heaters: Query<(&HeaterPart, &mut Transform), Without<Dot>>,
+    mut bodies: Query<(&BodyPart, &mut Transform), (Without<Dot>, Without<HeaterPart>, Without<GunPart>)>,
+    mut heaters: Query<(&HeaterPart, &mut Transform), (Without<Dot>, Without<GunPart>)>,
+    mut guns: Query<(&GunPart, &mut Transform), Without<Dot>>,
     mut sheets: Query<(&mut SheetPart, &Mesh3d)>,
     mut meshes: ResMut<Assets<Mesh>>,
 ) {
@@ -292,6 +337,12 @@ pub fn animate(
         let place = session.shown(part.world).and_then(|s| crate::panels::place_of(s, Item::Heater(part.index)));
         if let Some(place) = place {
             transform.translation = place;
+        }
+    }
+    for (part, mut transform) in &mut guns {
+        if let Some((place, to)) = session.shown(part.0).and_then(Session::gun_aim) {
+            let turn = Quat::from_rotation_arc(Vec3::Y, to.as_vec3());
+            transform.set_if_neq(Transform::from_translation(place.as_vec3()).with_rotation(turn));
         }
     }
     for (mut part, handle) in &mut sheets {
@@ -343,7 +394,7 @@ pub fn dots(
             for mass in 0..sheet.masses() {
                 let place = Transform::from_translation(sheet.x.get(mass).as_vec3()).with_scale(Vec3::splat(radius));
                 let look = (Mesh3d(paints.round.clone()), MeshMaterial3d(paints.dot.clone()), NotShadowCaster);
-                commands.spawn((Dot { world, sheet: index, mass }, look, place, ChildOf(root)));
+                commands.spawn((Dot { world, sheet: index, mass }, look, place, stage::layer(world), ChildOf(root)));
             }
         }
         return;
@@ -373,8 +424,7 @@ pub fn springs(editor: Res<Editor>, scale: Res<Scale>, mut gizmos: Gizmos) {
         return;
     }
     for (which, session) in (0..).map_while(|which| Some((which, editor.session.shown(which)?))) {
-        let aside = editor.session.offset(which);
-        springs_of(session, aside, scale.0, &mut gizmos);
+        springs_of(session, stage::aside(which), scale.0, &mut gizmos);
     }
 }
 
@@ -383,7 +433,7 @@ fn springs_of(session: &Session, aside: Vec3, scale: f32, gizmos: &mut Gizmos) {
     for (sheet, before) in session.world().sheets().iter().zip(session.before()) {
         let springs = sheet.springs();
         let at = |i: u32| before.get(i as usize).lerp(sheet.x.get(i as usize), alpha);
-        let seen = |i: u32| (at(i).as_vec3() + aside) * scale;
+        let seen = |i: u32| at(i).as_vec3() * scale + aside;
         let strain = |i: usize| at(springs.a[i]).distance(at(springs.b[i])) / springs.rest[i] - 1.0;
         let largest = (0..springs.len()).map(|i| strain(i).abs()).fold(1e-3, f64::max);
         if springs.is_empty() {

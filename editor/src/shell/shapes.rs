@@ -1,10 +1,35 @@
-//! Meshes that only the editor has: dots for masses, the backdrop.
+//! Meshes that only the editor has: dots for masses, the heat gun, the backdrop.
 
 use bevy::prelude::*;
 
 /// A round dot of radius 1, for a mass.
 pub fn dot() -> Mesh {
     Sphere::new(1.0).mesh().ico(2).unwrap_or_else(|_| Sphere::new(1.0).mesh().uv(12, 8))
+}
+
+/// A heat gun of reach 1 that blows along +y, its nozzle in the origin: a nozzle and a barrel that narrows to it.
+pub fn barrel() -> Mesh {
+    let frustum = |radius_top: f32, radius_bottom: f32, from: f32, to: f32| {
+        let height = to - from;
+        let middle = Vec3::Y * (0.5 * (from + to));
+        ConicalFrustum { radius_top, radius_bottom, height }.mesh().resolution(32).build().translated_by(middle)
+    };
+    let mut all = frustum(0.07, 0.07, -0.22, 0.0);
+    for part in [frustum(0.075, 0.15, -0.36, -0.22), frustum(0.15, 0.15, -1.0, -0.36)] {
+        // All have the same attributes.
+        let _ = all.merge(&part);
+    }
+    all
+}
+
+/// The jet of a heat gun of reach 1 that blows along +y, as far as half of it is left, as wide as its half angle (radians) says.
+pub fn jet(half_angle: f32) -> Mesh {
+    let wide = half_angle.clamp(0.01, 1.4).tan();
+    ConicalFrustum { radius_top: wide, radius_bottom: 0.02, height: 1.0 }
+        .mesh()
+        .resolution(32)
+        .build()
+        .translated_by(0.5 * Vec3::Y)
 }
 
 /// The inside of a large ball, darker above than below: what lies behind the room.

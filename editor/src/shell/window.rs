@@ -122,9 +122,11 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     app
 }
 
-/// One camera for the scene, one above it for the panels.
+/// A camera for each world that may be seen, one above them for the panels.
 fn cameras(mut commands: Commands, quality: Res<Quality>) {
-    commands.spawn(stage::camera(&quality));
+    for which in 0..stage::MOST_SEEN {
+        commands.spawn(stage::camera(&quality, which));
+    }
     commands.spawn(stage::panel_camera());
 }
 
@@ -152,7 +154,7 @@ pub(super) fn draw_panels(ctx: &egui::Context, editor: &mut Editor) {
 fn show_panels(
     mut contexts: EguiContexts,
     mut editor: ResMut<Editor>,
-    mut camera: Single<&mut Camera, With<SceneCamera>>,
+    mut cameras: Query<(&SceneCamera, &mut Camera)>,
     window: Single<&Window, With<PrimaryWindow>>,
     mut exit: MessageWriter<AppExit>,
 ) -> Result {
@@ -162,7 +164,8 @@ fn show_panels(
         exit.write(AppExit::Success);
     }
     let whole = UVec2::new(window.physical_width(), window.physical_height());
-    stage::fit(&mut camera, editor.state.viewport, ctx.pixels_per_point(), whole);
+    let shared = (editor.state.viewport, editor.session.shown_count());
+    stage::share(cameras.iter_mut(), shared, (ctx.pixels_per_point(), whole));
     Ok(())
 }
 
@@ -205,7 +208,8 @@ fn rest(
     watch: Res<Watch>,
     mut events: MessageReader<WindowEvent>,
     mut redraws: MessageReader<RequestRedraw>,
-    mut cameras: Query<&mut Camera>,
+    mut cameras: Query<(&SceneCamera, &mut Camera)>,
+    mut panels: Query<&mut Camera, Without<SceneCamera>>,
     mut left: Local<u32>,
     mut known: Local<Option<[u64; 5]>>,
 ) {
@@ -219,7 +223,8 @@ fn rest(
     *known = now;
     let active = *left > 0;
     *left = left.saturating_sub(1);
-    for mut camera in &mut cameras {
+    stage::wake(cameras.iter_mut(), session.shown_count(), active);
+    for mut camera in &mut panels {
         if camera.is_active != active {
             camera.is_active = active;
         }

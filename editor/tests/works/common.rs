@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
-use bevy_egui::egui::{Event, Modifiers, PointerButton, Pos2, Vec2};
+use bevy_egui::egui::accesskit::Role;
+use bevy_egui::egui::{Event, Key, Modifiers, PointerButton, Pos2, Vec2};
 use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
 use sheetwork::scene::Scene;
 use sheetwork_editor::panels::{self, EditorState};
 use sheetwork_editor::session::Session;
@@ -69,4 +71,21 @@ pub fn drag(harness: &mut Harness<'_, Both>, from: Pos2, to: Pos2) {
     }
     harness.event(button(to, false));
     harness.run_steps(2);
+}
+
+/// Types `text` into the number labelled `label`.
+pub fn type_number(harness: &mut Harness<'_, Both>, label: &str, text: &str) {
+    harness.get_by_role_and_label(Role::SpinButton, label).click();
+    harness.run_steps(2);
+    type_over(harness, text);
+}
+
+/// Types `text` in place of what is in the field that has the focus, and Enter.
+pub fn type_over(harness: &mut Harness<'_, Both>, text: &str) {
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    harness.run_steps(1);
+    harness.event(Event::Text(text.to_owned()));
+    harness.run_steps(1);
+    harness.key_press(Key::Enter);
+    harness.run_steps(3);
 }

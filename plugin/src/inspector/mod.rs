@@ -18,7 +18,6 @@ mod knobs;
 mod material;
 mod sheet;
 pub mod style;
-pub mod units;
 
 use bevy::prelude::*;
 use bevy_egui::egui::{self, Grid, RichText, ScrollArea, Ui};
@@ -31,6 +30,7 @@ pub use heat::warmth;
 pub use knobs::{Changes, Game, Knobs};
 pub use material::{Previews, constants, cost, delivered, droop, strip_shape};
 pub use sheet::behaviour;
+pub use sheetwork::units;
 
 use style::{ACCENT, QUIET};
 

@@ -1,11 +1,14 @@
 //! Parameters that can be changed while a world runs, by path.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
 use super::World;
 use crate::error::InputError;
 use crate::scene::Air;
 use crate::sheet::Sheet;
+use crate::units::{Quantity, Shown};
 
 /// A parameter as it is now.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,12 +88,34 @@ impl World {
         all
     }
 
-    /// Sets the parameter at `path`; takes effect with the next step. Returns the old value as text.
+    /// `value` in the unit of the parameter at `path`, as text: `2.1 GPa` of a modulus is `2100000000`. What is a number already, is
+    /// none, or is of no parameter, is as it was.
+    ///
+    /// # Errors
+    /// When it is a number in a unit that the parameter does not have; the units that it has are named.
+    pub fn in_own_unit<'a>(&self, path: &str, value: &'a str) -> Result<Cow<'a, str>, InputError> {
+        let value = value.trim();
+        let begins = value.trim_start_matches(['+', '-', '−', '.', ',']).starts_with(|c: char| c.is_ascii_digit());
+        if !begins || value.parse::<f64>().is_ok() {
+            return Ok(value.into());
+        }
+        let parameter = self.parameters().into_iter().find(|p| p.path == canonical(&self.sheets, path));
+        let Some(parameter) = parameter.filter(|p| p.kind() == "number" || p.value == "none") else {
+            return Ok(value.into());
+        };
+        let Some(quantity) = Quantity::of_unit(parameter.unit) else { return Ok(value.into()) };
+        let shown = Shown::fixed(quantity, parameter.unit, 1.0);
+        let number = shown.parse(value).map_err(|e| InputError::new(path, e.to_string()))?;
+        Ok(number.to_string().into())
+    }
+
+    /// Sets the parameter at `path`; takes effect with the next step. A number may have a unit: `2.1 GPa`, `0.3 mm`, `70 °F`; one without has
+    /// the parameter's own. Returns the old value as text.
     ///
     /// # Errors
     /// When there is no such parameter, or the value is not of its kind or out of range; nothing is changed then.
     pub fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
-        let value = value.trim();
+        let value = &*self.in_own_unit(path, value)?;
         let old = |world: &Self| world.parameters().into_iter().find(|p| p.path == path).map(|p| p.value);
         let before = old(self).unwrap_or_default();
         let named = |e: InputError| InputError::new(path, e.problem);
@@ -147,6 +172,13 @@ impl World {
         set_value(sheet, name, value).map_err(|e| InputError::new(path, e.problem))?;
         Ok(before)
     }
+}
+
+/// The path with the sheet's name in place of its number.
+fn canonical(sheets: &[Sheet], path: &str) -> String {
+    let rest = path.strip_prefix("sheets.").and_then(|r| r.split_once('.'));
+    let named = rest.and_then(|(which, name)| Some((sheets.get(which.parse::<usize>().ok()?)?, name)));
+    named.map_or_else(|| path.to_owned(), |(sheet, name)| format!("sheets.{}.{name}", sheet.name))
 }
 
 fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
@@ -221,5 +253,47 @@ fn vector(path: &str, value: &str) -> Result<DVec3, InputError> {
     match parts?.as_slice() {
         [x, y, z] => Ok(DVec3::new(*x, *y, *z)),
         other => Err(InputError::new(path, format!("{} numbers, but it takes 3: (x, y, z)", other.len()))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn numbers_may_have_units_and_what_is_no_unit_of_it_is_told_with_those_that_are() {
+        let scene =
+            Scene::parse(r#"(sheets: [(name: "card", structure: "shell", grid: (5, 1, 5), material: "card")])"#);
+        let mut world = World::new(&scene.expect("valid")).expect("valid");
+        for (path, value, wanted) in [
+            ("sheets.card.material.young", "2.1 GPa", 2.1e9),
+            ("sheets.0.material.young", "3e9", 3e9),
+            ("sheets.0.material.thickness", "0.4 mm", 4e-4),
+            ("sheets.card.pressure", "-2 Pa", -2.0),
+            ("sheets.card.friction", "30 %", 0.3),
+            ("dt", "4 ms", 0.004),
+            ("air.density", "1.2e-3 g/cm3", 1.2),
+        ] {
+            world.set(path, value).expect(path);
+            let path = canonical(&world.sheets, path);
+            let now: f64 = world
+                .parameters()
+                .into_iter()
+                .find(|p| p.path == path)
+                .expect("known")
+                .value
+                .parse()
+                .expect("a number");
+            assert!((now / wanted - 1.0).abs() < 1e-12, "{path}: {now}");
+        }
+        let refused = |world: &mut World, path: &str, value: &str| world.set(path, value).expect_err(value).to_string();
+        let told = refused(&mut world, "sheets.card.material.young", "3 furlongs");
+        assert!(told.contains("material.young") && told.contains("Pa, kPa, MPa, GPa"), "{told}");
+        assert!(refused(&mut world, "sheets.0.material.young", "0.3 mm").contains("mm is a unit of length"));
+        assert!(refused(&mut world, "sheets.0.material.young", "4e15 Pa").contains("Pa"));
+        assert!(refused(&mut world, "gravity", "3 m/s²").contains("3 m/s²"));
+        assert!(refused(&mut world, "engine", "4 stroke").contains("4 stroke"));
+        assert!(refused(&mut world, "no.such", "1 mm").contains("no.such"));
     }
 }

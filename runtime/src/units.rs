@@ -80,7 +80,7 @@ impl fmt::Display for UnitError {
 impl std::error::Error for UnitError {}
 
 /// SI prefixes, largest first.
-pub(crate) const PREFIXES: [(f64, &str); 9] =
+const PREFIXES: [(f64, &str); 9] =
     [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
 
 const ALL: [Quantity; 14] = [
@@ -157,7 +157,7 @@ impl Quantity {
             Self::Temperature => &[("°C", 1.0), ("C", 1.0), ("K", 1.0), ("°F", 1.0), ("F", 1.0)],
             Self::Force => &[("N", 1.0), ("mN", 1e-3), ("µN", 1e-6), ("kN", 1e3)],
             Self::Stiffness => &[("N/m", 1.0), ("mN/m", 1e-3), ("kN/m", 1e3), ("N/mm", 1e3)],
-            Self::Angle => &[("°", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
+            Self::Angle => &[("°", 1.0), ("degrees", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
             Self::Energy => &[("J", 1.0), ("mJ", 1e-3), ("µJ", 1e-6), ("kJ", 1e3)],
             Self::Convection => &[("W/(m² K)", 1.0), ("W/m²K", 1.0), ("W/m2K", 1.0)],
         }
@@ -166,6 +166,14 @@ impl Quantity {
     /// Its units, for a message.
     fn known(self) -> String {
         self.units().iter().map(|u| u.0).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What is of this SI unit (or °C, or degrees), as parameters and errors name it; none for a name that is no unit.
+    pub fn of_unit(unit: &str) -> Option<Self> {
+        if unit.is_empty() || unit == "of critical" {
+            return Some(Self::Number);
+        }
+        ALL.into_iter().find(|q| q.scaled(1.0, unit) == Some(1.0))
     }
 
     /// The value of `number` in `unit`.
@@ -346,6 +354,10 @@ mod tests {
         assert_eq!(CELSIUS.format(140.0), "140 °C");
         assert_eq!(PA.format(2.1e9), "2.10 GPa");
         assert_eq!(Shown::fixed(Quantity::Number, "", 1.0).format(0.115), "0.115");
+        let quantities = ["", "Pa", "kg/m³", "°C", "degrees", "of critical"].map(Quantity::of_unit);
+        use Quantity::{Angle, Density, Number, Pressure, Temperature};
+        assert_eq!(quantities, [Number, Pressure, Density, Temperature, Angle, Number].map(Some));
+        assert_eq!(Quantity::of_unit("furlong"), None);
         for q in ALL {
             assert!(!q.name().is_empty() && !q.known().is_empty());
         }

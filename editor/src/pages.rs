@@ -1,0 +1,247 @@
+//! The pictures of `docs/editor.md`, each panel and each dialog in one at least, and that of the README: what is shown in them, and the command that
+//! takes them all.
+
+use std::path::Path;
+
+use bevy_sheetwork::SheetColour;
+use sheetwork::InputError;
+use sheetwork::scene::{Scene, SpotSpec};
+
+use crate::camera::Camera;
+use crate::export::{Job, Kind};
+use crate::panels::{Draft, EditorState, Plots, Purpose, Section, Tool, blind};
+use crate::scenes;
+use crate::session::{Item, Session, Variant};
+use crate::shell::offscreen::Offscreen;
+use crate::shell::probe;
+use crate::study::Study;
+use crate::templates;
+
+/// A picture: its file, its size in pixels, the scene, and what is done with it.
+pub struct Page {
+    /// The file's name.
+    pub file: &'static str,
+    size: (u32, u32),
+    scene: fn() -> Result<Scene, InputError>,
+    prepare: fn(&mut Session, &mut EditorState),
+    /// Whether the panels are in it.
+    panels: bool,
+}
+
+impl Page {
+    const fn new(
+        file: &'static str,
+        scene: fn() -> Result<Scene, InputError>,
+        prepare: fn(&mut Session, &mut EditorState),
+    ) -> Self {
+        Self { file, size: (1400, 860), scene, prepare, panels: true }
+    }
+}
+
+/// All of them.
+pub const ALL: &[Page] = &[
+    Page::new("editor.png", || shipped("hot_wedge"), heat),
+    Page::new("editor_new.png", || template("Sheet on a box"), material),
+    Page::new("editor_compare.png", || shipped("box_drop"), compare),
+    Page::new("editor_hands.png", || shipped("cantilever_sheet"), hands),
+    Page::new("editor_gun.png", || shipped("heat_gun"), gun),
+    Page::new("editor_stages.png", || shipped("box_on_sheet"), stages),
+    Page { size: (1100, 760), ..Page::new("editor_study.png", || Study::of_picture(1).scene(), study) },
+    Page::new("editor_light.png", || shipped("materials_hanging"), light),
+    Page::new("editor_sheet.png", || shipped("pvc_drape"), display),
+    Page::new("editor_generate.png", || shipped("hemisphere"), generate),
+    Page::new("editor_files.png", || shipped("creased_sheet"), files),
+    Page::new("editor_export.png", || shipped("cards_house_ball"), export),
+    Page::new("editor_help.png", || shipped("flower"), help),
+    Page {
+        size: (1280, 800),
+        panels: false,
+        ..Page::new("materials.png", || shipped("materials_hanging"), |session, _| session.run(2.0))
+    },
+];
+
+fn shipped(name: &str) -> Result<Scene, InputError> {
+    Scene::load(&scenes::find(Path::new(name)))
+}
+
+fn template(name: &str) -> Result<Scene, InputError> {
+    let found = templates::TABLE.iter().find(|t| t.name == name);
+    found.map(templates::Template::scene).ok_or_else(|| InputError::new("template", format!("there is no \"{name}\"")))
+}
+
+impl Page {
+    /// The session and the panels of the picture.
+    ///
+    /// # Errors
+    /// When its scene is not found.
+    pub fn open(&self) -> Result<(Session, EditorState), InputError> {
+        let mut session = Session::new(&(self.scene)()?)?;
+        let mut state = EditorState::new(&session);
+        (self.prepare)(&mut session, &mut state);
+        Ok((session, state))
+    }
+}
+
+/// Takes all pictures into `folder`; those whose names hold `only`, where that is given.
+///
+/// # Errors
+/// When there is no graphics driver, a scene is missing or a file cannot be written.
+pub fn take(folder: &Path, only: Option<&str>) -> Result<(), InputError> {
+    let adapter = probe::adapter().map_err(|reason| InputError::new("--pictures", reason))?;
+    eprintln!("Drawing with {}.", adapter.name);
+    std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
+    for page in ALL.iter().filter(|page| only.is_none_or(|only| page.file.contains(only))) {
+        let (session, state) = page.open()?;
+        for message in session.messages() {
+            eprintln!("{}: {}", page.file, message.text);
+        }
+        let file = folder.join(page.file);
+        let made = if page.panels { Offscreen::editor } else { Offscreen::scene };
+        let picture = made(session, state, page.size).warm_picture();
+        let picture = picture.map_err(|problem| InputError::new("", problem).in_file(&file))?;
+        picture.save(&file).map_err(|e| InputError::io(&file, &e))?;
+        eprintln!("{}", file.display());
+    }
+    Ok(())
+}
+
+/// A heater over a sheet on a wedge, its temperatures and plots.
+fn heat(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Heat].into();
+    state.plots.shown = true;
+    session.run(3.0);
+    (state.tool, state.selected) = (Tool::Move, session.items().into_iter().find(|i| matches!(i, Item::Heater(_))));
+    state.camera.zoom(1.0);
+}
+
+/// A new scene that plays, its material.
+fn material(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Material, Section::Bodies].into();
+    session.choose_material(0, "card");
+    session.set("sheets.0.material.thickness", "3e-4");
+    session.run(0.75);
+    state.camera.zoom(1.5);
+    session.set_speed(0.25);
+    session.play();
+}
+
+/// Four materials beside one another.
+fn compare(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Compare, Section::Engine].into();
+    let material = |name: &str| Variant { path: "sheets.0.material".into(), value: name.into() };
+    session.compare_with(["rubber", "paper", "pet"].map(material).to_vec());
+    session.run(0.6);
+    state.plots = Plots { shown: true, step: false, temperature: false, ..Plots::default() };
+    state.camera = Camera { yaw: 0.5, pitch: 0.3, ..state.camera };
+    state.camera.zoom(1.0);
+}
+
+/// Warmth painted on a sheet that was cut, its springs' net.
+fn hands(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Sheet].into();
+    session.cut(0, ((0.55, 0.15), (0.8, 0.6)));
+    session.run(0.4);
+    if session.begin_stroke(0) {
+        for i in 0..12 {
+            let s = f64::from(i) / 11.0;
+            session.dab(SpotSpec { at: (0.25 + 0.25 * s, 0.75 - 0.45 * s), radius: 0.02, temperature: 150.0 });
+        }
+        session.end_stroke();
+    }
+    session.run(0.3);
+    state.tool = Tool::Heat;
+    state.display.masses = true;
+    state.camera.zoom(2.0);
+}
+
+/// A heat gun over a strip that goes soft.
+fn gun(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Heat, Section::Camera].into();
+    session.run(2.4);
+    (state.tool, state.selected) = (Tool::Move, Some(Item::HeatGun));
+}
+
+/// A box on a sheet, and what its steps spend.
+fn stages(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Engine, Section::Bodies].into();
+    state.plots = Plots { shown: true, stages: true, temperature: false, ..Plots::default() };
+    state.display.colour = Some(SheetColour::Contact);
+    state.display.contacts = true;
+    session.time_stages(true);
+    session.run(0.8);
+    state.camera.zoom(1.5);
+}
+
+/// The questions after a sheet that was seen blind.
+fn study(session: &mut Session, state: &mut EditorState) {
+    session.run(1.0);
+    state.study = Some(Study::of_picture(1));
+    state.display = blind();
+}
+
+/// Strips of five materials, light.
+fn light(session: &mut Session, state: &mut EditorState) {
+    (state.light, state.sheet) = (true, 1);
+    state.open_sections = [Section::Material, Section::Display].into();
+    session.run(2.0);
+    state.camera.zoom(0.5);
+}
+
+/// A film on a ball by its stretch, and how it is drawn.
+fn display(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Display, Section::Camera].into();
+    session.run(19.0);
+    state.display.colour = Some(SheetColour::Bending);
+    state.display.normals = true;
+    state.camera.zoom(1.0);
+}
+
+/// A sheet that is generated.
+fn generate(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Sheet].into();
+    session.run(1.2);
+    state.generate = Some(Draft::of(session, 0));
+    state.display.springs = true;
+}
+
+/// A file that is chosen, and the live link.
+fn files(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Link, Section::Sheet].into();
+    session.run(1.0);
+    state.browse(session, Purpose::Open);
+    (state.tool, state.brush.angle) = (Tool::Crease, 60.0);
+}
+
+/// A run that is about to be written.
+fn export(session: &mut Session, state: &mut EditorState) {
+    state.open_sections = [Section::Bodies].into();
+    session.run(0.45);
+    state.export = Some(Job::new(Kind::Gltf, Path::new("house_of_cards.glb"), 4.0));
+}
+
+/// Mouse and keys.
+fn help(session: &mut Session, state: &mut EditorState) {
+    session.run(1.0);
+    state.help = true;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_picture_of_the_docs_is_taken_and_every_picture_taken_is_in_the_docs() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+        let read = |file: &str| std::fs::read_to_string(root.join(file)).expect("the docs");
+        let (editor, readme) = (read("docs/editor.md"), read("README.md"));
+        for page in ALL {
+            assert!(editor.contains(page.file) || readme.contains(page.file), "{} is nowhere", page.file);
+            (page.scene)().expect(page.file);
+        }
+        let named = editor.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+        for file in named.filter(|file| file.ends_with(".png")) {
+            assert!(ALL.iter().any(|page| page.file == file), "{file} is not taken by the command");
+            assert!(root.join("docs").join(file).exists(), "{file} is missing");
+        }
+    }
+}

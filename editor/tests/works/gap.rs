@@ -1,0 +1,102 @@
+//! The smoothed surface of a sheet at rest: its drawn corners are in no body, and the gap that is shown is what going through all triangles gives.
+
+use glam::{DVec3, Vec3};
+use sheetwork::World;
+use sheetwork::scene::{Scene, Shape};
+use sheetwork_editor::gap;
+use sheetwork_editor::picture::Layer;
+use sheetwork_editor::scenes;
+
+/// How deep a corner may be in a body, m.
+const DEEPEST: f64 = 5e-5;
+
+/// How deep `p` is in the bodies, by the planes of their faces, which are convex here; below 0 outside.
+fn depth(world: &World, p: DVec3) -> f64 {
+    let rigid = world.rigid().expect("bodies");
+    let of_body = |(index, body): (usize, &sheetwork::contact::rigid::Body)| {
+        let (place, turn) = rigid.pose(index).expect("a pose");
+        let own = turn.inverse() * (p - place);
+        if let Shape::Ball(radius) = body.shape {
+            return radius - own.length();
+        }
+        let of_part = |part: &sheetwork::scene::Polyhedron| {
+            let middle = part.vertices.iter().sum::<DVec3>() / part.vertices.len() as f64;
+            let plane = |face: &Vec<u32>| {
+                let at = |i: usize| part.vertices[face[i] as usize];
+                let normal = (at(1) - at(0)).cross(at(2) - at(0)).normalize();
+                let outward = if normal.dot(middle - at(0)) > 0.0 { -normal } else { normal };
+                outward.dot(at(0) - own)
+            };
+            part.faces.iter().map(plane).fold(f64::INFINITY, f64::min)
+        };
+        body.polyhedra.iter().map(of_part).fold(f64::NEG_INFINITY, f64::max)
+    };
+    rigid.bodies().iter().enumerate().map(of_body).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// Distance of `p` to a triangle, by its own minimum: interior, else the nearest of three edges.
+fn away(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
+    let edge = |from: DVec3, to: DVec3| {
+        let s = ((p - from).dot(to - from) / (to - from).length_squared()).clamp(0.0, 1.0);
+        p.distance(from.lerp(to, s))
+    };
+    let normal = (b - a).cross(c - a).normalize();
+    let foot = p - normal * normal.dot(p - a);
+    let side = |from: DVec3, to: DVec3| (to - from).cross(foot - from).dot(normal) >= 0.0;
+    let on_edges = edge(a, b).min(edge(b, c)).min(edge(c, a));
+    if side(a, b) && side(b, c) && side(c, a) { p.distance(foot) } else { on_edges }
+}
+
+/// Runs a scene to rest; the deepest corner that is drawn, how deep the smoothed surface would be, and the gap, m: as it is shown and by brute force.
+fn at_rest(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
+    let mut world = World::new(scene).expect("valid");
+    world.advance(seconds);
+    let sheet = &world.sheets()[0];
+    assert!(sheet.touching().contains(&true), "it lies on something");
+    let mesh = gap::drawn(&world, sheet, Layer::Top).expect("a layer");
+    let (layer, last) = (sheet.layers.last().expect("a layer"), sheet.layers.len() - 1);
+    let deepest = |places: &[[f32; 3]]| {
+        places.iter().map(|p| depth(&world, Vec3::from(*p).as_dvec3())).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let unkept = sheet.surface(last, gap::PARTS).expect("a surface").mesh(&sheet.x);
+    let triangles = layer.triangles();
+    let nearest = |p: &[f32; 3]| {
+        let p = Vec3::from(*p).as_dvec3();
+        triangles.iter().map(|t| away(p, t.map(|m| sheet.x.get(m as usize)))).fold(f64::INFINITY, f64::min)
+    };
+    let brute = mesh.positions.iter().map(nearest).fold(0.0, f64::max);
+    let shown = gap::largest(&world, Layer::Top).expect("smoothed");
+    (deepest(&mesh.positions), deepest(&unkept.positions), shown, brute)
+}
+
+fn check(name: &str, scene: &Scene, seconds: f64) -> f64 {
+    let (deepest, unkept, shown, brute) = at_rest(scene, seconds);
+    let um = |m: f64| 1e6 * m;
+    println!(
+        "{name}: deepest {:.2} um, without care {:.1} um, gap {:.2} um, by brute force {:.2} um",
+        um(deepest),
+        um(unkept),
+        um(shown),
+        um(brute)
+    );
+    assert!(deepest < DEEPEST, "{name}: {deepest} m inside");
+    assert!((shown - brute).abs() < 1e-8 + 1e-3 * brute, "{name}: shown {shown}, brute force {brute}");
+    unkept
+}
+
+fn shipped(name: &str) -> Scene {
+    Scene::load(&scenes::find(std::path::Path::new(name))).expect("shipped")
+}
+
+#[test]
+fn on_a_box_and_on_balls_nothing_drawn_is_inside_and_the_gap_is_true() {
+    let card = sheetwork_editor::templates::TABLE.iter().find(|t| t.name == "Sheet on a box").expect("a template");
+    let mut deep = check("card on a box", &card.scene(), 3.0);
+    deep = deep.max(check("sheet on a box", &shipped("box_drop"), 3.0));
+    let mut film = shipped("pvc_drape");
+    film.sheets[0].tearing = false;
+    film.time_lapse = 10.0;
+    deep = deep.max(check("film on a ball", &film, 3.0));
+    deep = deep.max(check("soft lattice on a dome", &shipped("hemisphere"), 4.0));
+    assert!(deep > DEEPEST, "without care something would be inside: {deep}");
+}
