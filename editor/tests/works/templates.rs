@@ -67,7 +67,8 @@ fn click(editor: &mut Offscreen, pos: Pos2) {
         editor.event(Event::PointerButton { pos, button, pressed, modifiers });
         editor.frame();
     }
-    editor.frame();
+    // A menu takes some frames to lie where it stays.
+    (0..4).for_each(|_| editor.frame());
 }
 
 #[test]
