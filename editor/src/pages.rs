@@ -40,7 +40,7 @@ impl Page {
 
 /// All of them.
 pub const ALL: &[Page] = &[
-    Page::new("editor.png", || shipped("hot_wedge"), heat),
+    Page::new("editor.png", || shipped("heat_modes"), heat),
     Page::new("editor_new.png", || template("Sheet on a box"), material),
     Page::new("editor_compare.png", || shipped("box_drop"), compare),
     Page::new("editor_hands.png", || shipped("cantilever_sheet"), hands),
@@ -111,7 +111,7 @@ fn heat(session: &mut Session, state: &mut EditorState) {
     state.plots.shown = true;
     session.run(3.0);
     (state.tool, state.selected) = (Tool::Move, session.items().into_iter().find(|i| matches!(i, Item::Heater(_))));
-    state.camera.zoom(1.0);
+    state.camera.zoom(-1.0);
 }
 
 /// A new scene that plays, its material.
@@ -151,7 +151,7 @@ fn hands(session: &mut Session, state: &mut EditorState) {
     session.run(0.3);
     state.tool = Tool::Heat;
     state.display.masses = true;
-    state.camera.zoom(2.0);
+    state.camera.zoom(0.5);
 }
 
 /// A heat gun over a strip that goes soft.
@@ -159,6 +159,8 @@ fn gun(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Heat, Section::Camera].into();
     session.run(2.4);
     (state.tool, state.selected) = (Tool::Move, Some(Item::HeatGun));
+    state.camera.target.y += 0.05;
+    state.camera.zoom(-3.0);
 }
 
 /// A box on a sheet, and what its steps spend.
@@ -209,13 +211,18 @@ fn files(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Link, Section::Sheet].into();
     session.run(1.0);
     state.browse(session, Purpose::Open);
-    (state.tool, state.brush.angle) = (Tool::Crease, 60.0);
+    state.tool = Tool::Crease;
+    // Below the dialog.
+    state.camera.target.y += 0.08;
 }
 
 /// A run that is about to be written.
 fn export(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Bodies].into();
     session.run(0.45);
+    // Above it.
+    state.camera.target.y -= 0.09;
+    state.camera.zoom(-2.0);
     state.export = Some(Job::new(Kind::Gltf, Path::new("house_of_cards.glb"), 4.0));
 }
 

@@ -44,13 +44,14 @@ fn section(
     column: Rect,
 ) {
     ui.add_space(4.0);
-    let header =
-        egui::CollapsingHeader::new(RichText::new(title).strong()).default_open(true).show_unindented(ui, |ui| {
-            ui.add_space(2.0);
-            contents(ui, session, state, (which, title));
-            ui.add_space(4.0);
-        });
-    let bar = Rect::from_min_size(header.header_response.rect.min, vec2(column.width() - 8.0, 20.0));
+    // Behind the title, so that a click is the title's.
+    let bar = Rect::from_min_size(ui.cursor().min, vec2(column.width() - 8.0, 20.0));
+    let drawn = ui.interact(bar, ui.id().with(("draw", title)), Sense::drag());
+    egui::CollapsingHeader::new(RichText::new(title).strong()).default_open(true).show_unindented(ui, |ui| {
+        ui.add_space(2.0);
+        contents(ui, session, state, (which, title));
+        ui.add_space(4.0);
+    });
     let button = Rect::from_min_size(bar.right_top() - vec2(24.0, 0.0), vec2(22.0, 20.0));
     let response = ui.interact(button, ui.id().with(("take out", title)), Sense::click());
     let colour = ui.style().interact(&response).fg_stroke.color;
@@ -62,7 +63,6 @@ fn section(
         egui::WidgetInfo::labeled(egui::WidgetType::Button, true, format!("Take {title} out of the column"))
     });
     let out = response.on_hover_text("A window of its own; so does drawing the title out of the column").clicked();
-    let drawn = ui.interact(bar, ui.id().with(("draw", title)), Sense::drag());
     let left = drawn.interact_pointer_pos().is_some_and(|at| !column.expand(12.0).contains(at));
     if out || (drawn.dragged() && left) {
         state.floating.insert(which);

@@ -243,7 +243,11 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             if ui.button("⬆").on_hover_text("The folder above").clicked() {
                 dialog.browser.up();
             }
-            ui.label(dialog.browser.folder().display().to_string());
+            let folder = dialog.browser.folder();
+            // Short, where the editor was started above it.
+            let here = std::env::current_dir().ok();
+            let short = here.as_ref().and_then(|here| folder.strip_prefix(here).ok()).unwrap_or(folder);
+            ui.label(short.display().to_string()).on_hover_text(folder.display().to_string());
         });
         entries(ui, &mut dialog, &mut chosen);
         ui.horizontal(|ui| {

@@ -17,7 +17,6 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_egui::egui;
-use bevy_egui::input::EguiInputEvent;
 use bevy_egui::{
     EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPostUpdateSet, EguiPrimaryContextPass, PrimaryEguiContext,
 };
@@ -246,15 +245,6 @@ impl Offscreen {
     pub fn parts(&mut self) -> (&mut Session, &mut EditorState) {
         let Editor { session, state } = self.app.world_mut().resource_mut::<Editor>().into_inner();
         (session, state)
-    }
-
-    /// What mouse or keys do before the next frame, for the panels.
-    pub fn event(&mut self, event: egui::Event) {
-        let world = self.app.world_mut();
-        let context = world.query_filtered::<Entity, With<PrimaryEguiContext>>().iter(world).next();
-        if let Some(context) = context {
-            world.write_message(EguiInputEvent { context, event });
-        }
     }
 
     /// Draws a frame.

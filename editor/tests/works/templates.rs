@@ -1,11 +1,8 @@
-//! Every template, begun as the menu begins it: played, edited, undone, reset and saved, with every section and plot open; and drawn.
+//! Every template, begun as the menu begins it: played, edited, undone, reset and saved, with every section and plot open.
 
-use bevy_egui::egui::{Event, Modifiers, PointerButton, Pos2};
 use egui_kittest::kittest::Queryable;
-use sheetwork_editor::panels::{EditorState, Section};
+use sheetwork_editor::panels::Section;
 use sheetwork_editor::session::{Session, Variant};
-use sheetwork_editor::shell::offscreen::Offscreen;
-use sheetwork_editor::shell::probe;
 use sheetwork_editor::templates;
 
 use super::common::{folder, strip, whole};
@@ -56,40 +53,4 @@ fn every_template_of_the_menu_is_begun_played_edited_and_saved() {
         assert_eq!(again.world().sheets().len(), template.scene().sheets.len(), "{name}");
     }
     std::fs::remove_dir_all(&folder).expect("removed");
-}
-
-/// Clicks where the panels are, in the app that also draws the scene.
-fn click(editor: &mut Offscreen, pos: Pos2) {
-    editor.event(Event::PointerMoved(pos));
-    editor.frame();
-    for pressed in [true, false] {
-        let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
-        editor.event(Event::PointerButton { pos, button, pressed, modifiers });
-        editor.frame();
-    }
-    editor.frame();
-}
-
-#[test]
-fn a_template_that_is_begun_while_another_world_is_drawn_does_not_end_the_editor() {
-    if let Err(reason) = probe::adapter() {
-        println!("skipped: {reason}");
-        return;
-    }
-    let session = at_work();
-    let mut state = EditorState::new(&session);
-    (state.display.masses, state.display.springs, state.display.normals) = (true, true, true);
-    let mut editor = Offscreen::editor(session, state, (1100, 700));
-    (0..4).for_each(|_| editor.frame());
-    for (row, template) in templates::TABLE.iter().enumerate().chain(templates::TABLE.iter().enumerate().take(2)) {
-        // File, New, and its row: places of the menu as it lies in a window of this size.
-        for at in [Pos2::new(22.0, 16.0), Pos2::new(50.0, 45.0), Pos2::new(376.0, 43.5 + 26.0 * row as f32)] {
-            click(&mut editor, at);
-        }
-        let (session, _) = editor.parts();
-        assert_eq!(session.scene().name, template.scene().name);
-        session.frame(0.05);
-        editor.frame();
-    }
-    editor.picture().expect("a picture");
 }
