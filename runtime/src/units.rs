@@ -353,7 +353,7 @@ mod tests {
         assert_eq!((MM.format(3e-4), MM.format(0.25)), ("0.3 mm".into(), "250 mm".into()));
         assert_eq!(CELSIUS.format(140.0), "140 °C");
         assert_eq!(PA.format(2.1e9), "2.10 GPa");
-        assert_eq!(Shown::fixed(Quantity::Number, "", 1.0).format(0.115), "0.115");
+        assert_eq!(Shown::fixed(Number, "", 1.0).format(0.115), "0.115");
         let quantities = ["", "Pa", "kg/m³", "°C", "degrees", "of critical"].map(Quantity::of_unit);
         use Quantity::{Angle, Density, Number, Pressure, Temperature};
         assert_eq!(quantities, [Number, Pressure, Density, Temperature, Angle, Number].map(Some));

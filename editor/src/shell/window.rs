@@ -210,9 +210,9 @@ fn rest(
     mut redraws: MessageReader<RequestRedraw>,
     mut cameras: Query<(&SceneCamera, &mut Camera)>,
     mut panels: Query<&mut Camera, Without<SceneCamera>>,
-    mut left: Local<u32>,
-    mut known: Local<Option<[u64; 5]>>,
+    mut last: Local<(u32, Option<[u64; 5]>)>,
 ) {
+    let (left, known) = &mut *last;
     let session = &editor.session;
     let (steps, messages) = (session.world().steps(), session.messages().len() as u64);
     let now = Some([session.generation(), session.revision(), session.document().revision(), steps, messages]);
