@@ -25,6 +25,7 @@ mod probe;
 mod pull;
 mod reaction;
 mod region;
+mod resample;
 pub mod slits;
 mod snapshot;
 pub(crate) mod stage;
@@ -197,6 +198,8 @@ pub struct Sheet {
     delivered: Option<f64>,
     /// Diagonal of its bounding box when it was built, m.
     pub(crate) spread: f64,
+    /// Longest step that its explicit engine bears, s; infinite unless it has gone to another grid.
+    pub(crate) longest: f64,
     damped: bool,
 }
 
@@ -387,6 +390,9 @@ impl Sheet {
             (guard.state, guard.tolerance) = (GuardState::default(), tolerance);
         }
         self.change_engine(kind, tolerance);
+        if self.longest.is_finite() {
+            self.fit_step();
+        }
         self.wake();
     }
 
@@ -416,6 +422,9 @@ impl Sheet {
         self.material = material;
         self.refresh();
         self.follow_heat();
+        if self.longest.is_finite() {
+            self.fit_step();
+        }
         Ok(())
     }
 

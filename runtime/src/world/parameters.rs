@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::World;
 use crate::error::InputError;
+use crate::lattice::StructureKind;
 use crate::scene::Air;
 use crate::sheet::Sheet;
 
@@ -73,6 +74,12 @@ impl World {
                 new(&dial.path, dial.value.to_string(), dial.unit, Some(dial.range))
             });
         }
+        if self.has_detail() {
+            let none = || "none".to_owned();
+            let budget = self.detail_budget().map_or_else(none, |b| b.to_string());
+            all.push(new("detail_budget", budget, "ms", Some((1e-3, 1e6))));
+            all.push(new("viewpoint", self.viewpoint().map_or_else(none, text), "m", Some((-1e6, 1e6))));
+        }
         for sheet in &self.sheets {
             for (name, unit, range) in OF_SHEET {
                 if let Some(value) = value_of(sheet, name) {
@@ -81,6 +88,9 @@ impl World {
             }
             let policy = sheet.when_unstable().to_string();
             all.push(new(&format!("sheets.{}.when_unstable", sheet.name), policy, "", None));
+            if sheet.structure == StructureKind::Shell && sheet.triangles.is_none() {
+                all.push(new(&format!("sheets.{}.grid", sheet.name), grid_text(sheet), "", None));
+            }
         }
         all
     }
@@ -103,6 +113,14 @@ impl World {
             "air.per" => self.set_air(Air { per: number(path, value)?, ..self.air }).map_err(named)?,
             "air.density" => self.set_air(Air { density: number(path, value)?, ..self.air }).map_err(named)?,
             "air.wind" => self.set_air(Air { wind: vector(path, value)?, ..self.air }).map_err(named)?,
+            "detail_budget" if self.has_detail() => {
+                let budget = if value == "none" { None } else { Some(number(path, value)?) };
+                self.set_detail_budget(budget)?;
+            }
+            "viewpoint" if self.has_detail() => {
+                let eye = if value == "none" { None } else { Some(vector(path, value)?) };
+                self.set_viewpoint(eye)?;
+            }
             _ if self.turn_heat(path, value)? => {}
             _ => return self.set_of_sheet(path, value),
         }
@@ -132,6 +150,11 @@ impl World {
             let set = value.trim_matches('"').parse().and_then(|policy| self.sheets[index].set_when_unstable(policy));
             return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
         }
+        if let (Some(index), "grid") = (index, name) {
+            let before = grid_text(&self.sheets[index]);
+            let set = grid(path, value).and_then(|grid| self.resample_index(index, grid));
+            return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
+        }
         let row = OF_SHEET.iter().find(|(n, _, _)| *n == name);
         let (Some(index), Some((name, unit, range))) = (index, row) else { return Err(unknown()) };
         let value = if *name == "flexion_limit" && value == "none" { None } else { Some(number(path, value)?) };
@@ -147,6 +170,17 @@ impl World {
         set_value(sheet, name, value).map_err(|e| InputError::new(path, e.problem))?;
         Ok(before)
     }
+}
+
+/// Masses along length and width, as `21x11`.
+fn grid_text(sheet: &Sheet) -> String {
+    format!("{}x{}", sheet.grid.0, sheet.grid.2)
+}
+
+fn grid(path: &str, value: &str) -> Result<(u32, u32), InputError> {
+    let text = value.trim_matches('"');
+    let two = text.split_once('x').and_then(|(u, v)| Some((u.trim().parse().ok()?, v.trim().parse().ok()?)));
+    two.ok_or_else(|| InputError::new(path, format!("\"{text}\" is no grid: masses along length and width, as 21x11")))
 }
 
 fn value_of(sheet: &Sheet, name: &str) -> Option<String> {
