@@ -492,7 +492,7 @@ impl Element for Bending {
         self.rests.is_some().then(|| self.made_angles())
     }
 
-    fn carry(&mut self, old: &dyn Element, carry: &Carry) {
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
             self.carry_rests(old, carry);
         }

@@ -501,7 +501,7 @@ impl Element for CellMembrane {
         }
     }
 
-    fn carry(&mut self, old: &dyn Element, carry: &Carry) {
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
         if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
             self.carry_strains(old, carry);
         }

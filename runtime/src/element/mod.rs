@@ -184,7 +184,7 @@ pub trait Element: std::any::Any + Send + Sync {
 
     /// Takes up what `old`, of the same sheet on another grid, has come to hold: by yield, creep and warmth. Its own stiffness and
     /// expansion are those of its temperatures already.
-    fn carry(&mut self, _old: &dyn Element, _carry: &carry::Carry) {}
+    fn carry(&mut self, _old: &(dyn Element + 'static), _carry: &carry::Carry) {}
 
     /// Itself as one that flows; `None` where it does not.
     fn flows(&mut self) -> Option<&mut dyn flow::Flows> {

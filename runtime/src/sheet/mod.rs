@@ -198,6 +198,8 @@ pub struct Sheet {
     delivered: Option<f64>,
     /// Diagonal of its bounding box when it was built, m.
     pub(crate) spread: f64,
+    /// Where it is creased along masses.
+    folds: surface::Folds,
     /// Longest step that its explicit engine bears, s; infinite unless it has gone to another grid.
     pub(crate) longest: f64,
     damped: bool,
@@ -263,7 +265,7 @@ impl Sheet {
         }
         match &self.triangles {
             Some(triangles) => (index == 0).then(|| Surface::of_triangles(triangles, &self.uv)),
-            None => self.layers.get(index).map(|layer| Surface::new(layer, &self.uv, parts)),
+            None => self.layers.get(index).map(|layer| Surface::folded(layer, &self.uv, parts, &self.folds)),
         }
     }
 

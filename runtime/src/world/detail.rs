@@ -51,6 +51,8 @@ struct State {
     counted: u64,
     /// How long it has been on its grid, s.
     since: f64,
+    /// Whether it could not go to another, and stays: it has torn, say.
+    stays: bool,
 }
 
 impl Detail {
@@ -97,13 +99,15 @@ impl Detail {
             to.optional(state.solves);
             to.count(state.counted);
             to.number(state.since);
+            to.flag(state.stays);
         }
         to.number(self.last);
     }
 
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         for state in &mut self.sheets {
-            *state = State { solves: from.optional()?, counted: from.count()?, since: from.number()? };
+            let (solves, counted) = (from.optional()?, from.count()?);
+            *state = State { solves, counted, since: from.number()?, stays: from.flag()? };
         }
         self.last = from.number()?;
         Ok(())
@@ -135,14 +139,14 @@ impl State {
 
 /// Distance of the box around `sheet` from `eye`, m; none where nobody looks.
 fn distance(sheet: &Sheet, eye: Option<DVec3>) -> f64 {
-    let Some((eye, (low, high))) = eye.zip(sheet.x.bounds()) else { return NEAREST };
-    eye.distance(eye.clamp(low, high)).max(NEAREST)
+    let Some((eye, (low, high))) = eye.zip(sheet.x.bounds()) else { return 0.0 };
+    eye.distance(eye.clamp(low, high))
 }
 
 /// How much is seen of it: its size and its speed, over its distance.
 fn importance(sheet: &Sheet, distance: f64) -> f64 {
     let size = sheet.rest_size().0.max(sheet.rest_size().1);
-    (size + sheet.max_speed()) / distance
+    (size + sheet.max_speed()) / distance.max(NEAREST)
 }
 
 /// The level of `spec` that has this grid.
@@ -204,8 +208,7 @@ impl World {
         *last = sheets.iter_mut().zip(&self.sheets).map(|(state, sheet)| state.pass(sheet, dt)).sum();
         let changes = self.changes(&detail);
         for (index, grid) in changes {
-            // What cannot go there stays: a tear, say.
-            let _ = self.resample_index(index, grid);
+            detail.sheets[index].stays = self.resample_index(index, grid).is_err();
             detail.sheets[index].since = 0.0;
         }
         self.detail = Some(detail);
@@ -213,7 +216,8 @@ impl World {
 
     /// Which sheets go to which grids now.
     fn changes(&self, detail: &Detail) -> Vec<(usize, Grid)> {
-        let specs = || self.scene.sheets.iter().enumerate().filter_map(|(i, s)| Some((i, s.detail.as_ref()?)));
+        let follows = |i: usize| self.scene.sheets[i].detail.as_ref().filter(|_| !detail.sheets[i].stays);
+        let specs = || (0..self.sheets.len()).filter_map(|i| Some((i, follows(i)?)));
         let mut candidates = Vec::new();
         for (i, spec) in specs() {
             let (sheet, state) = (&self.sheets[i], &detail.sheets[i]);
@@ -222,8 +226,7 @@ impl World {
             let costs = spec.levels.iter().map(|l| state.cost(sheet, l.grid)).collect();
             candidates.push(Candidate { costs, wanted, importance: importance(sheet, far) });
         }
-        let fixed = |i: &usize| self.scene.sheets[*i].detail.is_none();
-        let all = (0..self.sheets.len()).filter(fixed);
+        let all = (0..self.sheets.len()).filter(|i| follows(*i).is_none());
         let others: f64 = all.map(|i| detail.sheets[i].cost(&self.sheets[i], grid_of(&self.sheets[i]))).sum();
         let budget = detail.budget.map_or(f64::INFINITY, |ms| ms * 1e6);
         let (tight, roomy) = (plan(&candidates, others, budget), plan(&candidates, others, ROOM * budget));

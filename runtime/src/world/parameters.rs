@@ -75,10 +75,9 @@ impl World {
             });
         }
         if self.has_detail() {
-            let none = || "none".to_owned();
-            let budget = self.detail_budget().map_or_else(none, |b| b.to_string());
+            let budget = self.detail_budget().map_or_else(|| "none".to_owned(), |b| b.to_string());
             all.push(new("detail_budget", budget, "ms", Some((1e-3, 1e6))));
-            all.push(new("viewpoint", self.viewpoint().map_or_else(none, text), "m", Some((-1e6, 1e6))));
+            all.extend(self.viewpoint().map(|eye| new("viewpoint", text(eye), "m", Some((-1e6, 1e6)))));
         }
         for sheet in &self.sheets {
             for (name, unit, range) in OF_SHEET {

@@ -17,7 +17,7 @@ mod strain;
 
 use glam::DVec3;
 
-use super::{GuardState, Sheet, Status, buckle};
+use super::{GuardState, Sheet, Status};
 use crate::element::carry::{Carry, Places};
 use crate::error::InputError;
 use crate::heat::REFERENCE;
@@ -150,9 +150,7 @@ impl Sheet {
         if let Some((own, before)) = self.guard.as_mut().zip(old.guard.as_ref()) {
             own.state = GuardState { wait: before.state.wait, ..GuardState::default() };
         }
-        if old.is_watched() {
-            self.watch = Some(Box::new(buckle::Watch::default()));
-        }
+        self.watch_buckling(old.is_watched());
         self.spread = old.spread;
         Ok(())
     }
