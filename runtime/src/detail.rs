@@ -19,7 +19,7 @@ pub fn cost_of(masses: usize, implicit: bool) -> f64 {
 }
 
 /// One sheet that may change.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidate {
     /// What a step of it costs at each of its levels, finest first, ns.
     pub costs: Vec<f64>,
@@ -29,35 +29,58 @@ pub struct Candidate {
     pub importance: f64,
 }
 
-/// The level of each sheet: that its distance wants, or coarser where all of them, and `others` (ns), would cost more than `budget` (ns). The
-/// least important goes to its coarsest level first; what comes after it in importance follows.
-pub fn plan(sheets: &[Candidate], others: f64, budget: f64) -> Vec<usize> {
-    let mut levels: Vec<usize> = sheets.iter().map(|s| s.wanted).collect();
-    let cost = |s: &Candidate, level: usize| s.costs.get(level).copied().unwrap_or(0.0);
-    let mut total = others + sheets.iter().zip(&levels).map(|(s, l)| cost(s, *l)).sum::<f64>();
-    let mut order: Vec<usize> = (0..sheets.len()).collect();
-    order.sort_by(|a, b| sheets[*a].importance.total_cmp(&sheets[*b].importance).then(b.cmp(a)));
-    // A level at a time over all of them, so that none is coarsest while another has all.
-    let deepest = sheets.iter().map(|s| s.costs.len()).max().unwrap_or(0);
-    for _ in 0..deepest {
-        for i in &order {
-            if total <= budget {
-                return levels;
-            }
-            let (sheet, level) = (&sheets[*i], levels[*i]);
-            let saved = cost(sheet, level) - cost(sheet, level + 1);
-            if level + 1 < sheet.costs.len() && saved > 0.0 {
-                levels[*i] += 1;
-                total -= saved;
+impl Candidate {
+    fn cost(&self, level: usize) -> f64 {
+        self.costs.get(level).copied().unwrap_or(0.0)
+    }
+}
+
+/// Finds levels, in memory that it keeps.
+#[derive(Clone, Debug, Default)]
+pub struct Planner {
+    order: Vec<u32>,
+}
+
+impl Planner {
+    /// The level of each of `sheets`: that its distance wants, or coarser where all of them, and `others` (ns), would cost more than `budget` (ns).
+    /// They go coarser a level at a time, the least important first, so that none is coarsest while another has all.
+    pub fn plan(&mut self, sheets: &[Candidate], others: f64, budget: f64, levels: &mut Vec<usize>) {
+        levels.clear();
+        levels.extend(sheets.iter().map(|s| s.wanted));
+        let mut total = others + sheets.iter().map(|s| s.cost(s.wanted)).sum::<f64>();
+        if total <= budget {
+            return;
+        }
+        self.order.clear();
+        self.order.extend(0..sheets.len() as u32);
+        let importance = |i: &u32| sheets[*i as usize].importance;
+        self.order.sort_unstable_by(|a, b| importance(a).total_cmp(&importance(b)).then(b.cmp(a)));
+        let deepest = sheets.iter().map(|s| s.costs.len()).max().unwrap_or(0);
+        for _ in 1..deepest {
+            for i in self.order.iter().map(|i| *i as usize) {
+                if total <= budget {
+                    return;
+                }
+                let (sheet, level) = (&sheets[i], levels[i]);
+                let saved = sheet.cost(level) - sheet.cost(level + 1);
+                if level + 1 < sheet.costs.len() && saved > 0.0 {
+                    levels[i] += 1;
+                    total -= saved;
+                }
             }
         }
     }
-    levels
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn plan(sheets: &[Candidate], others: f64, budget: f64) -> Vec<usize> {
+        let mut levels = Vec::new();
+        Planner::default().plan(sheets, others, budget, &mut levels);
+        levels
+    }
 
     fn sheet(importance: f64, wanted: usize) -> Candidate {
         Candidate { costs: vec![16.0, 4.0, 1.0], wanted, importance }

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use super::World;
 use super::resample::{Grid, grid_of};
-use crate::detail::{Candidate, cost_of, plan};
+use crate::detail::{Candidate, Planner, cost_of};
 use crate::error::{InputError, check_range};
 use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::scene::{DetailSpec, Scene};
@@ -40,6 +40,19 @@ pub(super) struct Detail {
     sheets: Vec<State>,
     /// What the last step cost by the model, ns.
     last: f64,
+    work: Work,
+}
+
+/// What is worked in, so that a warm step allocates nothing.
+#[derive(Default)]
+struct Work {
+    planner: Planner,
+    candidates: Vec<Candidate>,
+    /// Levels for the budget, and for a part of it.
+    tight: Vec<usize>,
+    roomy: Vec<usize>,
+    coarser: Vec<(usize, Grid)>,
+    finer: Vec<(usize, Grid)>,
 }
 
 /// What is known of a sheet.
@@ -206,45 +219,59 @@ impl World {
         let Some(mut detail) = self.detail.take() else { return };
         let Detail { sheets, last, .. } = &mut *detail;
         *last = sheets.iter_mut().zip(&self.sheets).map(|(state, sheet)| state.pass(sheet, dt)).sum();
-        let changes = self.changes(&detail);
-        for (index, grid) in changes {
-            detail.sheets[index].stays = self.resample_index(index, grid).is_err();
-            detail.sheets[index].since = 0.0;
+        let mut work = std::mem::take(&mut detail.work);
+        self.plan_levels(&detail, &mut work);
+        self.find_changes(&detail, &mut work);
+        for (index, grid) in work.coarser.iter().chain(&work.finer) {
+            let state = &mut detail.sheets[*index];
+            state.stays = self.resample_index(*index, *grid).is_err();
+            state.since = 0.0;
         }
+        detail.work = work;
         self.detail = Some(detail);
     }
 
-    /// Which sheets go to which grids now.
-    fn changes(&self, detail: &Detail) -> Vec<(usize, Grid)> {
-        let follows = |i: usize| self.scene.sheets[i].detail.as_ref().filter(|_| !detail.sheets[i].stays);
-        let specs = || (0..self.sheets.len()).filter_map(|i| Some((i, follows(i)?)));
-        let mut candidates = Vec::new();
-        for (i, spec) in specs() {
+    /// Numbers of the sheets that follow their levels, with those.
+    fn following<'a>(&'a self, detail: &'a Detail) -> impl Iterator<Item = (usize, &'a DetailSpec)> {
+        let levels = |i: usize| self.scene.sheets[i].detail.as_ref().filter(|_| !detail.sheets[i].stays);
+        (0..self.sheets.len()).filter_map(move |i| Some((i, levels(i)?)))
+    }
+
+    /// Plans a level for each of them, for the budget and for what refining may fill of it.
+    fn plan_levels(&self, detail: &Detail, work: &mut Work) {
+        let Work { planner, candidates, tight, roomy, .. } = work;
+        let count = self.following(detail).count();
+        candidates.resize_with(count, Candidate::default);
+        let mut others: f64 =
+            detail.sheets.iter().zip(&self.sheets).map(|(state, sheet)| state.cost(sheet, grid_of(sheet))).sum();
+        for ((i, spec), candidate) in self.following(detail).zip(candidates.iter_mut()) {
             let (sheet, state) = (&self.sheets[i], &detail.sheets[i]);
             let far = distance(sheet, detail.viewpoint);
-            let wanted = spec.wanted(far, level_of(spec, grid_of(sheet)));
-            let costs = spec.levels.iter().map(|l| state.cost(sheet, l.grid)).collect();
-            candidates.push(Candidate { costs, wanted, importance: importance(sheet, far) });
+            candidate.wanted = spec.wanted(far, level_of(spec, grid_of(sheet)));
+            candidate.importance = importance(sheet, far);
+            candidate.costs.clear();
+            candidate.costs.extend(spec.levels.iter().map(|l| state.cost(sheet, l.grid)));
+            others -= state.cost(sheet, grid_of(sheet));
         }
-        let all = (0..self.sheets.len()).filter(|i| follows(*i).is_none());
-        let others: f64 = all.map(|i| detail.sheets[i].cost(&self.sheets[i], grid_of(&self.sheets[i]))).sum();
         let budget = detail.budget.map_or(f64::INFINITY, |ms| ms * 1e6);
-        let (tight, roomy) = (plan(&candidates, others, budget), plan(&candidates, others, ROOM * budget));
-        let (mut coarser, mut finer) = (Vec::new(), Vec::new());
-        for (((i, spec), tight), roomy) in specs().zip(tight).zip(roomy) {
-            let now = grid_of(&self.sheets[i]);
-            match level_of(spec, now) {
-                None => coarser.push((i, spec.levels[tight].grid)),
-                Some(level) if level < tight => coarser.push((i, spec.levels[tight].grid)),
-                Some(level) if level > roomy && detail.sheets[i].since >= DWELL => {
-                    finer.push((i, spec.levels[roomy].grid));
-                }
-                Some(_) => {}
+        planner.plan(candidates, others, budget, tight);
+        planner.plan(candidates, others, ROOM * budget, roomy);
+    }
+
+    /// Which sheets go to which grids now.
+    fn find_changes(&self, detail: &Detail, work: &mut Work) {
+        let Work { tight, roomy, coarser, finer, .. } = work;
+        coarser.clear();
+        finer.clear();
+        for (((i, spec), tight), roomy) in self.following(detail).zip(tight.iter()).zip(roomy.iter()) {
+            let level = level_of(spec, grid_of(&self.sheets[i]));
+            if level.is_none_or(|level| level < *tight) {
+                coarser.push((i, spec.levels[*tight].grid));
+            } else if level.is_some_and(|level| level > *roomy) && detail.sheets[i].since >= DWELL {
+                finer.push((i, spec.levels[*roomy].grid));
             }
         }
         coarser.truncate(MOST.0);
         finer.truncate(MOST.1);
-        coarser.extend(finer);
-        coarser
     }
 }

@@ -4,7 +4,6 @@ use glam::DVec3;
 
 use super::World;
 use crate::error::InputError;
-use crate::lattice::StructureKind;
 use crate::scene::Air;
 use crate::sheet::Sheet;
 
@@ -53,7 +52,8 @@ const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
 ];
 
 impl World {
-    /// Every parameter that [`World::set`] takes, with its present value.
+    /// Every parameter that [`World::set`] takes, with its present value; but for `sheets.NAME.grid` and `viewpoint`, which it takes too and
+    /// which are where things are and not what they are.
     pub fn parameters(&self) -> Vec<Parameter> {
         let new = |path: &str, value: String, unit, range| Parameter { path: path.into(), value, unit, range };
         let text = |v: DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
@@ -77,7 +77,6 @@ impl World {
         if self.has_detail() {
             let budget = self.detail_budget().map_or_else(|| "none".to_owned(), |b| b.to_string());
             all.push(new("detail_budget", budget, "ms", Some((1e-3, 1e6))));
-            all.extend(self.viewpoint().map(|eye| new("viewpoint", text(eye), "m", Some((-1e6, 1e6)))));
         }
         for sheet in &self.sheets {
             for (name, unit, range) in OF_SHEET {
@@ -87,9 +86,6 @@ impl World {
             }
             let policy = sheet.when_unstable().to_string();
             all.push(new(&format!("sheets.{}.when_unstable", sheet.name), policy, "", None));
-            if sheet.structure == StructureKind::Shell && sheet.triangles.is_none() {
-                all.push(new(&format!("sheets.{}.grid", sheet.name), grid_text(sheet), "", None));
-            }
         }
         all
     }
