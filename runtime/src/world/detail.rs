@@ -75,12 +75,8 @@ impl Detail {
         let state = |s: &Sheet| State { counted: s.counters.evaluations, ..State::default() };
         any.then(|| {
             let viewpoint = scene.camera.map(|c| c.eye);
-            Box::new(Self {
-                viewpoint,
-                budget: scene.detail_budget,
-                sheets: sheets.iter().map(state).collect(),
-                last: 0.0,
-            })
+            let sheets = sheets.iter().map(state).collect();
+            Box::new(Self { viewpoint, budget: scene.detail_budget, sheets, ..Self::default() })
         })
     }
 
