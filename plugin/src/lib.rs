@@ -57,8 +57,8 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
-    BodyMotion, BodyShape, HeaterPlace, Sheet, SheetBody, SheetClock, SheetEvent, SheetHeatGun, SheetHeater,
-    SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    BodyMotion, BodyShape, HeaterPlace, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetHeatGun,
+    SheetHeater, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};
 pub use diagnostics::SheetworkDiagnosticsPlugin;

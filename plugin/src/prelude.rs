@@ -2,8 +2,8 @@
 
 pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use crate::core::{
-    BodyShape, Sheet, SheetBody, SheetClock, SheetEvent, SheetHeatGun, SheetHeater, SheetMotion, SheetState,
-    SheetWorld, SheetworkCorePlugin, SheetworkSet,
+    BodyShape, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetHeatGun, SheetHeater, SheetMotion,
+    SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
 };
 pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
 pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
@@ -16,4 +16,4 @@ pub use crate::{SheetworkPlugins, sheetwork};
 pub use sheetwork::event::EventKind;
 pub use sheetwork::lattice::StructureKind;
 pub use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
-pub use sheetwork::scene::{Material as SheetMaterial, PathKey, PinSpec, Region, SpringLaw};
+pub use sheetwork::scene::{DetailSpec, Material as SheetMaterial, PathKey, PinSpec, Region, SpringLaw};

@@ -21,6 +21,7 @@
 //! order. Everything is SI (temperatures are °C) and `f64`; the same input gives the same bits on any number of threads.
 
 pub mod contact;
+pub mod detail;
 pub mod element;
 pub mod engine;
 mod error;

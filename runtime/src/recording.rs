@@ -42,7 +42,7 @@ impl Recorder {
             scene: world.scene().name.clone(),
             source: world.scene().to_text()?,
             frames_per_second,
-            masses: world.sheets().iter().map(|s| s.masses()).collect(),
+            masses: Frame::of(world).sheets.iter().map(Vec::len).collect(),
             bodies: world.rigid().map_or(0, |r| r.bodies().len()),
         };
         Self::begin(file, &header)

@@ -58,9 +58,10 @@ pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f6
     let mut done = 0.0;
     let mut substeps = 0;
     let mut last = stage.dt;
+    let most = stage.dt / f64::from(sheet.parts_of_step(stage.dt)) * (1.0 + 1e-12);
     // The last part of a step may be a rounding error long; it is then the step's.
     while stage.dt - done > stage.dt * 1e-12 {
-        let part = stage.dt - done;
+        let part = (stage.dt - done).min(most);
         let Some(taken) = substep(sheet, touches, stage, done, part) else { break };
         last = taken;
         done += last;

@@ -3,11 +3,13 @@
 //! Built from a [`Scene`]; read by those who show it; changed between steps by its setters, or by path with
 //! [`World::set`], with the same checks as a scene file.
 
+mod detail;
 mod failure;
 mod heat;
 mod nearest;
 mod parameters;
 mod report;
+mod resample;
 mod save;
 mod show;
 mod snapshot;
@@ -52,6 +54,8 @@ pub struct World {
     groups: Groups,
     /// What heats the sheets; none where nothing does.
     heat: Option<Box<Room>>,
+    /// Which grids sheets are on; none where none has levels.
+    detail: Option<Box<detail::Detail>>,
     watch: Watched,
     /// A sum of what it was made of, for snapshots.
     make: u32,
@@ -108,6 +112,7 @@ impl World {
         }
         let touches = sheets.iter().map(|_| Touches::default()).collect();
         let own = named(scene);
+        let detail = detail::Detail::of(scene, &sheets);
         Ok(Self {
             sheets,
             touches,
@@ -125,6 +130,7 @@ impl World {
             pool: None,
             groups: Groups::default(),
             heat,
+            detail,
             watch: Watched::default(),
             make: save::make_of(&own),
             told_before: 0,
@@ -239,6 +245,7 @@ impl World {
         self.tear_sheets();
         self.collect_events(|world, collider| world.rigid.as_ref()?.name_of(collider).map(str::to_owned));
         self.look_for_buckling(self.time - dt);
+        self.follow_detail(dt);
     }
 
     /// Advances by `duration` s in equal steps of at most [`World::dt`] against a caller's rigid world, which must already be
@@ -252,6 +259,7 @@ impl World {
             self.tear_sheets();
             self.collect_events(|_, collider| Some(format!("collider {}", collider.into_raw_parts().0)));
             self.look_for_buckling(self.time - dt);
+            self.follow_detail(dt);
         }
         steps
     }
@@ -352,6 +360,10 @@ impl World {
         sheet.warm(&spec.spots, self.scene.ambient_temperature)?;
         self.scene.sheets = scene.sheets;
         self.sheets.push(sheet);
+        match &mut self.detail {
+            Some(detail) => detail.add(),
+            None => self.detail = detail::Detail::of(&self.scene, &self.sheets),
+        }
         self.touches.push(Touches::default());
         self.make = save::make_of(&self.scene);
         Ok(name)
@@ -361,6 +373,7 @@ impl World {
     pub fn remove_sheet(&mut self, name: &str) -> bool {
         let Some(index) = self.sheets.iter().position(|s| s.name == name) else { return false };
         self.sheets.remove(index);
+        self.detail.iter_mut().for_each(|detail| detail.remove(index));
         self.touches.remove(index);
         self.scene.sheets.remove(index);
         self.make = save::make_of(&self.scene);

@@ -46,6 +46,10 @@ fn fullest() -> Scene {
             holes: [Disc(centre: (0, 0), radius: 0.004)],
             cuts: [[(0, 0.006), (0, 0.1)]],
             creases: [(from: (0, 0.5), to: (1, 0.5), angle: 10)],
+        ), (
+            structure: "shell",
+            grid: (11, 1, 11),
+            detail: (levels: [(grid: (11, 11), within: 1), (grid: (5, 5))]),
         )],
         bodies: [(shape: Polyhedron((vertices: [], faces: [])), path: [(time: 0)])],
         heaters: [(file: "panel.heater"), (size: (1, 1, 1), hot: [(face: 0, temperature: 100)])],
@@ -101,6 +105,8 @@ fn every_field_is_in_the_table_of_its_struct() {
     check("#### Pin", &tree["sheets"][0]["pins"][0]);
     check("### Material", &tree["sheets"][0]["material"]);
     check("#### Creases, curl, yield and creep", &tree["sheets"][1]["creases"][0]);
+    check("#### Levels of detail", &tree["sheets"][2]["detail"]);
+    check("#### Levels of detail", &tree["sheets"][2]["detail"]["levels"][0]);
     check("### Body", &tree["bodies"][0]);
     check("### Heater", &tree["heaters"][1]);
     check("#### Oven", &tree["oven"]);

@@ -5,6 +5,7 @@
 
 mod body;
 mod clock;
+mod detail;
 mod event;
 mod heat_gun;
 pub(crate) mod heater;
@@ -21,6 +22,7 @@ use bevy::transform::TransformSystems;
 
 pub use body::{BodyShape, SheetBody};
 pub use clock::SheetClock;
+pub use detail::SheetDetail;
 pub use event::SheetEvent;
 pub use heat_gun::SheetHeatGun;
 pub use heater::{HeaterPlace, SheetHeater};
@@ -74,6 +76,7 @@ impl Plugin for SheetworkCorePlugin {
                     sync::move_bodies,
                     heater::sync,
                     heat_gun::aim,
+                    detail::follow.run_if(resource_exists::<SheetDetail>),
                 )
                     .chain()
                     .in_set(SheetworkSet::Sync),
@@ -99,6 +102,7 @@ impl Plugin for SheetworkCorePlugin {
             .register_type::<SheetHeater>()
             .register_type::<SheetHeatGun>()
             .register_type::<SheetState>()
-            .register_type::<SheetClock>();
+            .register_type::<SheetClock>()
+            .register_type::<SheetDetail>();
     }
 }

@@ -108,8 +108,13 @@ impl SheetMotion {
         self.built_from = sheet.clone();
     }
 
-    /// Takes in where the masses are at `time`; says whether that is news. Nothing is allocated.
-    pub(super) fn record(&mut self, time: f64, x: &Vectors) -> bool {
+    /// Takes in where the masses are at `time` and how they move; says whether that is news. Nothing is allocated, but for a sheet that has gone
+    /// to another grid.
+    pub(super) fn record(&mut self, time: f64, x: &Vectors, v: &Vectors) -> bool {
+        if x.len() != self.states[2].len() && time >= self.times[2] {
+            self.begin_anew(time, x, v);
+            return true;
+        }
         let same = *x == self.states[2];
         if time < self.times[2] {
             // The world has gone back, by a reset or to a snapshot: nothing lies between then and now.
@@ -136,6 +141,21 @@ impl SheetMotion {
         self.still = if same { self.still + 1 } else { 0 };
         self.revision += 1;
         true
+    }
+}
+
+impl SheetMotion {
+    /// Takes in a sheet on another grid. Where its masses were is told by how they move, so that what is shown goes on.
+    fn begin_anew(&mut self, time: f64, x: &Vectors, v: &Vectors) {
+        if time > self.times[2] {
+            self.times = [self.times[1], self.times[2], time];
+        }
+        for (state, then) in self.states.iter_mut().zip(self.times) {
+            *state = x.clone();
+            state.add_scaled(then - time, v);
+        }
+        self.still = 0;
+        self.revision += 1;
     }
 }
 
@@ -251,8 +271,8 @@ mod tests {
     fn motion_is_shown_between_the_states_on_both_sides_of_the_time() {
         let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(!motion.is_moving());
-        motion.record(1.0, &x_of(1.0));
-        motion.record(2.0, &x_of(3.0));
+        motion.record(1.0, &x_of(1.0), &x_of(0.0));
+        motion.record(2.0, &x_of(3.0), &x_of(0.0));
         assert!(motion.is_moving());
         let x = |motion: &SheetMotion, time| motion.at(0, time).map(|p| p.x);
         assert_eq!(x(&motion, 1.5), Some(2.0));
@@ -280,12 +300,12 @@ mod tests {
     #[test]
     fn what_stands_still_is_no_news_from_its_third_state_on() {
         let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
-        assert!(motion.record(1.0, &x_of(1.0)));
-        assert!(motion.record(2.0, &x_of(1.0)) && motion.record(3.0, &x_of(1.0)));
-        assert!(!motion.is_moving() && !motion.record(4.0, &x_of(1.0)));
+        assert!(motion.record(1.0, &x_of(1.0), &x_of(0.0)));
+        assert!(motion.record(2.0, &x_of(1.0), &x_of(0.0)) && motion.record(3.0, &x_of(1.0), &x_of(0.0)));
+        assert!(!motion.is_moving() && !motion.record(4.0, &x_of(1.0), &x_of(0.0)));
         assert_eq!(motion.at(0, 2.5), Some(Vec3::X));
         let revision = motion.revision();
-        assert!(motion.record(4.0, &x_of(2.0)), "moved by hand while time stood still");
+        assert!(motion.record(4.0, &x_of(2.0), &x_of(0.0)), "moved by hand while time stood still");
         assert_ne!(motion.revision(), revision);
         assert_eq!(motion.at(0, 4.0), Some(2.0 * Vec3::X));
     }

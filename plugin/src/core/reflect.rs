@@ -1,7 +1,7 @@
 //! How Bevy's reflection sees the scene description's types, which know nothing of Bevy.
 //!
 //! Each struct here repeats one of [`sheetwork::scene`] field by field; the compiler refuses it when the two differ. Lists
-//! of regions (pins, probes, applied velocities and forces), creases, what is done when a sheet is about to go unstable, Burgers' model, tack, the stiffness of woven sheets, and the shape and
+//! of regions (pins, probes, applied velocities and forces), creases, what is done when a sheet is about to go unstable, levels of detail, Burgers' model, tack, the stiffness of woven sheets, and the shape and
 //! hot faces of heaters are left out of reflection.
 
 #![allow(missing_docs)]
@@ -16,8 +16,8 @@ use sheetwork::lattice::StructureKind;
 use sheetwork::lattice::calibrate::Orthotropic;
 use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
 use sheetwork::scene::{
-    Burgers, CreaseSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, Polyhedron,
-    PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, Tack, WhenUnstable,
+    Burgers, CreaseSpec, DetailSpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement,
+    Polyhedron, PressureKey, RegionVector, SheetSpec, SpotSpec, SpringLaw, Tack, WhenUnstable,
 };
 use sheetwork::sheet::slits::Slit;
 
@@ -81,6 +81,8 @@ pub(super) struct SheetSpecReflect {
     curl: (f64, f64),
     #[reflect(ignore)]
     when_unstable: WhenUnstable,
+    #[reflect(ignore)]
+    detail: Option<DetailSpec>,
 }
 
 #[reflect_remote(StructureKind)]

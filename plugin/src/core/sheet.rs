@@ -6,7 +6,7 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 use sheetwork::lattice::StructureKind;
 use sheetwork::lattice::outline::{HoleSpec, OutlineSpec};
-use sheetwork::scene::{Material, MaterialChoice, PathKey, PinSpec, Region, SheetSpec, SpringLaw};
+use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PathKey, PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::SheetState;
 use super::reflect::SheetSpecReflect;
@@ -27,7 +27,7 @@ use super::reflect::SheetSpecReflect;
 /// middle of the bottom layer; the scale multiplies size and gap. From then on it is where the simulation takes it; its
 /// mesh, [`SheetState`] and [`SheetMotion`](super::SheetMotion) follow, its `Transform` does not.
 ///
-/// Changing the component while the sheet is in the world changes material, damping, drag, friction and restitution at once;
+/// Changing the component while the sheet is in the world changes material, damping, drag, friction, restitution and the grid of a shell at once;
 /// any other change builds the sheet anew at its entity's transform.
 #[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
@@ -77,6 +77,21 @@ impl Sheet {
     /// Length (x) and width (z), m; 1e-6 to 1000.
     pub fn size(mut self, length: impl Into<f64>, width: impl Into<f64>) -> Self {
         self.spec.size = (length.into(), width.into());
+        self
+    }
+
+    /// Levels of detail, followed where there is a [`SheetDetail`](super::SheetDetail): the grid as it is up to `distance` (m) from the camera, half
+    /// as many cells along each side up to three times that, and a quarter beyond. After [`Sheet::grid`].
+    pub fn detail_within(self, distance: impl Into<f64>) -> Self {
+        let (distance, (nu, _, nv)) = (distance.into(), self.spec.grid);
+        let part = |n: u32, by: u32| (n.saturating_sub(1) / by).max(2) + 1;
+        let grid = |by: u32| (part(nu, by), part(nv, by));
+        self.detail(DetailSpec::new([(grid(1), Some(distance)), (grid(2), Some(3.0 * distance)), (grid(4), None)]))
+    }
+
+    /// Levels of detail: grids, finest first, with the distances up to which they are wanted.
+    pub fn detail(mut self, levels: DetailSpec) -> Self {
+        self.spec.detail = Some(levels);
         self
     }
 

@@ -122,9 +122,14 @@ fn change_in_place(world: &mut SheetWorld, motion: &SheetMotion, sheet: &Sheet) 
         friction: old.friction,
         restitution: old.restitution,
         flexion_limit: old.flexion_limit,
+        grid: (old.grid.0, new.grid.1, old.grid.2),
         ..new.clone()
     };
     if alike != *old {
+        return false;
+    }
+    let grid = (new.grid.0, new.grid.2);
+    if grid != (old.grid.0, old.grid.2) && world.resample(motion.name(), grid).is_err() {
         return false;
     }
     let defaults = world.scene().contact.clone();

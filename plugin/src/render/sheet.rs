@@ -67,6 +67,7 @@ pub(super) struct Drawn {
     layer: SheetLayer,
     smoothing: u32,
     masses: usize,
+    grid: (u32, u32, u32),
     /// What was open of it.
     opening: u64,
     /// How deep the drawn surface may be inside a body, m.
@@ -105,10 +106,11 @@ pub(super) fn dress(
         let opening = sheet.opening_revision();
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
         let fits = |d: &Drawn| {
-            (d.layer, d.smoothing, d.masses, d.coloured, d.opening)
-                == (display.layer, display.smoothing, masses, coloured, opening)
+            (d.layer, d.smoothing, d.masses, d.grid, d.coloured, d.opening)
+                == (display.layer, display.smoothing, masses, sheet.grid, coloured, opening)
         };
-        if drawn.is_some_and(fits) {
+        if drawn.is_some_and(fits) || masses != sheet.masses() {
+            // One that has gone to another grid since its last tick is drawn as it was.
             continue;
         }
         let Some((surface, parts)) = surface_of(sheet, display) else { continue };
@@ -132,6 +134,7 @@ pub(super) fn dress(
                 layer,
                 smoothing,
                 masses,
+                grid: sheet.grid,
                 opening,
                 reach,
                 skin,

@@ -14,12 +14,14 @@
 //!
 //! A sheet that is made bent, or may stay bent by yield or creep, has its rest along the normal in `rest` instead.
 
+mod carry;
 mod keep;
 mod rest;
 
 use glam::DVec3;
 
 use self::rest::Rests;
+use super::carry::Carry;
 use super::curvature::CurvatureGroup;
 use super::flow::Flows;
 use super::opening::Open;
@@ -488,6 +490,12 @@ impl Element for Bending {
 
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
         self.rests.is_some().then(|| self.made_angles())
+    }
+
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+        if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.carry_rests(old, carry);
+        }
     }
 
     fn flows(&mut self) -> Option<&mut dyn Flows> {

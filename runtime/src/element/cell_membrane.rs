@@ -17,12 +17,14 @@
 //! one that has not reads and computes nothing for it. Kernels are compiled for both. A cell that is open (torn, melted) has no
 //! stiffness left, and keeps none whatever warms it.
 
+mod carry;
 mod creep;
 mod keep;
 mod kernels;
 
 use self::creep::Creeping;
 use self::kernels::{add_forces, add_gradient, add_tangent, begin, energy, potential, predict, settle};
+use super::carry::Carry;
 use super::flow::Flows;
 use super::opening::Open;
 use super::pack::{LANES, Pack, Pack3, Pack9};
@@ -496,6 +498,12 @@ impl Element for CellMembrane {
                 let now = *softness;
                 *of_step = now;
             }
+        }
+    }
+
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+        if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.carry_strains(old, carry);
         }
     }
 

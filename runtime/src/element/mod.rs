@@ -12,6 +12,7 @@
 
 mod axial;
 pub mod bending;
+pub mod carry;
 pub mod cell_membrane;
 #[cfg(test)]
 pub(crate) mod check;
@@ -101,7 +102,7 @@ pub enum Geometric {
 }
 
 /// All elements of one kind in a sheet.
-pub trait Element: Send + Sync {
+pub trait Element: std::any::Any + Send + Sync {
     /// A copy of it, with all that it holds.
     fn boxed(&self) -> Box<dyn Element>;
 
@@ -180,6 +181,10 @@ pub trait Element: Send + Sync {
     fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
         None
     }
+
+    /// Takes up what `old`, of the same sheet on another grid, has come to hold: by yield, creep and warmth. Its own stiffness and
+    /// expansion are those of its temperatures already.
+    fn carry(&mut self, _old: &(dyn Element + 'static), _carry: &carry::Carry) {}
 
     /// Itself as one that flows; `None` where it does not.
     fn flows(&mut self) -> Option<&mut dyn flow::Flows> {

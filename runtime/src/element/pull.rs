@@ -67,6 +67,12 @@ impl Pull {
         self.masses.iter().zip(self.weights).map(|(m, w)| x.get(*m as usize) * w).sum()
     }
 
+    /// Its place in the sheet, of which the masses are at `uv`.
+    pub(crate) fn place(&self, uv: &[(f64, f64)]) -> (f64, f64) {
+        let each = self.masses.iter().zip(self.weights);
+        each.fold((0.0, 0.0), |(u, v), (m, w)| (u + w * uv[*m as usize].0, v + w * uv[*m as usize].1))
+    }
+
     /// The force that the pull puts on the sheet at positions `x`, N; a hand feels its opposite.
     pub fn force(&self, x: &Vectors) -> DVec3 {
         (self.target - self.point(x)) * self.stiffness

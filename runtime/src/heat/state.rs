@@ -314,6 +314,15 @@ impl Sheet {
         Ok(())
     }
 
+    /// Takes up temperatures of the lower and of the upper half of the thickness, °C, mass by mass; of a sheet that does not tell them apart
+    /// the lower. Stiffness follows at once.
+    pub(crate) fn put_temperatures(&mut self, [lower, upper]: &[Vec<f64>; 2]) {
+        if let Some(heat) = &mut self.heat {
+            heat.set_nodes(lower.iter().chain(upper).copied());
+        }
+        self.follow_heat();
+    }
+
     /// Gives it temperatures if it has none: all `celsius`, unless its description has another.
     pub(crate) fn begin_heat(&mut self, celsius: f64) {
         if self.heat.is_none() {

@@ -11,6 +11,7 @@ mod cards;
 mod conduction;
 mod cooling;
 mod creep;
+mod detail;
 mod disc;
 mod draw;
 mod drop_box;
@@ -78,6 +79,7 @@ pub const TABLE: &[Case] = &[
     conduction::CASE,
     cooling::CASE,
     creep::CASE,
+    detail::CASE,
     disc::CASE,
     drop_box::CASE,
     edge_landing::CASE,

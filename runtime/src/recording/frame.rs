@@ -55,12 +55,13 @@ pub struct Frame {
 }
 
 impl Warmth {
-    /// Of a sheet as it is now.
-    fn of(sheet: &Sheet, by_thesis: bool) -> Self {
+    /// Of a sheet as it is now, at the masses of `grid`.
+    fn of(sheet: &Sheet, grid: (u32, u32), by_thesis: bool) -> Self {
         let Some(heat) = sheet.heat() else { return Self::Unknown };
-        let single = |values: &[f64]| values.iter().map(|v| *v as f32).collect::<Vec<_>>();
+        let single = |values: &[f64]| sheet.values_at(grid, values).iter().map(|v| *v as f32).collect::<Vec<_>>();
         if by_thesis {
-            return Self::Stiffness((0..sheet.masses()).map(|i| (1.0 / heat.compliance(i)) as f32).collect());
+            let left: Vec<f64> = (0..sheet.masses()).map(|i| 1.0 / heat.compliance(i)).collect();
+            return Self::Stiffness(single(&left));
         }
         match heat.halves() {
             Some((lower, upper)) => Self::Sides([single(lower), single(upper)].concat()),
@@ -99,17 +100,19 @@ impl Warmth {
 }
 
 impl Frame {
-    /// A world as it is now.
+    /// A world as it is now; a sheet that has gone to another grid at the masses that its scene has.
     pub fn of(world: &World) -> Self {
         let by_thesis = matches!(world.scene().heat_mode, HeatMode::Thesis { .. });
         let sheets = world.sheets();
+        let grids = world.scene().sheets.iter().map(|s| (s.grid.0, s.grid.2));
+        let places = |(s, grid): (&Sheet, (u32, u32))| s.places_at(grid).iter().map(|p| p.as_vec3()).collect();
         let open = |s: &Sheet| s.open_cells().filter(|_| s.open_count() > 0).unwrap_or_default().into();
         let poses = world.rigid().into_iter().flat_map(|r| (0..r.bodies().len()).filter_map(|i| r.pose(i)));
         Self {
             time: world.time(),
-            sheets: sheets.iter().map(|s| s.x.iter().map(|p| p.as_vec3()).collect()).collect(),
+            sheets: sheets.iter().zip(grids.clone()).map(places).collect(),
             bodies: poses.map(|(position, rotation)| (position.as_vec3(), rotation.as_quat())).collect(),
-            warmth: sheets.iter().map(|s| Warmth::of(s, by_thesis)).collect(),
+            warmth: sheets.iter().zip(grids).map(|(s, grid)| Warmth::of(s, grid, by_thesis)).collect(),
             open: sheets.iter().map(open).collect(),
         }
     }

@@ -8,6 +8,7 @@
 mod body;
 pub mod cards;
 mod contact;
+mod detail;
 pub mod flow;
 mod heat;
 pub mod heater;
@@ -32,6 +33,7 @@ use serde::{Deserialize, Serialize};
 
 pub use body::{BodySpec, Shape};
 pub use contact::{ContactDefaults, PairSpec};
+pub use detail::{DetailLevel, DetailSpec};
 pub use flow::CreaseSpec;
 pub use heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
 pub use material::{Burgers, Material, MaterialChoice, Tack};
@@ -88,6 +90,9 @@ pub struct Scene {
     pub bodies: Vec<BodySpec>,
     /// Hot polyhedra, which radiate.
     pub heaters: Vec<HeaterSpec>,
+    /// What a step of all sheets may cost, by the model of `docs/detail.md`, ms, 1e-3 to 1e6: sheets with levels of `detail` go to coarser
+    /// grids where they would cost more. None for distance alone.
+    pub detail_budget: Option<f64>,
     /// Where a picture of the scene is taken from.
     pub camera: Option<CameraSpec>,
     /// Folder that file names in the scene are relative to; set by the loader, not part of the file.
@@ -121,6 +126,7 @@ impl Default for Scene {
             sheets: Vec::new(),
             bodies: Vec::new(),
             heaters: Vec::new(),
+            detail_budget: None,
             camera: None,
             base: PathBuf::new(),
             file: None,
@@ -321,6 +327,8 @@ pub struct SheetSpec {
     pub curl: (f64, f64),
     /// What is done when it is about to go unstable.
     pub when_unstable: WhenUnstable,
+    /// Grids that it goes to while the world runs, by distance and budget; none for `grid` throughout.
+    pub detail: Option<DetailSpec>,
 }
 
 impl Default for SheetSpec {
@@ -366,6 +374,7 @@ impl Default for SheetSpec {
             pressure: Vec::new(),
             curl: (0.0, 0.0),
             when_unstable: WhenUnstable::Stop,
+            detail: None,
         }
     }
 }

@@ -41,6 +41,7 @@ pub(crate) fn values(scene: &Scene) -> Check {
     heat(scene)?;
     contact(&scene.contact)?;
     air(&scene.air)?;
+    option("detail_budget", scene.detail_budget, (1e-3, 1e6), "ms")?;
     if let Some(view) = &scene.camera {
         camera(view)?;
     }
@@ -274,6 +275,7 @@ fn sheet(s: &SheetSpec) -> Check {
     super::flow::check(s)?;
     super::tearing::check(s)?;
     super::sticking::check(s)?;
+    super::detail::check(s)?;
     for (i, spot) in s.spots.iter().enumerate() {
         spot.check().map_err(|e| within(&format!("spots.{i}"), e))?;
     }

@@ -329,6 +329,8 @@ fn assemble(
         delivered: None,
         damped: false,
         spread: 0.0,
+        folds: creases::folds(spec),
+        longest: f64::INFINITY,
     };
     sheet.watch_over(spec.when_unstable, scene.tolerance);
     sheet.spread = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));

@@ -9,6 +9,7 @@
 //! those of several around, it is the curvature that they see where one side of the line rises from the other with the slope θ,
 //! along a parabola three cells wide: what the sheet has when it is folded so. Angles a length, 1/m.
 
+use super::surface::Folds;
 use crate::element::curvature::CurvatureGroup;
 use crate::lattice::outline::Mesh;
 use crate::scene::{CreaseSpec, SheetSpec};
@@ -79,12 +80,37 @@ fn rectangle(low: [f64; 2], high: [f64; 2]) -> [([f64; 2], f64); 4] {
     [([-1.0, 0.0], -low[0]), ([1.0, 0.0], high[0]), ([0.0, -1.0], -low[1]), ([0.0, 1.0], high[1])]
 }
 
+/// Nearer to a row of masses, or to the border, than this part is along it, or at it.
+const ALONG: f64 = 1e-6;
+
 /// Width of a crease on triangles, in cells.
 const FOLD_CELLS: f64 = 3.0;
 
 /// Whether the sheet is made bent.
 pub(super) fn is_bent(spec: &SheetSpec) -> bool {
     !spec.creases.is_empty() || spec.curl != (0.0, 0.0)
+}
+
+/// Columns and rows of masses along which a rectangle is creased from one end to the other.
+pub(super) fn folds(spec: &SheetSpec) -> Folds {
+    let outlined = spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty();
+    let mut folds = Folds::default();
+    for CreaseSpec { from, to, .. } in spec.creases.iter().filter(|_| !outlined) {
+        let across = |a: f64, b: f64| a.min(b) < ALONG && a.max(b) > 1.0 - ALONG;
+        let mass = |at: f64, n: u32| {
+            let place = at * f64::from(n - 1);
+            let near = (place - place.round()).abs() < ALONG && place.round() > 0.0 && place.round() < f64::from(n - 1);
+            near.then_some(place.round() as u32)
+        };
+        if (from.0 - to.0).abs() < ALONG && across(from.1, to.1) {
+            folds.columns.extend(mass(from.0, spec.grid.0));
+        } else if (from.1 - to.1).abs() < ALONG && across(from.0, to.0) {
+            folds.rows.extend(mass(from.1, spec.grid.2));
+        }
+    }
+    folds.columns.sort_unstable();
+    folds.rows.sort_unstable();
+    folds
 }
 
 fn curled(spec: &SheetSpec, group: &CurvatureGroup) -> [f64; 3] {

@@ -89,6 +89,12 @@ impl Drag {
         Ok(())
     }
 
+    /// Takes up what has been set of `other`.
+    pub fn take_setting_of(&mut self, other: &Self) {
+        (self.coefficients, self.pressure) = (other.coefficients, other.pressure);
+        self.schedule.clone_from(&other.schedule);
+    }
+
     /// Leaves pressure at what it is set to.
     pub fn hold(&mut self, pressure: f64) {
         self.schedule.clear();

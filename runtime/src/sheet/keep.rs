@@ -42,6 +42,7 @@ impl Sheet {
         to.optional(self.flow.as_ref().map(|f| f.celsius()));
         to.text(self.own_engine().name());
         self.when_unstable().keep(to);
+        to.number(self.longest);
         self.applied.axes().into_iter().for_each(|axis| to.sparse(axis));
         to.count(self.pulls.len() as u64);
         self.pulls.iter().for_each(|pull| pull.keep(to));
@@ -78,6 +79,11 @@ impl Sheet {
             self.watch_over(policy, tolerance);
         }
         self.guard.iter_mut().for_each(|guard| guard.tolerance = tolerance);
+        self.longest = from.number()?;
+        // More parts than a step may have would be a step without an end.
+        if self.longest.is_nan() || self.longest < 1e-9 {
+            return Err(Cut);
+        }
         self.applied.axes_mut().into_iter().try_for_each(|axis| from.sparse(axis))?;
         self.take_pulls(from)
     }

@@ -25,6 +25,7 @@ mod probe;
 mod pull;
 mod reaction;
 mod region;
+mod resample;
 pub mod slits;
 mod snapshot;
 pub(crate) mod stage;
@@ -197,6 +198,10 @@ pub struct Sheet {
     delivered: Option<f64>,
     /// Diagonal of its bounding box when it was built, m.
     pub(crate) spread: f64,
+    /// Where it is creased along masses.
+    folds: surface::Folds,
+    /// Longest step that its explicit engine bears, s; infinite unless it has gone to another grid.
+    pub(crate) longest: f64,
     damped: bool,
 }
 
@@ -260,7 +265,7 @@ impl Sheet {
         }
         match &self.triangles {
             Some(triangles) => (index == 0).then(|| Surface::of_triangles(triangles, &self.uv)),
-            None => self.layers.get(index).map(|layer| Surface::new(layer, &self.uv, parts)),
+            None => self.layers.get(index).map(|layer| Surface::folded(layer, &self.uv, parts, &self.folds)),
         }
     }
 
@@ -387,6 +392,9 @@ impl Sheet {
             (guard.state, guard.tolerance) = (GuardState::default(), tolerance);
         }
         self.change_engine(kind, tolerance);
+        if self.longest.is_finite() {
+            self.fit_step();
+        }
         self.wake();
     }
 
@@ -416,6 +424,9 @@ impl Sheet {
         self.material = material;
         self.refresh();
         self.follow_heat();
+        if self.longest.is_finite() {
+            self.fit_step();
+        }
         Ok(())
     }
 

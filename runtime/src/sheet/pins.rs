@@ -267,6 +267,27 @@ impl Pins {
         }
     }
 
+    /// Takes it that at time `t` (s) masses are at `x`: a pin whose mass is further than `slack` (m) from where it would lead it began
+    /// elsewhere. Puts all others exactly in place.
+    pub(crate) fn anchor(&mut self, t: f64, x: &mut Vectors, slack: f64) {
+        for group in &mut self.groups {
+            let offset = path_at(&group.path, t).0;
+            for (i, start) in group.masses.iter().zip(&mut group.start) {
+                let there = x.get(*i as usize) - offset;
+                if there.distance(*start) > slack {
+                    *start = there;
+                }
+            }
+        }
+        for rail in &mut self.rails {
+            let there = x.get(rail.mass as usize);
+            if rail.replaced(there, rail.start).distance(there) > slack {
+                rail.start = there;
+            }
+        }
+        self.place(t, x);
+    }
+
     /// Sets the held components of velocities, accelerations or forces to zero.
     pub(crate) fn hold_rails(&self, a: &mut Vectors) {
         for rail in &self.rails {

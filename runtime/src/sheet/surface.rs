@@ -36,6 +36,15 @@ pub struct Surface {
     indices: Vec<[u32; 3]>,
 }
 
+/// Columns and rows of masses, ascending, along which a sheet is creased from one end to the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Folds {
+    /// Columns, counted along the length.
+    pub columns: Vec<u32>,
+    /// Rows, counted along the width.
+    pub rows: Vec<u32>,
+}
+
 /// A weighted sum of masses.
 type Combination = Vec<(u32, f64)>;
 
@@ -54,6 +63,11 @@ impl Surface {
     /// Layer `layer` with `parts` spline pieces from one mass to the next (clamped to 1 to 16); 1 draws flat triangles
     /// between the masses. `uv` is the sheet's own.
     pub fn new(layer: &Layer, uv: &[(f64, f64)], parts: u32) -> Self {
+        Self::folded(layer, uv, parts, &Folds::default())
+    }
+
+    /// The same with `folds`: the splines end there on both sides, so that a crease is drawn as sharp on a coarse grid as on a fine one.
+    pub fn folded(layer: &Layer, uv: &[(f64, f64)], parts: u32, folds: &Folds) -> Self {
         let parts = parts.clamp(1, 16);
         if parts == 1 || layer.nx < 2 || layer.nz < 2 {
             return Self::flat(layer, uv);
@@ -62,13 +76,13 @@ impl Surface {
         let middle = if layer.triangular { 0.25 } else { 0.0 };
         let mut vertices = Vec::new();
         for r in 0..rows {
-            let along_z = catmull_rom(f64::from(r) / f64::from(parts), layer.nz);
+            let along_z = catmull_rom(f64::from(r) / f64::from(parts), layer.nz, &folds.rows);
             for c in 0..columns {
                 let mut sum = Combination::new();
                 for (j, wz) in &along_z {
                     let stagger = if layer.triangular && j % 2 == 1 { 0.5 } else { 0.0 };
                     let u = f64::from(c) / f64::from(parts) + middle - stagger;
-                    for (i, wx) in catmull_rom(u, layer.nx) {
+                    for (i, wx) in catmull_rom(u, layer.nx, &folds.columns) {
                         sum.push((layer.at(i, *j), wx * wz));
                     }
                 }
@@ -185,10 +199,13 @@ impl Surface {
 }
 
 /// Catmull-Rom weights at parameter `u` of a row of `n` points at 0, 1, 2...; beyond the ends the end points are
-/// continued in a straight line.
-fn catmull_rom(u: f64, n: u32) -> Combination {
+/// continued in a straight line. The row ends on both sides of each of `folds`.
+fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> Combination {
     let last = n as i64 - 1;
     let piece = (u.floor() as i64).clamp(0, last - 1);
+    let within = || folds.iter().map(|f| i64::from(*f));
+    let first = within().filter(|f| *f <= piece).max().unwrap_or(0);
+    let last = within().filter(|f| *f > piece && *f < last).min().unwrap_or(last);
     let t = u - piece as f64;
     let (t2, t3) = (t * t, t * t * t);
     let basis = if (0.0..=1.0).contains(&t) {
@@ -212,15 +229,18 @@ fn catmull_rom(u: f64, n: u32) -> Combination {
     };
     for (k, w) in basis.into_iter().enumerate() {
         let i = piece - 1 + k as i64;
-        // A point beyond an end is the reflection of its neighbour: 2 p_end - p_next.
-        if i < 0 {
-            add(0, 2.0 * w);
-            add(1, -w);
-        } else if i > last {
-            add(last, 2.0 * w);
-            add(last - 1, -w);
-        } else {
+        // Beyond an end the parabola through the last three goes on, 3 p₀ - 3 p₁ + p₂, or the line through the last two: a sheet that is bent up to
+        // its edge is drawn so, whatever its grid.
+        let (end, inward) = if i < first { (first, 1) } else { (last, -1) };
+        if (first..=last).contains(&i) {
             add(i, w);
+        } else if last - first >= 2 {
+            add(end, 3.0 * w);
+            add(end + inward, -3.0 * w);
+            add(end + 2 * inward, w);
+        } else {
+            add(end, 2.0 * w);
+            add(end + inward, -w);
         }
     }
     weights

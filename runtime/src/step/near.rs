@@ -46,6 +46,11 @@ impl NearWork {
         self.finder.keep(to);
     }
 
+    /// Whether it remembers sheet number `index`.
+    pub fn knows(&self, index: u32) -> bool {
+        self.finder.knows(index)
+    }
+
     /// What was kept; `skin` finds the surface of a sheet by its number.
     pub fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
         Ok(Self { finder: Finder::taken(from, skin)?, ..Self::default() })

@@ -55,7 +55,8 @@ const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
 ];
 
 impl World {
-    /// Every parameter that [`World::set`] takes, with its present value.
+    /// Every parameter that [`World::set`] takes, with its present value; but for `sheets.NAME.grid` and `viewpoint`, which it takes too and
+    /// which are where things are and not what they are.
     pub fn parameters(&self) -> Vec<Parameter> {
         let new = |path: &str, value: String, unit, range| Parameter { path: path.into(), value, unit, range };
         let text = |v: DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
@@ -75,6 +76,10 @@ impl World {
             } else {
                 new(&dial.path, dial.value.to_string(), dial.unit, Some(dial.range))
             });
+        }
+        if self.has_detail() {
+            let budget = self.detail_budget().map_or_else(|| "none".to_owned(), |b| b.to_string());
+            all.push(new("detail_budget", budget, "ms", Some((1e-3, 1e6))));
         }
         for sheet in &self.sheets {
             for (name, unit, range) in OF_SHEET {
@@ -128,6 +133,14 @@ impl World {
             "air.per" => self.set_air(Air { per: number(path, value)?, ..self.air }).map_err(named)?,
             "air.density" => self.set_air(Air { density: number(path, value)?, ..self.air }).map_err(named)?,
             "air.wind" => self.set_air(Air { wind: vector(path, value)?, ..self.air }).map_err(named)?,
+            "detail_budget" if self.has_detail() => {
+                let budget = if value == "none" { None } else { Some(number(path, value)?) };
+                self.set_detail_budget(budget)?;
+            }
+            "viewpoint" if self.has_detail() => {
+                let eye = if value == "none" { None } else { Some(vector(path, value)?) };
+                self.set_viewpoint(eye)?;
+            }
             _ if self.turn_heat(path, value)? => {}
             _ => return self.set_of_sheet(path, value),
         }
@@ -157,6 +170,11 @@ impl World {
             let set = value.trim_matches('"').parse().and_then(|policy| self.sheets[index].set_when_unstable(policy));
             return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
         }
+        if let (Some(index), "grid") = (index, name) {
+            let before = grid_text(&self.sheets[index]);
+            let set = grid(path, value).and_then(|grid| self.resample_index(index, grid));
+            return set.map(|()| before).map_err(|e| InputError::new(path, e.problem));
+        }
         let row = OF_SHEET.iter().find(|(n, _, _)| *n == name);
         let (Some(index), Some((name, unit, range))) = (index, row) else { return Err(unknown()) };
         let value = if *name == "flexion_limit" && value == "none" { None } else { Some(number(path, value)?) };
@@ -179,6 +197,17 @@ fn canonical(sheets: &[Sheet], path: &str) -> String {
     let rest = path.strip_prefix("sheets.").and_then(|r| r.split_once('.'));
     let named = rest.and_then(|(which, name)| Some((sheets.get(which.parse::<usize>().ok()?)?, name)));
     named.map_or_else(|| path.to_owned(), |(sheet, name)| format!("sheets.{}.{name}", sheet.name))
+}
+
+/// Masses along length and width, as `21x11`.
+fn grid_text(sheet: &Sheet) -> String {
+    format!("{}x{}", sheet.grid.0, sheet.grid.2)
+}
+
+fn grid(path: &str, value: &str) -> Result<(u32, u32), InputError> {
+    let text = value.trim_matches('"');
+    let two = text.split_once('x').and_then(|(u, v)| Some((u.trim().parse().ok()?, v.trim().parse().ok()?)));
+    two.ok_or_else(|| InputError::new(path, format!("\"{text}\" is no grid: masses along length and width, as 21x11")))
 }
 
 fn value_of(sheet: &Sheet, name: &str) -> Option<String> {

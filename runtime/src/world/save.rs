@@ -6,13 +6,16 @@
 //! new one of the same scene. What has been told of as events stays told.
 
 use super::World;
+use super::resample::{Grid, grid_of, keep_grids, take_grids};
 use crate::error::InputError;
 use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::scene::{Air, ContactDefaults, Scene};
 use crate::sheet::Sheet;
 
 const MAGIC: &[u8; 8] = b"SHEETWRK";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// What is wrong with one of another world.
+const OTHERS: &str = "is of other sheets or bodies than there are now";
 /// Bytes before the checksum's own.
 const HEAD: usize = 8 + 4 + 8 + 4;
 
@@ -44,9 +47,15 @@ impl World {
     /// is changed then.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), InputError> {
         let body = body_of(bytes)?;
-        self.check_make(body)?;
+        let grids = self.grids_of(body)?;
         let back = self.save();
+        let before = self.go_to_grids(&grids).map_err(|Cut| InputError::new("snapshot", OTHERS))?;
+        if let Err(other) = self.check_make(body) {
+            self.put_back(before);
+            return Err(other);
+        }
         if self.take(body).is_err() {
+            self.put_back(before);
             // It is its own: there is nothing in it that could be refused.
             let _ = self.take(&back[HEAD..]);
             return Err(InputError::new(
@@ -62,7 +71,16 @@ impl World {
         if make == Some(self.make()) {
             return Ok(());
         }
-        Err(InputError::new("snapshot", "is of other sheets or bodies than there are now"))
+        Err(InputError::new("snapshot", OTHERS))
+    }
+
+    /// Grids of the sheets of a snapshot of this world's scene.
+    fn grids_of(&self, body: &[u8]) -> Result<Vec<Grid>, InputError> {
+        let other = |Cut| InputError::new("snapshot", OTHERS);
+        let mut from = Taker::new(body);
+        let scene = from.sum().and_then(|_| from.sum()).map_err(other)?;
+        let grids = take_grids(&mut from).map_err(other)?;
+        if scene == self.make && grids.len() == self.sheets.len() { Ok(grids) } else { Err(other(Cut)) }
     }
 
     /// A sum of what the world is made of.
@@ -77,6 +95,8 @@ impl World {
 
     fn keep(&self, to: &mut Keeper) {
         to.bytes.extend_from_slice(&self.make().to_le_bytes());
+        to.bytes.extend_from_slice(&self.make.to_le_bytes());
+        keep_grids(&self.sheets, to);
         self.sheets.iter().for_each(|s| to.flag(s.is_changed()));
         let settings = self.settings();
         to.blob(&settings);
@@ -85,6 +105,7 @@ impl World {
         self.sheets.iter().for_each(|s| s.keep_contact(to));
         self.heat.iter().for_each(|heat| heat.keep(to));
         self.touches.iter().for_each(|t| t.keep(to));
+        self.detail.iter().for_each(|detail| detail.keep(to));
         to.number(self.time);
         to.count(self.steps);
         to.count(self.told_before + self.events.len() as u64);
@@ -92,7 +113,8 @@ impl World {
 
     /// Takes up what [`World::keep`] has kept, of a world of the same make.
     fn take(&mut self, body: &[u8]) -> Taken {
-        let mut from = Taker::new(body.get(4..).ok_or(Cut)?);
+        let mut from = Taker::new(body.get(8..).ok_or(Cut)?);
+        take_grids(&mut from)?;
         for index in 0..self.sheets.len() {
             // What warmth, flow and tears have done is not undone but by a new sheet.
             if !from.flag()? && self.sheets[index].is_changed() {
@@ -115,6 +137,9 @@ impl World {
             heat.take(&mut from, &self.sheets)?;
         }
         self.touches.iter_mut().try_for_each(|t| t.take(&mut from))?;
+        if let Some(detail) = &mut self.detail {
+            detail.take(&mut from)?;
+        }
         (self.time, self.steps) = (from.number()?, from.count()?);
         let told = from.count()?;
         self.events.truncate(usize::try_from(told.saturating_sub(self.told_before)).unwrap_or(usize::MAX));
@@ -125,8 +150,8 @@ impl World {
     /// Puts sheet number `index` back to how the scene has it.
     fn renew(&mut self, index: usize) -> Taken {
         let watched = self.sheets[index].is_watched();
-        let mut sheet = Sheet::build(&self.scene, index).map_err(|_| Cut)?;
-        super::glue(&mut sheet, self.rigid.as_ref()).map_err(|_| Cut)?;
+        let grid = grid_of(&self.sheets[index]);
+        let mut sheet = self.built_at(index, grid).map_err(|_| Cut)?;
         sheet.watch_buckling(watched);
         self.sheets[index] = sheet;
         Ok(())
@@ -145,6 +170,7 @@ impl World {
         let contact = postcard::to_extend(&self.scene.contact, Vec::new()).unwrap_or_default();
         to.blob(&contact);
         self.heat.iter().for_each(|heat| heat.keep_settings(&mut to));
+        self.detail.iter().for_each(|detail| detail.keep_settings(&mut to));
         self.sheets.iter().for_each(|s| s.keep_settings(&mut to));
         to.bytes
     }
@@ -173,6 +199,9 @@ impl World {
         if let Some(heat) = &mut self.heat {
             heat.take_settings(&mut from)?;
         }
+        if let Some(detail) = &mut self.detail {
+            detail.take_settings(&mut from)?;
+        }
         let tolerance = self.tolerance;
         self.sheets.iter_mut().try_for_each(|s| s.take_settings(&mut from, tolerance))?;
         if from.is_empty() { Ok(()) } else { Err(Cut) }
@@ -181,7 +210,12 @@ impl World {
     /// Goes back to `bytes` of this very world, its parameters staying as they are now; false where that cannot be.
     pub(super) fn go_back(&mut self, bytes: &[u8]) -> bool {
         let Ok(body) = body_of(bytes) else { return false };
-        if self.check_make(body).is_err() {
+        let Ok(grids) = self.grids_of(body) else { return false };
+        let elsewhere = grids.iter().zip(&self.sheets).any(|(grid, sheet)| grid_of(sheet) != *grid);
+        let start = elsewhere.then(|| self.save());
+        // What is set goes with them.
+        if (0..grids.len()).any(|i| self.resample_index(i, grids[i]).is_err()) || self.check_make(body).is_err() {
+            start.iter().for_each(|start| drop(self.load(start)));
             return false;
         }
         let (back, settings) = (self.save(), self.settings());
@@ -191,6 +225,7 @@ impl World {
         }
         if taken.is_err() {
             let _ = self.take(&back[HEAD..]);
+            start.iter().for_each(|start| drop(self.load(start)));
         }
         taken.is_ok()
     }

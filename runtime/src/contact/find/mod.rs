@@ -186,6 +186,11 @@ impl Finder {
         Ok(finder)
     }
 
+    /// Whether it remembers the sheet of that number.
+    pub fn knows(&self, id: u32) -> bool {
+        self.trees.iter().any(|tree| tree.of() == id)
+    }
+
     /// Looks for this from the next step on.
     pub fn limit(&mut self, scope: Scope) {
         self.scope = scope;

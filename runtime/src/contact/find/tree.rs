@@ -161,6 +161,11 @@ impl SkinTree {
         }
     }
 
+    /// Number of the sheet that it is of.
+    pub fn of(&self) -> u32 {
+        self.id
+    }
+
     pub fn is_of(&self, id: u32, skin: &Skin) -> bool {
         let counts = self.areas.len() == skin.triangles().len() && self.mass_areas.len() == skin.masses();
         self.id == id && self.revision == skin.revision() && counts

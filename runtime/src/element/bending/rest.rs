@@ -20,7 +20,9 @@ use crate::sheet::Vectors;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Rests {
     /// k₀ of each group, in a step what its law has.
-    rest: Vec<[f64; 3]>,
+    pub(super) rest: Vec<[f64; 3]>,
+    /// What it was made with, as angles a length, 1/m.
+    pub(super) made: Vec<[f64; 3]>,
     /// S D of each group, N m³.
     full: Vec<[[f64; 3]; 3]>,
     /// Stiffness of each group in the step, of that at once.
@@ -28,11 +30,11 @@ pub(super) struct Rests {
     /// Places of the frame's masses in the entries of its group.
     frame: Vec<[u32; 4]>,
     /// What creeps of each group; empty where nothing does.
-    strains: Vec<[Strain; 3]>,
+    pub(super) strains: Vec<[Strain; 3]>,
     /// Shares of the arms.
     share: [f64; 2],
     /// α of each group, 1/m; empty where nothing yields.
-    hardened: Vec<f64>,
+    pub(super) hardened: Vec<f64>,
     /// D along the sheet's length, N m.
     stiffness: f64,
     /// Whether a step is on its way.
@@ -147,6 +149,8 @@ impl Bending {
         let mut rests = Rests { scale: vec![1.0; n], full: vec![[[0.0; 3]; 3]; n], ..Rests::default() };
         rests.rest = all.source.iter().zip(angles).map(|(g, k)| [0, 1, 2].map(|a| g.of_angle(a, k[a]))).collect();
         rests.rest.resize(n, [0.0; 3]);
+        rests.made = angles.to_vec();
+        rests.made.resize(n, [0.0; 3]);
         rests.frame = all.groups.iter().map(|g| frame_places(g, &all.masses)).collect();
         let most = all.groups.iter().map(|g| (g.entries.1 - g.entries.0) as usize).max().unwrap_or(0);
         rests.turning = vec![DMat3::ZERO; most];

@@ -29,6 +29,19 @@ impl Creeping {
         Self { parts: vec![part; packets], share, running: false }
     }
 
+    /// What creeps in lane `l` of packet `index`.
+    pub fn strains(&mut self, index: usize, l: usize) -> impl Iterator<Item = &mut Strain> {
+        self.parts[index].strains.iter_mut().map(move |s| &mut s[l])
+    }
+
+    /// What is left without stress of each strain of a cell, and its arms.
+    pub fn held(&self, index: usize, l: usize) -> [[f64; 3]; 5] {
+        std::array::from_fn(|k| {
+            let s = &self.parts[index].strains[k][l];
+            [s.left(), s.arms[0], s.arms[1]]
+        })
+    }
+
     /// What warmth has left of the law's stiffness in cell `l` of packet `index`.
     pub fn softness(&mut self, index: usize, l: usize) -> &mut f64 {
         &mut self.parts[index].softness.0[l]

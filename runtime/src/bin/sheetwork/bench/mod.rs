@@ -3,6 +3,7 @@
 mod canvas;
 mod counts;
 mod day;
+mod detail;
 mod drops;
 mod front;
 #[cfg(feature = "link")]
@@ -49,6 +50,8 @@ enum Campaign {
     Drops(drops::Drops),
     /// Many sheets: a frame of a thousand at rest, and what a second thread is worth to a hundred that move.
     Many(many::Many),
+    /// Level of detail: whether a budget is kept, and what levels cost where nothing changes.
+    Detail(detail::Detail),
     /// Where engines break: the longest step that sheets bear, over stiffness, mass, damping, structure and more, beside what is predicted.
     Stability(stability::Stability),
     /// Whether every scene goes on from a snapshot to the bit, and what snapshots cost.
@@ -81,6 +84,7 @@ impl Bench {
             Campaign::Kicks(kicks) => kicks.execute(),
             Campaign::Drops(drops) => drops.execute(),
             Campaign::Many(many) => many.execute(),
+            Campaign::Detail(detail) => detail.execute(),
             Campaign::Stability(stability) => stability.execute(),
             Campaign::Rollback(rollback) => rollback.execute(),
             #[cfg(feature = "link")]

@@ -1,0 +1,91 @@
+//! Level of detail in an app: sheets follow the viewer and the budget, and what is drawn follows them.
+
+mod common;
+
+use bevy::prelude::*;
+use bevy_sheetwork::prelude::*;
+use common::{app, frame, run};
+
+fn grid(app: &App) -> u32 {
+    app.world().resource::<SheetWorld>().sheets()[0].grid.0
+}
+
+/// An app with a sheet that swings, and a viewer.
+fn swinging(detail: impl FnOnce(Entity) -> SheetDetail) -> (App, Entity, Entity) {
+    let mut app = app();
+    let viewer = app.world_mut().spawn(Transform::from_xyz(0.0, 0.0, 0.5)).id();
+    app.insert_resource(detail(viewer));
+    let sheet = Sheet::new("hips").clamp(Region::Left).detail_within(1.0);
+    let sheet = app.world_mut().spawn((sheet, SheetDisplay::default())).id();
+    frame(&mut app, 0.0);
+    (app, viewer, sheet)
+}
+
+/// Vertices of what is drawn, in the world.
+fn drawn(app: &App, sheet: Entity) -> Vec<Vec3> {
+    let handle = app.world().get::<Mesh3d>(sheet).expect("drawn");
+    let mesh = app.world().resource::<Assets<Mesh>>().get(&handle.0).expect("a mesh");
+    let places = mesh.attribute(Mesh::ATTRIBUTE_POSITION).and_then(|a| a.as_float3()).expect("positions");
+    places.iter().map(|p| Vec3::from(*p)).collect()
+}
+
+#[test]
+fn a_sheet_follows_the_viewer_and_its_mesh_follows_it() {
+    let (mut app, viewer, sheet) = swinging(|viewer| SheetDetail { viewer: Some(viewer), ..default() });
+    run(&mut app, 0.6);
+    assert_eq!(grid(&app), 21);
+    let fine = drawn(&app, sheet);
+    assert_eq!(fine.len(), 81 * 81);
+    app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 20.0;
+    run(&mut app, 0.05);
+    assert_eq!(grid(&app), 6);
+    let masses = app.world().resource::<SheetWorld>().sheets()[0].masses();
+    assert_eq!(app.world().get::<SheetMotion>(sheet).expect("in the world").positions().len(), masses);
+    let coarse = drawn(&app, sheet);
+    assert_eq!(coarse.len(), 21 * 21);
+    // The same surface but for what it moved in three ticks.
+    for (i, p) in coarse.iter().enumerate() {
+        let (column, row) = (i % 21, i / 21);
+        let then = fine[row * 4 * 81 + column * 4];
+        assert!(p.distance(then) < 0.03, "{p} was {then}");
+    }
+    app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 0.5;
+    run(&mut app, 1.0);
+    assert_eq!(grid(&app), 21);
+    assert_eq!(drawn(&app, sheet).len(), fine.len());
+}
+
+#[test]
+fn a_budget_of_the_model_is_kept_without_a_clock() {
+    let (mut app, viewer, _) = swinging(|viewer| SheetDetail { viewer: Some(viewer), measured: false, ..default() });
+    run(&mut app, 0.3);
+    let cost = app.world().resource::<SheetWorld>().detail_cost().expect("levels");
+    assert_eq!(grid(&app), 21);
+    app.insert_resource(SheetDetail { viewer: Some(viewer), measured: false, ..SheetDetail::budget(0.5 * cost) });
+    run(&mut app, 1.0);
+    let world = app.world().resource::<SheetWorld>();
+    assert!(world.sheets()[0].grid.0 < 21 && world.detail_cost().expect("levels") < 0.5 * cost);
+}
+
+#[test]
+fn without_the_resource_nothing_changes() {
+    let mut app = app();
+    app.world_mut().spawn(Sheet::new("hips").clamp(Region::Left).detail_within(0.001));
+    run(&mut app, 0.3);
+    // No camera and no viewer: all is near.
+    assert_eq!(grid(&app), 21);
+}
+
+#[test]
+fn a_grid_that_is_changed_in_the_component_is_changed_in_the_running_sheet() {
+    let (mut app, _, sheet) = swinging(|viewer| SheetDetail { viewer: Some(viewer), ..default() });
+    app.world_mut().get_mut::<Sheet>(sheet).expect("a sheet").spec.detail = None;
+    run(&mut app, 0.3);
+    let low = |app: &App| app.world().resource::<SheetWorld>().sheets()[0].centre_of_mass().y;
+    let before = low(&app);
+    assert!(before < -0.01, "it has fallen: {before}");
+    app.world_mut().get_mut::<Sheet>(sheet).expect("a sheet").spec.grid = (11, 1, 11);
+    run(&mut app, 1.0 / 64.0);
+    assert_eq!(grid(&app), 11);
+    assert!((low(&app) - before).abs() < 0.02, "it goes on from there: {} from {before}", low(&app));
+}

@@ -1,0 +1,113 @@
+//! What sheets cost at a level of detail, by a model, and which level each can have within a budget.
+//!
+//! Neither looks at a clock: the same run always makes the same choices. A step of a sheet costs
+//!
+//! c = s (a + b n^p) ns,
+//!
+//! s the linear solves (implicit engines) or evaluations of the forces (explicit) that it took, n its masses, with constants that `sheetwork bench detail
+//! --calibrate` finds on the machine at hand. Who has a clock corrects the budget by what steps really take.
+
+/// a (ns), b (ns) and p of a linear solve, its forces and contact apart.
+const SOLVE: (f64, f64, f64) = (2.0e3, 330.0, 1.18);
+/// The same of an evaluation of forces.
+const FORCES: (f64, f64, f64) = (5.0e2, 45.0, 1.0);
+
+/// Nanoseconds of one solve, or evaluation, of a sheet of `masses`.
+pub fn cost_of(masses: usize, implicit: bool) -> f64 {
+    let (a, b, p) = if implicit { SOLVE } else { FORCES };
+    a + b * (masses as f64).powf(p)
+}
+
+/// One sheet that may change.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Candidate {
+    /// What a step of it costs at each of its levels, finest first, ns.
+    pub costs: Vec<f64>,
+    /// The level that its distance wants.
+    pub wanted: usize,
+    /// How much is seen of it: of two the less important is made coarser first.
+    pub importance: f64,
+}
+
+impl Candidate {
+    fn cost(&self, level: usize) -> f64 {
+        self.costs.get(level).copied().unwrap_or(0.0)
+    }
+}
+
+/// Finds levels, in memory that it keeps.
+#[derive(Clone, Debug, Default)]
+pub struct Planner {
+    order: Vec<u32>,
+}
+
+impl Planner {
+    /// The level of each of `sheets`: that its distance wants, or coarser where all of them, and `others` (ns), would cost more than `budget` (ns).
+    /// They go coarser a level at a time, the least important first, so that none is coarsest while another has all.
+    pub fn plan(&mut self, sheets: &[Candidate], others: f64, budget: f64, levels: &mut Vec<usize>) {
+        levels.clear();
+        levels.extend(sheets.iter().map(|s| s.wanted));
+        let mut total = others + sheets.iter().map(|s| s.cost(s.wanted)).sum::<f64>();
+        if total <= budget {
+            return;
+        }
+        self.order.clear();
+        self.order.extend(0..sheets.len() as u32);
+        let importance = |i: &u32| sheets[*i as usize].importance;
+        self.order.sort_unstable_by(|a, b| importance(a).total_cmp(&importance(b)).then(b.cmp(a)));
+        let deepest = sheets.iter().map(|s| s.costs.len()).max().unwrap_or(0);
+        for _ in 1..deepest {
+            for i in self.order.iter().map(|i| *i as usize) {
+                if total <= budget {
+                    return;
+                }
+                let (sheet, level) = (&sheets[i], levels[i]);
+                let saved = sheet.cost(level) - sheet.cost(level + 1);
+                if level + 1 < sheet.costs.len() && saved > 0.0 {
+                    levels[i] += 1;
+                    total -= saved;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(sheets: &[Candidate], others: f64, budget: f64) -> Vec<usize> {
+        let mut levels = Vec::new();
+        Planner::default().plan(sheets, others, budget, &mut levels);
+        levels
+    }
+
+    fn sheet(importance: f64, wanted: usize) -> Candidate {
+        Candidate { costs: vec![16.0, 4.0, 1.0], wanted, importance }
+    }
+
+    #[test]
+    fn the_least_important_is_made_coarser_first() {
+        let sheets = [sheet(3.0, 0), sheet(1.0, 0), sheet(2.0, 0)];
+        assert_eq!(plan(&sheets, 0.0, 48.0), [0, 0, 0]);
+        assert_eq!(plan(&sheets, 0.0, 40.0), [0, 1, 0]);
+        assert_eq!(plan(&sheets, 0.0, 24.0), [0, 1, 1]);
+        assert_eq!(plan(&sheets, 8.0, 20.0), [1, 1, 1]);
+        assert_eq!(plan(&sheets, 0.0, 7.0), [1, 2, 2]);
+        // What cannot be kept is as near as can be.
+        assert_eq!(plan(&sheets, 0.0, 1.0), [2, 2, 2]);
+    }
+
+    #[test]
+    fn what_costs_nothing_is_left() {
+        let asleep = Candidate { costs: vec![0.0; 3], ..sheet(0.1, 0) };
+        assert_eq!(plan(&[asleep, sheet(1.0, 1)], 0.0, 3.0), [0, 2]);
+    }
+
+    #[test]
+    fn cost_grows_with_masses() {
+        for implicit in [false, true] {
+            assert!(cost_of(441, implicit) > 2.5 * cost_of(121, implicit));
+        }
+    }
+}

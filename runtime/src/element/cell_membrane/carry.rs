@@ -1,0 +1,60 @@
+//! What the membrane of a grid holds, to another grid: strains that have set, and creep. What expansion makes is of the temperatures.
+
+use super::{CellMembrane, Warmed};
+use crate::element::carry::{Carry, Places};
+
+/// Of the four edges and the shear of a cell: strain that has set, or without stress, and arms.
+const HELD: usize = 15;
+
+impl CellMembrane {
+    /// Calls `visit` with every cell's packet, lane, column and row.
+    fn for_each_cell(&self, mut visit: impl FnMut(usize, usize, [usize; 2])) {
+        for (index, p) in self.packets.iter().enumerate() {
+            for l in 0..p.count {
+                let mass = p.first + l;
+                visit(index, l, [mass % self.cell.row, mass / self.cell.row]);
+            }
+        }
+    }
+
+    /// Takes up what `old` holds.
+    pub(super) fn carry_strains(&mut self, old: &Self, carry: &Carry) {
+        if old.warmed.is_empty() {
+            return;
+        }
+        if self.warmed.is_empty() {
+            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        }
+        let mut places = Places::<HELD>::cells(carry.from);
+        old.for_each_cell(|index, l, [i, j]| {
+            let w = &old.warmed[index];
+            let mut held = [0.0; HELD];
+            for k in 0..5 {
+                let grown = w.expansion.get(k).map_or(0.0, |e| e.0[l]);
+                held[3 * k] = w.rest[k].0[l] - grown;
+            }
+            if let Some(creeping) = &old.creeping {
+                held = std::array::from_fn(|n| creeping.held(index, l)[n / 3][n % 3]);
+            }
+            places.put(i, j, held);
+        });
+        let mut all = Vec::new();
+        self.for_each_cell(|index, l, [i, j]| {
+            let home = j * carry.to[0] + i;
+            all.extend(carry.read(&places, carry.place(home, true)).map(|held| (index, l, held)));
+        });
+        for (index, l, held) in all {
+            let w = &mut self.warmed[index];
+            for k in 0..5 {
+                let grown = w.expansion.get(k).map_or(0.0, |e| e.0[l]);
+                w.rest[k].0[l] = grown + held[3 * k];
+            }
+            let Some(creeping) = &mut self.creeping else { continue };
+            for (k, strain) in creeping.strains(index, l).enumerate() {
+                let [left, first, second] = [held[3 * k], held[3 * k + 1], held[3 * k + 2]];
+                strain.arms = [first, second];
+                (strain.start, strain.rest, strain.stiffness) = (left + first + second, left, 1.0);
+            }
+        }
+    }
+}

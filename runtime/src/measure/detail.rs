@@ -1,0 +1,179 @@
+//! What is seen of a change of grid: a sheet that droops, that swings, that is creased, that is curled, and that lies on a box goes to a finer and
+//! to a coarser grid.
+//!
+//! The *pop* is the largest distance between the drawn surfaces before and after, over the sheet's deflection: the furthest that the surface was from
+//! the plane nearest to it. `strain_ratio` is the energy of strain after over before, `rise` the largest energy of the next tenth of a second above that
+//! at the change, over what the sheet has of strain and motion; `apart` is how far the surface is by then from where a sheet that stayed on its
+//! grid is, over the deflection: what one grid bends otherwise than the other.
+
+use glam::{DMat3, DVec3};
+use serde_json::{Value, json};
+
+use super::{Case, Outcome, Runner, Setup, body};
+use crate::World;
+use crate::error::InputError;
+use crate::scene::{CreaseSpec, Region, Scene, Shape};
+use crate::sheet::Sheet;
+
+pub(super) const CASE: Case = Case {
+    name: "detail",
+    about: "how far the drawn surface jumps when a sheet goes to another grid, at rest and in motion",
+    contact: true,
+    run,
+};
+
+/// Masses along each side of the grids.
+const GRIDS: [u32; 3] = [11, 21, 41];
+/// Pieces along each side in which surfaces are compared: the same of all grids.
+const PIECES: u32 = 160;
+/// How long it is watched after a change, s.
+const AFTER: f64 = 0.1;
+/// How long a sheet on a box is given to come to rest, s.
+const REST: f64 = 2.0;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut rows = Vec::new();
+    let mut last = None;
+    for from in GRIDS {
+        for (shape, make) in SHAPES {
+            let mut runner = make(&Setup { grid: (from, from), ..setup.clone() })?;
+            let start = runner.world.save();
+            for to in GRIDS.into_iter().filter(|to| *to != from) {
+                runner.world.load(&start)?;
+                let mut row = change(&mut runner.world, to)?;
+                if let Value::Object(map) = &mut row {
+                    map.insert("shape".into(), json!(shape));
+                    map.insert("change".into(), json!(format!("{from} to {to}")));
+                }
+                rows.push(row);
+            }
+            last = Some(runner);
+        }
+    }
+    let largest = |key: &str| rows.iter().filter_map(|r| r[key].as_f64()).fold(0.0, f64::max);
+    let keys = json!({
+        "largest_pop": largest("pop"),
+        "largest_rise": largest("rise"),
+        "largest_apart": largest("apart"),
+        "changes": rows,
+    });
+    last.map(|runner| runner.outcome(keys)).ok_or_else(|| InputError::new("case", "has no grids"))
+}
+
+type Make = fn(&Setup) -> Result<Runner, InputError>;
+
+const SHAPES: [(&str, Make); 5] =
+    [("droop", droop), ("swing", swing), ("crease", crease), ("curl", curl), ("box", on_box)];
+
+fn clamped(setup: &Setup) -> Scene {
+    let mut scene = setup.scene();
+    setup.clamp(&mut scene, Region::Left);
+    scene
+}
+
+fn settled(setup: &Setup, scene: &Scene) -> Result<Runner, InputError> {
+    let mut runner = Runner::new(setup.world(scene)?);
+    runner.rest(&Setup { dynamic: false, ..setup.clone() });
+    Ok(runner)
+}
+
+/// In equilibrium under its weight, clamped along one edge.
+fn droop(setup: &Setup) -> Result<Runner, InputError> {
+    settled(setup, &clamped(setup))
+}
+
+/// On its way down from flat.
+fn swing(setup: &Setup) -> Result<Runner, InputError> {
+    let mut runner = Runner::new(setup.world(&clamped(setup))?);
+    runner.run(0.1, |_| true);
+    Ok(runner)
+}
+
+/// Creased by 60 degrees across its middle.
+fn crease(setup: &Setup) -> Result<Runner, InputError> {
+    let mut scene = clamped(setup);
+    scene.sheets[0].creases.push(CreaseSpec { from: (0.5, 0.0), to: (0.5, 1.0), angle: 60.0 });
+    settled(setup, &scene)
+}
+
+/// Curled upwards to a quarter of a circle.
+fn curl(setup: &Setup) -> Result<Runner, InputError> {
+    let mut scene = clamped(setup);
+    scene.sheets[0].curl = (std::f64::consts::FRAC_PI_2 / setup.length, 0.0);
+    settled(setup, &scene)
+}
+
+/// Lying on a box that is narrower than it.
+fn on_box(setup: &Setup) -> Result<Runner, InputError> {
+    let mut scene = setup.scene();
+    let side = setup.box_side;
+    scene.bodies.push(body("box", Shape::Box(DVec3::splat(side)), DVec3::new(0.0, -0.5 * side, 0.0)));
+    scene.sheets[0].placement.position.y = setup.half_thickness()? + 1e-3;
+    let mut runner = Runner::new(setup.sleepy_world(&scene)?);
+    runner.run(REST, |world| !world.is_quiet());
+    Ok(runner)
+}
+
+/// The drawn surface, with the same vertices on every grid.
+pub(crate) fn drawn(sheet: &Sheet) -> Vec<DVec3> {
+    let parts = PIECES / (sheet.grid.0 - 1);
+    let Some(surface) = sheet.surface(0, parts) else { return Vec::new() };
+    surface.mesh(&sheet.x).positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect()
+}
+
+/// Largest distance of points from the plane nearest to them, m.
+pub(crate) fn deflection(points: &[DVec3]) -> f64 {
+    let centre = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
+    let mut spread = DMat3::ZERO;
+    for p in points {
+        let r = *p - centre;
+        spread += DMat3::from_cols(r * r.x, r * r.y, r * r.z);
+    }
+    // The direction of least spread, by power iteration on what is left of the trace.
+    let size = spread.x_axis.x + spread.y_axis.y + spread.z_axis.z;
+    let rest = DMat3::from_diagonal(DVec3::splat(size)) - spread;
+    let mut normal = DVec3::new(0.3, 1.0, 0.2);
+    for _ in 0..200 {
+        normal = (rest * normal).normalize_or(DVec3::Y);
+    }
+    points.iter().map(|p| (*p - centre).dot(normal).abs()).fold(0.0, f64::max)
+}
+
+/// Largest distance between two surfaces of the same vertices, m.
+pub(crate) fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
+}
+
+/// Takes the first sheet of `world` to a grid of `to` by `to` masses, and says what that did.
+fn change(world: &mut World, to: u32) -> Result<Value, InputError> {
+    let gravity = world.gravity();
+    let energy = |world: &World| world.sheets()[0].energy(gravity);
+    let (before, start) = (drawn(&world.sheets()[0]), energy(world));
+    let name = world.sheets()[0].name.clone();
+    let there = world.save();
+    world.advance(AFTER);
+    let stayed = drawn(&world.sheets()[0]);
+    world.load(&there)?;
+    let clock = std::time::Instant::now();
+    world.resample(&name, (to, to))?;
+    let took = clock.elapsed().as_secs_f64();
+    let (after, begun) = (drawn(&world.sheets()[0]), energy(world));
+    let mut highest = begun.total;
+    let steps = (AFTER / world.dt()).round() as u32;
+    for _ in 0..steps {
+        world.step();
+        highest = highest.max(energy(world).total);
+    }
+    let bent = deflection(&before);
+    let own = (start.elastic + start.kinetic).max(f64::MIN_POSITIVE);
+    Ok(json!({
+        "pop": apart(&before, &after) / bent,
+        "deflection_m": bent,
+        "strain_ratio": begun.elastic / start.elastic,
+        "motion_ratio": if start.kinetic > 0.0 { begun.kinetic / start.kinetic } else { 1.0 },
+        "rise": (highest - begun.total) / own,
+        "apart": apart(&stayed, &drawn(&world.sheets()[0])) / bent,
+        "change_ms": 1e3 * took,
+        "asleep": world.is_quiet(),
+    }))
+}

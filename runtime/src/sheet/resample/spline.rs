@@ -1,0 +1,179 @@
+//! A smooth surface through the masses of a grid, to be read at the masses of another.
+//!
+//! Rows along u are cubic splines through their masses, and so are columns through what those give: of all smooth curves through the
+//! masses the one that bends least. At a clamped end the slope is the clamp's; at a free one the curve goes on as the two pieces next to the
+//! end do (not-a-knot), since a sheet that is made bent is bent up to its edge. What lies at a mass is that mass to the bit.
+
+use glam::DVec3;
+
+use crate::sheet::Vectors;
+
+/// Nearer to a mass than this, in cells, is at it.
+const AT: f64 = 1e-9;
+
+/// Derivatives (per cell) that are prescribed at the two ends of a row.
+type Ends = [Option<DVec3>; 2];
+
+/// Places of `to` evenly spaced points on a row of `from`, in cells.
+pub(super) fn places(from: usize, to: usize) -> Vec<f64> {
+    let step = (from - 1) as f64 / (to - 1) as f64;
+    (0..to).map(|i| if i + 1 == to { (from - 1) as f64 } else { i as f64 * step }).collect()
+}
+
+/// Derivatives per cell of the spline through `points`, two or more.
+fn slopes(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
+    let n = points.len();
+    let rise = |i: usize| points[i + 1] - points[i];
+    if n < 4 {
+        return short(points, ends);
+    }
+    // m₋ + 4 m + m₊ = 3 (p₊ - p₋) within; at an end the slope, or m₀ + 2 m₁ = (5 Δ₀ + Δ₁)/2.
+    let mut upper = vec![1.0; n];
+    let mut right: Vec<DVec3> = vec![DVec3::ZERO; n];
+    match ends[0] {
+        Some(slope) => (upper[0], right[0]) = (0.0, slope),
+        None => (upper[0], right[0]) = (2.0, (rise(0) * 5.0 + rise(1)) * 0.5),
+    }
+    for i in 1..n - 1 {
+        let pivot = 4.0 - upper[i - 1];
+        right[i] = ((points[i + 1] - points[i - 1]) * 3.0 - right[i - 1]) / pivot;
+        upper[i] = 1.0 / pivot;
+    }
+    right[n - 1] = match ends[1] {
+        Some(slope) => slope,
+        None => {
+            let sum = (rise(n - 2) * 5.0 + rise(n - 3)) * 0.5;
+            (sum - right[n - 2] * 2.0) / (1.0 - 2.0 * upper[n - 2])
+        }
+    };
+    for i in (0..n - 1).rev() {
+        let next = right[i + 1];
+        right[i] -= next * upper[i];
+    }
+    right
+}
+
+/// The same of two or three points: a line or a parabola, but for slopes that are prescribed.
+fn short(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
+    let n = points.len();
+    let mut all = if n == 2 {
+        vec![points[1] - points[0]; 2]
+    } else {
+        let (a, b) = (points[1] - points[0], points[2] - points[1]);
+        vec![(a * 3.0 - b) * 0.5, (a + b) * 0.5, (b * 3.0 - a) * 0.5]
+    };
+    if let Some(slope) = ends[0] {
+        all[0] = slope;
+    }
+    if let Some(slope) = ends[1] {
+        all[n - 1] = slope;
+    }
+    all
+}
+
+/// The spline through `points` at `at`, in cells.
+fn row(points: &[DVec3], ends: Ends, at: &[f64], out: &mut Vec<DVec3>) {
+    let slopes = slopes(points, ends);
+    for place in at {
+        let near = place.round();
+        if (place - near).abs() < AT {
+            out.push(points[near as usize]);
+            continue;
+        }
+        let i = (place.floor() as usize).min(points.len() - 2);
+        let t = place - i as f64;
+        let (t2, t3) = (t * t, t * t * t);
+        let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, t3 - 2.0 * t2 + t, t3 - t2);
+        out.push(points[i].lerp(points[i + 1], h01) + slopes[i] * h10 + slopes[i + 1] * h11);
+    }
+}
+
+/// A grid of masses to be read at another.
+pub(super) struct Surface<'a> {
+    /// Masses along u and v there were, and there are to be.
+    pub from: (usize, usize),
+    pub to: (usize, usize),
+    /// Which masses are clamped.
+    pub clamped: &'a [bool],
+}
+
+impl Surface<'_> {
+    /// `values` at the masses of the other grid; `clamp` is what they change by from cell to cell along u and v where a clamp holds them.
+    pub fn read(&self, values: &Vectors, clamp: [DVec3; 2]) -> Vec<DVec3> {
+        let ((nu, nv), (mu, mv)) = (self.from, self.to);
+        let (along_u, along_v) = (places(nu, mu), places(nv, mv));
+        let clamped = |i: usize, j: usize| self.clamped[j * nu + i];
+        let held = |is: bool, axis: usize| is.then_some(clamp[axis]);
+        let mut rows = Vec::with_capacity(mu * nv);
+        for j in 0..nv {
+            let points: Vec<DVec3> = (0..nu).map(|i| values.get(j * nu + i)).collect();
+            row(&points, [held(clamped(0, j), 0), held(clamped(nu - 1, j), 0)], &along_u, &mut rows);
+        }
+        let mut all = vec![DVec3::ZERO; mu * mv];
+        let mut column = Vec::with_capacity(mv);
+        for (i, place) in along_u.iter().enumerate() {
+            let points: Vec<DVec3> = (0..nv).map(|j| rows[j * mu + i]).collect();
+            // Clamped where the masses on both sides are.
+            let beside = [place.floor() as usize, (place.ceil() as usize).min(nu - 1)];
+            let at = |j: usize| beside.iter().all(|i| clamped(*i, j));
+            column.clear();
+            row(&points, [held(at(0), 1), held(at(nv - 1), 1)], &along_v, &mut column);
+            column.iter().enumerate().for_each(|(j, p)| all[j * mu + i] = *p);
+        }
+        all
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(nu: usize, nv: usize, f: impl Fn(f64, f64) -> DVec3) -> Vectors {
+        let mut all = Vectors::default();
+        for j in 0..nv {
+            for i in 0..nu {
+                all.push(f(i as f64 / (nu - 1) as f64, j as f64 / (nv - 1) as f64));
+            }
+        }
+        all
+    }
+
+    #[test]
+    fn a_cubic_surface_is_read_as_it_is_and_masses_to_the_bit() {
+        let f = |u: f64, v: f64| DVec3::new(u, u * u * u - v * u * 0.3, v + 0.2 * v * v * v);
+        let (from, to) = ((6, 5), (11, 9));
+        let clamped = [false; 30];
+        let surface = Surface { from, to, clamped: &clamped };
+        let read = surface.read(&grid(6, 5, f), [DVec3::ZERO; 2]);
+        let wanted = grid(11, 9, f);
+        for (i, p) in read.iter().enumerate() {
+            assert!(p.distance(wanted.get(i)) < 1e-14, "{i}: {p}, not {}", wanted.get(i));
+        }
+        let own = grid(6, 5, |u, v| f(u, v) + DVec3::splat(0.1));
+        let there = Surface { from, to, clamped: &clamped }.read(&own, [DVec3::ZERO; 2]);
+        for j in 0..5 {
+            for i in 0..6 {
+                assert_eq!(there[2 * j * 11 + 2 * i], own.get(j * 6 + i));
+            }
+        }
+    }
+
+    #[test]
+    fn the_slope_of_a_clamp_is_kept() {
+        // w = u² from a clamp that lies flat, on four masses: the error of the first half cell is that of a slope.
+        let own = grid(4, 2, |u, v| DVec3::new(u, u * u, v));
+        let clamped: Vec<bool> = (0..8).map(|i| i % 4 == 0).collect();
+        let read = Surface { from: (4, 2), to: (7, 2), clamped: &clamped };
+        let read = read.read(&own, [DVec3::X / 3.0, DVec3::ZERO]);
+        assert!((read[1].y - 1.0 / 36.0).abs() < 1e-14, "{}", read[1].y);
+    }
+
+    #[test]
+    fn few_masses_are_joined_by_lines_and_parabolas() {
+        let own = grid(3, 2, |u, v| DVec3::new(u, u * u, v));
+        let read = Surface { from: (3, 2), to: (5, 3), clamped: &[false; 6] }.read(&own, [DVec3::ZERO; 2]);
+        assert!(
+            (read[1].y - 1.0 / 16.0).abs() < 1e-15 && (read[6] - DVec3::new(0.25, 1.0 / 16.0, 0.5)).length() < 1e-15
+        );
+    }
+}
