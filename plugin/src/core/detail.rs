@@ -31,14 +31,23 @@ pub struct SheetDetail {
     pub viewer: Option<Entity>,
     /// Whether the budget is of the time that steps really take.
     pub measured: bool,
-    /// Time that a step takes over what the model says, in the mean.
+    /// What has been measured so far.
+    pub times: StepTimes,
+}
+
+/// What steps have taken, over what the model says.
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Clone, Debug, Default, PartialEq)]
+pub struct StepTimes {
+    /// In the mean.
     ratio: Option<f64>,
+    /// Steps that had been taken at the last look.
     seen: u64,
 }
 
 impl Default for SheetDetail {
     fn default() -> Self {
-        Self { budget_ms: None, viewer: None, measured: true, ratio: None, seen: 0 }
+        Self { budget_ms: None, viewer: None, measured: true, times: StepTimes::default() }
     }
 }
 
@@ -50,17 +59,17 @@ impl SheetDetail {
 
     /// Time that a step takes over what the model says: 1 until one was measured.
     pub fn ratio(&self) -> f64 {
-        self.ratio.unwrap_or(1.0)
+        self.times.ratio.unwrap_or(1.0)
     }
 
     /// Takes up what the last tick took.
     fn measure(&mut self, world: &SheetWorld) {
-        let steps = world.steps().saturating_sub(std::mem::replace(&mut self.seen, world.steps()));
+        let steps = world.steps().saturating_sub(std::mem::replace(&mut self.times.seen, world.steps()));
         let taken = 1e3 * world.step_time().as_secs_f64() / steps.max(1) as f64;
         let Some(model) = world.detail_cost().filter(|c| *c > 0.0 && steps > 0 && taken > 0.0) else { return };
         let now = taken / model;
-        let mean = self.ratio.unwrap_or(now);
-        self.ratio = Some(mean + NEW * (now - mean));
+        let mean = self.times.ratio.unwrap_or(now);
+        self.times.ratio = Some(mean + NEW * (now - mean));
     }
 }
 

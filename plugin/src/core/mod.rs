@@ -22,7 +22,7 @@ use bevy::transform::TransformSystems;
 
 pub use body::{BodyShape, SheetBody};
 pub use clock::SheetClock;
-pub use detail::SheetDetail;
+pub use detail::{SheetDetail, StepTimes};
 pub use event::SheetEvent;
 pub use heat_gun::SheetHeatGun;
 pub use heater::{HeaterPlace, SheetHeater};

@@ -31,7 +31,7 @@ impl Sheet {
         if !self.is_grid() || to == (columns, rows) {
             return std::borrow::Cow::Borrowed(&self.x);
         }
-        let surface = Surface { from: (columns, rows), to, clamped: &vec![false; self.masses()] };
+        let surface = Surface { from: (columns, rows), to, clamped: &vec![false; self.masses()], folds: &self.folds };
         std::borrow::Cow::Owned(vectors(&surface.read(&self.x, [DVec3::ZERO; 2])))
     }
 
@@ -54,8 +54,12 @@ impl Sheet {
     /// Puts masses on the surface of `old`, as strained and moving as that.
     pub(super) fn take_motion_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
         let (before, now) = (old.mesh(), self.mesh());
-        let surface =
-            Surface { from: (before.columns, before.rows), to: (now.columns, now.rows), clamped: &old.clamped };
+        let surface = Surface {
+            from: (before.columns, before.rows),
+            to: (now.columns, now.rows),
+            clamped: &old.clamped,
+            folds: &old.folds,
+        };
         let rotation = spec.placement.quaternion();
         let clamp = [rotation * DVec3::X * before.spacing.0, rotation * DVec3::Z * before.spacing.1];
         self.x = vectors(&surface.read(&old.x, clamp));

@@ -2,11 +2,12 @@
 //!
 //! Rows along u are cubic splines through their masses, and so are columns through what those give: of all smooth curves through the
 //! masses the one that bends least. At a clamped end the slope is the clamp's; at a free one the curve goes on as the two pieces next to the
-//! end do (not-a-knot), since a sheet that is made bent is bent up to its edge. What lies at a mass is that mass to the bit.
+//! end do (not-a-knot), since a sheet that is made bent is bent up to its edge; so they do on both sides of a crease. What lies at a mass is that mass to the bit.
 
 use glam::DVec3;
 
 use crate::sheet::Vectors;
+use crate::sheet::surface::Folds;
 
 /// Nearer to a mass than this, in cells, is at it.
 const AT: f64 = 1e-9;
@@ -71,20 +72,30 @@ fn short(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
     all
 }
 
-/// The spline through `points` at `at`, in cells.
-fn row(points: &[DVec3], ends: Ends, at: &[f64], out: &mut Vec<DVec3>) {
-    let slopes = slopes(points, ends);
+/// The spline through `points` at `at`, in cells; it is folded at each of `folds`, where two splines end.
+fn row(points: &[DVec3], ends: Ends, folds: &[u32], at: &[f64], out: &mut Vec<DVec3>) {
+    let last = points.len() - 1;
+    let mut begin = 0;
+    // Slopes at both ends of every piece.
+    let mut pieces: Vec<[DVec3; 2]> = Vec::with_capacity(last);
+    let within = folds.iter().map(|f| *f as usize).filter(|f| (1..last).contains(f));
+    for end in within.chain([last]) {
+        let own = [ends[0].filter(|_| begin == 0), ends[1].filter(|_| end == last)];
+        let slopes = slopes(&points[begin..=end], own);
+        pieces.extend(slopes.windows(2).map(|pair| [pair[0], pair[1]]));
+        begin = end;
+    }
     for place in at {
         let near = place.round();
         if (place - near).abs() < AT {
             out.push(points[near as usize]);
             continue;
         }
-        let i = (place.floor() as usize).min(points.len() - 2);
+        let i = (place.floor() as usize).min(last - 1);
         let t = place - i as f64;
         let (t2, t3) = (t * t, t * t * t);
         let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, t3 - 2.0 * t2 + t, t3 - t2);
-        out.push(points[i].lerp(points[i + 1], h01) + slopes[i] * h10 + slopes[i + 1] * h11);
+        out.push(points[i].lerp(points[i + 1], h01) + pieces[i][0] * h10 + pieces[i][1] * h11);
     }
 }
 
@@ -95,6 +106,8 @@ pub(super) struct Surface<'a> {
     pub to: (usize, usize),
     /// Which masses are clamped.
     pub clamped: &'a [bool],
+    /// Columns and rows along which it is creased.
+    pub folds: &'a Folds,
 }
 
 impl Surface<'_> {
@@ -107,7 +120,13 @@ impl Surface<'_> {
         let mut rows = Vec::with_capacity(mu * nv);
         for j in 0..nv {
             let points: Vec<DVec3> = (0..nu).map(|i| values.get(j * nu + i)).collect();
-            row(&points, [held(clamped(0, j), 0), held(clamped(nu - 1, j), 0)], &along_u, &mut rows);
+            row(
+                &points,
+                [held(clamped(0, j), 0), held(clamped(nu - 1, j), 0)],
+                &self.folds.columns,
+                &along_u,
+                &mut rows,
+            );
         }
         let mut all = vec![DVec3::ZERO; mu * mv];
         let mut column = Vec::with_capacity(mv);
@@ -117,7 +136,7 @@ impl Surface<'_> {
             let beside = [place.floor() as usize, (place.ceil() as usize).min(nu - 1)];
             let at = |j: usize| beside.iter().all(|i| clamped(*i, j));
             column.clear();
-            row(&points, [held(at(0), 1), held(at(nv - 1), 1)], &along_v, &mut column);
+            row(&points, [held(at(0), 1), held(at(nv - 1), 1)], &self.folds.rows, &along_v, &mut column);
             column.iter().enumerate().for_each(|(j, p)| all[j * mu + i] = *p);
         }
         all
@@ -143,14 +162,14 @@ mod tests {
         let f = |u: f64, v: f64| DVec3::new(u, u * u * u - v * u * 0.3, v + 0.2 * v * v * v);
         let (from, to) = ((6, 5), (11, 9));
         let clamped = [false; 30];
-        let surface = Surface { from, to, clamped: &clamped };
+        let surface = Surface { from, to, clamped: &clamped, folds: &Folds::default() };
         let read = surface.read(&grid(6, 5, f), [DVec3::ZERO; 2]);
         let wanted = grid(11, 9, f);
         for (i, p) in read.iter().enumerate() {
             assert!(p.distance(wanted.get(i)) < 1e-14, "{i}: {p}, not {}", wanted.get(i));
         }
         let own = grid(6, 5, |u, v| f(u, v) + DVec3::splat(0.1));
-        let there = Surface { from, to, clamped: &clamped }.read(&own, [DVec3::ZERO; 2]);
+        let there = Surface { from, to, clamped: &clamped, folds: &Folds::default() }.read(&own, [DVec3::ZERO; 2]);
         for j in 0..5 {
             for i in 0..6 {
                 assert_eq!(there[2 * j * 11 + 2 * i], own.get(j * 6 + i));
@@ -163,7 +182,7 @@ mod tests {
         // w = u² from a clamp that lies flat, on four masses: the error of the first half cell is that of a slope.
         let own = grid(4, 2, |u, v| DVec3::new(u, u * u, v));
         let clamped: Vec<bool> = (0..8).map(|i| i % 4 == 0).collect();
-        let read = Surface { from: (4, 2), to: (7, 2), clamped: &clamped };
+        let read = Surface { from: (4, 2), to: (7, 2), clamped: &clamped, folds: &Folds::default() };
         let read = read.read(&own, [DVec3::X / 3.0, DVec3::ZERO]);
         assert!((read[1].y - 1.0 / 36.0).abs() < 1e-14, "{}", read[1].y);
     }
@@ -171,9 +190,22 @@ mod tests {
     #[test]
     fn few_masses_are_joined_by_lines_and_parabolas() {
         let own = grid(3, 2, |u, v| DVec3::new(u, u * u, v));
-        let read = Surface { from: (3, 2), to: (5, 3), clamped: &[false; 6] }.read(&own, [DVec3::ZERO; 2]);
+        let read = Surface { from: (3, 2), to: (5, 3), clamped: &[false; 6], folds: &Folds::default() }
+            .read(&own, [DVec3::ZERO; 2]);
         assert!(
             (read[1].y - 1.0 / 16.0).abs() < 1e-15 && (read[6] - DVec3::new(0.25, 1.0 / 16.0, 0.5)).length() < 1e-15
         );
+    }
+
+    #[test]
+    fn a_fold_stays_sharp() {
+        // A roof of two parabolas, creased along its third column.
+        let roof = |u: f64, v: f64| DVec3::new(u, (u - 0.4).abs() + (u - 0.4) * (u - 0.4), v);
+        let folds = Folds { columns: vec![2], rows: vec![] };
+        let read = Surface { from: (6, 2), to: (11, 2), clamped: &[false; 12], folds: &folds };
+        let read = read.read(&grid(6, 2, roof), [DVec3::ZERO; 2]);
+        for (i, p) in read.iter().take(11).enumerate() {
+            assert!(p.distance(roof(i as f64 / 10.0, 0.0)) < 1e-14, "{i}: {p}");
+        }
     }
 }
