@@ -11,7 +11,9 @@ pub fn tiles(rect: Rect, count: usize) -> Vec<Rect> {
         let rows = count.div_ceil(columns);
         (rect.width() / columns as f32).min(rect.height() / rows as f32)
     };
-    let columns = (1..=count.max(1)).max_by(|a, b| square(*a).total_cmp(&square(*b))).unwrap_or(1);
+    let empty = |columns: usize| columns * count.div_ceil(columns) - count;
+    let better = |a: &usize, b: &usize| square(*a).total_cmp(&square(*b)).then(empty(*b).cmp(&empty(*a)));
+    let columns = (1..=count.max(1)).max_by(better).unwrap_or(1);
     let rows = count.div_ceil(columns).max(1);
     let size = vec2(rect.width() / columns as f32, rect.height() / rows as f32);
     let tile = |i: usize| {

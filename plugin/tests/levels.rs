@@ -43,11 +43,11 @@ fn a_sheet_follows_the_viewer_and_its_mesh_follows_it() {
     assert_eq!(app.world().get::<SheetMotion>(sheet).expect("in the world").positions().len(), masses);
     let coarse = drawn(&app, sheet);
     assert_eq!(coarse.len(), 21 * 21);
-    // The same surface but for what it moved in three ticks.
+    // The same surface but for what it moved in three ticks, its end at 0.9 m/s.
     for (i, p) in coarse.iter().enumerate() {
         let (column, row) = (i % 21, i / 21);
         let then = fine[row * 4 * 81 + column * 4];
-        assert!(p.distance(then) < 0.03, "{p} was {then}");
+        assert!(p.distance(then) < 0.05, "{p} was {then}");
     }
     app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 0.5;
     run(&mut app, 1.0);

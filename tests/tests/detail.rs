@@ -113,7 +113,8 @@ fn temperatures_keep_their_mean_and_their_range() {
         assert!((after.0 - before.0).abs() < 1e-9, "{from} to {n}: {} of {}", after.0, before.0);
         let spread = before.2 - before.1;
         assert!((after.1 - before.1).abs() < 0.02 * spread, "{from} to {n}: coldest {} of {}", after.1, before.1);
-        assert!((after.2 - before.2).abs() < 0.05 * spread, "{from} to {n}: hottest {} of {}", after.2, before.2);
+        // The mean under a hat as wide as a cell of 11 masses is 6 % lower than the top of a spot that is 0.22 wide.
+        assert!((after.2 - before.2).abs() < 0.07 * spread, "{from} to {n}: hottest {} of {}", after.2, before.2);
         world.advance(0.1);
         let later = of(&world.sheets()[0]);
         assert!((later.0 - before.0).abs() < 0.5, "it cools on as before: {} of {}", later.0, before.0);
@@ -150,30 +151,35 @@ fn creases_and_what_yields_stay_as_they_are_bent() {
     }
 }
 
+/// The angle between the clamp and the free end, rad.
+fn turned(sheet: &Sheet) -> f64 {
+    let at = |u: f64| {
+        let near = |i: &usize| (sheet.uv[*i].0 - u).abs() < 1e-9 && (sheet.uv[*i].1 - 0.5).abs() < 1e-9;
+        sheet.x.get((0..sheet.masses()).find(near).expect("a mass there"))
+    };
+    (at(1.0) - at(0.8)).angle_between(DVec3::X)
+}
+
 #[test]
 fn a_plastic_fold_keeps_its_angle() {
     for from in GRIDS {
-        let more = "plastic: true, damping_ratio: 1";
+        let more = "plastic: true, damping_ratio: 0.1";
         let mut bent = clamped(from, more);
         // Far beyond yield, and let go.
         bent.set_gravity(DVec3::new(0.0, -300.0, 0.0)).unwrap_or_else(|e| panic!("{e}"));
         bent.advance(1.0);
         bent.set_gravity(DVec3::ZERO).unwrap_or_else(|e| panic!("{e}"));
         bent.settle(1e-9);
-        let sum = |world: &World| -> f64 {
-            let sheet = &world.sheets()[0];
-            let angles: f64 = sheet.rest_angles().map(|k| k[0]).sum();
-            angles / f64::from((sheet.grid.0 - 1) * (sheet.grid.2 - 1))
-        };
-        let (before, set) = (fold(&bent.sheets()[0]), sum(&bent));
+        let before = turned(&bent.sheets()[0]);
         assert!(before > 0.1, "it stays bent: {before}");
         let there = bent.save();
         for n in GRIDS.into_iter().filter(|n| *n != from) {
             bent.load(&there).unwrap_or_else(|e| panic!("{e}"));
             to(&mut bent, n);
-            assert!((sum(&bent) / set - 1.0).abs() < 0.1, "{from} to {n}: {} of {set}", sum(&bent));
+            let at_once = turned(&bent.sheets()[0]);
+            assert!((at_once / before - 1.0).abs() < 0.02, "{from} to {n}: {at_once} of {before} at once");
             bent.settle(1e-9);
-            let after = fold(&bent.sheets()[0]);
+            let after = turned(&bent.sheets()[0]);
             assert!((after / before - 1.0).abs() < 0.05, "{from} to {n}: {after} of {before}");
         }
     }
@@ -252,7 +258,7 @@ fn what_cannot_be_carried_is_refused_with_the_reason() {
     };
     let shell = r#"structure: "shell", grid: (11, 1, 11), size: (0.25, 0.25), material: "hips""#;
     assert!(refused(r#"structure: "slamm", grid: (5, 2, 5)"#, "", (9, 9)).contains("slamm"));
-    assert!(refused(&format!("{shell}, outline: Disc(centre: (0, 0), radius: 0.1)"), "", (9, 9)).contains("outline"));
+    assert!(refused(&format!("{shell}, outline: Disc(radius: 0.1)"), "", (9, 9)).contains("outline"));
     assert!(refused(&format!("{shell}, node_mass: 0.001"), "", (9, 9)).contains("node_mass"));
     assert!(refused(&format!("{shell}, slits: [((0.2, 0.5), (0.8, 0.5))]"), "", (9, 9)).contains("open"));
     assert!(refused(&format!("{shell}, pins: [(region: Masses([3]))]"), "", (9, 9)).contains("number"));
@@ -311,7 +317,7 @@ fn many(budget: &str, levels: bool) -> String {
         format!(
             r#"(name: "sail {i}", structure: "shell", grid: (21, 1, 21), size: (0.25, 0.25), material: "hips", damping_ratio: 0.005,
                 pins: [(region: Left, clamp: true)], placement: (position: ({}, 0, 0)), {levels})"#,
-            0.6 * f64::from(i)
+            0.65 * f64::from(i)
         )
     };
     let sheets: Vec<String> = (0..5).map(sheet).collect();
@@ -338,7 +344,7 @@ fn sheets_go_to_the_grid_that_their_distance_wants_and_come_back() {
         changes += u32::from(before != grids(&world));
     }
     assert!(changes <= 2, "{changes} changes");
-    world.set("viewpoint", "(2.4, 0, 0.2)").unwrap_or_else(|e| panic!("{e}"));
+    world.set("viewpoint", "(2.6, 0, 0.2)").unwrap_or_else(|e| panic!("{e}"));
     world.advance(4.0);
     assert_eq!(grids(&world), [6, 11, 11, 21, 21]);
     assert!(world.unstable().is_none());
