@@ -266,7 +266,7 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
     world.set_sleep(case.sleep);
     if case.sleep {
         // Both runs alike: what is counted is what comes after.
-        (0..100).for_each(|_| world.step());
+        (0..60).for_each(|_| world.step());
     }
     let mut room = Vec::new();
     for _ in 0..steps {
