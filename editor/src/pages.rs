@@ -90,7 +90,12 @@ pub fn take(folder: &Path, only: Option<&str>) -> Result<(), InputError> {
     let adapter = probe::adapter().map_err(|reason| InputError::new("--pictures", reason))?;
     eprintln!("Drawing with {}.", adapter.name);
     std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
-    for page in ALL.iter().filter(|page| only.is_none_or(|only| page.file.contains(only))) {
+    let chosen: Vec<_> = ALL.iter().filter(|page| only.is_none_or(|only| page.file.contains(only))).collect();
+    if chosen.is_empty() {
+        let names: Vec<&str> = ALL.iter().map(|page| page.file).collect();
+        return Err(InputError::new("--only", format!("is in the name of no picture; there are {}", names.join(", "))));
+    }
+    for page in chosen {
         let (session, state) = page.open()?;
         for message in session.messages() {
             eprintln!("{}: {}", page.file, message.text);

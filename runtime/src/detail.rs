@@ -8,9 +8,9 @@
 //! --calibrate` finds on the machine at hand. Who has a clock corrects the budget by what steps really take.
 
 /// a (ns), b (ns) and p of a linear solve, its forces and contact apart.
-const SOLVE: (f64, f64, f64) = (2.0e3, 330.0, 1.18);
+const SOLVE: (f64, f64, f64) = (2.0e3, 240.0, 1.3);
 /// The same of an evaluation of forces.
-const FORCES: (f64, f64, f64) = (5.0e2, 45.0, 1.0);
+const FORCES: (f64, f64, f64) = (2.0e2, 183.0, 1.0);
 
 /// Nanoseconds of one solve, or evaluation, of a sheet of `masses`.
 pub fn cost_of(masses: usize, implicit: bool) -> f64 {

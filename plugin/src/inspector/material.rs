@@ -123,6 +123,11 @@ pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
     });
 }
 
+/// A factor with as many places as mean something.
+fn times(factor: f64) -> String {
+    if factor < 10.0 { format!("{factor:.1}×") } else { format!("{factor:.0}×") }
+}
+
 /// What a step takes, and a warning where that is more than there is.
 pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
     let Some(factor) = knobs.real_time_factor() else { return };
@@ -130,9 +135,10 @@ pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
     // A frame has other things to do, too.
     if factor * 0.8 < knobs.speed() {
         let about = "A coarser grid, a longer step with an implicit engine, or less speed bring it back";
-        let warning = format!("⚠ not real time: {text}, {factor:.2}× at most");
+        let what = if factor < knobs.speed() { "slower than asked" } else { "hardly in time" };
+        let warning = format!("⚠ {what}: {text}, {factor:.2}× real time at most");
         ui.label(RichText::new(warning).color(ui.visuals().warn_fg_color)).on_hover_text(about);
     } else {
-        ui.label(RichText::new(format!("{text}, {factor:.0}× real time")).color(QUIET));
+        ui.label(RichText::new(format!("{text}, {} real time", times(factor))).color(QUIET));
     }
 }

@@ -108,7 +108,8 @@ fn bisect(a: &DMat3, b: DVec3, friction: f64, mut high: f64) -> DVec3 {
         if above <= 1e-15 * b.x.abs() || high - low <= 1e-15 * high {
             break;
         }
-        let middle = (high - above * (high - low) / (above - below)).clamp(low, high);
+        // Not `clamp`, which panics where a snapshot that somebody has made up brings numbers that are none.
+        let middle = (high - above * (high - low) / (above - below)).max(low).min(high);
         let (value, there) = gap(middle);
         if value >= 0.0 {
             (high, above, p) = (middle, value, there);

@@ -77,7 +77,7 @@ impl Joint {
         let [a, b] = self.ends.map(|i| i as usize);
         let along = x.get(b) - x.get(a);
         let length = along.length();
-        let wanted = length.clamp((1.0 - most) * self.rest, (1.0 + most) * self.rest);
+        let wanted = length.max((1.0 - most) * self.rest).min((1.0 + most) * self.rest);
         let weight = inverse_mass[a] + inverse_mass[b];
         // Two masses in one place have no direction to be brought apart in.
         if wanted == length || weight <= 0.0 || length <= 0.0 {

@@ -99,7 +99,7 @@ impl Sheet {
         let h = sums.spacing;
         // Flat to a millionth: judged by the slowest wave there is.
         let q = if sums.curvature <= 1e-12 { slowest } else { (sums.bend / sums.curvature).sqrt().sqrt() / h };
-        let q = q.clamp(slowest, std::f64::consts::PI / h);
+        let q = q.max(slowest).min(std::f64::consts::PI / h);
         (q, (1.0 - (q * h).powi(2) / 12.0).powi(2))
     }
 }

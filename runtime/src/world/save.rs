@@ -16,6 +16,8 @@ const MAGIC: &[u8; 8] = b"SHEETWRK";
 const VERSION: u32 = 2;
 /// What is wrong with one of another world.
 const OTHERS: &str = "is of other sheets or bodies than there are now";
+/// Bytes that the place and velocity of a mass take.
+const OF_A_MASS: u64 = 48;
 /// Bytes before the checksum's own.
 const HEAD: usize = 8 + 4 + 8 + 4;
 
@@ -80,7 +82,12 @@ impl World {
         let mut from = Taker::new(body);
         let scene = from.sum().and_then(|_| from.sum()).map_err(other)?;
         let grids = take_grids(&mut from).map_err(other)?;
-        if scene == self.make && grids.len() == self.sheets.len() { Ok(grids) } else { Err(other(Cut)) }
+        let elsewhere = grids.iter().zip(&self.sheets).filter(|(grid, sheet)| grid_of(sheet) != **grid);
+        let masses: u64 = elsewhere.map(|((u, v), _)| u64::from(*u) * u64::from(*v)).sum();
+        // Nothing is built for masses whose places cannot be in what follows.
+        let there = masses.saturating_mul(OF_A_MASS) <= body.len() as u64;
+        let ours = scene == self.make && grids.len() == self.sheets.len();
+        if ours && there { Ok(grids) } else { Err(other(Cut)) }
     }
 
     /// A sum of what the world is made of.

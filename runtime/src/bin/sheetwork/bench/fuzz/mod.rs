@@ -2,7 +2,7 @@
 //!
 //! Inputs are made from good ones (the shipped files, a small world's snapshot, recording, journal and frames, and what the corpus holds) by
 //! changes that know numbers, pieces of the formats and, for formats with checksums, how to repair those. The same seed gives
-//! the same inputs. An input that panics, or takes longer than a second, is written to the folder `--out`.
+//! the same inputs. An input that panics, or takes longer than ten seconds of CPU, is written to the folder `--out`.
 
 mod mutate;
 mod readers;
@@ -24,7 +24,7 @@ use super::shard;
 use crate::{print_json, print_line};
 
 /// An input that takes more CPU time is kept, s.
-const SLOW: f64 = 1.0;
+const SLOW: f64 = 10.0;
 
 #[derive(Args)]
 pub struct Fuzz {

@@ -58,13 +58,13 @@ impl Stability {
     /// Runs every point, or those of the shard.
     fn run(&self) -> Result<Vec<Point>, InputError> {
         let (which, of) = self.shard.unwrap_or((1, 1));
-        let all = plan(self.quick);
-        let count = all.len();
         let wanted = |sweep: &str| self.only.is_empty() || self.only.iter().any(|s| s == sweep);
         let of_these = |kind: StructureKind| self.structures.is_empty() || self.structures.contains(&kind);
         let fits = |trial: &Trial| wanted(trial.sweep) && of_these(trial.setting.structure);
-        let mine = all.into_iter().enumerate().filter(|(_, trial)| fits(trial));
-        let mine: Vec<_> = mine.skip(which - 1).step_by(of).collect();
+        // Numbered among what is chosen, so that shards of a choice can be merged.
+        let chosen: Vec<Trial> = plan(self.quick).into_iter().filter(fits).collect();
+        let count = chosen.len();
+        let mine: Vec<_> = chosen.into_iter().enumerate().skip(which - 1).step_by(of).collect();
         let bar = ProgressBar::new(mine.len() as u64);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed} {msg}") {
             bar.set_style(style);

@@ -125,7 +125,10 @@ pub fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
         return Err(InputError::new("merge", "the folders hold no stability-I-of-N.csv with points"));
     };
     if points.iter().any(|p| p.of != of) {
-        return Err(InputError::new("merge", "the files are of different plans: some of --quick, some not?"));
+        return Err(InputError::new(
+            "merge",
+            "the files are of different plans: some of --quick, or of another --only, some not?",
+        ));
     }
     if points.len() != of {
         let problem =
