@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::engine::EngineKind;
-use sheetwork::lattice::StructureKind;
+use sheetwork::lattice::{self, StructureKind};
 use sheetwork::scene::{BodySpec, Material, MaterialChoice, PathKey, Placement, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork::sheet::{Sheet, Vectors};
 
@@ -234,15 +234,26 @@ pub fn distance(a: &Vectors, b: &Vectors) -> f64 {
     a.iter().zip(b.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max)
 }
 
-/// FNV-1a (64 bit) over the bits of every position and velocity of every sheet, in order.
+/// [`World::state_hash`].
 pub fn state_hash(world: &World) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for sheet in world.sheets() {
-        for axis in sheet.x.axes().into_iter().chain(sheet.v.axes()) {
-            for byte in axis.iter().flat_map(|value| value.to_bits().to_le_bytes()) {
-                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-            }
-        }
+    world.state_hash()
+}
+
+/// One sheet of every structure, each `height` (m) over a floor and in the way of a box that moves.
+pub fn crowd(engine: EngineKind, height: f64) -> Scene {
+    let mut scene = Scene { name: engine.name().into(), engine, dt: 2e-3, ..Scene::default() };
+    for (i, structure) in lattice::TABLE.iter().enumerate() {
+        let mut sheet = small_sheet(structure.kind, 0.2);
+        sheet.name = structure.name.into();
+        sheet.placement =
+            Placement { position: DVec3::new(0.5 * i as f64, height, 0.0), rotation: DVec3::new(7.0, 40.0, -9.0) };
+        scene.sheets.push(sheet);
     }
-    hash
+    scene.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));
+    let path = vec![
+        PathKey::default(),
+        PathKey { time: 1.0, offset: DVec3::new(3.0, 0.0, 0.1), rotation: DVec3::new(0.0, 90.0, 0.0) },
+    ];
+    scene.bodies.push(body("box", Shape::Box(DVec3::new(0.2, 0.2, 0.6)), Placement::default(), path));
+    scene
 }

@@ -14,9 +14,8 @@ use std::path::PathBuf;
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::engine::{EngineKind, TABLE};
-use sheetwork::lattice;
-use sheetwork::scene::{PathKey, Placement, Scene, Shape};
-use sheetwork_tests::{all_shipped, body, shipped, small_sheet, state_hash};
+use sheetwork::scene::Scene;
+use sheetwork_tests::{all_shipped, shipped, state_hash};
 
 fn hash_after(scene: &Scene, threads: usize, steps: u32) -> u64 {
     let mut world = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
@@ -25,23 +24,8 @@ fn hash_after(scene: &Scene, threads: usize, steps: u32) -> u64 {
     state_hash(&world)
 }
 
-/// One sheet of every structure, each over a moving box and a floor.
 fn crowd(engine: EngineKind) -> Scene {
-    let mut scene = Scene { engine, dt: 2e-3, tolerance: 1e-6, ..Scene::default() };
-    for (i, structure) in lattice::TABLE.iter().enumerate() {
-        let mut sheet = small_sheet(structure.kind, 0.2);
-        sheet.name = structure.name.into();
-        sheet.placement =
-            Placement { position: DVec3::new(0.5 * i as f64, 0.25, 0.0), rotation: DVec3::new(7.0, 40.0, -9.0) };
-        scene.sheets.push(sheet);
-    }
-    scene.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));
-    let path = vec![
-        PathKey::default(),
-        PathKey { time: 1.0, offset: DVec3::new(3.0, 0.0, 0.1), rotation: DVec3::new(0.0, 90.0, 0.0) },
-    ];
-    scene.bodies.push(body("box", Shape::Box(DVec3::new(0.2, 0.2, 0.6)), Placement::default(), path));
-    scene
+    Scene { tolerance: 1e-6, ..sheetwork_tests::crowd(engine, 0.25) }
 }
 
 #[test]

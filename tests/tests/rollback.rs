@@ -6,9 +6,8 @@
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::engine::TABLE;
-use sheetwork::lattice;
-use sheetwork::scene::{PathKey, Placement, Scene, Shape};
-use sheetwork_tests::{body, shipped, small_sheet, state_hash, world};
+use sheetwork::scene::Scene;
+use sheetwork_tests::{crowd, shipped, state_hash, world};
 
 /// Hashes after each of `steps` steps.
 fn run(world: &mut World, steps: u32) -> Vec<u64> {
@@ -78,30 +77,10 @@ fn a_sample_of_the_library_goes_on_to_the_bit() {
     }
 }
 
-/// One sheet of every structure, each over a box that moves and a floor.
-fn crowd(engine: &str) -> Scene {
-    let mut scene = Scene { engine: engine.parse().unwrap_or_else(|e| panic!("{e}")), dt: 2e-3, ..Scene::default() };
-    scene.name = engine.into();
-    for (i, structure) in lattice::TABLE.iter().enumerate() {
-        let mut sheet = small_sheet(structure.kind, 0.2);
-        sheet.name = structure.name.into();
-        sheet.placement =
-            Placement { position: DVec3::new(0.5 * i as f64, 0.12, 0.0), rotation: DVec3::new(7.0, 40.0, -9.0) };
-        scene.sheets.push(sheet);
-    }
-    scene.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));
-    let path = vec![
-        PathKey::default(),
-        PathKey { time: 1.0, offset: DVec3::new(3.0, 0.0, 0.1), rotation: DVec3::new(0.0, 90.0, 0.0) },
-    ];
-    scene.bodies.push(body("box", Shape::Box(DVec3::new(0.2, 0.2, 0.6)), Placement::default(), path));
-    scene
-}
-
 #[test]
 fn every_engine_and_structure_goes_on_to_the_bit() {
     for engine in TABLE {
-        let scene = crowd(engine.name);
+        let scene = crowd(engine.kind, 0.12);
         continues(&scene, engine.name, 60, 60);
     }
 }

@@ -7,39 +7,11 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::{EngineKind, Forces, TABLE};
+use sheetwork::engine::{EngineKind, TABLE};
 use sheetwork::lattice::{self, StructureKind};
-use sheetwork::measure::limit::Setting;
+use sheetwork::measure::limit::{Setting, radius};
 use sheetwork::measure::oscillator;
-use sheetwork::sheet::Vectors;
 use sheetwork_tests::{adrift, excite_randomly, highest_mode, run, small_sheet, world};
-
-/// x'' = -x - 2 ζ x'.
-struct Damped(f64);
-
-impl Forces for Damped {
-    fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
-        a.clear();
-        a.add_scaled(-1.0, x);
-        a.add_scaled(-2.0 * self.0, v);
-    }
-}
-
-/// Spectral radius of one step of `a` radians with damping ratio `zeta`, from the images of the two unit states.
-fn radius(engine: EngineKind, a: f64, zeta: f64) -> f64 {
-    let image = |x0: f64, v0: f64| {
-        let mut engine = engine.make();
-        engine.set_tolerance(f64::MAX);
-        let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
-        (x.x[0], v.x[0]) = (x0, v0);
-        engine.advance(&mut Damped(zeta), 0.0, a, &mut x, &mut v);
-        (x.x[0], v.x[0])
-    };
-    let ((xx, vx), (xv, vv)) = (image(1.0, 0.0), image(0.0, 1.0));
-    let (half, det) = (0.5 * (xx + vv), xx * vv - xv * vx);
-    let root = half * half - det;
-    if root <= 0.0 { det.abs().sqrt() } else { half.abs() + root.sqrt() }
-}
 
 /// Smallest a at which the damped oscillator grows.
 fn limit(engine: EngineKind, zeta: f64) -> f64 {

@@ -319,8 +319,8 @@ impl Forces for Damped {
     }
 }
 
-/// Spectral radius of a step of `a` radians of an oscillator with damping ratio `zeta`.
-fn radius(engine: EngineKind, a: f64, zeta: f64) -> f64 {
+/// Spectral radius of a step of `a` radians of an oscillator with damping ratio `zeta`, from the images of the two unit states.
+pub fn radius(engine: EngineKind, a: f64, zeta: f64) -> f64 {
     let image = |x0: f64, v0: f64| {
         let mut engine = engine.make();
         engine.set_tolerance(f64::MAX);

@@ -59,7 +59,7 @@ impl Hashes {
         let mut world = World::new(&Scene::load(&self.folder.join(format!("{name}.ron")))?)?;
         world.set_threads(self.threads)?;
         (0..self.steps).for_each(|_| world.step());
-        Ok(of_world(&world))
+        Ok(world.state_hash())
     }
 
     /// What another build says of a scene.
@@ -72,17 +72,4 @@ impl Hashes {
             .map_err(|e| InputError::io(program, &e))?;
         Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
-}
-
-/// FNV-1a (64 bit) over the bits of every position and velocity of every sheet, in order.
-fn of_world(world: &World) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for sheet in world.sheets() {
-        for axis in sheet.x.axes().into_iter().chain(sheet.v.axes()) {
-            for byte in axis.iter().flat_map(|value| value.to_bits().to_le_bytes()) {
-                hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-            }
-        }
-    }
-    hash
 }
