@@ -208,7 +208,8 @@ fn generate(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Sheet].into();
     session.run(1.2);
     state.generate = Some(Draft::of(session, 0));
-    state.display.springs = true;
+    // Beside the dialog.
+    state.camera.target.y += 0.006;
 }
 
 /// A file that is chosen, and the live link.
@@ -225,9 +226,9 @@ fn files(session: &mut Session, state: &mut EditorState) {
 fn export(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Bodies].into();
     session.run(0.45);
-    // Above it.
-    state.camera.target.y -= 0.09;
-    state.camera.zoom(-2.0);
+    // Below the dialog.
+    state.camera.target.y += 0.08;
+    state.camera.zoom(-3.5);
     state.export = Some(Job::new(Kind::Gltf, Path::new("house_of_cards.glb"), 4.0));
 }
 

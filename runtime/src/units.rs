@@ -163,6 +163,14 @@ impl Quantity {
         }
     }
 
+    /// Its unit in SI (or °C, or degrees); empty for a plain number.
+    pub fn si(self) -> &'static str {
+        match self {
+            Self::Temperature => "°C",
+            _ => self.units().iter().find(|u| u.1 == 1.0).map_or("", |u| u.0),
+        }
+    }
+
     /// Its units, for a message.
     fn known(self) -> String {
         self.units().iter().map(|u| u.0).collect::<Vec<_>>().join(", ")

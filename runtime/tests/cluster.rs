@@ -5,26 +5,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-const NEEDED: &str = "import distributed";
+#[path = "../../tests/src/python.rs"]
+mod finding;
 
-fn has_all(python: &Path) -> bool {
-    Command::new(python).args(["-c", NEEDED]).output().is_ok_and(|o| o.status.success())
-}
+use finding::python;
 
-fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("SHEETWORK_PYTHON").map(PathBuf::from);
-    if let Some(python) = named.into_iter().chain([PathBuf::from("python3")]).find(|p| has_all(p)) {
-        return Some(python);
-    }
+fn a_python() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("dask-python");
-    let python = folder.join("bin/python");
-    if has_all(&python) {
-        return Some(python);
-    }
-    let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output().is_ok_and(|o| o.status.success());
-    let install = ["-m", "pip", "install", "-q", "--retries", "0", "--timeout", "5", "dask[distributed]"];
-    let installed = made && Command::new(&python).args(install).output().is_ok_and(|o| o.status.success());
-    (installed && has_all(&python)).then_some(python)
+    python("import distributed", &folder, &["dask[distributed]"])
 }
 
 /// Kills a worker as soon as it has begun a shard, and the process of the shard with it; without a nanny nobody starts it again.
@@ -61,7 +49,7 @@ if __name__ == "__main__":
 
 #[test]
 fn a_map_survives_the_death_of_a_worker_and_is_the_same() {
-    let Some(python) = python() else {
+    let Some(python) = a_python() else {
         eprintln!("skipped: no Python with dask[distributed], and none can be installed");
         return;
     };

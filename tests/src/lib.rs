@@ -4,6 +4,7 @@
 //! The tests themselves are in `tests/tests`, one file a subject; each says where the number it expects comes from.
 
 pub mod game;
+pub mod python;
 
 use std::path::PathBuf;
 

@@ -69,6 +69,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
         edit(session, index, "mass", |b| (b.mass, b.density, b.path) = (free.then_some(0.02), None, Vec::new()));
     }
     if let Some(mass) = spec.mass {
+        ui.end_row();
         let label = name(ui, "Mass", "Spread evenly over its shape");
         let done = input(ui, &label, mass, GRAM, &How::late());
         tell(session, "mass", done.error);

@@ -86,8 +86,9 @@ fn row(ui: &mut Ui, index: usize, variant: &mut Variant, state: &EditorState) {
     if offered.is_empty() {
         let id = ui.id().with(("value", index));
         let mut text = ui.data(|d| d.get_temp::<String>(id)).unwrap_or_else(|| variant.value.clone());
-        let field =
-            ui.add(TextEdit::singleline(&mut text).desired_width(90.0)).on_hover_text("In SI, as in a scene file");
+        let field = ui
+            .add(TextEdit::singleline(&mut text).desired_width(90.0))
+            .on_hover_text("As in a scene file, in SI or with a unit");
         if field.lost_focus() {
             variant.value = text.trim().to_owned();
             ui.data_mut(|d| d.remove::<String>(id));

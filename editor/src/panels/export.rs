@@ -1,6 +1,6 @@
 //! The window of an export: how often and how long, and then how far it is.
 
-use bevy_egui::egui::{Align2, DragValue, Grid, ProgressBar, Ui, Window};
+use bevy_egui::egui::{DragValue, Grid, ProgressBar, Ui, Window};
 
 use super::EditorState;
 use crate::export::{Kind, MOST_TARGETS, moments};
@@ -15,7 +15,7 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let title = if job.kind == Kind::Gltf { "Export glTF" } else { "Export pictures" };
     let (mut open, mut ended) = (true, false);
     let window = Window::new(title).open(&mut open).collapsible(false).resizable(false);
-    window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(ui.ctx(), |ui| {
+    window.default_pos([340.0, 90.0]).show(ui.ctx(), |ui| {
         ui.label(job.file.display().to_string());
         if job.has_begun() {
             ui.add(ProgressBar::new(job.progress()).show_percentage().desired_width(300.0));

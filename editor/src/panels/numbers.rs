@@ -97,7 +97,7 @@ fn point(rect: Rect, x: f32, y: f32) -> Pos2 {
 fn timing(ui: &mut Ui, session: &Session) {
     let timing = session.timing();
     let none = || "-".to_owned();
-    let step = if timing.step_s > 0.0 { format!("{:.1} µs", 1e6 * timing.step_s) } else { none() };
+    let step = if timing.step_s > 0.0 { format_si(timing.step_s, "s") } else { none() };
     row(ui, "a step", step);
     row(ui, "real time", session.real_time_factor().map_or_else(none, |f| format!("{f:.1}×")));
     row(ui, "steps a frame", timing.steps.to_string());
@@ -119,9 +119,11 @@ fn counts(ui: &mut Ui, session: &Session) {
     row(ui, "at rest", format!("{resting} of {}", sheets.len()));
 }
 
-/// What each sheet delivers of the stiffness that was asked for: "asked 3.00 GPa, bends as 2.98 GPa".
+/// What each sheet delivers of the stiffness that was asked for: "asked 3.00 GPa, bends as 2.98 GPa"; sheets of which the same is to be said
+/// in one line.
 fn stiffness(ui: &mut Ui, session: &Session) {
     let world = session.world();
+    let mut said: Vec<(String, String, Vec<&str>)> = Vec::new();
     for sheet in world.sheets() {
         let Some(found) = sheet.delivered_stiffness(world.dt()) else { continue };
         let text =
@@ -136,8 +138,15 @@ fn stiffness(ui: &mut Ui, session: &Session) {
             percent(found.numerical_damping_ratio),
             percent(found.material_damping_ratio),
         );
+        match said.iter_mut().find(|(same, ..)| *same == text) {
+            Some((.., names)) => names.push(&sheet.name),
+            None => said.push((text, about, vec![&sheet.name])),
+        }
+    }
+    for (text, about, names) in said {
         if world.sheets().len() > 1 {
-            ui.label(RichText::new(&sheet.name).color(QUIET));
+            let others = if names.len() > 1 { format!(" and {} more", names.len() - 1) } else { String::new() };
+            ui.label(RichText::new(format!("{}{others}", names[0])).color(QUIET)).on_hover_text(names.join(", "));
         }
         ui.label(RichText::new(text).monospace().size(10.5)).on_hover_text(about);
     }

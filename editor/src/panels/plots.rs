@@ -164,7 +164,7 @@ fn differences(session: &Session) -> Vec<Line<'_>> {
         if let Ok(other) = found {
             let colour = COLOURS[(index + 1) % COLOURS.len()];
             let apart = |s: &Sample| Some(s.heights.first()? - height_at(session.history(), s.time)?);
-            lines.push(Line::new(variant.label(), colour, apart).of(other.history()));
+            lines.push(Line::new(variant.value.clone(), colour, apart).of(other.history()));
         }
     }
     lines
@@ -184,11 +184,11 @@ fn height_at(history: &[Sample], time: f64) -> Option<f64> {
 /// The first height of every world that is compared.
 fn beside(session: &Session) -> Vec<Line<'_>> {
     let height = |s: &Sample| s.heights.first().copied();
-    let mut lines = vec![Line::new("this scene", COLOURS[0], height)];
+    let mut lines = vec![Line::new("scene", COLOURS[0], height)];
     for (index, (variant, found)) in session.beside().enumerate() {
         if let Ok(other) = found {
             let colour = COLOURS[(index + 1) % COLOURS.len()];
-            lines.push(Line::new(variant.label(), colour, height).of(other.history()));
+            lines.push(Line::new(variant.value.clone(), colour, height).of(other.history()));
         }
     }
     lines

@@ -1,4 +1,5 @@
-//! The smoothed surface of a sheet at rest: its drawn corners are in no body, and the gap that is shown is what going through all triangles gives.
+//! The smoothed surface of a sheet on bodies: nothing drawn of it is in one, neither corners nor what is between them, and the gap that is
+//! shown is what going through all triangles gives.
 
 use glam::{DVec3, Vec3};
 use sheetwork::World;
@@ -7,8 +8,11 @@ use sheetwork_editor::gap;
 use sheetwork_editor::picture::Layer;
 use sheetwork_editor::scenes;
 
-/// How deep a corner may be in a body, m.
+/// How deep anything drawn may be in a body, m.
 const DEEPEST: f64 = 5e-5;
+
+/// Parts that a side of a drawn triangle is looked at in.
+const PARTS_OF_SIDE: u32 = 6;
 
 /// How deep `p` is in the bodies, by the planes of their faces, which are convex here; below 0 outside.
 fn depth(world: &World, p: DVec3) -> f64 {
@@ -47,16 +51,25 @@ fn away(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     if side(a, b) && side(b, c) && side(c, a) { p.distance(foot) } else { on_edges }
 }
 
-/// Runs a scene to rest; the deepest corner that is drawn, how deep the smoothed surface would be, and the gap, m: as it is shown and by brute force.
-fn at_rest(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
+/// Runs a scene; the deepest that anything is drawn, how deep the smoothed surface would be, and the gap, m: as it is shown and by brute force.
+fn after(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
     let mut world = World::new(scene).expect("valid");
     world.advance(seconds);
     let sheet = &world.sheets()[0];
     assert!(sheet.touching().contains(&true), "it lies on something");
     let mesh = gap::drawn(&world, sheet, Layer::Top).expect("a layer");
     let (layer, last) = (sheet.layers.last().expect("a layer"), sheet.layers.len() - 1);
+    // Of the triangles, at corners, along sides and inside.
     let deepest = |places: &[[f32; 3]]| {
-        places.iter().map(|p| depth(&world, Vec3::from(*p).as_dvec3())).fold(f64::NEG_INFINITY, f64::max)
+        let of_triangle = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|i| Vec3::from(places[i as usize]).as_dvec3());
+            let points = (0..=PARTS_OF_SIDE).flat_map(|i| (0..=PARTS_OF_SIDE - i).map(move |j| (i, j)));
+            let part = |n: u32| f64::from(n) / f64::from(PARTS_OF_SIDE);
+            points
+                .map(|(i, j)| depth(&world, a + part(i) * (b - a) + part(j) * (c - a)))
+                .fold(f64::NEG_INFINITY, f64::max)
+        };
+        mesh.indices.iter().map(of_triangle).fold(f64::NEG_INFINITY, f64::max)
     };
     let unkept = sheet.surface(last, gap::PARTS).expect("a surface").mesh(&sheet.x);
     let triangles = layer.triangles();
@@ -70,7 +83,7 @@ fn at_rest(scene: &Scene, seconds: f64) -> (f64, f64, f64, f64) {
 }
 
 fn check(name: &str, scene: &Scene, seconds: f64) -> f64 {
-    let (deepest, unkept, shown, brute) = at_rest(scene, seconds);
+    let (deepest, unkept, shown, brute) = after(scene, seconds);
     let um = |m: f64| 1e6 * m;
     println!(
         "{name}: deepest {:.2} um, without care {:.1} um, gap {:.2} um, by brute force {:.2} um",
@@ -98,5 +111,6 @@ fn on_a_box_and_on_balls_nothing_drawn_is_inside_and_the_gap_is_true() {
     film.time_lapse = 10.0;
     deep = deep.max(check("film on a ball", &film, 3.0));
     deep = deep.max(check("soft lattice on a dome", &shipped("hemisphere"), 4.0));
+    deep = deep.max(check("lattice drawn out over a ridge", &shipped("wedge"), 0.3));
     assert!(deep > DEEPEST, "without care something would be inside: {deep}");
 }

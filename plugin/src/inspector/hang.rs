@@ -1,10 +1,8 @@
 //! How far a strip would hang: the shape of a heavy strip that is clamped level at one end.
 //!
-//! The strip is thin and does not stretch: θ'' = -Γ (1 - s) cos θ, θ(0) = 0, θ'(1) = 0, with the one number Γ = ρ g t L³/D. It is integrated
-//! from the tip on, as [`sheetwork::measure::reference::elastica`] does, whose drop and reach it has; here the points in between are kept, to draw it.
+//! The strip is thin and does not stretch; its one number is Γ = ρ g t L³/D. Its shape is [`elastica_curve`]'s.
 
-use std::f64::consts::FRAC_PI_2;
-
+use sheetwork::measure::reference::elastica_curve;
 use sheetwork::scene::Material;
 
 /// Steps along the strip.
@@ -36,52 +34,11 @@ pub fn hang(gamma: f64) -> Hang {
     }
     // Beyond this it hangs plumb but for a hair, and the tip's angle has no place in a number.
     let gamma = gamma.min(2e5);
-    let (mut low, mut high) = (f64::MIN_POSITIVE, FRAC_PI_2);
-    for _ in 0..200 {
-        // The angle at the tip may be as small as e^(-⅔√Γ): halved in its logarithm while it is small.
-        let middle = if high > 4.0 * low { (low * high).sqrt() } else { 0.5 * (low + high) };
-        if run(gamma, middle, &mut |_, _| ()) < FRAC_PI_2 {
-            low = middle;
-        } else {
-            high = middle;
-        }
-        if high / low < 1.0 + 1e-13 {
-            break;
-        }
-    }
-    let mut points = Vec::with_capacity(STEPS + 1);
-    run(gamma, 0.5 * (low + high), &mut |reach, drop| points.push((reach, drop)));
+    let points = elastica_curve(gamma, STEPS);
     let (reach, drop) = points.last().copied().unwrap_or((1.0, 0.0));
     // From the tip, so seen from the clamp.
     let seen = points.iter().rev().map(|(r, d)| ((reach - r) as f32, (drop - d) as f32));
     Hang { gamma, drop, reach, points: seen.collect() }
-}
-
-/// Goes from the tip, which is at the angle `tip` from the plumb line, to the clamp; tells reach and drop so far. The angle there.
-fn run(gamma: f64, tip: f64, visit: &mut dyn FnMut(f64, f64)) -> f64 {
-    let mut u = [tip, 0.0, 0.0, 0.0];
-    let rate = |s: f64, u: [f64; 4]| [u[1], gamma * s * u[0].sin(), u[0].sin(), u[0].cos()];
-    let moved = |u: [f64; 4], k: [f64; 4], h: f64| std::array::from_fn(|i| u[i] + h * k[i]);
-    visit(0.0, 0.0);
-    let mut s = 0.0;
-    for step in 0..STEPS {
-        // Short steps near the clamp, where a long strip bends.
-        let next = 1.0 - (1.0 - (step + 1) as f64 / STEPS as f64).powi(2);
-        let h = next - s;
-        let k1 = rate(s, u);
-        let k2 = rate(s + 0.5 * h, moved(u, k1, 0.5 * h));
-        let k3 = rate(s + 0.5 * h, moved(u, k2, 0.5 * h));
-        let k4 = rate(s + h, moved(u, k3, h));
-        for i in 0..4 {
-            u[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
-        }
-        if u[0] > FRAC_PI_2 * 1.5 {
-            return u[0];
-        }
-        visit(u[2], u[3]);
-        s = next;
-    }
-    u[0]
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! Where an engine breaks: the longest step that a sheet bears, by trial, and as its largest frequency predicts it.
 //!
-//! Springs of one stiffness and dashpots that are a fraction of critical make the damping matrix C = τ K, as the shell's retardation does. A
-//! motion of frequency ω is then an oscillator with the damping ratio τω/2, and an engine's step on that is a 2x2 matrix: predicted is the
-//! longest step h at which no motion up to the largest frequency grows. Found is it by bisection on whole worlds: a free sheet with a
-//! random motion so small that it is linear, or the sheet thrown at a ridge.
+//! Springs of one stiffness and dashpots that are a fraction of critical make the damping matrix C = τ K. A motion of frequency ω is then an
+//! oscillator with the damping ratio τω/2, and an engine's step on that is a 2x2 matrix: predicted is the longest step h at which no
+//! motion up to the largest frequency grows. A shell's quadratic bending energy resists motion in its plane too and its retardation does
+//! not damp that, so that of a shell each vibration has its own damping ratio; one that is nearly as thick as its masses are apart shows it.
+//! Found is it by bisection on whole worlds: a free sheet with a random motion so small that it is linear, or the sheet thrown at a ridge;
+//! of a throw the prediction is the shortest along one with a step that is short enough.
 
 use glam::DVec3;
 
@@ -13,7 +15,7 @@ use crate::error::InputError;
 use crate::event::EventKind;
 use crate::lattice::StructureKind;
 use crate::scene::{BodySpec, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable};
-use crate::sheet::{Status, Vectors};
+use crate::sheet::{Sheet, Status, Vectors};
 
 use super::draw::Draw;
 
@@ -94,6 +96,9 @@ const HARDEST: f64 = 1e3;
 /// Ratio of a step that breaks and one that does not at which the search ends.
 const NEAR: f64 = 1.005;
 
+/// How much shorter than what is borne at rest the step is of the throw along which the limit is predicted.
+const SHORTER: f64 = 8.0;
+
 /// Damping of the slowest bending of a shell that gives its fastest motion about the ratio asked for.
 const OF_SLOWEST: f64 = 0.011;
 
@@ -171,7 +176,7 @@ impl Setting {
         Ok((sheet.largest_frequency(3000), tau))
     }
 
-    /// The longest step (s) at which no motion grows, as the largest frequency has it; infinite for implicit engines, 0 where any step lets
+    /// The longest step (s) at which no motion grows, as the frequencies have it; infinite for implicit engines, 0 where any step lets
     /// something grow.
     ///
     /// # Errors
@@ -181,7 +186,34 @@ impl Setting {
             return Ok(f64::INFINITY);
         }
         let (omega, tau) = self.frequency()?;
-        Ok(longest_step(self.engine, omega, tau))
+        let of_largest = longest_step(self.engine, omega, tau);
+        if self.structure != StructureKind::Shell && self.speed == 0.0 {
+            return Ok(of_largest);
+        }
+        let still = Self { jump: 0.0, speed: 0.0, stiffness: self.stiffness * softness(self.jump), ..*self };
+        let at_rest = World::new(&still.scene(1e-3))?;
+        let at_rest = longest_of_sheet(self.engine, &at_rest.sheets()[0]).unwrap_or(of_largest);
+        if self.speed == 0.0 { Ok(at_rest) } else { self.along_a_throw(at_rest) }
+    }
+
+    /// The shortest of the longest steps along a throw, which is taken with a step an eighth as long as what it is at rest, s.
+    fn along_a_throw(&self, at_rest: f64) -> Result<f64, InputError> {
+        let dt = at_rest / SHORTER;
+        let mut world = World::new(&self.scene(dt))?;
+        world.set_sleep(false);
+        let steps = (THROW / dt).ceil() as u32;
+        let mut shortest = at_rest;
+        for step in 0..steps {
+            world.step();
+            let sheet = &world.sheets()[0];
+            if sheet.status != Status::Awake {
+                break;
+            }
+            if step % SHORTER as u32 == 0 {
+                shortest = longest_of_sheet(self.engine, sheet).map_or(shortest, |longest| longest.min(shortest));
+            }
+        }
+        Ok(shortest)
     }
 
     /// The longest step (s) that it bears, by trial, near `guess`; none where the longest is borne. Of a throw no steps shorter than a
@@ -335,6 +367,8 @@ pub fn radius(engine: EngineKind, a: f64, zeta: f64) -> f64 {
     if root <= 0.0 { determinant.abs().sqrt() } else { half.abs() + root.sqrt() }
 }
 
+/// Growth of a motion in a step that a trial sees: half of its energy in half of the trial.
+const SEEN: f64 = 0.405 / STEPS as f64;
 /// Frequencies below the largest that are looked at too, and their lowest as a part of it.
 const MOTIONS: u32 = 24;
 const SLOWEST: f64 = 0.02;
@@ -345,8 +379,20 @@ pub fn longest_step(engine: EngineKind, omega: f64, tau: f64) -> f64 {
     (0..=MOTIONS).map(|k| longest_of(engine, of(k), tau)).fold(f64::INFINITY, f64::min)
 }
 
+/// Longest step (s) of `engine` at which no vibration of `sheet` about where it is grows; none for one that has too many, or none.
+fn longest_of_sheet(engine: EngineKind, sheet: &Sheet) -> Option<f64> {
+    let modes = sheet.damped_modes();
+    let fastest = modes.last()?.squared;
+    let fast = modes.iter().filter(|mode| mode.squared > fastest * SLOWEST * SLOWEST);
+    fast.map(|mode| {
+        let omega = mode.squared.sqrt();
+        longest_of(engine, omega, mode.rate / mode.squared)
+    })
+    .reduce(f64::min)
+}
+
 fn longest_of(engine: EngineKind, omega: f64, tau: f64) -> f64 {
-    let grows = |a: f64| radius(engine, a, 0.5 * tau * omega) > 1.0 + 1e-12;
+    let grows = |a: f64| radius(engine, a, 0.5 * tau * omega) > 1.0 + SEEN;
     let mut high = 0.002;
     while !grows(high) && high < 20.0 {
         high *= 1.05;

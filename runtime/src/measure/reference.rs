@@ -1,40 +1,54 @@
 //! Closed forms and reference solutions that cases are held against.
 
-/// Droop of a heavy inextensible strip clamped horizontally: tip drop and reach as fractions of its length.
+use std::f64::consts::FRAC_PI_2;
+
+/// Steps along a strip whose ends alone are asked for.
+const STEPS: usize = 4000;
+
+/// Droop of a heavy inextensible strip clamped horizontally: tip drop and reach as fractions of its length. See [`elastica_curve`].
+pub fn elastica(gamma: f64) -> (f64, f64) {
+    let (reach, drop) = elastica_curve(gamma, STEPS).last().copied().unwrap_or((1.0, 0.0));
+    (drop, reach)
+}
+
+/// A heavy inextensible strip clamped horizontally, from its tip to the clamp: how far each of `steps` + 1 points is from the tip, level
+/// and upwards, as fractions of its length.
 ///
 /// θ'' = -Γ (1-s) cos θ, θ(0) = 0, θ'(1) = 0, with Γ = ρ g t L³/B the one number of the problem (B the bending stiffness per
 /// width). Integrated from the tip in φ = π/2 - θ, the angle from the plumb line, which there is as small as e^(-⅔√Γ) and grows all
 /// the way to π/2 at the root; the smallest such φ is the strip that does not coil.
-pub fn elastica(gamma: f64) -> (f64, f64) {
-    let root = std::f64::consts::FRAC_PI_2;
-    let mut high = 1e-300;
-    while hang(gamma, high).0 < root && high < root {
-        high *= 2.0;
-    }
-    let (mut low, mut high) = (0.5 * high, high.min(root));
-    for _ in 0..100 {
-        let middle = 0.5 * (low + high);
-        if hang(gamma, middle).0 < root {
+pub fn elastica_curve(gamma: f64, steps: usize) -> Vec<(f64, f64)> {
+    let (mut low, mut high) = (f64::MIN_POSITIVE, FRAC_PI_2);
+    for _ in 0..200 {
+        // The tip's angle is halved in its logarithm while it is small.
+        let middle = if high > 4.0 * low { low.sqrt() * high.sqrt() } else { 0.5 * (low + high) };
+        if hang(gamma, middle, steps, &mut |_, _| ()) < FRAC_PI_2 {
             low = middle;
         } else {
             high = middle;
         }
+        if high / low < 1.0 + 1e-15 {
+            break;
+        }
     }
-    let (_, drop, reach) = hang(gamma, 0.5 * (low + high));
-    (drop, reach)
+    let mut points = Vec::with_capacity(steps + 1);
+    hang(gamma, 0.5 * (low + high), steps, &mut |reach, drop| points.push((reach, drop)));
+    points
 }
 
-/// Angle from the plumb line at the root, drop and reach of a strip whose tip hangs at `tip` from it, by the classical
-/// Runge-Kutta method.
-fn hang(gamma: f64, tip: f64) -> (f64, f64, f64) {
-    const STEPS: u32 = 4000;
-    let h = 1.0 / f64::from(STEPS);
-    // Angle, its slope towards the root, drop, reach.
+/// Angle from the plumb line at the root of a strip whose tip hangs at `tip` from it, by the classical Runge-Kutta method; tells reach
+/// and drop so far. Ends early where it is far beyond level.
+fn hang(gamma: f64, tip: f64, steps: usize, visit: &mut dyn FnMut(f64, f64)) -> f64 {
+    // Angle, its slope towards the root, reach, drop.
     let mut u = [tip, 0.0, 0.0, 0.0];
-    let rate = |s: f64, u: [f64; 4]| [u[1], gamma * s * u[0].sin(), u[0].cos(), u[0].sin()];
-    let moved = |u: [f64; 4], k: [f64; 4], h: f64| [u[0] + h * k[0], u[1] + h * k[1], u[2] + h * k[2], u[3] + h * k[3]];
-    for step in 0..STEPS {
-        let s = f64::from(step) * h;
+    let rate = |s: f64, u: [f64; 4]| [u[1], gamma * s * u[0].sin(), u[0].sin(), u[0].cos()];
+    let moved = |u: [f64; 4], k: [f64; 4], h: f64| std::array::from_fn(|i| u[i] + h * k[i]);
+    visit(0.0, 0.0);
+    let mut s = 0.0;
+    for step in 0..steps {
+        // Short steps near the clamp, where a long strip bends.
+        let next = 1.0 - (1.0 - (step + 1) as f64 / steps as f64).powi(2);
+        let h = next - s;
         let k1 = rate(s, u);
         let k2 = rate(s + 0.5 * h, moved(u, k1, 0.5 * h));
         let k3 = rate(s + 0.5 * h, moved(u, k2, 0.5 * h));
@@ -42,8 +56,13 @@ fn hang(gamma: f64, tip: f64) -> (f64, f64, f64) {
         for i in 0..4 {
             u[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
         }
+        if u[0] > 1.5 * FRAC_PI_2 {
+            return u[0];
+        }
+        visit(u[2], u[3]);
+        s = next;
     }
-    (u[0], u[2], u[3])
+    u[0]
 }
 
 #[cfg(test)]

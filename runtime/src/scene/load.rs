@@ -6,7 +6,7 @@ use ron::extensions::Extensions;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-use super::{MaterialChoice, Scene, literal, locate, validate};
+use super::{MaterialChoice, Scene, literal, locate, quantity, validate};
 use crate::error::InputError;
 
 fn options() -> ron::Options {
@@ -46,7 +46,7 @@ impl Scene {
     /// and field.
     pub fn load(file: &Path) -> Result<Self, InputError> {
         let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
-        let mut scene = Self::parse(&text).map_err(|e| e.in_file(file))?;
+        let mut scene = Self::parse(&text).map_err(|e| of_another_kind(file, e).in_file(file))?;
         scene.base = file.parent().map(Path::to_path_buf).unwrap_or_default();
         scene.file = Some(file.to_path_buf());
         Ok(scene)
@@ -80,7 +80,8 @@ impl Scene {
         if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
             return Err(InputError::new(path, format!("{value} is not a finite number")));
         }
-        let parsed = typed(value.trim());
+        let with_unit = quantity::in_si(path, value.trim())?;
+        let parsed = typed(with_unit.as_deref().unwrap_or(value.trim()));
         let mut tree = serde_json::to_value(self).map_err(|e| InputError::new(path, e.to_string()))?;
         *slot(&mut tree, path, &self.base)? = parsed;
         let mut scene: Self = serde_path_to_error::deserialize(tree)
@@ -106,6 +107,19 @@ impl Scene {
     pub fn resolve(&self, name: &Path) -> PathBuf {
         self.base.join(name)
     }
+}
+
+/// What is wrong with a scene's text, said of what the file's name shows it to be.
+fn of_another_kind(file: &Path, error: InputError) -> InputError {
+    let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let kind = match ending.as_str() {
+        "sht" => "a sheet; a scene has it as `sheets: [(file: \"...\")]`",
+        "pol" => "polyhedra; a scene has them as `bodies: [(shape: File(\"...\"))]`",
+        "heater" => "a heater; a scene has it as `heaters: [(file: \"...\")]`",
+        "swr" => "a recording",
+        _ => return error,
+    };
+    InputError::new("", format!("is no scene but, by its name, {kind}"))
 }
 
 /// A value as typed on a command line: RON, or else bare words as a string; `none` for a field that is left out.

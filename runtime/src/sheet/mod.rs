@@ -6,6 +6,7 @@
 mod buckle;
 mod build;
 mod creases;
+mod damped;
 mod drag;
 mod edges;
 mod energy;

@@ -125,6 +125,29 @@ fn reports_and_recordings_are_written() {
 }
 
 #[test]
+fn values_have_units_where_they_are_typed() {
+    let place = Place::new("units");
+    let run = |flags: &[&str]| {
+        let mut report = place.json(&[&["run", "wedge", "--json"], flags].concat());
+        report["cpu_s"] = Value::Null;
+        report
+    };
+    let plain = run(&["--seconds", "0.1", "--dt", "0.001", "--set", "gravity=(0, -1.962, 0)", "--at", "0.05:dt=0.002"]);
+    let units = run(&["--seconds", "100ms", "--dt", "1 ms", "--set", "gravity=(0, -0.2 g, 0)", "--at", "50ms:dt=2 ms"]);
+    assert_eq!(plain["dt_s"], 0.002);
+    assert!((plain["sheets"][0]["max_speed_m_s"].as_f64()).is_some_and(|v| v > 0.1), "it falls");
+    let speed = |r: &Value| r["sheets"][0]["max_speed_m_s"].as_f64().expect("a number");
+    assert!((speed(&units) / speed(&plain) - 1.0).abs() < 1e-3, "{} {}", speed(&units), speed(&plain));
+    place.refused(&["run", "wedge", "--dt", "3 mm"], &["--dt", "mm is a unit of length", "ms"]);
+    let thick = "sheets.0.material.thickness=2 MPa";
+    place.refused(&["run", "wedge", "--set", thick], &["thickness", "MPa is a unit of pressure", "mm"]);
+    place.refused(&["run", "wedge", "--seconds", "1", "--at", "2:dt=1e-3"], &["--at", "2 s", "0 to 1 s"]);
+    place.refused(&["run", "assets/sheets/slamm_5x2x5.sht"], &["slamm_5x2x5.sht", "no scene", "sheets: [(file"]);
+    let young = place.json(&["material", "hips", "--length", "30 cm", "--young", "2.1 GPa", "--json"]);
+    assert_eq!(young, place.json(&["material", "hips", "--length", "0.3", "--young", "2.1e9", "--json"]));
+}
+
+#[test]
 fn an_unstable_sheet_is_reported_with_status_1() {
     let place = Place::new("unstable");
     let flags =

@@ -4,29 +4,13 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use sheetwork_tests::python::python;
+
 use super::place::Place;
 
-const NEEDED: &str = "import iceoryx2, numpy";
-
-fn has_all(python: &Path) -> bool {
-    Command::new(python).args(["-c", NEEDED]).output().is_ok_and(|o| o.status.success())
-}
-
-/// A Python that has what the client needs.
-fn python() -> Option<PathBuf> {
-    let named = std::env::var_os("SHEETWORK_PYTHON").map(PathBuf::from);
-    if let Some(python) = named.into_iter().chain([PathBuf::from("python3")]).find(|p| has_all(p)) {
-        return Some(python);
-    }
+fn a_python() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("link-python");
-    let python = folder.join("bin/python");
-    if has_all(&python) {
-        return Some(python);
-    }
-    let made = Command::new("python3").args(["-m", "venv"]).arg(&folder).output().is_ok_and(|o| o.status.success());
-    let install = ["-m", "pip", "install", "-q", "--retries", "0", "--timeout", "5", "iceoryx2==0.10.0", "numpy"];
-    let installed = made && Command::new(&python).args(install).output().is_ok_and(|o| o.status.success());
-    (installed && has_all(&python)).then_some(python)
+    python("import iceoryx2, numpy", &folder, &["iceoryx2==0.10.0", "numpy"])
 }
 
 const SCRIPT: &str = r#"
@@ -114,7 +98,7 @@ print("python is content")
 
 #[test]
 fn python_reads_sets_is_refused_and_pulls() {
-    let Some(python) = python() else {
+    let Some(python) = a_python() else {
         eprintln!("skipped: no Python with iceoryx2 and numpy, and none can be installed");
         return;
     };

@@ -11,7 +11,8 @@ use sheetwork::scene::{MaterialChoice, Scene, SheetSpec, sht};
 use sheetwork::sheet::{Sheet, to_file};
 use sheetwork::{InputError, check_range};
 
-use crate::{counts, number, print_json, print_line};
+use crate::quantities::{length, mass};
+use crate::{counts, print_json, print_line};
 
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
@@ -26,13 +27,13 @@ pub struct Generate {
     #[arg(long, conflicts_with_all = ["structure", "grid"])]
     cards: Option<Deck>,
     /// Extent along x, m.
-    #[arg(long, default_value = "0.025", value_parser = number)]
+    #[arg(long, default_value = "0.025", value_parser = length)]
     width: f64,
     /// Extent along z, m.
-    #[arg(long, default_value = "0.025", value_parser = number)]
+    #[arg(long, default_value = "0.025", value_parser = length)]
     depth: f64,
     /// Distance between layers, m.
-    #[arg(long, default_value = "0.001", value_parser = number)]
+    #[arg(long, default_value = "0.001", value_parser = length)]
     gap: f64,
     /// Second-neighbour springs (slamm, double-diagonal, trimm).
     #[arg(long)]
@@ -41,7 +42,7 @@ pub struct Generate {
     #[arg(long, default_value = "thesis")]
     material: String,
     /// Mass of each node, kg, in place of the material's density.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = mass)]
     node_mass: Option<f64>,
     /// Write the sheet to a .SHT file, or the scene to a .ron file; a scene goes to standard output otherwise.
     #[arg(short, long)]

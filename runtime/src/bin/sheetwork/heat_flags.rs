@@ -1,10 +1,9 @@
 //! Flags of the cases of heat of `sheetwork measure`.
 
+use crate::quantities::{convection, number, temperature, time};
 use clap::Args;
 use glam::DVec3;
 use sheetwork::measure::Thermal;
-
-use crate::number;
 
 #[derive(Args)]
 pub struct HeatFlags {
@@ -21,28 +20,28 @@ pub struct HeatFlags {
     #[arg(long, default_value = "0.1", value_parser = number)]
     fo: f64,
     /// Temperature at the start, °C (cooling: default 120; radiate: that of the surroundings).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = temperature)]
     from: Option<f64>,
     /// Temperature to reach, °C (cooling).
-    #[arg(long, default_value = "60", value_parser = number)]
+    #[arg(long, default_value = "60", value_parser = temperature)]
     to: f64,
     /// Temperature of the surroundings, °C (cooling, radiate).
-    #[arg(long, default_value = "20", value_parser = number)]
+    #[arg(long, default_value = "20", value_parser = temperature)]
     ambient: f64,
     /// Convection of both sides together, W/(m² K) (cooling, radiate).
-    #[arg(long, default_value = "0", value_parser = number)]
+    #[arg(long, default_value = "0", value_parser = convection)]
     convection: f64,
     /// Temperature of the black heater, °C (radiate).
-    #[arg(long, default_value = "400", value_parser = number)]
+    #[arg(long, default_value = "400", value_parser = temperature)]
     heater: f64,
     /// View factor of the heater from one side (radiate).
     #[arg(long, default_value = "0.5", value_parser = number)]
     view: f64,
     /// How long, s (default 60 for radiate, 10 for creep).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     pub seconds: Option<f64>,
     /// Temperature of the sheet, °C (default 100 for softening; for creep 40 K above the glass transition, or 20 where there is none).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = temperature)]
     pub celsius: Option<f64>,
 }
 

@@ -10,14 +10,17 @@ mod link;
 mod list;
 mod material;
 mod measure;
+mod quantities;
 mod replay;
 mod run;
 mod study;
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use sheetwork::InputError;
+use sheetwork::scene::Scene;
 
 /// Stiff thin sheets in real time: run scenes, generate sheets, measure.
 #[derive(Parser)]
@@ -122,14 +125,23 @@ fn print_line(text: &str) -> Result<(), InputError> {
     }
 }
 
-/// A number, or a fraction such as `1/60`.
-fn number(text: &str) -> Result<f64, String> {
-    let parse = |t: &str| t.trim().parse::<f64>().map_err(|_| format!("\"{text}\" is not a number"));
-    let value = match text.split_once('/') {
-        Some((above, below)) => parse(above)? / parse(below)?,
-        None => parse(text)?,
-    };
-    if value.is_finite() { Ok(value) } else { Err(format!("\"{text}\" is not a finite number")) }
+/// A scene with every PATH=VALUE of `--set` in place of its own.
+fn overridden(scene: Scene, overrides: &[String]) -> Result<Scene, InputError> {
+    overrides.iter().try_fold(scene, |scene, item| {
+        let parts = item.split_once('=');
+        let (path, value) = parts.ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;
+        scene.with_override(path.trim(), value)
+    })
+}
+
+/// Whether `file` can be written: its folder is there, and it is no folder itself.
+fn writable(file: &Path) -> Result<(), InputError> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match folder {
+        _ if file.is_dir() => Err(InputError::new("", "is a folder").in_file(file)),
+        Some(folder) if !folder.is_dir() => Err(InputError::new("", "its folder does not exist").in_file(file)),
+        _ => Ok(()),
+    }
 }
 
 /// Counts separated by `x`, as `11x2x11`.

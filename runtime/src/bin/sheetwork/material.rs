@@ -11,7 +11,8 @@ use sheetwork::material_report::{MaterialReport, ReportRequest, material_report}
 use sheetwork::measure::Setup;
 use sheetwork::scene::{Material, MaterialChoice};
 
-use crate::{counts, number, print_json, print_line};
+use crate::quantities::{acceleration, density, length, number, pressure};
+use crate::{counts, print_json, print_line};
 
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
@@ -28,28 +29,28 @@ pub struct MaterialCommand {
     #[arg(long)]
     layers: Option<u32>,
     /// Length of the sheet, m.
-    #[arg(long, default_value = "0.25", value_parser = number)]
+    #[arg(long, default_value = "0.25", value_parser = length)]
     length: f64,
     /// Width of the sheet, m; that of a triangular structure yields to whole rows of equilateral triangles.
-    #[arg(long, default_value = "0.25", value_parser = number)]
+    #[arg(long, default_value = "0.25", value_parser = length)]
     width: f64,
     /// Distance between layers, m (default a quarter of the spacing of the grid).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = length)]
     gap: Option<f64>,
     /// Thickness, m, in place of the material's.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = length)]
     thickness: Option<f64>,
     /// Young's modulus, Pa, in place of the material's.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = pressure)]
     young: Option<f64>,
     /// Poisson's ratio in place of the material's.
     #[arg(long, value_parser = number)]
     poisson: Option<f64>,
     /// Density, kg/m³, in place of the material's.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = density)]
     density: Option<f64>,
     /// Gravity, m/s².
-    #[arg(long, default_value = "9.81", value_parser = number)]
+    #[arg(long, default_value = "9.81", value_parser = acceleration)]
     gravity: f64,
     /// Print JSON and nothing else.
     #[arg(long)]

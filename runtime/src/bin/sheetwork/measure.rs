@@ -11,7 +11,8 @@ use sheetwork::measure::{Boundary, Setup, TABLE, measure};
 use sheetwork::scene::{Burgers, Material, SpringLaw, material};
 
 use crate::heat_flags::HeatFlags;
-use crate::{counts, number, print_json, print_line};
+use crate::quantities::{acceleration, angle, density, length, number, pressure, speed, time};
+use crate::{counts, print_json, print_line};
 
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
@@ -31,38 +32,38 @@ pub struct Measure {
     #[arg(long, default_value = "tr-bdf2")]
     engine: EngineKind,
     /// Step, s, or a fraction such as 1/60, which is the default of implicit engines; for explicit ones a stable step is chosen.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     dt: Option<f64>,
     /// Young's modulus, Pa (default 3e9).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = pressure)]
     young: Option<f64>,
     /// Poisson's ratio (default 0.35).
     #[arg(long, value_parser = number)]
     poisson: Option<f64>,
     /// Density, kg/m³ (default 1050).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = density)]
     density: Option<f64>,
     /// Thickness, m (default 5e-4).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = length)]
     thickness: Option<f64>,
     /// Material by name, for what the four flags above do not say.
     #[arg(long)]
     material: Option<String>,
     /// Length of the sheet, m (default 0.25; of the part that bends 0.02 for fold).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = length)]
     length: Option<f64>,
     /// Width of the sheet, m.
-    #[arg(long, default_value = "0.25", value_parser = number)]
+    #[arg(long, default_value = "0.25", value_parser = length)]
     width: f64,
     /// Gravity, m/s².
-    #[arg(long, default_value = "9.81", value_parser = number)]
+    #[arg(long, default_value = "9.81", value_parser = acceleration)]
     gravity: f64,
     /// Damping ratio of the slowest bending motion; for the springs of cases with bodies a fraction of their critical.
     #[arg(long, default_value = "0.05", value_parser = number)]
     damping_ratio: f64,
     /// Angle of the incline, of the sheet that lands, or of the fold, degrees (default 20 for incline, 30 for edge-landing, 90 for
     /// fold).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = angle)]
     angle: Option<f64>,
     /// Coefficient of friction (cases with bodies).
     #[arg(long, default_value = "0.3", value_parser = number)]
@@ -71,10 +72,10 @@ pub struct Measure {
     #[arg(long, value_parser = number)]
     restitution: Option<f64>,
     /// Height of the drop, m (default 0.2 for bounce, 0.05 for drop-box, 1 for edge-landing).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = length)]
     height: Option<f64>,
     /// Speed at the start, m/s (slide, impact).
-    #[arg(long, default_value = "1", value_parser = number)]
+    #[arg(long, default_value = "1", value_parser = speed)]
     speed: f64,
     /// Rate of spin, rad/s (spin).
     #[arg(long, default_value = "10", value_parser = number)]
@@ -86,19 +87,19 @@ pub struct Measure {
     #[arg(long, default_value = "3")]
     modes: u32,
     /// Side of the square, m; the length if left out (pedestal, supports).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = length)]
     side: Option<f64>,
     /// Side of the clamped patch, m (pedestal).
-    #[arg(long, default_value = "0.05", value_parser = number)]
+    #[arg(long, default_value = "0.05", value_parser = length)]
     patch: f64,
     /// Radius, m (disc).
-    #[arg(long, default_value = "0.125", value_parser = number)]
+    #[arg(long, default_value = "0.125", value_parser = length)]
     radius: f64,
     /// Diameter of the hole, m (hole).
-    #[arg(long, default_value = "0.1", value_parser = number)]
+    #[arg(long, default_value = "0.1", value_parser = length)]
     hole: f64,
     /// Side of the box, m (drop-box, weight).
-    #[arg(long = "box", default_value = "0.1", value_parser = number)]
+    #[arg(long = "box", default_value = "0.1", value_parser = length)]
     box_side: f64,
     /// Sheets in the pile (stack).
     #[arg(long, default_value = "5")]
@@ -116,16 +117,16 @@ pub struct Measure {
     #[arg(long, default_value = "1")]
     threads: u32,
     /// Yield stress, Pa (fold; default 3e7).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = pressure)]
     yield_stress: Option<f64>,
     /// Hardening modulus, Pa (fold; default 0).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = pressure)]
     hardening: Option<f64>,
     /// Relaxation time of the dashpot, s (creep; default 10).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     relaxation_time: Option<f64>,
     /// Retardation time, s (creep; default 1).
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     retardation_time: Option<f64>,
     /// Retarded strain over that at once (creep; default 0.5).
     #[arg(long, value_parser = number)]

@@ -9,11 +9,12 @@ use indicatif::{ProgressBar, ProgressStyle};
 use sheetwork::engine::EngineKind;
 use sheetwork::journal::{Input, Writer};
 use sheetwork::recording::Recorder;
-use sheetwork::scene::Scene;
+use sheetwork::scene::{Scene, library};
 use sheetwork::sheet::Opening;
-use sheetwork::{InputError, Report, World};
+use sheetwork::{InputError, Report, World, check_range};
 
-use crate::{number, print_json, print_line};
+use crate::quantities::{self, time};
+use crate::{overridden, print_json, print_line, writable};
 
 /// Frames a simulated second: for the recording, the progress bar and the watch on penetration.
 const FRAME_RATE: f64 = 60.0;
@@ -21,13 +22,13 @@ const FRAME_RATE: f64 = 60.0;
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Run {
-    /// Scene file (RON).
+    /// Scene file (RON), or the name of one in assets/scenes.
     scene: PathBuf,
     /// Simulated time, s; the scene's own if left out.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     seconds: Option<f64>,
     /// Step of the engine, s, or a fraction such as 1/60.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     dt: Option<f64>,
     /// Engine, by name (see `sheetwork list engines`).
     #[arg(long)]
@@ -64,6 +65,8 @@ pub struct Run {
 impl Run {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let scene = self.scene()?;
+        // Now, and not when hours have gone into it.
+        [&self.report, &self.record, &self.journal].into_iter().flatten().try_for_each(|file| writable(file))?;
         let mut world = World::new(&scene)?;
         if self.threads == 0 || self.threads > 1024 {
             return Err(InputError::new("--threads", format!("{} is outside 1 to 1024", self.threads)));
@@ -85,13 +88,7 @@ impl Run {
 
     /// The scene with everything the command line says in place of its own.
     fn scene(&self) -> Result<Scene, InputError> {
-        let mut scene = Scene::load(&self.scene)?;
-        for item in &self.overrides {
-            let (path, value) = item
-                .split_once('=')
-                .ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;
-            scene = scene.with_override(path.trim(), value)?;
-        }
+        let mut scene = overridden(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
         for (flag, path, value) in [("--seconds", "duration", self.seconds), ("--dt", "dt", self.dt)] {
             if let Some(value) = value {
                 scene = scene.with_override(path, &value.to_string()).map_err(|e| InputError::new(flag, e.problem))?;
@@ -113,7 +110,7 @@ impl Run {
             .map(|f| Recorder::create(f, world, 1.0 / (per_frame as f64 * world.dt())))
             .transpose()?;
         let mut journal = self.journal.as_ref().map(|f| Writer::create(f, world, self.key_every)).transpose()?;
-        let mut changes = self.changes()?;
+        let mut changes = self.changes(duration)?;
         let bar = self.bar(steps);
         let mut penetration = Vec::new();
         let mut cpu = 0.0;
@@ -156,13 +153,14 @@ impl Run {
     }
 
     /// What is set while it runs, the last first.
-    fn changes(&self) -> Result<Vec<(f64, Input)>, InputError> {
+    fn changes(&self, duration: f64) -> Result<Vec<(f64, Input)>, InputError> {
         let bad = |item: &str| InputError::new("--at", format!("\"{item}\" is not TIME:PATH=VALUE"));
         let mut all = Vec::with_capacity(self.changes.len());
         for item in &self.changes {
             let (time, set) = item.split_once(':').ok_or_else(|| bad(item))?;
             let (path, value) = set.split_once('=').ok_or_else(|| bad(item))?;
-            let time = number(time).map_err(|e| InputError::new("--at", e))?;
+            let time = quantities::time(time).map_err(|e| InputError::new("--at", e))?;
+            check_range("--at", time, 0.0, duration, "s, the length of the run")?;
             all.push((time, Input::Set { path: path.trim().to_owned(), value: value.to_owned() }));
         }
         all.reverse();

@@ -9,17 +9,18 @@ use std::sync::Arc;
 
 use clap::Args;
 use glam::DVec3;
+use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
 use sheetwork::engine::EngineKind;
 use sheetwork::engine::linear::Path;
 use sheetwork::lattice::StructureKind;
 use sheetwork::scene::{
-    BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
-    WhenUnstable,
+    BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
 };
 use sheetwork::watch::{Phase, Watch};
 use sheetwork::{InputError, World};
 
+use super::hot_box::hot_box;
 use crate::{print_json, print_line};
 
 /// Steps of the shorter run, and by how many the longer is longer.
@@ -81,7 +82,7 @@ const CASES: &[Case] = &[
         Scene { oven: Some(oven), ..plain() }
     }),
     case("room_60", "the whole room at 60 °C", || Scene { ambient_temperature: 60.0, ..plain() }),
-    case("heater", "a heater of six faces above it", || Scene { heaters: vec![heater()], ..plain() }),
+    case("heater", "a heater of six faces above it", || Scene { heaters: vec![hot_box()], ..plain() }),
     case("creep", "it creeps", || with(|s| s.creep = true)),
     case("on_floor", "it lies on a floor", || {
         let mut scene = with(|s| s.pins.clear());
@@ -170,15 +171,6 @@ fn placed(body: BodySpec, x: f64, y: f64) -> BodySpec {
     BodySpec { placement: Placement { position: DVec3::new(x, y, 0.0), ..Placement::default() }, ..body }
 }
 
-fn heater() -> HeaterSpec {
-    HeaterSpec {
-        size: Some(DVec3::new(0.1, 0.02, 0.1)),
-        hot: (0..6).map(|face| HotFaceSpec { face, temperature: 300.0, emissivity: 0.9 }).collect(),
-        placement: Placement { position: DVec3::new(0.0, 0.1, 0.0), ..Placement::default() },
-        ..HeaterSpec::default()
-    }
-}
-
 impl Counts {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let chosen: Vec<&Case> =
@@ -196,6 +188,7 @@ impl Counts {
         }
         let mut found = Map::new();
         let mut kernels = String::new();
+        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(chosen.len() as u64) };
         for case in &chosen {
             let (less, with) = counted(case.name, FIRST)?;
             let count = (counted(case.name, FIRST + MORE)?.0 - less) / f64::from(MORE);
@@ -209,9 +202,11 @@ impl Counts {
                     100.0 * (count / plain - 1.0),
                     case.about
                 );
-                print_line(&line)?;
+                bar.suspend(|| print_line(&line))?;
             }
+            bar.inc(1);
         }
+        bar.finish_and_clear();
         let missed = self.held(&found, &kernels)?;
         if self.json {
             print_json(

@@ -18,7 +18,8 @@ use sheetwork::scene::{MaterialChoice, OvenSpec, PinSpec, Placement, Region, Sce
 use sheetwork::{InputError, World, check_range};
 
 use super::memory;
-use crate::{number, print_json, print_line};
+use crate::quantities::number;
+use crate::{print_json, print_line};
 
 /// Time between kicks, s, and how fast they are at most, m/s.
 const KICK_EVERY: u64 = 10;

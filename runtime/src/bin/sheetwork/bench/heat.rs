@@ -8,15 +8,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use cpu_time::ProcessTime;
-use glam::DVec3;
 use serde_json::json;
 use sheetwork::engine::EngineKind;
 use sheetwork::lattice::StructureKind;
-use sheetwork::scene::{
-    HeaterSpec, HotFaceSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw,
-};
+use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
+use super::hot_box::hot_box;
 use crate::{print_json, print_line};
 
 /// Steps of a round.
@@ -44,9 +42,9 @@ impl HeatBench {
         let mut all = json!({ "masses": self.masses, "rounds": self.rounds });
         let ways: [(&str, fn(&mut Scene)); 3] = [
             ("room", |scene| scene.ambient_temperature = 60.0),
-            ("heater", |scene| scene.heaters = vec![heater()]),
+            ("heater", |scene| scene.heaters = vec![hot_box()]),
             ("heater_gradient", |scene| {
-                scene.heaters = vec![heater()];
+                scene.heaters = vec![hot_box()];
                 scene.sheets[0].temperature_gradient = true;
             }),
         ];
@@ -108,16 +106,6 @@ impl HeatBench {
             ..SheetSpec::default()
         };
         Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
-    }
-}
-
-/// A box of six hot faces above the sheet.
-fn heater() -> HeaterSpec {
-    HeaterSpec {
-        size: Some(DVec3::new(0.1, 0.02, 0.1)),
-        hot: (0..6).map(|face| HotFaceSpec { face, temperature: 300.0, emissivity: 0.9 }).collect(),
-        placement: Placement { position: DVec3::new(0.0, 0.1, 0.0), ..Placement::default() },
-        ..HeaterSpec::default()
     }
 }
 

@@ -8,7 +8,8 @@ use sheetwork::InputError;
 use sheetwork::lattice::StructureKind;
 use sheetwork::measure::kicks::kick;
 
-use crate::{number, print_json, print_line};
+use crate::quantities::time;
+use crate::{print_json, print_line};
 
 #[derive(Args)]
 pub struct Kicks {
@@ -22,7 +23,7 @@ pub struct Kicks {
     #[arg(long, default_value = "shell", value_delimiter = ',')]
     structures: Vec<StructureKind>,
     /// Simulated time of each, s.
-    #[arg(long, default_value = "2", value_parser = number)]
+    #[arg(long, default_value = "2", value_parser = time)]
     seconds: f64,
     /// Print JSON and nothing else.
     #[arg(long)]

@@ -16,7 +16,8 @@ use sheetwork::link::{Client, Host, Link, LinkPlace, monotonic_ns, place::ROOT_V
 use sheetwork::scene::{Scene, SheetSpec};
 use sheetwork::{InputError, World, check_range};
 
-use crate::{number, print_json, print_line};
+use crate::quantities::{number, time};
+use crate::{print_json, print_line};
 
 #[derive(Args)]
 pub struct LinkBench {
@@ -27,7 +28,7 @@ pub struct LinkBench {
     #[arg(long, default_value = "240", value_parser = number)]
     rate: f64,
     /// How long each part lasts, s.
-    #[arg(long, default_value = "5", value_parser = number)]
+    #[arg(long, default_value = "5", value_parser = time)]
     seconds: f64,
     /// Let the reader look all the time.
     #[arg(long)]

@@ -10,6 +10,7 @@ mod front;
 mod fuzz;
 mod hashes;
 mod heat;
+mod hot_box;
 mod judge;
 mod kicks;
 #[cfg(feature = "link")]

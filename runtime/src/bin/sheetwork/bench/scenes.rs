@@ -23,7 +23,8 @@ use sheetwork::sheet::Status;
 use sheetwork::{InputError, World, check_range};
 
 use super::shard;
-use crate::{number, print_json, print_line};
+use crate::quantities::time;
+use crate::{print_json, print_line};
 
 #[derive(Args)]
 pub struct Scenes {
@@ -31,10 +32,10 @@ pub struct Scenes {
     #[arg(long, default_value_t = 1000)]
     count: u64,
     /// Simulated time of each, s.
-    #[arg(long, default_value = "1", value_parser = number)]
+    #[arg(long, default_value = "1", value_parser = time)]
     seconds: f64,
     /// CPU time after which a scene is left as it is and counted as cut short, s.
-    #[arg(long, default_value = "20", value_parser = number)]
+    #[arg(long, default_value = "20", value_parser = time)]
     patience: f64,
     /// Run only every N-th draw from the I-th on, 1 to N.
     #[arg(long, value_name = "I/N", value_parser = shard)]

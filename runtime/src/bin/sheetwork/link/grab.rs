@@ -9,7 +9,8 @@ use sheetwork::link::{Command, PulledTo};
 use sheetwork::{InputError, check_range};
 
 use super::Target;
-use crate::{number, print_json, print_line};
+use crate::quantities::{number, stiffness, time};
+use crate::{print_json, print_line};
 
 /// Takes hold of a material point of a running game's sheet and moves it.
 #[derive(Args)]
@@ -29,13 +30,13 @@ pub struct Grab {
     #[arg(long, default_value = "0,0.05,0", value_parser = vector)]
     by: [f64; 3],
     /// How long to take for that, s; then it holds still.
-    #[arg(long, default_value = "1", value_parser = number)]
+    #[arg(long, default_value = "1", value_parser = time)]
     over: f64,
     /// How long to hold on altogether, s.
-    #[arg(long, default_value = "2", value_parser = number)]
+    #[arg(long, default_value = "2", value_parser = time)]
     seconds: f64,
     /// Of the spring between hand and sheet, N/m.
-    #[arg(long, default_value = "100", value_parser = number)]
+    #[arg(long, default_value = "100", value_parser = stiffness)]
     stiffness: f64,
     /// Times a second that the hand moves and feels, up to 1000.
     #[arg(long, default_value = "500", value_parser = number)]

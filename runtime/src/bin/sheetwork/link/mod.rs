@@ -6,6 +6,7 @@ mod record;
 mod serve;
 mod watch;
 
+use crate::quantities::time;
 use clap::Args;
 use sheetwork::link::{Client, LinkError, LinkPlace};
 
@@ -14,8 +15,6 @@ pub use knobs::{Get, Parameters, Set, Tell};
 pub use record::Record;
 pub use serve::Serve;
 pub use watch::Watch;
-
-use crate::number;
 
 /// Tells, on standard error, of sheets that an answer says are stopped.
 fn tell_of_stopped(answer: &serde_json::Map<String, serde_json::Value>) {
@@ -34,7 +33,7 @@ struct Target {
     #[arg(long, default_value = "")]
     link: String,
     /// Wait up to so long for a game to be there, s.
-    #[arg(long, default_value = "0", value_parser = number)]
+    #[arg(long, default_value = "0", value_parser = time)]
     wait: f64,
 }
 

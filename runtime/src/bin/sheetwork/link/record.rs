@@ -14,7 +14,8 @@ use sheetwork::scene::{HeatMode, Scene};
 use sheetwork::{InputError, check_range};
 
 use super::Target;
-use crate::{number, print_json, print_line};
+use crate::quantities::{number, time};
+use crate::{print_json, print_line};
 
 /// How long to wait for a first frame.
 const PATIENCE: Duration = Duration::from_secs(5);
@@ -27,7 +28,7 @@ pub struct Record {
     /// The file to write.
     file: PathBuf,
     /// How long, s of real time.
-    #[arg(long, default_value = "10", value_parser = number)]
+    #[arg(long, default_value = "10", value_parser = time)]
     seconds: f64,
     /// Frames a simulated second; what comes faster is left out.
     #[arg(long, default_value = "60", value_parser = number)]

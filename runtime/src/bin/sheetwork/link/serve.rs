@@ -6,10 +6,11 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use sheetwork::link::{Host, Link, LinkPlace};
-use sheetwork::scene::Scene;
+use sheetwork::scene::{Scene, library};
 use sheetwork::{InputError, World, check_range};
 
-use crate::{number, print_line};
+use crate::quantities::{number, time};
+use crate::{overridden, print_line};
 
 /// Time that is made up for at most, s: after a stop of the process the scene goes on, it does not leap.
 const MOST_OWED: f64 = 0.1;
@@ -33,7 +34,7 @@ pub struct Serve {
     #[arg(long)]
     paused: bool,
     /// End after so long, s of real time; otherwise on Ctrl-C.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     seconds: Option<f64>,
     /// Threads to step sheets on.
     #[arg(long, default_value_t = 1)]
@@ -77,13 +78,7 @@ impl Host for Game {
 
 impl Serve {
     pub fn execute(self) -> Result<ExitCode, InputError> {
-        let mut scene = Scene::load(&self.scene)?;
-        for item in &self.overrides {
-            let (path, value) = item
-                .split_once('=')
-                .ok_or_else(|| InputError::new("--set", format!("\"{item}\" is not PATH=VALUE")))?;
-            scene = scene.with_override(path.trim(), value)?;
-        }
+        let scene = overridden(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
         check_range("--speed", self.speed, 1e-3, 1e3, "")?;
         check_range("--threads", self.threads as f64, 1.0, 1024.0, "")?;
         check_range("--seconds", self.seconds.unwrap_or(0.0), 0.0, 1e9, "s")?;

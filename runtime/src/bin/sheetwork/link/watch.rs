@@ -12,7 +12,8 @@ use sheetwork::link::{Client, Frame, LinkError};
 use sheetwork::{InputError, check_range};
 
 use super::Target;
-use crate::{number, print_line};
+use crate::print_line;
+use crate::quantities::time;
 
 /// How often the terminal is drawn anew; where it is none, it is added to.
 const DRAWN_EVERY: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
@@ -43,7 +44,7 @@ pub struct Watch {
     #[arg(long)]
     frames: Option<u64>,
     /// End after so long, s; otherwise on Ctrl-C.
-    #[arg(long, value_parser = number)]
+    #[arg(long, value_parser = time)]
     seconds: Option<f64>,
 }
 
