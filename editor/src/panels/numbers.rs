@@ -16,7 +16,7 @@ const EVENTS: usize = 12;
 pub fn numbers(ui: &mut Ui, session: &Session) {
     ui.add_space(4.0);
     ui.strong("Energy");
-    energies(ui, last(session.history()));
+    energies(ui, last(session));
     ui.separator();
     ui.strong("Speed of the simulation");
     Grid::new("timing").num_columns(2).show(ui, |ui| timing(ui, session));
@@ -39,9 +39,12 @@ fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
     ui.end_row();
 }
 
-/// The last moments.
-fn last(history: &[Sample]) -> &[Sample] {
-    &history[history.len().saturating_sub(HISTORY)..]
+/// The last moments up to the one that is shown: after a way back there are later ones.
+fn last(session: &Session) -> &[Sample] {
+    let now = session.world().time() + 0.5 * session.world().dt();
+    let end = session.history().partition_point(|s| s.time <= now);
+    let past = &session.history()[..end];
+    &past[past.len().saturating_sub(HISTORY)..]
 }
 
 fn energies(ui: &mut Ui, history: &[Sample]) {

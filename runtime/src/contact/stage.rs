@@ -77,6 +77,30 @@ pub(crate) struct Found {
     pub glue_from: usize,
 }
 
+impl Found {
+    /// Leaves out what cannot give: masses that are held in the way of a body that is held, too. No force parts them, and a solve that
+    /// tried would not end.
+    pub fn leave_out_fixed(&mut self, group: &Group) {
+        let fixed = |side: &Side| match side {
+            Side::Sheet { sheet, point } => {
+                let sheet = group.sheet(*sheet);
+                point.terms().all(|(i, _)| sheet.is_held(i as usize))
+            }
+            Side::Body { body, .. } => !group.movers[*body as usize].gives(),
+        };
+        let Self { contacts, parts, .. } = self;
+        let mut kept = 0;
+        for i in 0..contacts.len() {
+            if !(fixed(&contacts[i].a) && fixed(&contacts[i].b)) {
+                (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
+                kept += 1;
+            }
+        }
+        contacts.truncate(kept);
+        parts.truncate(kept);
+    }
+}
+
 /// Arrays of a contact problem, kept from step to step.
 #[derive(Default)]
 pub(crate) struct Scratch {

@@ -4,10 +4,9 @@
 //! oscillator with the damping ratio τω/2, and an engine's step on that is a 2x2 matrix: predicted is the longest step h at which no
 //! motion up to the largest frequency grows. A shell's quadratic bending energy resists motion in its plane too and its retardation does
 //! not damp that, so that of a shell each vibration has its own damping ratio; one that is nearly as thick as its masses are apart shows it.
-//! Found is it by bisection on whole worlds: a free sheet with a random motion so small that it is linear, or the sheet thrown at a ridge;
-//! of a throw the prediction is the shortest along one with a step that is short enough.
+//! Found is it by bisection on whole worlds: a free sheet with a random motion so small that it is linear, or the sheet thrown at a ridge.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::World;
 use crate::engine::{EngineKind, Forces};
@@ -95,9 +94,6 @@ const LONGEST: f64 = 1.0;
 const HARDEST: f64 = 1e3;
 /// Ratio of a step that breaks and one that does not at which the search ends.
 const NEAR: f64 = 1.005;
-
-/// How much shorter than what is borne at rest the step is of the throw along which the limit is predicted.
-const SHORTER: f64 = 8.0;
 
 /// Damping of the slowest bending of a shell that gives its fastest motion about the ratio asked for.
 const OF_SLOWEST: f64 = 0.011;
@@ -187,33 +183,12 @@ impl Setting {
         }
         let (omega, tau) = self.frequency()?;
         let of_largest = longest_step(self.engine, omega, tau);
-        if self.structure != StructureKind::Shell && self.speed == 0.0 {
+        if self.structure != StructureKind::Shell {
             return Ok(of_largest);
         }
         let still = Self { jump: 0.0, speed: 0.0, stiffness: self.stiffness * softness(self.jump), ..*self };
         let at_rest = World::new(&still.scene(1e-3))?;
-        let at_rest = longest_of_sheet(self.engine, &at_rest.sheets()[0]).unwrap_or(of_largest);
-        if self.speed == 0.0 { Ok(at_rest) } else { self.along_a_throw(at_rest) }
-    }
-
-    /// The shortest of the longest steps along a throw, which is taken with a step an eighth as long as what it is at rest, s.
-    fn along_a_throw(&self, at_rest: f64) -> Result<f64, InputError> {
-        let dt = at_rest / SHORTER;
-        let mut world = World::new(&self.scene(dt))?;
-        world.set_sleep(false);
-        let steps = (THROW / dt).ceil() as u32;
-        let mut shortest = at_rest;
-        for step in 0..steps {
-            world.step();
-            let sheet = &world.sheets()[0];
-            if sheet.status != Status::Awake {
-                break;
-            }
-            if step % SHORTER as u32 == 0 {
-                shortest = longest_of_sheet(self.engine, sheet).map_or(shortest, |longest| longest.min(shortest));
-            }
-        }
-        Ok(shortest)
+        Ok(longest_of_sheet(self.engine, &at_rest.sheets()[0]).unwrap_or(of_largest))
     }
 
     /// The longest step (s) that it bears, by trial, near `guess`; none where the longest is borne. Of a throw no steps shorter than a
@@ -310,6 +285,7 @@ fn whisper_grows(world: &mut World) -> bool {
             let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0));
             sheet.v.set(i, v * WHISPER);
         }
+        stop_as_a_whole(sheet);
     }
     let energy = |world: &World| world.sheets()[0].energy(DVec3::ZERO).total;
     let begin = energy(world);
@@ -333,6 +309,23 @@ fn whisper_grows(world: &mut World) -> bool {
         }
     }
     late > GROWS * early
+}
+
+/// Takes from the velocities of equal masses what they move and turn as one: that neither grows nor dies away, and would hide what grows slowly.
+fn stop_as_a_whole(sheet: &mut Sheet) {
+    let n = sheet.masses() as f64;
+    let (middle, speed) = (sheet.x.iter().sum::<DVec3>() / n, sheet.v.iter().sum::<DVec3>() / n);
+    let (mut inertia, mut momentum) = (DMat3::ZERO, DVec3::ZERO);
+    for (x, v) in sheet.x.iter().zip(sheet.v.iter()) {
+        let r = x - middle;
+        inertia += DMat3::from_diagonal(DVec3::splat(r.length_squared())) - DMat3::from_cols(r * r.x, r * r.y, r * r.z);
+        momentum += r.cross(v - speed);
+    }
+    let spin = inertia.inverse() * momentum;
+    for i in 0..sheet.masses() {
+        let r = sheet.x.get(i) - middle;
+        sheet.v.set(i, sheet.v.get(i) - speed - spin.cross(r));
+    }
 }
 
 /// Stiffness after a jump of `jump` K over that before: a tenth 100 K above.

@@ -1,8 +1,9 @@
 //! All vibrations of a small sheet about where it is, with how fast each dies away.
 //!
-//! K φ = ω² M φ with K = -∂f/∂x and, of C = -∂f/∂v, the share of each: c = φᵀ C φ with φᵀ M φ = 1, so that x'' + c x' + ω² x = 0. What C
-//! does between two of them is left out. Both matrices come of differences of forces, as they are, and are full: for some hundred
-//! masses.
+//! With K = -∂f/∂x and C = -∂f/∂v every complex pair of eigenvalues λ of x'' + M⁻¹ C x' + M⁻¹ K x = 0 is a vibration with ω = |λ| and
+//! c = -2 Re λ, as x'' + c x' + ω² x = 0 has it. Real eigenvalues say not which two are of one motion: what is overdamped is taken from
+//! K φ = ω² M φ and c = φᵀ C φ, without what C does between two of them. Both matrices come of differences of forces and are full: for
+//! some dozens of masses.
 
 use faer::{Mat, Side};
 use glam::DVec3;
@@ -20,7 +21,7 @@ pub struct DampedMode {
 }
 
 /// Most masses of a sheet whose matrices are made.
-pub const MOST_MASSES: usize = 200;
+pub const MOST_MASSES: usize = 64;
 
 impl Sheet {
     /// All its vibrations about its present place, slowest first; none of a sheet of more than [`MOST_MASSES`] masses, or where they
@@ -60,10 +61,7 @@ impl Sheet {
         let weighted = |of: &[Vec<f64>]| {
             Mat::from_fn(free.len(), free.len(), |i, j| 0.5 * (of[i][j] + of[j][i]) * root[i] * root[j])
         };
-        let Ok(eigen) = weighted(&stiffness).self_adjoint_eigen(Side::Lower) else { return Vec::new() };
-        let rates = eigen.U().transpose() * weighted(&damping) * eigen.U();
-        let squared = eigen.S().column_vector();
-        (0..free.len()).map(|k| DampedMode { squared: squared[k], rate: rates[(k, k)] }).collect()
+        modes(&weighted(&stiffness), &weighted(&damping)).unwrap_or_default()
     }
 
     /// Forces of springs and elements at `x` (m) and `v` (m/s), N.
@@ -72,5 +70,62 @@ impl Sheet {
         self.springs.add_forces(x, v, true, &mut SpringScratch::default(), &mut force);
         self.elements.iter().for_each(|e| e.add_forces(x, v, &mut force));
         force
+    }
+}
+
+/// The vibrations of x'' + C x' + K x = 0, slowest first; none where they cannot be found.
+fn modes(stiffness: &Mat<f64>, damping: &Mat<f64>) -> Option<Vec<DampedMode>> {
+    let n = stiffness.nrows();
+    let eigen = stiffness.self_adjoint_eigen(Side::Lower).ok()?;
+    let rates = eigen.U().transpose() * damping * eigen.U();
+    let squared = eigen.S().column_vector();
+    let overdamped = |k: &usize| rates[(*k, *k)] * rates[(*k, *k)] >= 4.0 * squared[*k];
+    let mut all: Vec<DampedMode> =
+        (0..n).filter(overdamped).map(|k| DampedMode { squared: squared[k], rate: rates[(k, k)] }).collect();
+    // In the fastest motion's time, so that both halves of the state are of one size.
+    let fastest = squared[n.checked_sub(1)?].max(f64::MIN_POSITIVE).sqrt();
+    let state = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+        (true, true) => 0.0,
+        (true, false) => f64::from(u8::from(i + n == j)),
+        (false, true) => -stiffness[(i - n, j)] / (fastest * fastest),
+        (false, false) => -damping[(i - n, j - n)] / fastest,
+    });
+    let roots = state.eigenvalues().ok()?;
+    let vibrates = roots.iter().filter(|root| root.im > 1e-6);
+    all.extend(
+        vibrates
+            .map(|root| DampedMode { squared: root.norm_sqr() * fastest * fastest, rate: -2.0 * root.re * fastest }),
+    );
+    all.sort_by(|a, b| a.squared.total_cmp(&b.squared));
+    Some(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vibrations_that_damping_couples_have_the_roots_of_their_polynomial() {
+        // Two oscillators of 1 and 2 rad/s; a dashpot between them and one on the second.
+        let k = Mat::from_fn(2, 2, |i, j| if i == j { [1.0, 4.0][i] } else { 0.0 });
+        let c = Mat::from_fn(2, 2, |i, j| [[0.2, -0.2], [-0.2, 0.5]][i][j]);
+        let found = modes(&k, &c).expect("found");
+        assert_eq!(found.len(), 2);
+        for mode in found {
+            // det(λ² + λ C + K) = 0 at λ = -c/2 + i √(ω² - c²/4).
+            let (re, im) = (-0.5 * mode.rate, (mode.squared - 0.25 * mode.rate * mode.rate).sqrt());
+            let times = |a: (f64, f64), b: (f64, f64)| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
+            let root = (re, im);
+            let square = times(root, root);
+            let entry = |c: f64, k: f64| (square.0 + c * re + k, square.1 + c * im);
+            let (first, second, beside) = (entry(0.2, 1.0), entry(0.5, 4.0), (-0.2 * re, -0.2 * im));
+            let (product, crossed) = (times(first, second), times(beside, beside));
+            assert!((product.0 - crossed.0).hypot(product.1 - crossed.1) < 1e-12, "{mode:?}");
+        }
+        // One that is overdamped keeps its own numbers.
+        let strong = Mat::from_fn(2, 2, |i, j| if i == j { [3.0, 0.1][i] } else { 0.0 });
+        let found = modes(&k, &strong).expect("found");
+        let near = |m: DampedMode, squared: f64, rate: f64| (m.squared - squared).abs() + (m.rate - rate).abs() < 1e-12;
+        assert!(near(found[0], 1.0, 3.0) && near(found[1], 4.0, 0.1), "{found:?}");
     }
 }

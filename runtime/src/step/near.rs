@@ -273,6 +273,9 @@ impl Find for Near<'_> {
             }
             found.parts.push(part_of);
         }
+        if group.members.iter().any(|i| !group.sheets[*i as usize].pins.is_empty()) {
+            found.leave_out_fixed(group);
+        }
         self.join(group, found);
     }
 
