@@ -92,6 +92,26 @@ impl Keeper {
         }
     }
 
+    /// Writes unsaved work that is about to make room for another scene into a file of its own, among the recent ones; the file, where there
+    /// was any.
+    pub fn set_aside(&mut self, session: &Session) -> Option<PathBuf> {
+        if !session.document().is_unsaved() || session.playback().is_some() {
+            return None;
+        }
+        let folder = self.folder.clone()?;
+        let stem: String =
+            session.scene().name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).take(60).collect();
+        let names = (1..1000).map(|n| format!("{stem}_set_aside_{n}.ron"));
+        let name = names.into_iter().find(|name| !folder.join(name).exists())?;
+        let text = files::moved(session.scene(), Path::new("/nowhere/near")).to_text().ok()?;
+        if !self.write(&name, &text) {
+            return None;
+        }
+        let file = folder.join(name);
+        self.note(&file);
+        Some(file)
+    }
+
     /// Work that a process which is gone has left: the file and the scene. A copy that cannot be read is left alone.
     pub fn left_behind(&self) -> Option<(PathBuf, Scene)> {
         let entries = std::fs::read_dir(self.folder.as_ref()?).ok()?;
@@ -145,6 +165,20 @@ mod tests {
             keeper.note(Path::new(&format!("/{i}.ron")));
         }
         assert_eq!(keeper.recent().len(), MOST_RECENT);
+        std::fs::remove_dir_all(folder).expect("removed");
+    }
+
+    #[test]
+    fn unsaved_work_that_makes_room_is_set_aside_among_recent_files() {
+        let folder = folder("aside");
+        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut session = Session::new(&Scene::default()).expect("valid");
+        assert!(keeper.set_aside(&session).is_none(), "nothing to lose");
+        assert!(session.set("gravity", "(0, -2, 0)"));
+        let (first, second) = (keeper.set_aside(&session).expect("written"), keeper.set_aside(&session));
+        assert!(second.is_some_and(|file| file != first), "each a file of its own");
+        assert!(keeper.recent().contains(&first));
+        assert_eq!(Scene::load(&first).expect("a scene").gravity.y, -2.0);
         std::fs::remove_dir_all(folder).expect("removed");
     }
 

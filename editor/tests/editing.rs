@@ -397,6 +397,27 @@ fn variants_go_in_step_and_follow_every_edit_but_their_own() {
 }
 
 #[test]
+fn a_variant_that_differs_in_nothing_is_the_same_to_the_bit_however_long_the_frames_are() {
+    let mut session = strip();
+    let same = session.scene().sheets[0].structure.name();
+    session.compare_with(vec![variant("sheets.0.structure", same)]);
+    session.play();
+    for k in 0..40 {
+        session.frame(0.011 + 0.007 * f64::from(k % 5));
+    }
+    let bits = |s: &Session| -> Vec<[u64; 3]> {
+        s.world().sheets()[0].x.iter().map(|p| p.to_array().map(f64::to_bits)).collect()
+    };
+    let twin = session.shown(1).expect("made");
+    assert!(session.world().steps() > 40 && session.world().steps() == twin.world().steps());
+    assert_eq!(bits(&session), bits(twin));
+    // As a run at once comes to it.
+    let mut alone = strip();
+    alone.run(session.world().time());
+    assert_eq!(bits(&alone), bits(twin));
+}
+
+#[test]
 fn a_variant_that_cannot_be_made_says_why_and_there_are_no_more_than_four() {
     let mut session = strip();
     session.compare_with(vec![variant("sheets.0.structure", "cheese"), variant("engine", "rk4")]);

@@ -38,6 +38,29 @@ fn type_number(harness: &mut Harness<'_, Both>, label: &str, text: &str) {
     harness.run_steps(2);
 }
 
+#[test]
+fn letters_of_what_is_typed_and_ended_in_one_frame_are_no_shortcuts() {
+    let mut harness = whole();
+    harness.state_mut().1.open_sections = [Section::Engine].into();
+    harness.run_steps(3);
+    harness.get_by_role_and_label(Role::SpinButton, "Step").click();
+    harness.run_steps(2);
+    assert!(harness.ctx.text_edit_focused());
+    // As a slow frame has them: keys, their text, and the end of it together.
+    for key in [Key::P, Key::Space, Key::C] {
+        harness.event(Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE });
+    }
+    harness.event(Event::Text("p c".into()));
+    harness.key_press(Key::Enter);
+    harness.run_steps(1);
+    assert!(!harness.ctx.text_edit_focused(), "left");
+    assert!(harness.state().1.tool == Tool::Look && !harness.state().0.playing());
+    harness.run_steps(2);
+    harness.key_press(Key::P);
+    harness.run_steps(2);
+    assert!(harness.state().1.tool == Tool::Pin, "and then they are again");
+}
+
 fn button(harness: &mut Harness<'_, Both>, pos: Pos2, pressed: bool) {
     harness.event(Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE });
     harness.run_steps(1);

@@ -89,7 +89,9 @@ impl EditorState {
 
     /// Begins a scene of a template or a copy that was left behind.
     pub fn begin(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
+        let aside = self.keeper.set_aside(session);
         if session.begin_scene(scene) {
+            tell_of(session, aside.as_deref());
             self.look_at(session);
         }
     }
@@ -365,7 +367,9 @@ impl EditorState {
     pub fn open(&mut self, session: &mut Session, file: &Path) {
         let is_scene = scenes::is_scene(file) || crate::playback::is_recording(file);
         if is_scene && !is_material(file) {
+            let aside = self.keeper.set_aside(session);
             if session.load(file) {
+                tell_of(session, aside.as_deref());
                 self.keeper.note(file);
                 self.look_at(session);
             }
@@ -379,6 +383,13 @@ impl EditorState {
         self.camera = Camera::of_session(session);
         self.sheet = 0;
         self.selected = None;
+    }
+}
+
+/// Says where unsaved work has gone that another scene has made room for.
+fn tell_of(session: &mut Session, aside: Option<&Path>) {
+    if let Some(file) = aside {
+        session.note(format!("what was not saved is kept: File, Recent, {}", scenes::title(file)));
     }
 }
 

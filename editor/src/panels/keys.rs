@@ -1,6 +1,6 @@
 //! Keys that no text field wants, and files dropped on the window.
 
-use bevy_egui::egui::{Event, Key, Modifiers, Ui};
+use bevy_egui::egui::{Event, Id, Key, Modifiers, Ui};
 
 use super::files::Purpose;
 use super::{EditorState, Tool};
@@ -20,7 +20,10 @@ pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorS
     if ui.input(|i| i.key_pressed(Key::F1)) {
         state.help = !state.help;
     }
-    if ui.ctx().text_edit_focused() {
+    // Of what is typed and ended in one frame the letters are still there when the field has been left.
+    let (id, typing) = (Id::new("typing"), ui.ctx().text_edit_focused());
+    let typed = ui.data_mut(|d| std::mem::replace(d.get_temp_mut_or_default::<bool>(id), typing));
+    if typing || typed {
         return;
     }
     commands(ui, session, state);

@@ -80,7 +80,9 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     let mut chosen = spec.structure;
     let from_file = spec.file.is_some();
     ui.add_enabled_ui(!from_file, |ui| {
-        let combo = ComboBox::from_id_salt("structure").selected_text(spec.structure.name()).width(140.0);
+        // That of a file is in the file.
+        let own = session.world().sheets().get(index).map_or(spec.structure, |sheet| sheet.structure);
+        let combo = ComboBox::from_id_salt("structure").selected_text(own.name()).width(140.0);
         let shown = combo.show_ui(ui, |ui| {
             for row in TABLE {
                 ui.selectable_value(&mut chosen, row.kind, row.name).on_hover_text(row.about);

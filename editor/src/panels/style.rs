@@ -19,6 +19,7 @@ pub fn apply(ctx: &egui::Context) {
     ctx.style_mut_of(Theme::Dark, |style| {
         style.visuals.panel_fill = Color32::from_rgb(32, 34, 38);
         style.visuals.window_fill = Color32::from_rgb(38, 40, 45);
+        style.visuals.error_fg_color = Color32::from_rgb(255, 128, 108);
     });
     ctx.style_mut_of(Theme::Light, |style| {
         style.visuals.panel_fill = Color32::from_rgb(238, 238, 236);
@@ -27,7 +28,12 @@ pub fn apply(ctx: &egui::Context) {
     });
     ctx.all_styles_mut(|style| {
         let visuals = &mut style.visuals;
-        visuals.selection.bg_fill = ACCENT.gamma_multiply(0.75);
+        if visuals.dark_mode {
+            visuals.selection.bg_fill = ACCENT.gamma_multiply(0.75);
+        } else {
+            visuals.selection.bg_fill = Color32::from_rgb(205, 78, 52);
+            visuals.selection.stroke.color = Color32::WHITE;
+        }
         visuals.slider_trailing_fill = true;
         visuals.hyperlink_color = ACCENT;
         for widget in [

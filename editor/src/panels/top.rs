@@ -1,6 +1,7 @@
 //! The bar at the top: menus, time, speed, and which scene it is.
 
-use bevy_egui::egui::{self, Button, RichText, Slider, Ui};
+use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
+use bevy_egui::egui::{self, Button, PopupCloseBehavior, RichText, Slider, Ui};
 
 use super::style::{ACCENT, QUIET};
 use super::{EditorState, Section, files};
@@ -34,7 +35,9 @@ fn title(ui: &mut Ui, session: &Session) {
 }
 
 fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    ui.menu_button("File", |ui| {
+    // A click into its text field does not close it; what is chosen does.
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    MenuButton::new("File").config(config).ui(ui, |ui| {
         ui.set_min_width(300.0);
         files::menu(ui, session, state);
     });

@@ -39,6 +39,9 @@ pub struct Timing {
     pub stages: Option<[f64; 5]>,
 }
 
+/// Part of a step that is none: times are sums of steps.
+const ROUNDING: f64 = 1e-6;
+
 impl Session {
     /// Lets `real` s of wall-clock time pass. Does nothing while paused.
     pub fn frame(&mut self, real: f64) {
@@ -103,8 +106,8 @@ impl Session {
         self.after_steps(1.0, start.elapsed());
     }
 
-    /// Runs `duration` s of simulated time at once, whatever the speed; shows the result. For pictures and runs without a
-    /// window.
+    /// Runs `duration` s of simulated time at once, whatever the speed; shows the result. For pictures, runs without a
+    /// window, and variants, whose steps are those of a scene that plays: whole ones, and a shorter one for what is left.
     pub fn run(&mut self, duration: f64) {
         if duration <= 0.0 || !duration.is_finite() {
             return;
@@ -114,11 +117,22 @@ impl Session {
             return;
         }
         self.go_another_way();
-        let (begin, parts) = (self.world.time(), (duration / self.world.dt()).ceil().clamp(1.0, HISTORY as f64));
-        for part in 1..=parts as u32 {
-            let until = begin + duration * f64::from(part) / parts;
+        let end = self.world.time() + duration;
+        let dt = self.world.dt();
+        let steps = (duration / dt + ROUNDING).floor() as u64;
+        let at_once = steps.div_ceil(HISTORY as u64).max(1);
+        let mut left = steps;
+        while left > 0 {
             let start = Instant::now();
-            let steps = self.world.advance(until - self.world.time());
+            let now = at_once.min(left);
+            (0..now).for_each(|_| self.world.step());
+            self.after_steps(now as f64, start.elapsed());
+            left -= now;
+        }
+        let rest = end - self.world.time();
+        if rest > ROUNDING * dt {
+            let start = Instant::now();
+            let steps = self.world.advance(rest);
             self.after_steps(steps as f64, start.elapsed());
         }
         self.settle_display();
