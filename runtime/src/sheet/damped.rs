@@ -1,9 +1,7 @@
 //! All vibrations of a small sheet about where it is, with how fast each dies away.
 //!
-//! With K = -∂f/∂x and C = -∂f/∂v every complex pair of eigenvalues λ of x'' + M⁻¹ C x' + M⁻¹ K x = 0 is a vibration with ω = |λ| and
-//! c = -2 Re λ, as x'' + c x' + ω² x = 0 has it. Real eigenvalues say not which two are of one motion: what is overdamped is taken from
-//! K φ = ω² M φ and c = φᵀ C φ, without what C does between two of them. Both matrices come of differences of forces and are full: for
-//! some dozens of masses.
+//! K φ = ω² M φ with K = -∂f/∂x and, of C = -∂f/∂v, the share of each: c = φᵀ C φ with φᵀ M φ = 1, so that x'' + c x' + ω² x = 0. What C
+//! does between two of them is left out. Both matrices come of differences of forces and are full: for some dozens of masses.
 
 use faer::{Mat, Side};
 use glam::DVec3;
@@ -75,57 +73,47 @@ impl Sheet {
 
 /// The vibrations of x'' + C x' + K x = 0, slowest first; none where they cannot be found.
 fn modes(stiffness: &Mat<f64>, damping: &Mat<f64>) -> Option<Vec<DampedMode>> {
-    let n = stiffness.nrows();
     let eigen = stiffness.self_adjoint_eigen(Side::Lower).ok()?;
     let rates = eigen.U().transpose() * damping * eigen.U();
     let squared = eigen.S().column_vector();
-    let overdamped = |k: &usize| rates[(*k, *k)] * rates[(*k, *k)] >= 4.0 * squared[*k];
-    let mut all: Vec<DampedMode> =
-        (0..n).filter(overdamped).map(|k| DampedMode { squared: squared[k], rate: rates[(k, k)] }).collect();
-    // In the fastest motion's time, so that both halves of the state are of one size.
-    let fastest = squared[n.checked_sub(1)?].max(f64::MIN_POSITIVE).sqrt();
-    let state = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-        (true, true) => 0.0,
-        (true, false) => f64::from(u8::from(i + n == j)),
-        (false, true) => -stiffness[(i - n, j)] / (fastest * fastest),
-        (false, false) => -damping[(i - n, j - n)] / fastest,
-    });
-    let roots = state.eigenvalues().ok()?;
-    let vibrates = roots.iter().filter(|root| root.im > 1e-6);
-    all.extend(
-        vibrates
-            .map(|root| DampedMode { squared: root.norm_sqr() * fastest * fastest, rate: -2.0 * root.re * fastest }),
-    );
-    all.sort_by(|a, b| a.squared.total_cmp(&b.squared));
-    Some(all)
+    Some((0..stiffness.nrows()).map(|k| DampedMode { squared: squared[k], rate: rates[(k, k)] }).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::World;
+    use crate::lattice::StructureKind;
+    use crate::scene::{PinSpec, Region, Scene, SheetSpec};
 
     #[test]
-    fn vibrations_that_damping_couples_have_the_roots_of_their_polynomial() {
-        // Two oscillators of 1 and 2 rad/s; a dashpot between them and one on the second.
-        let k = Mat::from_fn(2, 2, |i, j| if i == j { [1.0, 4.0][i] } else { 0.0 });
-        let c = Mat::from_fn(2, 2, |i, j| [[0.2, -0.2], [-0.2, 0.5]][i][j]);
-        let found = modes(&k, &c).expect("found");
-        assert_eq!(found.len(), 2);
-        for mode in found {
-            // det(λ² + λ C + K) = 0 at λ = -c/2 + i √(ω² - c²/4).
-            let (re, im) = (-0.5 * mode.rate, (mode.squared - 0.25 * mode.rate * mode.rate).sqrt());
-            let times = |a: (f64, f64), b: (f64, f64)| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
-            let root = (re, im);
-            let square = times(root, root);
-            let entry = |c: f64, k: f64| (square.0 + c * re + k, square.1 + c * im);
-            let (first, second, beside) = (entry(0.2, 1.0), entry(0.5, 4.0), (-0.2 * re, -0.2 * im));
-            let (product, crossed) = (times(first, second), times(beside, beside));
-            assert!((product.0 - crossed.0).hypot(product.1 - crossed.1) < 1e-12, "{mode:?}");
-        }
-        // One that is overdamped keeps its own numbers.
-        let strong = Mat::from_fn(2, 2, |i, j| if i == j { [3.0, 0.1][i] } else { 0.0 });
-        let found = modes(&k, &strong).expect("found");
+    fn two_oscillators_turned_by_45_degrees_have_their_own_frequencies_and_rates() {
+        // 1 and 2 rad/s, 0.2 and 0.6 1/s, along the diagonals.
+        let turned = |a: f64, b: f64| Mat::from_fn(2, 2, |i, j| 0.5 * if i == j { a + b } else { a - b });
+        let found = modes(&turned(1.0, 4.0), &turned(0.2, 0.6)).expect("found");
         let near = |m: DampedMode, squared: f64, rate: f64| (m.squared - squared).abs() + (m.rate - rate).abs() < 1e-12;
-        assert!(near(found[0], 1.0, 3.0) && near(found[1], 4.0, 0.1), "{found:?}");
+        assert!(found.len() == 2 && near(found[0], 1.0, 0.2) && near(found[1], 4.0, 0.6), "{found:?}");
+    }
+
+    #[test]
+    fn springs_damped_alike_are_damped_as_their_stiffness_and_held_masses_do_not_count() {
+        let sheet = SheetSpec {
+            structure: StructureKind::Slamm,
+            grid: (4, 2, 3),
+            damping: 0.1,
+            pins: vec![PinSpec::clamped(Region::Left)],
+            ..SheetSpec::default()
+        };
+        let world = World::new(&Scene { sheets: vec![sheet], ..Scene::default() }).expect("valid");
+        let sheet = &world.sheets()[0];
+        let modes = sheet.damped_modes();
+        let held = (0..sheet.masses()).filter(|i| sheet.is_held(*i)).count();
+        assert!(held > 0 && modes.len() == 3 * (sheet.masses() - held));
+        let tau = sheet.springs().damping[0] / sheet.springs().stiffness[0];
+        let (fastest, omega) = (modes[modes.len() - 1], sheet.largest_frequency(3000));
+        assert!((fastest.squared.sqrt() / omega - 1.0).abs() < 1e-3, "{fastest:?} {omega}");
+        for mode in modes.iter().filter(|m| m.squared > 1e-3 * fastest.squared) {
+            assert!((mode.rate / (tau * mode.squared) - 1.0).abs() < 1e-3, "{mode:?} {tau}");
+        }
     }
 }
