@@ -22,7 +22,7 @@ pub struct DampedMode {
 pub const MOST_MASSES: usize = 64;
 
 impl Sheet {
-    /// All its vibrations about its present place, slowest first; none of a sheet of more than [`MOST_MASSES`] masses, or where they
+    /// All its vibrations about its present place, slowest first; none of a sheet of more than 64 masses, or where they
     /// cannot be found.
     pub fn damped_modes(&self) -> Vec<DampedMode> {
         let n = self.masses();
