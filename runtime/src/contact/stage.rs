@@ -78,9 +78,9 @@ pub(crate) struct Found {
 }
 
 impl Found {
-    /// Leaves out what cannot give: masses that are held in the way of a body that is held, too. No force parts them, and a solve that
-    /// tried would not end.
-    pub fn leave_out_fixed(&mut self, group: &Group) {
+    /// Leaves out what overlaps and cannot give: masses that are held inside a body that is held, too. No force parts them, and a
+    /// solve that tried would not end. Those that only touch stay: they may stick, and hold when their pins are taken away.
+    pub fn leave_out_jammed(&mut self, group: &Group) {
         let fixed = |side: &Side| match side {
             Side::Sheet { sheet, point } => {
                 let sheet = group.sheet(*sheet);
@@ -91,7 +91,11 @@ impl Found {
         let Self { contacts, parts, .. } = self;
         let mut kept = 0;
         for i in 0..contacts.len() {
-            if !(fixed(&contacts[i].a) && fixed(&contacts[i].b)) {
+            let Contact { a, b, normal, offset, .. } = &contacts[i];
+            let is_jammed = fixed(a)
+                && fixed(b)
+                && normal.dot(place(group, a, At::Free) - place(group, b, At::Free)) < offset - ACCURACY;
+            if !is_jammed {
                 (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
                 kept += 1;
             }

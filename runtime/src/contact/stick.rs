@@ -6,8 +6,8 @@
 //! friction goes up to μ (p + f). A bond that is pulled harder opens, is no closed contact after the step, and is gone.
 //!
 //! f is at most σ A, with σ the material's strength (Pa) and A the area of the sheet that falls to the mass (half of that between two
-//! sheets, whose masses meet each other's triangles, where they all do); a mass at several features shares it between them. Edges and
-//! corners that no mass touches hold nothing. As f takes the free motion
+//! sheets, whose masses meet each other's triangles, where they all do); a mass shares it between the features that are on the same side of the
+//! sheet. Edges and corners that no mass touches hold nothing. As f takes the free motion
 //! of the masses far into what they stick to, no more is used of σ A than there may be need for: what accelerates the mass by
 //! `RESERVE`, or twice what the bond bore in the last step, across and along, whichever is more. So a load has to grow faster than twofold
 //! in a step, from 200 m/s², to part what σ would hold.
@@ -39,8 +39,9 @@ pub(crate) struct Stuck {
     /// Whether each mass sticks to something.
     held: Vec<bool>,
     was_held: Vec<bool>,
-    /// Contacts of each mass.
-    count: Vec<u32>,
+    /// Where the first contact of each mass is from it, and how many there are on that side and on the other.
+    towards: Vec<DVec3>,
+    count: Vec<[u32; 2]>,
     /// The scene's own forces, while the others are with them.
     applied: Vectors,
     /// How many masses stick.
@@ -77,23 +78,40 @@ impl Stuck {
         if [stuck.pull.len(), stuck.was_pull.len(), stuck.held.len(), stuck.was_held.len()] != [masses; 4] {
             return Err(Cut);
         }
-        (stuck.count, stuck.applied) = (vec![0; masses], Vectors::zeros(masses));
+        (stuck.count, stuck.towards) = (vec![[0; 2]; masses], vec![DVec3::ZERO; masses]);
+        stuck.applied = Vectors::zeros(masses);
         Ok(stuck)
     }
 
     fn begin(&mut self, masses: usize) {
         if self.held.len() != masses {
             *self = Self { pull: Vectors::zeros(masses), held: vec![false; masses], ..Self::default() };
-            (self.was_held, self.count) = (vec![false; masses], vec![0; masses]);
+            (self.was_held, self.count) = (vec![false; masses], vec![[0; 2]; masses]);
+            self.towards = vec![DVec3::ZERO; masses];
             (self.applied, self.was_pull) = (Vectors::zeros(masses), Vectors::zeros(masses));
         }
         std::mem::swap(&mut self.held, &mut self.was_held);
         std::mem::swap(&mut self.pull, &mut self.was_pull);
         self.held.fill(false);
-        self.count.fill(0);
+        self.count.fill([0; 2]);
         self.pull.clear();
         self.on_bodies.clear();
         self.bonds = 0;
+    }
+
+    /// Counts a contact of mass `i` that is on its side `towards`.
+    fn has_contact(&mut self, i: u32, towards: DVec3) {
+        let i = i as usize;
+        if self.count[i] == [0; 2] {
+            self.towards[i] = towards;
+        }
+        self.count[i][usize::from(self.towards[i].dot(towards) < 0.0)] += 1;
+    }
+
+    /// How many contacts mass `i` has on its side `towards`.
+    fn contacts(&self, i: u32, towards: DVec3) -> u32 {
+        let i = i as usize;
+        self.count[i][usize::from(self.count[i] != [0; 2] && self.towards[i].dot(towards) < 0.0)]
     }
 }
 
@@ -162,7 +180,7 @@ pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, ar
         if let Some((sheet, mass, _)) = of_mass(contact)
             && let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck
         {
-            stuck.count[mass as usize] += 1;
+            stuck.has_contact(mass, towards(contact));
         }
     });
     let hanging = |body: u32| {
@@ -181,7 +199,7 @@ pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, ar
             let other = &sheets[members[other as usize] as usize];
             strength = strength.max(other.strength(&place, was));
             // Masses there that have no contacts of their own are told of by this one.
-            let silent = |i: u32| other.work.stuck.as_ref().is_some_and(|s| s.count[i as usize] == 0);
+            let silent = |i: u32| other.work.stuck.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
             share = 0.5 * (1.0 + place.terms().filter(|(i, _)| silent(*i)).map(|(_, w)| w).sum::<f64>());
         }
         if strength <= 0.0 {
@@ -195,7 +213,7 @@ pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, ar
             }
             need += RESERVE_OF_BODY * over.start.mass() / f64::max(last.1, 1.0);
         }
-        let parts = f64::from(stuck.count[mass as usize].max(1));
+        let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
         let before = stuck.was_pull.get(mass as usize).length() / parts;
         need = (need / parts).max(GROWTH * borne(scratch, contact, before));
         let most = strength * share * own.area_of(mass) / parts;
@@ -245,6 +263,12 @@ fn of_mass(contact: &Contact) -> Option<(u32, u32, SheetPoint)> {
         _ => None,
     };
     single(&contact.a).or_else(|| single(&contact.b))
+}
+
+/// Where what its mass touches is from it, for a contact of one.
+fn towards(contact: &Contact) -> DVec3 {
+    let of_a = matches!(contact.a, Side::Sheet { point, .. } if point.weights[0] == 1.0);
+    if of_a { -contact.normal } else { contact.normal }
 }
 
 /// The other sheet of a contact of two, and where.

@@ -274,7 +274,7 @@ impl Find for Near<'_> {
             found.parts.push(part_of);
         }
         if group.members.iter().any(|i| !group.sheets[*i as usize].pins.is_empty()) {
-            found.leave_out_fixed(group);
+            found.leave_out_jammed(group);
         }
         self.join(group, found);
     }
