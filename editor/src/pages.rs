@@ -141,10 +141,12 @@ fn compare(session: &mut Session, state: &mut EditorState) {
     state.camera.zoom(1.0);
 }
 
-/// Warmth painted on a sheet that was cut, its springs' net.
+/// Warmth painted on a sheet that was cut.
 fn hands(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Sheet].into();
-    session.cut(0, ((0.55, 0.15), (0.8, 0.6)));
+    // So fine that a cut is thin and a patch round.
+    session.edit("grid", "grid", |scene| scene.sheets[0].grid = (51, 1, 51));
+    session.cut(0, ((0.55, 0.2), (0.85, 0.2)));
     session.run(0.4);
     if session.begin_stroke(0) {
         for i in 0..12 {
@@ -155,7 +157,6 @@ fn hands(session: &mut Session, state: &mut EditorState) {
     }
     session.run(0.3);
     state.tool = Tool::Heat;
-    state.display.masses = true;
     state.camera.zoom(0.5);
 }
 
@@ -199,8 +200,9 @@ fn display(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Display, Section::Camera].into();
     session.run(19.0);
     state.display.colour = Some(SheetColour::Bending);
-    state.display.normals = true;
-    state.camera.zoom(1.0);
+    // The heater is beside the tools and not behind them.
+    state.camera.target.y += 0.012;
+    state.camera.zoom(-1.0);
 }
 
 /// A sheet that is generated.
