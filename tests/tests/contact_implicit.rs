@@ -7,9 +7,9 @@ use sheetwork::World;
 use sheetwork::measure::drops::throw;
 use sheetwork::measure::overlap::between;
 use sheetwork::measure::{Setup, measure};
-use sheetwork::scene::Material;
+use sheetwork::scene::{Material, Scene};
 use sheetwork::sheet::Status;
-use sheetwork_tests::shipped;
+use sheetwork_tests::{shipped, world};
 
 /// Energy may rise by this over its start, relative to what the situation brings: rounding.
 const ENERGY: f64 = 1e-9;
@@ -212,6 +212,32 @@ fn a_box_bends_the_sheet_it_rests_on_as_a_beam_bends() {
     assert!(-middle > 0.97 * sag(plate) && -middle < 1.03 * sag(beam), "{middle}");
     let rest = place(&world, "box");
     assert!(rest.with_y(0.0).length() < 1e-3, "{rest}");
+}
+
+/// A body that is led into a place where a sheet is held strains it without end: what is looked at for contact of the sheet with itself
+/// must not grow to all of it with all of it.
+#[test]
+fn a_body_led_into_a_held_sheet_is_no_search_of_everything() {
+    let scene = Scene::parse(
+        r#"(
+            engine: "tr-bdf2", dt: 0.016666666666666666, duration: 0.5,
+            sheets: [(structure: "shell", grid: (21, 1, 21), size: (0.2, 0.2), material: "card",
+                placement: (position: (0.02, 0.083, 0.01)), pins: [(region: Masses([215]))])],
+            bodies: [(shape: Box((0.08, 0.08, 0.08)), placement: (position: (0, 0.04, 0)),
+                path: [(time: 0.3), (time: 0.32, offset: (0, 0.014, 0)), (time: 10, offset: (0, 0.014, 0))])],
+        )"#,
+    )
+    .expect("valid");
+    let mut world = world(&scene);
+    while world.time() < scene.duration {
+        world.step();
+    }
+    assert!(world.unstable().is_none());
+    let report = world.report(0.0, &[]);
+    let (looked, rounds) = (report.sheets[0].detection.self_tests, report.sheets[0].contact_work.rounds);
+    println!("{looked} pairs of triangles in {rounds} rounds");
+    // 800 triangles make 320,000 pairs.
+    assert!(rounds > 30 && looked < 10_000 * rounds, "{looked} pairs of triangles in {rounds} rounds");
 }
 
 #[test]

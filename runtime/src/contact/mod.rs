@@ -22,6 +22,7 @@ mod direct;
 mod dual;
 pub mod features;
 pub mod find;
+pub(crate) mod found;
 pub mod frame;
 pub mod geometry;
 mod memory;

@@ -1,15 +1,16 @@
 //! Rounds of a stage: free motion, detection, position solve, until what came of it is what was predicted and nothing has gone
 //! through anything.
 //!
-//! Detection sees what the free motion would touch. What contact pushes into something else is looked for in a wider search; what
-//! has crossed between two sheets on the way from the start of the stage to where a round has come to is looked for after it, and
+//! Detection sees what the free motion would touch. What contact pushes into something else is looked for in a wider search, or, where
+//! it pushes one sheet so far that everything would be near everything, where that has come to; what has crossed between two sheets on the way from the start of the stage to where a round has come to is looked for after it, and
 //! its rows are kept for the rounds that follow. Lengths in m.
 
 use glam::DVec3;
 
 use super::delassus::Group;
+use super::found::Found;
 use super::settled;
-use super::stage::{Found, Scratch};
+use super::stage::Scratch;
 use crate::sheet::Field;
 use crate::sheet::stage::StageWork;
 
@@ -26,6 +27,8 @@ const HOPELESS_SOON: f64 = 1e4;
 /// How far pairs may be moved into one another that are looked for, m, at most, and how often it is tried with more.
 const WIDEST: f64 = 0.1;
 const WIDENINGS: u32 = 3;
+/// Moved further than this, m, a sheet is looked at where it has come to: as what is held and led into a body is in every step.
+const FAR: f64 = 5e-3;
 /// A round that leaves more than this part of the overlap before it has not helped, and the next would not.
 const HELPED: f64 = 0.8;
 
@@ -36,6 +39,8 @@ pub(crate) enum Look {
     First,
     /// The same as seen from where the last round has come to.
     Again,
+    /// What touches where contact moves things in this round, as seen from the start of the stage.
+    Moved,
     /// What sheets overlap of bodies where the last round has come to.
     Reached,
     /// What of sheets has met on the way from the start of the stage to there.
@@ -79,8 +84,8 @@ fn solve_and_widen(
     group: &mut Group,
     scratch: &mut Scratch,
     h: f64,
-    rough: bool,
-    mut find: impl FnMut(&Group, Margins, &mut Found),
+    (look, rough): (Look, bool),
+    mut find: impl FnMut(&Group, Look, Margins, &mut Found),
 ) -> Option<bool> {
     let mut touched = scratch.watched(|scratch| scratch.solve_positions(group, h, rough));
     let mut margins = Margins::of(group.members.len());
@@ -88,8 +93,15 @@ fn solve_and_widen(
         if !touched || scratch.failed || !margins.widen(furthest(group)) {
             break;
         }
-        find(group, margins, &mut scratch.seen);
-        if !scratch.take_up_wide(group) {
+        let is_far = group.members.len() == 1 && margins.sheets > FAR;
+        let overlaps = if is_far {
+            find(group, Look::Moved, Margins::NARROW, &mut scratch.seen);
+            scratch.take_up_more(group)
+        } else {
+            find(group, look, margins, &mut scratch.seen);
+            scratch.take_up_wide(group)
+        };
+        if !overlaps {
             break;
         }
         scratch.take_up_crossed();
@@ -137,9 +149,7 @@ pub(crate) fn solve_rounds(
         }
         scratch.take_up_crossed();
         let rough = round == 0 && scratch.is_impact(group);
-        let Some(touched) = solve_and_widen(group, scratch, h, rough, |group, margins, found| {
-            find(group, look, margins, found);
-        }) else {
+        let Some(touched) = solve_and_widen(group, scratch, h, (look, rough), &mut find) else {
             return Rounds::Failed;
         };
         met |= touched;

@@ -14,6 +14,7 @@ use super::coulomb::Law;
 use super::delassus::Group;
 use super::dual::{ACCURACY, Dual};
 use super::find::is_of_surface;
+use super::found::Found;
 use super::memory::{Memory, Remembered};
 use super::mover::Mover;
 use super::on_forces::Few;
@@ -67,44 +68,6 @@ pub(super) enum Solved {
     BySweeps,
 }
 
-/// What detection found.
-#[derive(Default)]
-pub(crate) struct Found {
-    pub contacts: Vec<Contact>,
-    /// Of the contacts with bodies, the part of the group they are with; for as many as there are.
-    pub parts: Vec<u32>,
-    /// Contacts from this number on are glue.
-    pub glue_from: usize,
-}
-
-impl Found {
-    /// Leaves out what overlaps and cannot give: masses that are held inside a body that is held, too. No force parts them, and a
-    /// solve that tried would not end. Those that only touch stay: they may stick, and hold when their pins are taken away.
-    pub fn leave_out_jammed(&mut self, group: &Group) {
-        let fixed = |side: &Side| match side {
-            Side::Sheet { sheet, point } => {
-                let sheet = group.sheet(*sheet);
-                point.terms().all(|(i, _)| sheet.is_held(i as usize))
-            }
-            Side::Body { body, .. } => !group.movers[*body as usize].gives(),
-        };
-        let Self { contacts, parts, .. } = self;
-        let mut kept = 0;
-        for i in 0..contacts.len() {
-            let Contact { a, b, normal, offset, .. } = &contacts[i];
-            let is_jammed = fixed(a)
-                && fixed(b)
-                && normal.dot(place(group, a, At::Free) - place(group, b, At::Free)) < offset - ACCURACY;
-            if !is_jammed {
-                (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
-                kept += 1;
-            }
-        }
-        contacts.truncate(kept);
-        parts.truncate(kept);
-    }
-}
-
 /// Arrays of a contact problem, kept from step to step.
 #[derive(Default)]
 pub(crate) struct Scratch {
@@ -112,7 +75,7 @@ pub(crate) struct Scratch {
     pub found: Found,
     pub(super) seen: Found,
     /// What of sheets has crossed in the rounds so far, and whether something has in the last.
-    crossing: Vec<Contact>,
+    pub(super) crossing: Vec<Contact>,
     pub crossed: bool,
     pub memory: Memory,
     pub movers: Vec<Mover>,
@@ -203,12 +166,12 @@ impl Gaps {
 
 /// Which positions of a group a point is wanted at.
 #[derive(Clone, Copy)]
-enum At {
+pub(super) enum At {
     Start,
     Free,
 }
 
-fn place(group: &Group, side: &Side, at: At) -> DVec3 {
+pub(super) fn place(group: &Group, side: &Side, at: At) -> DVec3 {
     match side {
         Side::Sheet { sheet, point } => {
             let sheet = group.sheet(*sheet);
@@ -222,7 +185,7 @@ fn place(group: &Group, side: &Side, at: At) -> DVec3 {
 }
 
 /// How far contact moves a side, m.
-fn moved(group: &Group, side: &Side) -> DVec3 {
+pub(super) fn moved(group: &Group, side: &Side) -> DVec3 {
     by_contact(group, side, |jump| &jump.dx, Mover::moved)
 }
 
@@ -403,53 +366,11 @@ impl Scratch {
         })
     }
 
-    /// Takes up what was found in a wider search if some of that now overlaps which was not found before; false if none does.
-    pub(super) fn take_up_wide(&mut self, group: &Group) -> bool {
-        let known = |key: &Key| self.found.contacts.binary_search_by(|c| c.key.cmp(key)).is_ok();
-        let new = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| !known(&c.key));
-        let overlaps = new.into_iter().any(|contact| {
-            let [a, b] = [&contact.a, &contact.b].map(|side| place(group, side, At::Free) + moved(group, side));
-            contact.normal.dot(a - b) < contact.offset
-        });
-        if overlaps {
-            std::mem::swap(&mut self.found, &mut self.seen);
-        }
-        overlaps
-    }
-
     /// Begins the rounds of a stage.
     pub(super) fn begin_rounds(&mut self) {
         self.short_steps = false;
         self.crossed = false;
         self.crossing.clear();
-    }
-
-    /// Notes what of sheets has crossed, among what was seen.
-    pub(super) fn note_crossed(&mut self, group: &Group) {
-        let crossed = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| settled::has_crossed(group, c));
-        let before = self.crossing.len();
-        self.crossed = false;
-        for contact in crossed {
-            self.crossed = true;
-            if !self.crossing[..before].iter().any(|c| c.key == contact.key) {
-                self.crossing.push(*contact);
-            }
-        }
-    }
-
-    /// Adds to what was found what has crossed in earlier rounds: as it was seen before that.
-    pub(super) fn take_up_crossed(&mut self) {
-        let Found { contacts, parts, glue_from } = &mut self.found;
-        for crossed in &self.crossing {
-            match contacts[..*glue_from].binary_search_by(|c| c.key.cmp(&crossed.key)) {
-                Ok(i) => contacts[i] = *crossed,
-                Err(i) => {
-                    contacts.insert(i, *crossed);
-                    parts.insert(i, u32::MAX);
-                    *glue_from += 1;
-                }
-            }
-        }
     }
 
     /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.

@@ -7,8 +7,9 @@
 use super::energy::{Energies, Verdict, WITHIN, stay};
 use super::{SLEEP_SPEED, SLEEP_TIME, is_unstable};
 use crate::contact::Group;
+use crate::contact::found::Found;
 use crate::contact::rounds::{Look, Margins, Rounds, solve_rounds};
-use crate::contact::stage::{Found, Scratch};
+use crate::contact::stage::Scratch;
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle

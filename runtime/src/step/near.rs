@@ -6,17 +6,18 @@ use glam::DVec3;
 use super::group::Find;
 use crate::contact::Group;
 use crate::contact::find::{BodyMotion, FindCounters, Finder, Pair, Problem, Scope, SheetMotion};
+use crate::contact::found::Found;
 use crate::contact::frame::RigidFrame;
 use crate::contact::mover::{Mover, frame};
 use crate::contact::rigid::{BodyContact, BodyState, RigidView};
 use crate::contact::rounds::{Look, Margins};
 use crate::contact::row::{Contact, Side};
 use crate::contact::skin::Skin;
-use crate::contact::stage::{Found, mass_point};
+use crate::contact::stage::mass_point;
 use crate::contact::stick::on_bodies;
 use crate::contact::surroundings::Surroundings;
 use crate::kept::{Keeper, Taken, Taker};
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, Vectors};
 use crate::watch::{Phase, Watched};
 
 /// Key of glue, and of contacts between bodies: detection's are below.
@@ -33,6 +34,8 @@ pub(crate) struct NearWork {
     of_part: Vec<u32>,
     sheet_motions: Vec<SheetMotion<'static>>,
     body_motions: Vec<BodyMotion<'static>>,
+    /// Where contact moves the masses of the group's sheet, m.
+    moved: Vectors,
 }
 
 impl NearWork {
@@ -139,6 +142,19 @@ impl Near<'_> {
         let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
         let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
         let mut finder = std::mem::take(&mut self.work.finder);
+        let mut moved = std::mem::take(&mut self.work.moved);
+        if look == Look::Moved
+            && let [only] = group.members
+        {
+            let work = &group.sheets[*only as usize].work;
+            if moved.len() != work.stage.free.len() {
+                moved = Vectors::zeros(work.stage.free.len());
+            }
+            moved.copy_from(&work.stage.free);
+            if work.unit.is_touched() {
+                moved.add_scaled(1.0, &work.unit.jump.dx);
+            }
+        }
         finder.use_threads(group.parallel);
         for member in group.members {
             let sheet = &group.sheets[*member as usize];
@@ -149,6 +165,7 @@ impl Near<'_> {
             let base = if reached && begun { &stage.iterate } else { &sheet.x };
             let end = match look {
                 Look::Reached | Look::Crossed => &stage.iterate,
+                Look::Moved => &moved,
                 _ if begun => &stage.free,
                 _ => &sheet.x,
             };
@@ -158,8 +175,8 @@ impl Near<'_> {
         for (part, body) in self.work.parts.iter().zip(&self.work.of_part).take(bodies_too) {
             let of = &self.surroundings.parts[*part as usize];
             let mover = &group.movers[*body as usize];
-            let base = if look == Look::First { frame(&mover.start) } else { mover.end_frame() };
-            let end = if look == Look::Reached { mover.end_frame() } else { frame(&mover.free) };
+            let base = if matches!(look, Look::First | Look::Moved) { frame(&mover.start) } else { mover.end_frame() };
+            let end = if matches!(look, Look::Reached | Look::Moved) { mover.end_frame() } else { frame(&mover.free) };
             bodies.push(BodyMotion {
                 id: *part,
                 features: &of.features,
@@ -177,6 +194,7 @@ impl Near<'_> {
         self.work.finder = finder;
         self.work.sheet_motions = reused(sheets);
         self.work.body_motions = reused(bodies);
+        self.work.moved = moved;
     }
 
     fn coefficients(&self, group: &Group, pair: Pair) -> (f64, f64) {

@@ -1,0 +1,108 @@
+//! What detection found for a round, and what is added to it: what contact has moved into something else, and what of sheets has
+//! crossed in earlier rounds. Lists are in the order of their keys, contacts of sheets first, then those between bodies, then glue.
+
+use super::delassus::Group;
+use super::dual::ACCURACY;
+use super::row::{Contact, Key, Side};
+use super::settled;
+use super::stage::{At, Scratch, moved, place};
+
+/// What detection found.
+#[derive(Default)]
+pub(crate) struct Found {
+    pub contacts: Vec<Contact>,
+    /// Of the contacts with bodies, the part of the group they are with; for as many as there are.
+    pub parts: Vec<u32>,
+    /// Contacts from this number on are glue.
+    pub glue_from: usize,
+}
+
+impl Found {
+    /// Leaves out what overlaps and cannot give: masses that are held inside a body that is held, too. No force parts them, and a
+    /// solve that tried would not end. Those that only touch stay: they may stick, and hold when their pins are taken away.
+    pub fn leave_out_jammed(&mut self, group: &Group) {
+        let fixed = |side: &Side| match side {
+            Side::Sheet { sheet, point } => {
+                let sheet = group.sheet(*sheet);
+                point.terms().all(|(i, _)| sheet.is_held(i as usize))
+            }
+            Side::Body { body, .. } => !group.movers[*body as usize].gives(),
+        };
+        let Self { contacts, parts, .. } = self;
+        let mut kept = 0;
+        for i in 0..contacts.len() {
+            let Contact { a, b, normal, offset, .. } = &contacts[i];
+            let is_jammed = fixed(a)
+                && fixed(b)
+                && normal.dot(place(group, a, At::Free) - place(group, b, At::Free)) < offset - ACCURACY;
+            if !is_jammed {
+                (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
+                kept += 1;
+            }
+        }
+        contacts.truncate(kept);
+        parts.truncate(kept);
+    }
+}
+
+impl Scratch {
+    /// Takes up what was found in a wider search if some of that now overlaps which was not found before; false if none does.
+    pub(super) fn take_up_wide(&mut self, group: &Group) -> bool {
+        let known = |key: &Key| self.found.contacts.binary_search_by(|c| c.key.cmp(key)).is_ok();
+        let mut new = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| !known(&c.key));
+        let overlaps = new.any(|contact| overlaps(group, contact));
+        if overlaps {
+            std::mem::swap(&mut self.found, &mut self.seen);
+        }
+        overlaps
+    }
+
+    /// Adds to what was found what else overlaps where contact has moved it, among what was seen there; whether there is any.
+    pub(super) fn take_up_more(&mut self, group: &Group) -> bool {
+        let Self { found, seen, .. } = self;
+        let before = found.contacts.len();
+        for (contact, part) in seen.contacts[..seen.glue_from].iter().zip(&seen.parts) {
+            let place = found.contacts[..found.glue_from].binary_search_by(|c| c.key.cmp(&contact.key));
+            if let (Err(place), true) = (place, overlaps(group, contact)) {
+                found.contacts.insert(place, *contact);
+                found.parts.insert(place, *part);
+                found.glue_from += 1;
+            }
+        }
+        found.contacts.len() > before
+    }
+
+    /// Notes what of sheets has crossed, among what was seen.
+    pub(super) fn note_crossed(&mut self, group: &Group) {
+        let crossed = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| settled::has_crossed(group, c));
+        let before = self.crossing.len();
+        self.crossed = false;
+        for contact in crossed {
+            self.crossed = true;
+            if !self.crossing[..before].iter().any(|c| c.key == contact.key) {
+                self.crossing.push(*contact);
+            }
+        }
+    }
+
+    /// Adds to what was found what has crossed in earlier rounds: as it was seen before that.
+    pub(super) fn take_up_crossed(&mut self) {
+        let Found { contacts, parts, glue_from } = &mut self.found;
+        for crossed in &self.crossing {
+            match contacts[..*glue_from].binary_search_by(|c| c.key.cmp(&crossed.key)) {
+                Ok(i) => contacts[i] = *crossed,
+                Err(i) => {
+                    contacts.insert(i, *crossed);
+                    parts.insert(i, u32::MAX);
+                    *glue_from += 1;
+                }
+            }
+        }
+    }
+}
+
+/// Whether a contact overlaps where contact moves its sides.
+fn overlaps(group: &Group, contact: &Contact) -> bool {
+    let [a, b] = [&contact.a, &contact.b].map(|side| place(group, side, At::Free) + moved(group, side));
+    contact.normal.dot(a - b) < contact.offset
+}
