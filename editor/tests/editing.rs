@@ -6,6 +6,7 @@ use glam::DVec3;
 use sheetwork::World;
 use sheetwork::scene::{BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, OvenSpec, PinSpec, Region, Scene, Shape};
 use sheetwork_editor::session::{Item, MOST_BESIDE, Session, Variant};
+use sheetwork_editor::templates::TABLE;
 
 fn shipped() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/scenes")
@@ -159,6 +160,20 @@ fn sheets_polyhedra_heaters_and_materials_are_added_from_files() {
     }
     assert_eq!(session.world().sheets().len(), 1);
     assert!(!session.add_file(Path::new("notes.txt"), 0) && session.messages()[0].text.contains("notes.txt"));
+}
+
+#[test]
+fn what_a_file_has_below_the_floor_is_put_on_it_beside_the_sheets() {
+    let assets = shipped().join("..");
+    let template = TABLE.iter().find(|t| t.name == "Sheet on a box").expect("there is one");
+    let mut session = Session::new(&template.scene()).expect("valid");
+    assert!(session.add_file(&assets.join("polyhedra/cube.pol"), 0), "{:?}", session.messages());
+    let state = session.world().body_state("cube").expect("added");
+    // Its file has its floor at -28.1 mm.
+    assert!((state.centre().y - 0.0281).abs() < 1e-9, "{}", state.centre());
+    assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
+    let lowest = |i: usize| session.world().sheets()[i].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    assert!(lowest(1) >= 0.0, "{}", lowest(1));
 }
 
 #[test]

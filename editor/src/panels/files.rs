@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use bevy_egui::egui::{self, Button, Key, ScrollArea, Ui, Window};
 
-use super::EditorState;
+use super::{EditorState, Tool};
 use crate::browser::Browser;
 use crate::camera::Camera;
 use crate::export::{Job, Kind, picture_file};
 use crate::picture::{Look, Picture};
 use crate::scenes;
-use crate::session::Session;
+use crate::session::{Item, Session};
 use crate::templates;
 
 /// Endings of what can be opened.
@@ -375,7 +375,25 @@ impl EditorState {
             }
             return;
         }
-        session.add_file(file, self.sheet);
+        let before = Self::parts(session);
+        if session.add_file(file, self.sheet) {
+            let after = Self::parts(session);
+            // What is new is shown where it is and can be moved at once.
+            if after.1 > before.1 {
+                (self.selected, self.tool) = (Some(Item::Body(before.1)), Tool::Move);
+            } else if after.2 > before.2 {
+                (self.selected, self.tool) = (Some(Item::Heater(before.2)), Tool::Move);
+            }
+            if before == (0, 0, 0) {
+                self.camera = Camera::of_session(session);
+            }
+        }
+    }
+
+    /// How many sheets, bodies and heaters the scene has.
+    fn parts(session: &Session) -> (usize, usize, usize) {
+        let scene = session.scene();
+        (scene.sheets.len(), scene.bodies.len(), scene.heaters.len())
     }
 
     fn look_at(&mut self, session: &Session) {

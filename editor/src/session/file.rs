@@ -2,13 +2,20 @@
 
 use std::path::Path;
 
+use glam::DVec3;
 use sheetwork::InputError;
+use sheetwork::scene::heater::read_heaters_file;
 use sheetwork::scene::material::read_material_file;
-use sheetwork::scene::{BodySpec, HeaterSpec, MaterialChoice, Scene, Shape, SheetSpec};
+use sheetwork::scene::pol::read_pol_file;
+use sheetwork::scene::sht::read_sht_file;
+use sheetwork::scene::{BodySpec, HeaterSpec, MaterialChoice, Placement, Scene, Shape, SheetSpec};
 
 use super::Session;
 use crate::document::{Document, files};
 use crate::playback;
+
+/// Between what is put on the floor and what is there, m.
+const OVER: f64 = 0.01;
 
 /// What a file is, by the end of its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,21 +144,22 @@ impl Session {
         }
     }
 
-    /// Adds what is in a sheet, polyhedra or heater file to the scene, as one edit; a material file is given to sheet `sheet`. Returns
-    /// whether it was taken; a refusal becomes a message.
+    /// Adds what is in a sheet, polyhedra or heater file to the scene, as one edit; a material file is given to sheet `sheet`. It is put where
+    /// its file has it, or on the floor, where that is higher, beside the sheets. Returns whether it was taken; a refusal becomes a message.
     pub fn add_file(&mut self, file: &Path, sheet: usize) -> bool {
         let path = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
         let name = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let label = format!("add {}", file.file_name().unwrap_or_default().to_string_lossy());
+        let placement = self.above_the_floor(file);
         match kind_of(file) {
             Some(Kind::Sheet) => self.edit(&label, &label, |scene| {
-                scene.sheets.push(SheetSpec { name, file: Some(path), ..SheetSpec::default() });
+                scene.sheets.push(SheetSpec { name, file: Some(path), placement, ..SheetSpec::default() });
             }),
             Some(Kind::Polyhedra) => self.edit(&label, &label, |scene| {
-                scene.bodies.push(BodySpec { name, ..BodySpec::new(Shape::File(path)) });
+                scene.bodies.push(BodySpec { name, placement, ..BodySpec::new(Shape::File(path)) });
             }),
             Some(Kind::Heaters) => self.edit(&label, &label, |scene| {
-                scene.heaters.push(HeaterSpec { name, file: Some(path), ..HeaterSpec::default() });
+                scene.heaters.push(HeaterSpec { name, file: Some(path), placement, ..HeaterSpec::default() });
             }),
             Some(Kind::Ron) => match read_material_file(file) {
                 Ok(_) => self.take_material(sheet, MaterialChoice::File(path)),
@@ -170,4 +178,34 @@ impl Session {
             }
         }
     }
+
+    /// Where to put what is in `file`, whose coordinates are those of another room: higher than this one's floor, and then beside its sheets.
+    fn above_the_floor(&self, file: &Path) -> Placement {
+        let mut position = DVec3::ZERO;
+        // A file that cannot be read is refused by the edit, with its reason.
+        if let (Some((low, high)), Some(room)) = (bounds(file).unwrap_or_default(), &self.scene().room)
+            && low.y < room.y.0
+        {
+            position.y = room.y.0 - low.y + if kind_of(file) == Some(Kind::Sheet) { OVER } else { 0.0 };
+            let taken = self.world().sheets().iter().filter_map(|s| s.x.bounds());
+            if let Some(taken) = taken.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+                && (low + position).cmple(taken.1).all()
+                && (high + position).cmpge(taken.0).all()
+            {
+                position.x = taken.1.x - low.x + OVER;
+            }
+        }
+        Placement { position, ..Placement::default() }
+    }
+}
+
+/// Corners of the box around what is in a file of a sheet, polyhedra or heaters, m; none of any other.
+fn bounds(file: &Path) -> Result<Option<(DVec3, DVec3)>, InputError> {
+    let points: Vec<DVec3> = match kind_of(file) {
+        Some(Kind::Sheet) => read_sht_file(file)?.masses.iter().map(|m| m.position).collect(),
+        Some(Kind::Polyhedra) => read_pol_file(file)?.into_iter().flat_map(|p| p.vertices).collect(),
+        Some(Kind::Heaters) => read_heaters_file(file)?.into_iter().flat_map(|h| h.polyhedron.vertices).collect(),
+        _ => Vec::new(),
+    };
+    Ok(points.into_iter().map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))))
 }
