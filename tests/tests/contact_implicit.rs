@@ -240,6 +240,19 @@ fn a_body_led_into_a_held_sheet_is_no_search_of_everything() {
     assert!(rounds > 30 && looked < 10_000 * rounds, "{looked} pairs of triangles in {rounds} rounds");
 }
 
+/// A card of three metres in a house of cards goes through others and the floor, and nothing puts that right.
+#[test]
+fn a_step_that_does_not_settle_is_given_up() {
+    let mut scene = shipped("cards_house");
+    scene.sheets[14].size.0 = 3.0;
+    let mut world = world(&scene);
+    world.step();
+    let factors: u64 = world.report(0.0, &[]).sheets.iter().map(|s| s.contact_work.factors).sum();
+    println!("{factors} factors");
+    assert!((100..10_000).contains(&factors), "{factors}");
+    assert!(world.sheets().iter().all(|s| s.x.iter().all(|p| p.is_finite())));
+}
+
 #[test]
 fn a_falling_sheet_tips_a_row_of_dominoes() {
     let world = played("domino");

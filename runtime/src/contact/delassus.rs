@@ -96,6 +96,11 @@ impl Group<'_> {
         &mut self.sheets[self.members[local as usize] as usize]
     }
 
+    /// How many masses it has.
+    pub fn masses(&self) -> usize {
+        self.members.iter().map(|i| self.sheets[*i as usize].masses()).sum()
+    }
+
     /// Calls `work` for every sheet of the group; what it does to one must not depend on others.
     pub fn each(&mut self, work: impl Fn(&mut Sheet) + Sync) {
         use rayon::prelude::*;

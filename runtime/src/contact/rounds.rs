@@ -177,7 +177,11 @@ pub(crate) fn solve_rounds(
         if !apart {
             group.each(|sheet| sheet.work.stage.done = false);
         }
-        let rounds = if scratch.single || !met { ROUNDS } else { TOGETHER };
+        let rounds = match scratch.single || !met {
+            _ if scratch.is_spent() => 1,
+            true => ROUNDS,
+            false => TOGETHER,
+        };
         if round + 1 >= rounds && touched == met {
             return if met { Rounds::Failed } else { Rounds::Unsettled };
         }

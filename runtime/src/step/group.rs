@@ -58,6 +58,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         scratch.expected = if group.members.len() > 1 { scratch.deepest.saturating_sub(1) } else { 0 };
         scratch.deepest = 0;
         scratch.runaway = false;
+        scratch.effort = 0;
         if !std::mem::take(&mut scratch.strayed) {
             scratch.strays = 0;
         }
@@ -73,6 +74,10 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         sheet.keep();
     });
     scratch.keep(&group.movers);
+    if part.halvings > 0 && scratch.is_spent() {
+        give_up(group, scratch, finder, &part);
+        return;
+    }
     if part.halvings >= scratch.expected {
         scratch.deepest = scratch.deepest.max(part.halvings);
         if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
@@ -106,9 +111,21 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch) {
     }
 }
 
+/// Leaves the sheets where they are in a part of a step; bodies go on as if there were none.
+fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+    finder.begin_stage(group, part.done, part.done + part.dt);
+    finder.end_stage(group);
+    bring_back(group, scratch);
+    if scratch.runaway {
+        group.each(|sheet| sheet.work.stage.astray = true);
+    }
+    group.each(|sheet| sheet.end_flow());
+}
+
 /// How often a step may be halved.
 fn most_halvings(members: usize, scratch: &Scratch) -> u32 {
     match (members, scratch.single) {
+        _ if scratch.is_spent() => 0,
         (1, true) => HALVINGS,
         (1, false) => HALVINGS_FEW,
         _ => HALVINGS_TOGETHER,
