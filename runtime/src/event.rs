@@ -35,6 +35,8 @@ pub enum EventKind {
     Buckled,
     /// A sheet opened for the first time: it tore or melted.
     Torn,
+    /// A sheet went to another grid ([`crate::world::World::resample`], or a level of detail).
+    Resampled,
 }
 
 /// Something that happened.
@@ -57,6 +59,9 @@ pub struct Event {
     /// Of what it opened, when it did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opening: Option<Opening>,
+    /// Masses along its length and width, where it went to another grid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub grid: Option<(u32, u32)>,
     /// What showed that it was unstable, and what was done about it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alarm: Option<Alarm>,
@@ -139,7 +144,8 @@ impl Alarm {
 impl Event {
     /// What happened to `sheet`, at no place that is known.
     pub(crate) fn new(time_s: f64, kind: EventKind, sheet: &str, body: Option<String>) -> Self {
-        Self { time_s, kind, sheet: sheet.to_owned(), body, place_m: None, energy_j: None, opening: None, alarm: None }
+        let sheet = sheet.to_owned();
+        Self { time_s, kind, sheet, body, place_m: None, energy_j: None, opening: None, grid: None, alarm: None }
     }
 }
 

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use sheetwork::World;
+use sheetwork::event::EventKind;
 use sheetwork::measure::{Setup, measure};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::{Sheet, Status};
@@ -434,10 +435,23 @@ fn a_warm_step_with_levels_changes_nothing_of_other_sheets() {
 }
 
 #[test]
+fn a_change_of_grid_is_told_of() {
+    let mut world = clamped(11, "");
+    world.step();
+    to(&mut world, 11);
+    assert!(world.events().is_empty(), "it has that grid");
+    to(&mut world, 21);
+    let [event] = world.events() else { panic!("{:?}", world.events()) };
+    assert_eq!((event.kind, event.sheet.as_str(), event.grid), (EventKind::Resampled, "leaf", Some((21, 21))));
+    assert_eq!(event.time_s, world.time());
+}
+
+#[test]
 fn the_shipped_scene_shows_it() {
     let mut world = World::new(&shipped("detail")).unwrap_or_else(|e| panic!("{e}"));
     assert!(world.has_detail());
     world.advance(2.0);
     let grids: Vec<_> = world.sheets().iter().map(|s| s.grid.0).collect();
+    assert!(world.events().iter().any(|e| e.kind == EventKind::Resampled));
     assert!(grids.iter().any(|g| *g == grids[0]) && grids.iter().any(|g| *g != grids[0]), "{grids:?}");
 }

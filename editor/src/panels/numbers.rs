@@ -178,11 +178,13 @@ pub(super) fn describe(event: &Event) -> String {
         EventKind::Contained => "was kept from going unstable",
         EventKind::Recovered => "is stepped as before again",
         EventKind::Buckled => "buckles",
+        EventKind::Resampled => "goes to another grid",
         EventKind::Torn if event.opening.is_some_and(|o| o.melted) => "melts",
         EventKind::Torn => "tears",
     };
-    match &event.body {
-        Some(body) => format!("{} {what} {body}", event.sheet),
-        None => format!("{} {what}", event.sheet),
+    match (&event.body, event.grid) {
+        (Some(body), _) => format!("{} {what} {body}", event.sheet),
+        (None, Some((nx, nz))) => format!("{} {what}, {nx} × {nz}", event.sheet),
+        (None, None) => format!("{} {what}", event.sheet),
     }
 }

@@ -130,7 +130,9 @@ pub(super) fn nice(value: f64) -> f64 {
 
 fn colour_of(kind: EventKind) -> Color32 {
     match kind {
-        EventKind::FirstContact | EventKind::SlidOff | EventKind::Flat => Color32::from_rgb(95, 170, 235),
+        EventKind::FirstContact | EventKind::SlidOff | EventKind::Flat | EventKind::Resampled => {
+            Color32::from_rgb(95, 170, 235)
+        }
         EventKind::AtRest | EventKind::Woke | EventKind::Recovered => Color32::from_rgb(140, 200, 120),
         EventKind::Unstable | EventKind::Torn => Color32::from_rgb(240, 80, 70),
         EventKind::Buckled | EventKind::Contained => Color32::from_rgb(240, 190, 70),

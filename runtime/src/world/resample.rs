@@ -4,6 +4,7 @@
 
 use super::World;
 use crate::error::{InputError, check_range};
+use crate::event::{Event, EventKind};
 use crate::kept::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 
@@ -65,6 +66,8 @@ impl World {
         new.take_over(&self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
         self.forget_contacts(index);
         self.sheets[index] = new;
+        let event = Event::new(self.time, EventKind::Resampled, &self.sheets[index].name, None);
+        self.events.push(Event { grid: Some(grid), ..event });
         Ok(())
     }
 
