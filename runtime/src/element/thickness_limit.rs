@@ -91,6 +91,7 @@ impl ThicknessLimit {
 
 impl Cell {
     /// C and N at the given places.
+    #[inline]
     fn volume(&self, apex: DVec3, [a, b, c, d]: [DVec3; 4]) -> (f64, DVec3) {
         let (mean, normal) = if self.square {
             ((a + b + c + d) / 4.0, (c - a).cross(d - b))
@@ -101,6 +102,7 @@ impl Cell {
     }
 
     /// Gradients of C with respect to the corners.
+    #[inline]
     fn gradients(&self, apex: DVec3, [a, b, c, d]: [DVec3; 4], normal: DVec3) -> [DVec3; 4] {
         if self.square {
             let w = apex - (a + b + c + d) / 4.0;
@@ -117,8 +119,10 @@ impl Cell {
 
     fn limit(&self, keep: f64, x: &Vectors, v: &mut Vectors, inverse_mass: &[f64], fixed: &[bool], dt: f64) {
         let apex = self.apex as usize;
-        let base = self.base.map(|i| i as usize);
-        let (place, corners) = (x.get(apex), base.map(|i| x.get(i)));
+        // Arrays and loops, no iterators of several parts: whether those become plain code hangs on how the crate is cut into units.
+        let [a, b, c, d] = self.base;
+        let base = [a as usize, b as usize, c as usize, d as usize];
+        let (place, corners) = (x.get(apex), [x.get(base[0]), x.get(base[1]), x.get(base[2]), x.get(base[3])]);
         let (volume, normal) = self.volume(place, corners);
         if normal.length() < COLLAPSED * self.area {
             return;
@@ -126,22 +130,29 @@ impl Cell {
         // Of the sign it has at rest, whichever way the cell is numbered.
         let missing = (keep * self.rest - volume) * self.rest.signum();
         let gradients = self.gradients(place, corners, normal);
-        let all = [(apex, normal), (base[0], gradients[0]), (base[1], gradients[1]), (base[2], gradients[2])];
-        let all = all.into_iter().chain([(base[3], gradients[3])]);
-        let rate = all.clone().map(|(i, g)| g.dot(v.get(i))).sum::<f64>() * self.rest.signum();
+        let masses = [apex, base[0], base[1], base[2], base[3]];
+        let gradients = [normal, gradients[0], gradients[1], gradients[2], gradients[3]];
+        let mut rate = 0.0;
+        for (i, g) in masses.iter().zip(&gradients) {
+            rate += g.dot(v.get(*i));
+        }
+        rate *= self.rest.signum();
         let wanted =
             if missing > 0.0 { (RECOVERY * missing / dt).min(FASTEST * self.rest.abs()) } else { missing / dt };
         if rate >= wanted {
             return;
         }
         let free = |i: usize| if fixed[i] { 0.0 } else { inverse_mass[i] };
-        let weight: f64 = all.clone().map(|(i, g)| free(i) * g.length_squared()).sum();
+        let mut weight = 0.0;
+        for (i, g) in masses.iter().zip(&gradients) {
+            weight += free(*i) * g.length_squared();
+        }
         if weight <= f64::MIN_POSITIVE {
             return;
         }
         let impulse = (wanted - rate) / weight * self.rest.signum();
-        for (i, g) in all {
-            v.set(i, v.get(i) + g * (impulse * free(i)));
+        for (i, g) in masses.iter().zip(&gradients) {
+            v.set(*i, v.get(*i) + *g * (impulse * free(*i)));
         }
     }
 }
