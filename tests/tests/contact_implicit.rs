@@ -214,6 +214,30 @@ fn a_box_bends_the_sheet_it_rests_on_as_a_beam_bends() {
     assert!(rest.with_y(0.0).length() < 1e-3, "{rest}");
 }
 
+/// A body that flies near a sheet and cannot reach it in the step goes where it would without the sheet.
+#[test]
+fn a_ball_above_a_held_sheet_falls_freely_until_it_meets_it() {
+    let scene = |depth: f64| {
+        let text = format!(
+            r#"(engine: "tr-bdf2", dt: 0.016666666666666666,
+                sheets: [(structure: "shell", grid: (11, 1, 11), size: (0.2, 0.2), material: "rubber",
+                    placement: (position: (0, {depth}, 0)), pins: [(region: Border)])],
+                bodies: [(name: "ball", shape: Ball(0.015), mass: 0.02, placement: (position: (0.01, 0.06, 0)))])"#
+        );
+        Scene::parse(&text).expect("valid")
+    };
+    let (mut near, mut far) = (world(&scene(0.0)), world(&scene(-9.0)));
+    let meets = |world: &World| !world.events().is_empty();
+    while !meets(&near) {
+        assert!(place(&near, "ball").distance(place(&far, "ball")) < 1e-12, "{} s", near.time());
+        assert!(near.time() < 0.2, "the ball is at {}", place(&near, "ball"));
+        near.step();
+        far.step();
+    }
+    // Without the sheet it would be there after the square root of 2 · 45 mm / g, 0.096 s.
+    assert!((near.time() - 0.096).abs() < 0.02, "{}", near.time());
+}
+
 /// A body that is led into a place where a sheet is held strains it without end: what is looked at for contact of the sheet with itself
 /// must not grow to all of it with all of it.
 #[test]

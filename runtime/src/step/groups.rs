@@ -322,7 +322,8 @@ impl Shared<'_> {
         };
         near.begin(&mut group, around, reach);
         let part = Part { field: stage.field, time: stage.time, done: 0.0, dt: stage.dt, halvings: 0 };
-        if near.is_idle(&group) {
+        let is_idle = near.is_idle(&group);
+        if is_idle {
             group.each(|sheet| {
                 if !sheet.pins.is_empty() {
                     sheet.pins.lead(stage.time, stage.dt, &sheet.x, &mut sheet.v);
@@ -340,7 +341,10 @@ impl Shared<'_> {
         members.iter().for_each(|i| sheets[*i as usize].hold_no_more());
         self.finish(sheets, touches, members);
         let first_claim = claims.len();
-        self.claim(&movers, &work, claims);
+        // Bodies that no sheet can have met go where Rapier takes them.
+        if !is_idle {
+            self.claim(&movers, &work, claims);
+        }
         if stage.sleep {
             self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
         }
