@@ -40,6 +40,8 @@ pub struct Dialog {
     browser: Browser,
     /// A file that is there already, and would be written over.
     over: Option<PathBuf>,
+    /// Whether it was shown before: what is typed at once is a name.
+    shown: bool,
 }
 
 impl EditorState {
@@ -65,7 +67,7 @@ impl EditorState {
             Purpose::Picture | Purpose::Sequence => named("png"),
             Purpose::Gltf => named("glb"),
         };
-        self.dialog = Some(Dialog { purpose, browser, over: None });
+        self.dialog = Some(Dialog { purpose, browser, over: None, shown: false });
     }
 
     /// Saves the scene in its file, or asks for one where it has none.
@@ -256,6 +258,9 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             let label = ui.label("Name");
             let field = egui::TextEdit::singleline(&mut dialog.browser.name).desired_width(280.0);
             let response = ui.add(field).labelled_by(label.id);
+            if !std::mem::replace(&mut dialog.shown, true) {
+                response.request_focus();
+            }
             let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             let over = dialog.over.is_some();
             let word = match dialog.purpose {

@@ -50,7 +50,8 @@ fn commands(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     if with(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || with(Modifiers::COMMAND, Key::Y) {
         session.redo();
     }
-    if with(Modifiers::COMMAND, Key::Z) {
+    // Several in one slow frame are several.
+    for _ in 0..ui.input_mut(|i| i.count_and_consume_key(Modifiers::COMMAND, Key::Z)) {
         session.undo();
     }
     if with(Modifiers::COMMAND | Modifiers::SHIFT, Key::S) {
