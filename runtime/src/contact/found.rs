@@ -18,6 +18,18 @@ pub(crate) struct Found {
 }
 
 impl Found {
+    /// Where the contact of a sheet with this key is, or would be put.
+    fn place_of(&self, key: &Key) -> Result<usize, usize> {
+        self.contacts[..self.glue_from].binary_search_by(|c| c.key.cmp(key))
+    }
+
+    /// Puts a contact of a sheet `at` its place, with its part of the group.
+    fn insert(&mut self, at: usize, contact: Contact, part: u32) {
+        self.contacts.insert(at, contact);
+        self.parts.insert(at, part);
+        self.glue_from += 1;
+    }
+
     /// Leaves out what overlaps and cannot give: masses that are held inside a body that is held, too. No force parts them, and a
     /// solve that tried would not end. Those that only touch stay: they may stick, and hold when their pins are taken away.
     pub fn leave_out_jammed(&mut self, group: &Group) {
@@ -62,11 +74,8 @@ impl Scratch {
         let Self { found, seen, .. } = self;
         let before = found.contacts.len();
         for (contact, part) in seen.contacts[..seen.glue_from].iter().zip(&seen.parts) {
-            let place = found.contacts[..found.glue_from].binary_search_by(|c| c.key.cmp(&contact.key));
-            if let (Err(place), true) = (place, overlaps(group, contact)) {
-                found.contacts.insert(place, *contact);
-                found.parts.insert(place, *part);
-                found.glue_from += 1;
+            if let (Err(at), true) = (found.place_of(&contact.key), overlaps(group, contact)) {
+                found.insert(at, *contact, *part);
             }
         }
         found.contacts.len() > before
@@ -87,15 +96,10 @@ impl Scratch {
 
     /// Adds to what was found what has crossed in earlier rounds: as it was seen before that.
     pub(super) fn take_up_crossed(&mut self) {
-        let Found { contacts, parts, glue_from } = &mut self.found;
         for crossed in &self.crossing {
-            match contacts[..*glue_from].binary_search_by(|c| c.key.cmp(&crossed.key)) {
-                Ok(i) => contacts[i] = *crossed,
-                Err(i) => {
-                    contacts.insert(i, *crossed);
-                    parts.insert(i, u32::MAX);
-                    *glue_from += 1;
-                }
+            match self.found.place_of(&crossed.key) {
+                Ok(at) => self.found.contacts[at] = *crossed,
+                Err(at) => self.found.insert(at, *crossed, u32::MAX),
             }
         }
     }

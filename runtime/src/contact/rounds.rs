@@ -2,8 +2,9 @@
 //! through anything.
 //!
 //! Detection sees what the free motion would touch. What contact pushes into something else is looked for in a wider search, or, where
-//! it pushes one sheet so far that everything would be near everything, where that has come to; what has crossed between two sheets on the way from the start of the stage to where a round has come to is looked for after it, and
-//! its rows are kept for the rounds that follow. Lengths in m.
+//! it pushes one sheet so far that everything would be near everything, where that has come to. What has crossed between two sheets on
+//! the way from the start of the stage to where a round has come to is looked for after it, and its rows are kept for the rounds that
+//! follow. Lengths in m.
 
 use glam::DVec3;
 

@@ -75,7 +75,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     });
     scratch.keep(&group.movers);
     if part.halvings > 0 && scratch.is_spent() {
-        give_up(group, scratch, finder, &part);
+        sit_out(group, scratch, finder, &part);
         return;
     }
     if part.halvings >= scratch.expected {
@@ -112,7 +112,7 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch) {
 }
 
 /// Leaves the sheets where they are in a part of a step; bodies go on as if there were none.
-fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     finder.begin_stage(group, part.done, part.done + part.dt);
     finder.end_stage(group);
     bring_back(group, scratch);
