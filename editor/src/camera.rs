@@ -2,9 +2,8 @@
 
 use glam::{Vec2, Vec3};
 use sheetwork::World;
-use sheetwork::scene::Shape;
 
-use crate::pick::Ray;
+use crate::pick::{Ray, body_boxes};
 use crate::session::Session;
 
 /// Where the picture is taken from.
@@ -146,6 +145,17 @@ impl Camera {
         Self { target: fitted.target, distance: fitted.distance, ..*self }
     }
 
+    /// Goes back until `point` (m) is well within a picture of `size`.
+    pub fn hold(&mut self, point: Vec3, size: Vec2) {
+        let inner = |at: Vec2| (0.08 * size).cmple(at).all() && (0.92 * size).cmpge(at).all();
+        for _ in 0..40 {
+            if self.project(point, size).is_some_and(inner) {
+                return;
+            }
+            self.zoom(-1.0);
+        }
+    }
+
     /// Comes nearer by notches of the wheel, or goes away for negative ones.
     pub fn zoom(&mut self, notches: f32) {
         self.distance = (self.distance * (-0.12 * notches.clamp(-20.0, 20.0)).exp()).clamp(1e-4, 1e4);
@@ -158,16 +168,7 @@ fn content(world: &World) -> Option<(Vec3, Vec3)> {
     for sheet in world.sheets() {
         points.extend(sheet.x.bounds().into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
     }
-    if let Some(rigid) = world.rigid() {
-        for (index, body) in rigid.bodies().iter().enumerate() {
-            let Some((position, rotation)) = rigid.pose(index) else { continue };
-            if let Shape::Ball(radius) = body.shape {
-                points.extend([-radius, radius].map(|r| (position + glam::DVec3::splat(r)).as_vec3()));
-            }
-            let corners = body.polyhedra.iter().flat_map(|p| &p.vertices);
-            points.extend(corners.map(|v| (rotation * *v + position).as_vec3()));
-        }
-    }
+    points.extend(body_boxes(world).into_iter().flat_map(|(low, high)| [low.as_vec3(), high.as_vec3()]));
     let low = points.iter().copied().reduce(Vec3::min)?;
     let high = points.iter().copied().reduce(Vec3::max)?;
     Some((low, high))

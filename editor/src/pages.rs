@@ -52,7 +52,7 @@ pub const ALL: &[Page] = &[
     Page::new("editor_generate.png", || shipped("hemisphere"), generate),
     Page::new("editor_files.png", || shipped("creased_sheet"), files),
     Page::new("editor_export.png", || shipped("cards_house_ball"), export),
-    Page::new("editor_help.png", || shipped("flower"), help),
+    Page { size: (1400, 1040), ..Page::new("editor_help.png", || shipped("flower"), help) },
     Page {
         size: (1280, 800),
         panels: false,
@@ -221,16 +221,18 @@ fn files(session: &mut Session, state: &mut EditorState) {
     state.browse(session, Purpose::Open);
     state.tool = Tool::Crease;
     // Below the dialog.
-    state.camera.target.y += 0.08;
+    state.camera.target.y += 0.1;
+    state.camera.zoom(-0.5);
 }
 
 /// A run that is about to be written.
 fn export(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Bodies].into();
     session.run(0.45);
-    // Below the dialog.
+    // Below the dialog, and with the ball.
     state.camera.target.y += 0.08;
-    state.camera.zoom(-3.5);
+    state.camera.target.x += 0.05;
+    state.camera.zoom(-5.0);
     state.export = Some(Job::new(Kind::Gltf, Path::new("house_of_cards.glb"), 4.0));
 }
 
@@ -238,6 +240,8 @@ fn export(session: &mut Session, state: &mut EditorState) {
 fn help(session: &mut Session, state: &mut EditorState) {
     session.run(1.0);
     state.help = true;
+    // Above the window.
+    state.camera.target.y -= 0.4 * state.camera.distance * (0.5 * state.camera.field_of_view).tan();
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use sheetwork::World;
+use sheetwork::contact::rigid::Body;
 use sheetwork::scene::Shape;
 use sheetwork::sheet::Sheet;
 
@@ -126,6 +127,20 @@ pub fn body(world: &World, ray: Ray) -> Option<(usize, f64)> {
         }
     }
     best
+}
+
+/// The boxes around the bodies that have an end, where they are now, m: lowest and highest corners.
+pub fn body_boxes(world: &World) -> Vec<(DVec3, DVec3)> {
+    let Some(rigid) = world.rigid() else { return Vec::new() };
+    let of = |(index, body): (usize, &Body)| {
+        let (place, turn) = rigid.pose(index)?;
+        if let Shape::Ball(radius) = body.shape {
+            return Some((place - radius, place + radius));
+        }
+        let corners = body.polyhedra.iter().flat_map(|p| &p.vertices).map(|v| turn * *v + place);
+        corners.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    };
+    rigid.bodies().iter().enumerate().filter_map(of).collect()
 }
 
 #[cfg(test)]

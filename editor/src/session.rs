@@ -1,8 +1,10 @@
 //! A session: one scene being edited and one world of it, played, paused, stepped, gone back in. No window, no graphics.
 //!
-//! `clock` lets time pass, `edit` changes the scene and brings the world after it, `past` goes back in time, `hands` pulls and pins, `paint` folds, cuts and warms, `file` opens
-//! and saves, `compare` has variants in step with it, `message` is what the user should know, `recording` shows a recording in place of a simulation.
+//! `clock` lets time pass, `edit` changes the scene and brings the world after it, `past` goes back in time, `hands` pulls and pins, `carry` puts bodies and
+//! heaters elsewhere, `paint` folds, cuts and warms, `file` opens and saves, `compare` has variants in step with it, `message` is what the user should know,
+//! `recording` shows a recording in place of a simulation.
 
+mod carry;
 mod clock;
 mod compare;
 mod edit;
@@ -25,9 +27,10 @@ use sheetwork::sheet::{Status, Vectors};
 use sheetwork::watch::Watch;
 use sheetwork::{InputError, Snapshot, World};
 
+pub use carry::Item;
 pub use clock::{FRAME_BUDGET, HISTORY, SPEEDS, Timing};
 pub use compare::{MOST_BESIDE, Variant};
-pub use hands::{Hand, Item};
+pub use hands::Hand;
 pub use message::Message;
 
 use crate::document::Document;
@@ -61,7 +64,9 @@ pub struct Session {
     /// Masses pinned while it ran, and how far from their places at the start they were then: sheet, mass, m.
     pinned_here: Vec<(usize, u32, DVec3)>,
     /// What is being moved and has not arrived.
-    carried: Option<(Item, DVec3)>,
+    carried: Option<carry::Carried>,
+    /// The middle of each heater of the scene in its own axes, m.
+    heater_middles: Vec<DVec3>,
     /// Warmth that is being painted.
     stroke: Option<paint::Stroke>,
     messages: Vec<Message>,
@@ -102,6 +107,7 @@ impl Session {
             hand: None,
             pinned_here: Vec::new(),
             carried: None,
+            heater_middles: Vec::new(),
             stroke: None,
             messages: Vec::new(),
             told_unstable: false,
@@ -130,10 +136,12 @@ impl Session {
         self.carried = None;
         self.stroke = None;
         self.told_unstable = false;
+        self.messages.retain(|m| !m.of_run);
         self.settle_display();
         self.samples.push(Sample::of(&self.world, 0.0));
         self.timeline.take(&self.world);
         self.find_largest_step();
+        self.find_heaters();
         self.begin_beside();
     }
 
@@ -249,10 +257,8 @@ impl Session {
     /// Where body `index` is in the picture; `None` when there is no such body.
     pub fn body_pose(&self, index: usize) -> Option<(DVec3, DQuat)> {
         let (position, rotation) = self.world.rigid()?.pose(index)?;
-        if let Some((Item::Body(carried), by)) = self.carried
-            && carried == index
-        {
-            return Some((self.scene().bodies.get(index)?.placement.position + by, rotation));
+        if let Some(there) = self.carried_to(Item::Body(index)) {
+            return Some((there, rotation));
         }
         let alpha = self.alpha();
         Some(match self.bodies_before.get(index) {

@@ -341,6 +341,54 @@ fn bodies_and_heaters_are_carried_and_put_down() {
 }
 
 #[test]
+fn a_body_that_moves_freely_is_put_elsewhere_in_the_run() {
+    let template = TABLE.iter().find(|t| t.name == "Ball on a held sheet").expect("there is one");
+    let mut session = Session::new(&template.scene()).expect("valid");
+    let ball = |session: &Session| session.world().body_state("ball").expect("there").centre();
+    let start = ball(&session);
+    session.run(1.5);
+    let rests = ball(&session);
+    assert!(rests.y < start.y - 0.02 && session.is_on_its_way(0));
+    session.carry(Item::Body(0), DVec3::new(0.01, 0.05, 0.0));
+    assert!(session.body_pose(0).expect("shown").0.distance(rests + DVec3::new(0.01, 0.05, 0.0)) < 1e-9);
+    assert!(session.put_down());
+    let (put, time) = (ball(&session), session.world().time());
+    assert!(put.distance(rests + DVec3::new(0.01, 0.05, 0.0)) < 1e-9, "where it was let go");
+    assert_eq!(session.scene().bodies[0].placement.position, start, "its start stays");
+    assert!(!session.document().is_unsaved());
+    session.run(0.05);
+    assert!(ball(&session).y < put.y - 0.005, "and falls from there");
+    assert!(session.undo() && ball(&session).distance(rests) < 1e-9 && session.world().time() <= time);
+    assert!(session.redo() && ball(&session).y > rests.y + 0.03);
+    assert!(session.reset() && ball(&session) == start);
+    // At the start it is its start that is moved.
+    session.carry(Item::Body(0), DVec3::new(0.0, 0.01, 0.0));
+    assert!(session.put_down() && session.scene().bodies[0].placement.position.y > start.y);
+}
+
+#[test]
+fn what_was_told_of_a_run_goes_with_it_and_what_failed_stays() {
+    let mut session = wedge();
+    assert!(!session.set("dt", "-1"));
+    session.note("written: picture.png");
+    assert_eq!(session.messages().len(), 2);
+    assert!(session.load(&shipped().join("cube.ron")));
+    let left: Vec<bool> = session.messages().iter().map(|m| m.error).collect();
+    assert_eq!(left, [true]);
+}
+
+#[test]
+fn a_sheet_from_a_file_is_put_above_the_body_that_it_would_be_in() {
+    let assets = shipped().join("..");
+    let mut session =
+        Session::new(&Scene::parse("(bodies: [(name: \"block\", shape: Box((0.2, 0.2, 0.2)))])").expect("valid"))
+            .expect("valid");
+    assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
+    let lowest = session.world().sheets()[0].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
+    assert!((0.1..0.12).contains(&lowest), "{lowest}");
+}
+
+#[test]
 fn an_oven_is_switched_on_while_it_runs_and_undone() {
     let mut session = strip();
     session.run(0.1);

@@ -238,7 +238,8 @@ fn a_template_begins_a_scene_without_a_file() {
     harness.run_steps(3);
     let (session, _) = harness.state();
     assert_eq!((session.scene().name.as_str(), session.file()), ("clamped strip", None));
-    assert!(session.document().is_unsaved());
+    assert!(!session.document().is_unsaved(), "there is no work in it");
+    assert!(harness.query_by_label_contains("new").is_some());
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     harness.run_steps(3);
     assert!(harness.query_by_label("Save it").is_some(), "it is asked for a file");
@@ -257,7 +258,62 @@ fn files_dropped_on_the_window_are_added_to_the_scene() {
     assert!(session.messages().is_empty(), "{:?}", session.messages());
     let scene = session.scene();
     assert_eq!((scene.sheets.len(), scene.bodies.len(), scene.heaters.len()), (2, 2, 1));
-    assert_eq!(scene.sheets[0].material.name(), "index_card");
+    assert_eq!(scene.sheets[1].material.name(), "index_card", "of the sheet that was added, and so chosen");
+    let state = &harness.state().1;
+    assert_eq!((state.sheet, state.selected, state.tool), (1, Some(Item::Heater(0)), Tool::Move));
+    assert!(state.open_sections.contains(&Section::Heat));
+    // Its handle is where it is seen: the file has the panel far from its origin.
+    let handle = session.handle_of(Item::Heater(0)).expect("there");
+    assert!(handle.distance(scene.heaters[0].placement.position) > 0.01, "{handle}");
+    let at = seen(&harness, handle);
+    assert!(state.viewport.contains(at), "{at:?}");
+}
+
+#[test]
+fn the_dialog_stays_when_a_file_cannot_be_opened_and_remembers_its_folder() {
+    let mut harness = whole();
+    let folder = std::env::temp_dir().join(format!("sheetwork-dialog-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::copy(file(), folder.join("mine.ron")).expect("copied");
+    let open = |harness: &mut Harness<'_, Both>, text: &str| {
+        harness.event(Event::Text(text.to_owned()));
+        harness.run_steps(1);
+        harness.key_press(Key::Enter);
+        harness.run_steps(3);
+    };
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    harness.run_steps(4);
+    open(&mut harness, "no_such.ron");
+    assert!(harness.state().1.dialog.is_some() && harness.state().0.messages()[0].text.contains("no_such.ron"));
+    harness.key_press(Key::Escape);
+    harness.run_steps(3);
+    assert!(harness.state().1.dialog.is_none());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+    harness.run_steps(4);
+    open(&mut harness, folder.join("mine.ron").to_str().expect("text"));
+    assert!(harness.state().1.dialog.is_none(), "{:?}", harness.state().0.messages());
+    let (session, state) = harness.state();
+    let there = std::fs::canonicalize(&folder).expect("there");
+    assert_eq!(session.file().and_then(Path::parent), Some(folder.as_path()));
+    assert_eq!(state.folder.as_deref().map(|f| std::fs::canonicalize(f).expect("there")), Some(there));
+    std::fs::remove_dir_all(&folder).expect("removed");
+}
+
+#[test]
+fn several_steps_back_in_one_frame_are_several() {
+    let mut harness = whole();
+    (0..10).for_each(|_| harness.state_mut().0.step());
+    for _ in 0..3 {
+        harness.event(Event::Key {
+            key: Key::ArrowLeft,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        });
+    }
+    harness.run_steps(1);
+    assert_eq!(harness.state().0.world().steps(), 7);
 }
 
 #[test]
@@ -310,7 +366,7 @@ fn the_move_tool_takes_a_body_along_an_axis() {
     let mut harness = whole();
     harness.key_press(Key::W);
     harness.run_steps(2);
-    let place = harness.state().0.body_pose(0).expect("the wedge").0;
+    let place = harness.state().0.handle_of(Item::Body(0)).expect("the wedge");
     let middle = seen(&harness, place);
     click(&mut harness, middle);
     assert_eq!(harness.state().1.selected, Some(Item::Body(0)));

@@ -77,6 +77,15 @@ pub enum Input {
         /// And how turned.
         rotation: DQuat,
     },
+    /// [`World::place_body`].
+    PlaceBody {
+        /// Its name.
+        name: String,
+        /// Where it is from now on, m.
+        position: DVec3,
+        /// And how turned.
+        rotation: DQuat,
+    },
 }
 
 impl Input {
@@ -105,15 +114,27 @@ impl Input {
                 if gone { Ok(()) } else { Err(InputError::new("pull", "nobody pulls there")) }
             }
             Self::MoveBody { name, position, rotation } => {
-                let sound = position.is_finite() && rotation.is_finite() && rotation.length_squared() > 0.0;
-                if sound && world.move_body(name, *position, *rotation) {
-                    return Ok(());
-                }
-                let problem = if sound { "is not there" } else { "cannot be sent to what is no place" };
-                Err(InputError::new(format!("bodies.{name}"), problem))
+                let done = is_place(*position, *rotation) && world.move_body(name, *position, *rotation);
+                done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
+            }
+            Self::PlaceBody { name, position, rotation } => {
+                let done = is_place(*position, *rotation) && world.place_body(name, *position, *rotation);
+                done.then_some(()).ok_or_else(|| no_such(name, *position, *rotation))
             }
         }
     }
+}
+
+/// Whether a body can be there.
+fn is_place(position: DVec3, rotation: DQuat) -> bool {
+    position.is_finite() && rotation.is_finite() && rotation.length_squared() > 0.0
+}
+
+/// Why a body did not go there.
+fn no_such(name: &str, position: DVec3, rotation: DQuat) -> InputError {
+    let there = is_place(position, rotation);
+    let problem = if there { "is not there, or does not move so" } else { "cannot be sent to what is no place" };
+    InputError::new(format!("bodies.{name}"), problem)
 }
 
 /// Sums of where the sheets of `world` are and how they move, sheet by sheet, and last of its bodies.

@@ -143,3 +143,26 @@ fn bodies_are_added_while_the_world_runs() {
     let fallen: f64 = 0.5 - world.body_state("ball").expect("there").centre().y;
     assert!((fallen - 0.5 * 9.81 * 0.01).abs() < 1e-12, "{fallen}");
 }
+
+#[test]
+fn a_free_body_is_put_elsewhere_at_rest_and_wakes_what_slept() {
+    let mut world = world(
+        "(room: (x: (-1, 1), y: (0, 1), z: (-1, 1)), engine: \"tr-bdf2\", dt: 0.01,
+            sheets: [(name: \"card\", structure: \"shell\", grid: (9, 1, 9), size: (0.2, 0.2), material: \"card\",
+                pins: [(region: Left), (region: Right)], placement: (position: (0, 0.1, 0)))],
+            bodies: [(name: \"ball\", shape: Ball(0.02), mass: 0.01, placement: (position: (0, 0.13, 0))),
+                (name: \"box\", shape: Box((0.1, 0.1, 0.1)), placement: (position: (0.5, 0.05, 0)))])",
+    );
+    world.advance(6.0);
+    assert!(world.is_quiet(), "all sleeps");
+    let there = DVec3::new(0.3, 0.5, 0.2);
+    assert!(world.place_body("ball", there, DQuat::IDENTITY));
+    assert!(!world.place_body("box", there, DQuat::IDENTITY), "it does not move freely");
+    assert!(!world.place_body("nobody", there, DQuat::IDENTITY));
+    let loaded = world.sheets()[0].centre_of_mass().y;
+    world.advance(0.1);
+    let ball = *world.body_state("ball").expect("there");
+    let fall = 0.5 * 9.81 * 0.1_f64.powi(2);
+    assert!((there.y - ball.centre().y - fall).abs() < 1e-9, "{}", there.y - ball.centre().y);
+    assert!(world.sheets()[0].centre_of_mass().y > loaded, "the sheet springs back");
+}

@@ -80,13 +80,16 @@ impl Document {
 
     /// Takes up an edited scene. `key` says what was edited: edits in a row with the same one are undone together.
     pub fn commit(&mut self, label: impl Into<String>, key: &str, scene: Scene) {
-        if scene == self.scene {
-            return;
+        if scene != self.scene {
+            self.push(label.into(), key, scene);
         }
+    }
+
+    fn push(&mut self, label: String, key: &str, scene: Scene) {
         let goes_on = !self.sealed && self.past.last().is_some_and(|step| step.key == key);
         let before = std::mem::replace(&mut self.scene, scene);
         if !goes_on {
-            self.past.push(Step { label: label.into(), key: key.to_owned(), scene: before, state: None });
+            self.past.push(Step { label, key: key.to_owned(), scene: before, state: None });
             if self.past.len() > MOST_UNDO {
                 self.past.remove(0);
             }
@@ -96,13 +99,10 @@ impl Document {
         self.revision += 1;
     }
 
-    /// The same of an edit that changes the world beyond what its scene says: `state` is the world before it.
+    /// The same of an edit that changes the world beyond what its scene says, or the world alone: `state` is the world before it.
     pub fn commit_with(&mut self, label: impl Into<String>, key: &str, scene: Scene, state: Snapshot) {
-        let revision = self.revision;
-        self.commit(label, key, scene);
-        if self.revision != revision
-            && let Some(step) = self.past.last_mut()
-        {
+        self.push(label.into(), key, scene);
+        if let Some(step) = self.past.last_mut() {
             step.state.get_or_insert(state);
         }
     }
@@ -192,9 +192,8 @@ impl Document {
     }
 
     /// Takes a scene that no file has, as one that was recovered.
-    pub fn never_saved(mut self) -> Self {
+    pub fn never_saved(&mut self) {
         self.saved = Scene::default();
-        self
     }
 }
 

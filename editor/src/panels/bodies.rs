@@ -68,13 +68,16 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     if check.changed() && spec.shape != Shape::HalfSpace {
         edit(session, index, "mass", |b| (b.mass, b.density, b.path) = (free.then_some(0.02), None, Vec::new()));
     }
-    if let Some(mass) = spec.mass {
+    let own = session.name_of(Item::Body(index));
+    // Of a body with a density, what comes of it.
+    let weighs = spec.mass.or_else(|| session.world().body_state(&own).filter(|s| s.gives()).map(|s| s.mass()));
+    if let Some(mass) = weighs {
         ui.end_row();
         let label = name(ui, "Mass", "Spread evenly over its shape");
         let done = input(ui, &label, mass, GRAM, &How::late());
         tell(session, "mass", done.error);
         if let Some(mass) = done.value {
-            edit(session, index, "mass", |b| b.mass = Some(mass));
+            edit(session, index, "mass", |b| (b.mass, b.density) = (Some(mass), None));
         }
     }
     ui.end_row();

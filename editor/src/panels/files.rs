@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bevy_egui::egui::{self, Button, Key, ScrollArea, Ui, Window};
 
-use super::{EditorState, Tool};
+use super::{EditorState, Section, Tool};
 use crate::browser::Browser;
 use crate::camera::Camera;
 use crate::export::{Job, Kind, picture_file};
@@ -47,7 +47,10 @@ pub struct Dialog {
 impl EditorState {
     /// Opens the dialog for `purpose`.
     pub fn browse(&mut self, session: &Session, purpose: Purpose) {
-        let beside = session.file().and_then(Path::parent).map(Path::to_path_buf);
+        let own = session.file().and_then(Path::parent).map(Path::to_path_buf);
+        let last = self.folder.clone();
+        // A scene that has a file is saved beside it; anything else is where the last file was.
+        let beside = if purpose == Purpose::Save { own.or(last) } else { last.or(own) };
         let folder = beside.filter(|p| p.is_dir()).or_else(scenes::folder).unwrap_or_else(|| PathBuf::from("."));
         let endings = match purpose {
             Purpose::Open => OPENS,
@@ -89,10 +92,19 @@ impl EditorState {
         saved
     }
 
-    /// Begins a scene of a template or a copy that was left behind.
+    /// Begins a scene of a template.
     pub fn begin(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
         let aside = self.keeper.set_aside(session);
         if session.begin_scene(scene) {
+            tell_of(session, aside.as_deref());
+            self.look_at(session);
+        }
+    }
+
+    /// Begins with work that was left behind.
+    pub fn recover(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
+        let aside = self.keeper.set_aside(session);
+        if session.recover_scene(scene) {
             tell_of(session, aside.as_deref());
             self.look_at(session);
         }
@@ -188,7 +200,7 @@ fn recover(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if let Some((copy, scene)) = state.left.clone() {
         let about = "Work that was not saved when the editor last ended";
         if ui.button(format!("Recover \"{}\"", scene.name)).on_hover_text(about).clicked() {
-            state.begin(session, &scene);
+            state.recover(session, &scene);
             state.keeper.forget(&copy);
             state.left = None;
             ui.close();
@@ -241,7 +253,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     };
     let (mut open, mut chosen) = (true, None);
     let window =
-        Window::new(title).open(&mut open).collapsible(false).default_pos([280.0, 80.0]).default_size([460.0, 420.0]);
+        Window::new(title).open(&mut open).collapsible(false).default_pos([300.0, 120.0]).default_size([460.0, 420.0]);
     window.show(ui.ctx(), |ui| {
         ui.horizontal(|ui| {
             if ui.button("⬆").on_hover_text("The folder above").clicked() {
@@ -317,6 +329,7 @@ fn entries(ui: &mut Ui, dialog: &mut Dialog, chosen: &mut Option<PathBuf>) {
 }
 
 fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file: PathBuf) {
+    state.folder = file.parent().map(Path::to_path_buf);
     let file = match dialog.purpose {
         Purpose::Save if file.extension().is_none() => file.with_extension("ron"),
         Purpose::Csv if file.extension().is_none() => file.with_extension("csv"),
@@ -332,12 +345,10 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
         return;
     }
     match dialog.purpose {
-        Purpose::Open => state.open(session, &file),
-        Purpose::Save => {
-            if !state.save_as(session, &file) {
-                state.dialog = Some(dialog);
-            }
-        }
+        // What could not be opened or written may be another by name.
+        Purpose::Open if !state.open(session, &file) => state.dialog = Some(dialog),
+        Purpose::Save if !state.save_as(session, &file) => state.dialog = Some(dialog),
+        Purpose::Open | Purpose::Save => {}
         Purpose::Csv => match std::fs::write(&file, session.csv()) {
             Ok(()) => session.note(format!("written: {}", file.display())),
             Err(error) => session.fail(format!("{}: {error}", file.display())),
@@ -368,30 +379,57 @@ fn look(state: &EditorState) -> (Look, (u32, u32)) {
 }
 
 impl EditorState {
-    /// Opens a file: a scene or recording in place of the present one, anything else added to it. A refusal becomes a message.
-    pub fn open(&mut self, session: &mut Session, file: &Path) {
+    /// Opens a file: a scene or recording in place of the present one, anything else added to it. A refusal becomes a message. Returns whether it
+    /// was taken.
+    pub fn open(&mut self, session: &mut Session, file: &Path) -> bool {
         let is_scene = scenes::is_scene(file) || crate::playback::is_recording(file);
         if is_scene && !is_material(file) {
             let aside = self.keeper.set_aside(session);
-            if session.load(file) {
+            let loaded = session.load(file);
+            if loaded {
                 tell_of(session, aside.as_deref());
                 self.keeper.note(file);
                 self.look_at(session);
             }
-            return;
+            return loaded;
         }
         let before = Self::parts(session);
-        if session.add_file(file, self.sheet) {
-            let after = Self::parts(session);
-            // What is new is shown where it is and can be moved at once.
-            if after.1 > before.1 {
-                (self.selected, self.tool) = (Some(Item::Body(before.1)), Tool::Move);
-            } else if after.2 > before.2 {
-                (self.selected, self.tool) = (Some(Item::Heater(before.2)), Tool::Move);
-            }
-            if before == (0, 0, 0) {
-                self.camera = Camera::of_session(session);
-            }
+        let added = session.add_file(file, self.sheet);
+        if added {
+            self.turn_to_what_is_new(session, before);
+        }
+        added
+    }
+
+    /// Chooses what was added to the scene, shows it and its controls, and lets it be moved at once.
+    fn turn_to_what_is_new(&mut self, session: &Session, before: (usize, usize, usize)) {
+        let after = Self::parts(session);
+        let item = if after.0 > before.0 {
+            (self.sheet, self.open_sections) = (before.0, [Section::Material, Section::Sheet].into());
+            None
+        } else if after.1 > before.1 {
+            self.open_sections = [Section::Bodies].into();
+            Some(Item::Body(before.1))
+        } else if after.2 > before.2 {
+            self.open_sections = [Section::Heat].into();
+            Some(Item::Heater(before.2))
+        } else {
+            return;
+        };
+        if item.is_some() {
+            (self.selected, self.tool) = (item, Tool::Move);
+        }
+        let middle = |sheet: &sheetwork::sheet::Sheet| sheet.x.bounds().map(|(low, high)| 0.5 * (low + high));
+        let place = match item {
+            Some(item) => session.handle_of(item),
+            None => session.world().sheets().get(self.sheet).and_then(middle),
+        };
+        if before == (0, 0, 0) {
+            self.camera = Camera::of_session(session);
+        }
+        if let Some(place) = place {
+            let size = glam::Vec2::new(self.viewport.width(), self.viewport.height());
+            self.camera.hold(place.as_vec3(), size);
         }
     }
 

@@ -44,8 +44,9 @@ pub fn help(ui: &mut Ui, state: &mut EditorState) {
     if !state.help {
         return;
     }
+    // Low, so that the scene is seen above it where there is room.
     let window =
-        Window::new("Mouse and keys").collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0; 2]);
+        Window::new("Mouse and keys").collapsible(false).resizable(false).anchor(Align2::CENTER_BOTTOM, [0.0, -12.0]);
     window.open(&mut state.help).show(ui.ctx(), |ui| {
         ui.horizontal_top(|ui| {
             for half in [&LINES[..16], &LINES[16..]] {

@@ -33,14 +33,18 @@ pub(super) fn keys_and_drops(ui: &Ui, session: &mut Session, state: &mut EditorS
 
 /// Whether `key` was pressed without Ctrl or Alt, and if so whether with Shift: as the key says, not as it is at the end of the frame.
 fn plain(ui: &Ui, wanted: Key) -> Option<bool> {
-    ui.input(|i| {
-        i.events.iter().find_map(|event| match event {
-            Event::Key { key, pressed: true, modifiers, .. } if *key == wanted => {
-                (!modifiers.command && !modifiers.ctrl && !modifiers.alt).then_some(modifiers.shift)
-            }
-            _ => None,
-        })
-    })
+    presses(ui, wanted).first().copied()
+}
+
+/// The same of every time that it was pressed: several in one slow frame are several.
+fn presses(ui: &Ui, wanted: Key) -> Vec<bool> {
+    let of = |event: &Event| match event {
+        Event::Key { key, pressed: true, modifiers, .. } if *key == wanted => {
+            (!modifiers.command && !modifiers.ctrl && !modifiers.alt).then_some(modifiers.shift)
+        }
+        _ => None,
+    };
+    ui.input(|i| i.events.iter().filter_map(of).collect())
 }
 
 /// Those with the control key.
@@ -77,11 +81,9 @@ fn time(ui: &Ui, session: &mut Session) {
     if let Some(shift) = plain(ui, Key::Space).filter(|_| free) {
         if shift { _ = session.stop() } else { session.toggle() }
     }
-    if pressed(Key::ArrowRight) && free {
-        session.step();
-    }
-    if pressed(Key::ArrowLeft) && free {
-        session.step_back();
+    if free {
+        presses(ui, Key::ArrowRight).iter().for_each(|_| session.step());
+        presses(ui, Key::ArrowLeft).iter().for_each(|_| _ = session.step_back());
     }
     if pressed(Key::Backspace) {
         session.reset();

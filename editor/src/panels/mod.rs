@@ -71,7 +71,6 @@ pub use study::{blind, study};
 pub use style::apply as apply_style;
 pub use timeline::timeline;
 pub use top::top;
-pub(crate) use view::place_of;
 pub use view::{Held, view};
 
 /// What is drawn of the scene.
@@ -285,6 +284,8 @@ pub struct EditorState {
     pub previews: Previews,
     /// The dialog that chooses a file, while it is open.
     pub dialog: Option<Dialog>,
+    /// Where it last took a file.
+    pub folder: Option<PathBuf>,
     /// The sheet that is being generated, while that dialog is open.
     pub generate: Option<Draft>,
     /// The export that is being set up or written.
@@ -327,6 +328,7 @@ impl EditorState {
             light: false,
             previews: Previews::default(),
             dialog: None,
+            folder: None,
             generate: None,
             export: None,
             study: None,

@@ -106,7 +106,10 @@ fn timing(ui: &mut Ui, session: &Session) {
     row(ui, "steps a frame", timing.steps.to_string());
     row(ui, "steps", session.world().steps().to_string());
     if timing.lost_s > 0.0 {
-        row(ui, "time lost", RichText::new(format!("{:.2} s", timing.lost_s)).color(ui.visuals().warn_fg_color));
+        let text = RichText::new(format!("{:.2} s", timing.lost_s));
+        // What was lost at a slow moment that is over is no warning.
+        let slow = session.real_time_factor().is_some_and(|factor| factor < session.speed());
+        row(ui, "time lost", if slow { text.color(ui.visuals().warn_fg_color) } else { text });
     }
 }
 

@@ -9,12 +9,12 @@ use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, input, name, tell};
 
 use super::plots::COLOURS;
 use super::style::ACCENT;
-use super::view::{Held, place_of};
+use super::view::{Held, handle_of};
 use super::{EditorState, Tool};
 use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
 use crate::picture::Layer;
-use crate::session::Session;
+use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown, format_si};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
@@ -114,7 +114,7 @@ fn normals(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn
 /// Marks of what can be moved.
 fn items(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     for item in session.items() {
-        let Some(at) = place_of(session, item).and_then(seen) else { continue };
+        let Some(at) = handle_of(session, item).and_then(seen) else { continue };
         let chosen = state.selected == Some(item);
         let colour = if chosen { ACCENT } else { Color32::from_gray(240) };
         painter.circle(at, 5.0, colour.gamma_multiply(0.55), Stroke::new(1.5, colour));
@@ -127,7 +127,7 @@ fn items(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn F
 fn gizmo(painter: &Painter, rect: Rect, session: &Session, state: &EditorState) {
     let Some(item) = state.selected else { return };
     let size = Vec2::new(rect.width(), rect.height());
-    let Some(gizmo) = place_of(session, item).and_then(|place| Gizmo::new(place, &state.camera, size)) else { return };
+    let Some(gizmo) = handle_of(session, item).and_then(|place| Gizmo::new(place, &state.camera, size)) else { return };
     let at = |v: Vec2| rect.min + vec2(v.x, v.y);
     let taken = match state.held {
         Some(Held::Handle(handle, ..)) => Some(handle),
@@ -148,6 +148,11 @@ fn gizmo(painter: &Painter, rect: Rect, session: &Session, state: &EditorState) 
     if let Some((_, by)) = session.carried().filter(|c| c.0 == item) {
         let mm = by * 1e3;
         text = format!("{text}  ({:+.1}, {:+.1}, {:+.1}) mm", mm.x, mm.y, mm.z);
+        if let Item::Body(index) = item
+            && session.is_on_its_way(index)
+        {
+            text += ", in this run";
+        }
     }
     label(painter, at(gizmo.middle) + vec2(0.0, 18.0), &text, Align2::CENTER_TOP);
 }

@@ -93,8 +93,8 @@ fn end(session: &mut Session, state: &mut EditorState) {
     session.pause();
     state.display = Display::default();
     match state.aside.take() {
-        Some((_, Some(file))) => state.open(session, &file),
-        Some((scene, None)) => state.begin(session, &scene),
+        Some((_, Some(file))) => _ = state.open(session, &file),
+        Some((scene, None)) => state.recover(session, &scene),
         None => {}
     }
     session.pause();

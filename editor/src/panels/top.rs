@@ -31,6 +31,8 @@ fn title(ui: &mut Ui, session: &Session) {
     if session.document().is_unsaved() {
         let file = session.file().map_or_else(|| "no file yet".to_owned(), |f| f.display().to_string());
         ui.label(RichText::new("• not saved").color(ACCENT)).on_hover_text(format!("Ctrl+S saves it: {file}"));
+    } else if session.file().is_none() {
+        ui.label(RichText::new("• new").color(QUIET)).on_hover_text("Ctrl+S saves it in a file");
     }
 }
 

@@ -38,6 +38,27 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let tiles = tiles(rect, session.shown_count());
     let own = tiles.first().copied().unwrap_or(rect);
     let taken = !blind && use_tool(ui, session, state, &response, own);
+    if response.clicked() || response.dragged() {
+        // The keys are the view's again.
+        ui.memory_mut(|m| m.stop_text_input());
+        ui.ctx().memory_mut(|m| m.focused().into_iter().for_each(|id| m.surrender_focus(id)));
+    }
+    if response.dragged() {
+        ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
+    }
+    if let Some(scale) = state.display.scale_of(session) {
+        legend(&ui.painter_at(rect), rect, &scale);
+    }
+    if !blind {
+        overlay::paint(ui, (rect, &tiles), session, state);
+        keys::keys_and_drops(ui, session, state);
+    }
+    // After what is painted over the scene: the scene is drawn as it was seen before, and marks must not run ahead of it.
+    navigate(ui, session, state, &response, (own, taken));
+}
+
+/// Turns, slides and nears the camera by what the mouse does in the view, where no tool has `taken` its left button.
+fn navigate(ui: &Ui, session: &Session, state: &mut EditorState, response: &Response, (own, taken): (Rect, bool)) {
     let drag = Vec2::from(<[f32; 2]>::from(response.drag_delta()));
     if response.dragged_by(PointerButton::Primary) && !taken {
         state.camera.orbit(drag);
@@ -53,21 +74,6 @@ pub fn view(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
     if response.double_clicked() && state.tool == Tool::Look {
         state.camera = Camera::of_session(session);
-    }
-    if response.clicked() || response.dragged() {
-        // The keys are the view's again.
-        ui.memory_mut(|m| m.stop_text_input());
-        ui.ctx().memory_mut(|m| m.focused().into_iter().for_each(|id| m.surrender_focus(id)));
-    }
-    if response.dragged() {
-        ui.ctx().set_cursor_icon(egui::CursorIcon::Grabbing);
-    }
-    if let Some(scale) = state.display.scale_of(session) {
-        legend(&ui.painter_at(rect), rect, &scale);
-    }
-    if !blind {
-        overlay::paint(ui, (rect, &tiles), session, state);
-        keys::keys_and_drops(ui, session, state);
     }
 }
 
@@ -154,7 +160,7 @@ fn take(session: &mut Session, state: &EditorState, from: Vec2, size: Vec2) -> O
             (session.begin_stroke(hit.sheet) && dab(session, state, &hit)).then_some(Held::Brush(hit.sheet, hit.place))
         }
         Tool::Move => {
-            let gizmo = Gizmo::new(place_of(session, state.selected?)?, &state.camera, size)?;
+            let gizmo = Gizmo::new(handle_of(session, state.selected?)?, &state.camera, size)?;
             Some(Held::Handle(gizmo.handle_at(from)?, gizmo, from))
         }
     }
@@ -170,7 +176,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
         }
         Tool::Move => {
             let marks = session.items().into_iter().filter_map(|item| {
-                let seen = state.camera.project(place_of(session, item)?, size)?;
+                let seen = state.camera.project(handle_of(session, item)?, size)?;
                 Some((seen.distance(at), item))
             });
             let near = marks.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|m| m.0 < 14.0).map(|m| m.1);
@@ -209,13 +215,7 @@ fn dab(session: &mut Session, state: &EditorState, hit: &pick::SheetHit) -> bool
     session.dab(SpotSpec { at: hit.uv, radius, temperature: state.brush.celsius })
 }
 
-/// Where an item is now, m, as it is shown.
-pub(crate) fn place_of(session: &Session, item: Item) -> Option<glam::Vec3> {
-    match item {
-        Item::Body(i) => return session.body_pose(i).map(|p| p.0.as_vec3()),
-        Item::HeatGun => return session.gun_aim().map(|aim| aim.0.as_vec3()),
-        Item::Heater(_) => {}
-    }
-    let by = session.carried().filter(|c| c.0 == item).map_or(glam::DVec3::ZERO, |c| c.1);
-    Some((session.placement_of(item)?.position + by).as_vec3())
+/// Where the handle of an item is, m.
+pub(super) fn handle_of(session: &Session, item: Item) -> Option<glam::Vec3> {
+    session.handle_of(item).map(|at| at.as_vec3())
 }

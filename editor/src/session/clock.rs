@@ -162,7 +162,7 @@ impl Session {
                  A shorter step, a softer sheet or another engine may hold; Reset starts again.",
                 sheet.name
             );
-            self.fail(text);
+            self.fail_of_run(text);
         }
     }
 

@@ -23,7 +23,7 @@ impl Session {
         match taken {
             Ok(()) => {
                 self.document.commit(label, key, scene);
-                self.pass_on();
+                self.after_edit();
                 true
             }
             Err(error) => {
@@ -31,6 +31,12 @@ impl Session {
                 false
             }
         }
+    }
+
+    /// Brings what goes with the scene after it.
+    fn after_edit(&mut self) {
+        self.find_heaters();
+        self.pass_on();
     }
 
     fn may_edit(&self) -> Result<(), InputError> {
@@ -75,7 +81,7 @@ impl Session {
             self.bring(&scene, Change::Nothing)?;
         }
         self.document.commit(format!("change of {path}"), &field, scene);
-        self.pass_on();
+        self.after_edit();
         if field == "engine" || field.contains("material") {
             self.find_largest_step();
         }
@@ -134,7 +140,7 @@ impl Session {
             self.document.keep_undone(now);
             self.go_to(&then);
         }
-        self.pass_on();
+        self.after_edit();
         undone
     }
 
@@ -152,7 +158,7 @@ impl Session {
             self.document.keep_redone(now);
             self.go_to(&then);
         }
-        self.pass_on();
+        self.after_edit();
         redone
     }
 
@@ -209,6 +215,9 @@ impl Session {
     pub(super) fn rebuild(&mut self, scene: &Scene, goes_on: bool) -> Result<(), InputError> {
         let mut fresh = if goes_on && self.world.steps() > 0 { self.continued(scene)? } else { None };
         let continued = fresh.is_some();
+        if goes_on && !continued && self.world.steps() > 0 {
+            self.note("The run began again: it could not go on with other bodies that move freely.");
+        }
         if fresh.is_none() {
             fresh = Some(World::new(scene)?);
         }

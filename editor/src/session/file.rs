@@ -11,8 +11,8 @@ use sheetwork::scene::sht::read_sht_file;
 use sheetwork::scene::{BodySpec, HeaterSpec, MaterialChoice, Placement, Scene, Shape, SheetSpec};
 
 use super::Session;
-use crate::document::{Document, files};
-use crate::playback;
+use crate::document::files;
+use crate::{pick, playback};
 
 /// Between what is put on the floor and what is there, m.
 const OVER: f64 = 0.01;
@@ -78,12 +78,11 @@ impl Session {
         }
     }
 
-    /// Begins a scene that no file has. A refusal becomes a message. Returns whether it was taken.
+    /// Begins a scene that no file has, and in which there is no work yet. A refusal becomes a message. Returns whether it was taken.
     pub fn begin_scene(&mut self, scene: &Scene) -> bool {
         match Self::new(scene) {
             Ok(mut fresh) => {
                 fresh.playing = false;
-                fresh.document = Document::new(scene.clone()).never_saved();
                 self.pause();
                 self.become_another(fresh);
                 true
@@ -95,10 +94,21 @@ impl Session {
         }
     }
 
+    /// The same with work that was left behind: it is not saved until it is in a file.
+    pub fn recover_scene(&mut self, scene: &Scene) -> bool {
+        let begun = self.begin_scene(scene);
+        if begun {
+            self.document.never_saved();
+        }
+        begun
+    }
+
     fn become_another(&mut self, fresh: Self) {
         let (playing, looped, speed) = (self.playing, self.looped, self.speed);
         let (generation, revision) = (self.generation + 1, self.revision + 1);
-        let messages = std::mem::take(&mut self.messages);
+        // What went wrong stays until it is read, unless it was the run that is no more.
+        let mut messages = std::mem::take(&mut self.messages);
+        messages.retain(|m| m.error && !m.of_run);
         let link = std::mem::take(&mut self.link);
         let stages = self.stages.take();
         *self = Self { looped, speed, generation, revision, messages, link, stages, ..fresh };
@@ -145,12 +155,12 @@ impl Session {
     }
 
     /// Adds what is in a sheet, polyhedra or heater file to the scene, as one edit; a material file is given to sheet `sheet`. It is put where
-    /// its file has it, or on the floor, where that is higher, beside the sheets. Returns whether it was taken; a refusal becomes a message.
+    /// its file has it, or where there is room: on the floor, above bodies, beside the sheets. Returns whether it was taken; a refusal becomes a message.
     pub fn add_file(&mut self, file: &Path, sheet: usize) -> bool {
         let path = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
         let name = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let label = format!("add {}", file.file_name().unwrap_or_default().to_string_lossy());
-        let placement = self.above_the_floor(file);
+        let placement = self.place_for(file);
         match kind_of(file) {
             Some(Kind::Sheet) => self.edit(&label, &label, |scene| {
                 scene.sheets.push(SheetSpec { name, file: Some(path), placement, ..SheetSpec::default() });
@@ -179,18 +189,31 @@ impl Session {
         }
     }
 
-    /// Where to put what is in `file`, whose coordinates are those of another room: higher than this one's floor, and then beside its sheets.
-    fn above_the_floor(&self, file: &Path) -> Placement {
+    /// Where to put what is in `file`, whose coordinates are those of another room: higher than this one's floor, a sheet above the bodies that it
+    /// would be in, and then beside the sheets.
+    fn place_for(&self, file: &Path) -> Placement {
         let mut position = DVec3::ZERO;
         // A file that cannot be read is refused by the edit, with its reason.
-        if let (Some((low, high)), Some(room)) = (bounds(file).unwrap_or_default(), &self.scene().room)
-            && low.y < room.y.0
-        {
-            position.y = room.y.0 - low.y + if kind_of(file) == Some(Kind::Sheet) { OVER } else { 0.0 };
+        if let Some((low, high)) = bounds(file).unwrap_or_default() {
+            let is_sheet = kind_of(file) == Some(Kind::Sheet);
+            if let Some(room) = self.scene().room.as_ref().filter(|room| low.y < room.y.0) {
+                position.y = room.y.0 - low.y + if is_sheet { OVER } else { 0.0 };
+            }
+            let meets = |position: DVec3, (l, h): (DVec3, DVec3)| {
+                (low + position).cmple(h).all() && (high + position).cmpge(l).all()
+            };
+            if is_sheet {
+                let mut bodies = pick::body_boxes(&self.world);
+                bodies.sort_by(|a, b| a.1.y.total_cmp(&b.1.y));
+                for body in bodies {
+                    if meets(position, body) {
+                        position.y = body.1.y - low.y + OVER;
+                    }
+                }
+            }
             let taken = self.world().sheets().iter().filter_map(|s| s.x.bounds());
             if let Some(taken) = taken.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-                && (low + position).cmple(taken.1).all()
-                && (high + position).cmpge(taken.0).all()
+                && meets(position, taken)
             {
                 position.x = taken.1.x - low.x + OVER;
             }

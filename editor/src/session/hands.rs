@@ -1,28 +1,16 @@
-//! Hands on the scene: a spring from a point of a sheet to the mouse, pins of single masses, bodies and heaters carried elsewhere.
+//! Hands on a sheet: a spring from a point of it to the mouse, pins of single masses.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use sheetwork::InputError;
-use sheetwork::scene::{PinSpec, Placement, Region, path_at};
+use sheetwork::scene::{PinSpec, Region};
 use sheetwork::sheet::{Sheet, select};
 
 use super::Session;
-use crate::document::change::shifted;
 
 /// Times its own weight that a sheet is pulled with when the hand is a sheet's length away.
 const STRENGTH: f64 = 30.0;
 /// Largest part of what an explicit engine can bear that a hand takes: k dt²/m.
 const BEARABLE: f64 = 0.2;
-
-/// Something that can be carried.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Item {
-    /// A body of the scene, by number.
-    Body(usize),
-    /// A heater of the scene, by number.
-    Heater(usize),
-    /// The nozzle of the heat gun.
-    HeatGun,
-}
 
 /// What a hand holds.
 #[derive(Clone, Debug)]
@@ -152,85 +140,5 @@ impl Session {
             }
         }
         Ok(pins)
-    }
-
-    /// Where an item is put in the scene; none where there is no such item.
-    pub fn placement_of(&self, item: Item) -> Option<Placement> {
-        let scene = self.scene();
-        match item {
-            Item::Body(i) => scene.bodies.get(i).map(|b| b.placement),
-            Item::Heater(i) => scene.heaters.get(i).map(|h| h.placement),
-            Item::HeatGun => scene.heat_gun.as_ref().map(|g| Placement { position: g.position, rotation: DVec3::ZERO }),
-        }
-    }
-
-    /// What an item is called.
-    pub fn name_of(&self, item: Item) -> String {
-        let or = |name: &str, otherwise: String| if name.is_empty() { otherwise } else { name.to_owned() };
-        match item {
-            Item::Body(i) => self.scene().bodies.get(i).map_or(String::new(), |b| or(&b.name, format!("body {i}"))),
-            Item::Heater(i) => {
-                self.scene().heaters.get(i).map_or(String::new(), |h| or(&h.name, format!("heater {i}")))
-            }
-            Item::HeatGun => "heat gun".to_owned(),
-        }
-    }
-
-    /// Everything that can be carried.
-    pub fn items(&self) -> Vec<Item> {
-        let scene = self.scene();
-        let bodies = (0..scene.bodies.len()).map(Item::Body);
-        let heaters = (0..scene.heaters.len()).map(Item::Heater);
-        bodies.chain(heaters).chain(scene.heat_gun.is_some().then_some(Item::HeatGun)).collect()
-    }
-
-    /// Where the nozzle of the heat gun is shown, m, and the unit vector that it blows along; none where there is no gun.
-    pub fn gun_aim(&self) -> Option<(DVec3, DVec3)> {
-        let spec = self.scene().heat_gun.as_ref()?;
-        let (offset, rotation) = path_at(&spec.path, self.world.time());
-        let turn = Placement { position: DVec3::ZERO, rotation }.quaternion();
-        let by = self.carried.filter(|c| c.0 == Item::HeatGun).map_or(DVec3::ZERO, |c| c.1);
-        Some((spec.position + offset + by, (turn * spec.direction).normalize_or(DVec3::NEG_Y)))
-    }
-
-    /// Shows `item` moved by `by` (m) from where it is put, until [`Session::put_down`]. A body that stands is moved at once where time passes, so
-    /// that it pushes what it meets.
-    pub fn carry(&mut self, item: Item, by: DVec3) {
-        if self.playback.is_some() {
-            return;
-        }
-        self.carried = Some((item, by));
-        self.revision += 1;
-        let Item::Body(index) = item else { return };
-        let Some(spec) = self.scene().bodies.get(index) else { return };
-        if self.playing && !spec.is_dynamic() && spec.path.is_empty() {
-            let there = shifted(&spec.placement, by);
-            let name = self.world.rigid().and_then(|r| r.bodies().get(index)).map(|b| b.name.clone());
-            let turn: DQuat = there.quaternion();
-            name.iter().for_each(|name| _ = self.world.move_body(name, there.position, turn));
-        }
-    }
-
-    /// What is carried, and how far, m.
-    pub fn carried(&self) -> Option<(Item, DVec3)> {
-        self.carried
-    }
-
-    /// Puts down what is carried: the scene has it there now. Returns whether anything was.
-    pub fn put_down(&mut self) -> bool {
-        let Some((item, by)) = self.carried.take() else { return false };
-        self.revision += 1;
-        let Some(placement) = self.placement_of(item).filter(|_| by != DVec3::ZERO) else { return false };
-        self.place(item, shifted(&placement, by))
-    }
-
-    /// Puts an item elsewhere, as an edit. Returns whether it was taken.
-    pub fn place(&mut self, item: Item, placement: Placement) -> bool {
-        let name = self.name_of(item);
-        self.edit(&format!("move of {name}"), &format!("place {name}"), |scene| match item {
-            Item::Body(i) => scene.bodies.iter_mut().skip(i).take(1).for_each(|b| b.placement = placement),
-            Item::Heater(i) => scene.heaters.iter_mut().skip(i).take(1).for_each(|h| h.placement = placement),
-            Item::HeatGun => scene.heat_gun.iter_mut().for_each(|g| g.position = placement.position),
-        })
     }
 }

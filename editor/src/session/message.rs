@@ -9,17 +9,24 @@ pub struct Message {
     pub text: String,
     /// Whether something was refused or failed, rather than merely told.
     pub error: bool,
+    /// Whether it is of this run: it goes when another begins.
+    pub of_run: bool,
 }
 
 impl Session {
     /// Tells the user that something was refused or failed.
     pub fn fail(&mut self, text: impl Into<String>) {
-        self.tell(Message { text: text.into(), error: true });
+        self.tell(Message { text: text.into(), error: true, of_run: false });
     }
 
     /// Tells the user something.
     pub fn note(&mut self, text: impl Into<String>) {
-        self.tell(Message { text: text.into(), error: false });
+        self.tell(Message { text: text.into(), error: false, of_run: false });
+    }
+
+    /// Tells the user that something went wrong in the run.
+    pub(super) fn fail_of_run(&mut self, text: String) {
+        self.tell(Message { text, error: true, of_run: true });
     }
 
     fn tell(&mut self, message: Message) {

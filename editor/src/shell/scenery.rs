@@ -334,9 +334,9 @@ pub fn animate(
         }
     }
     for (part, mut transform) in &mut heaters {
-        let place = session.shown(part.world).and_then(|s| crate::panels::place_of(s, Item::Heater(part.index)));
+        let place = session.shown(part.world).and_then(|s| s.shown_at(Item::Heater(part.index)));
         if let Some(place) = place {
-            transform.translation = place;
+            transform.translation = place.as_vec3();
         }
     }
     for (part, mut transform) in &mut guns {

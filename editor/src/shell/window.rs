@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
 
 fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: Watch) -> App {
     // Drawn by the processor, a large window would be too slow to turn by mouse.
-    let usual = if adapter.software { (1100, 700) } else { (1480, 900) };
+    let usual = if adapter.software { (1280, 800) } else { (1480, 900) };
     let (width, height) = arguments.size.unwrap_or(usual);
     let window = Window {
         title: format!("{} - Sheetwork", session.world().scene().name),

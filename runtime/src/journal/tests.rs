@@ -18,6 +18,11 @@ fn inputs(step: u32) -> Vec<Input> {
         3 => vec![Input::Grab { sheet: sheet(), uv: (1.0, 0.5), stiffness: 20.0 }],
         5 => vec![Input::Pull { sheet: sheet(), index: 0, target: DVec3::new(0.1, 0.1, 0.0) }],
         9 => vec![Input::Set { path: "gravity".into(), value: "(0, -4, 1)".into() }],
+        11 => vec![Input::PlaceBody {
+            name: "ball".into(),
+            position: DVec3::new(0.02, 0.09, 0.0),
+            rotation: DQuat::from_rotation_x(0.5),
+        }],
         14 => vec![
             Input::LetGo { sheet: sheet(), index: 0 },
             Input::Set { path: "sheets.leaf.material.young".into(), value: "1e9".into() },

@@ -69,4 +69,14 @@ impl World {
         }
         sent
     }
+
+    /// Puts a rigid body that moves freely somewhere else (m) at once and at rest, and wakes all that may have lain on it or under it; false
+    /// when none of that name moves freely. It goes through whatever is on the way.
+    pub fn place_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
+        let placed = self.rigid.as_mut().is_some_and(|r| r.put(name, position, rotation));
+        if placed {
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        placed
+    }
 }

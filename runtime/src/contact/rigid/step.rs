@@ -207,6 +207,17 @@ impl RigidWorld {
         self.write(index);
     }
 
+    /// Puts the body of that name, which moves freely, at `origin` (m) at once, at rest and awake, as are the others; false when there is none.
+    pub fn put(&mut self, name: &str, origin: DVec3, rotation: DQuat) -> bool {
+        let free = self.index_of(name).filter(|i| self.motions[*i].is_free());
+        let Some(motion) = free.map(|i| &mut self.motions[i]) else { return false };
+        motion.end = BodyState::new(*motion.end.mass_properties(), origin, rotation, DVec3::ZERO, DVec3::ZERO);
+        motion.start = motion.end;
+        // What lay on it lies on nothing now.
+        self.wake_all();
+        true
+    }
+
     /// Puts body `index` at `origin` (m), still: to be looked at. What it was before is gone.
     pub(crate) fn show(&mut self, index: usize, origin: DVec3, rotation: DQuat) {
         let Some(motion) = self.motions.get_mut(index) else { return };

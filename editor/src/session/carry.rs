@@ -1,0 +1,200 @@
+//! Bodies, heaters and the heat gun carried elsewhere.
+//!
+//! What stands, is led or heats is put elsewhere in the scene: there it is from the start. A body that moves freely has left its start once time has
+//! passed; it is put elsewhere in the run, at rest, and its start stays. Undo takes either back.
+
+use glam::DVec3;
+use sheetwork::scene::{BodySpec, Placement, Shape, path_at};
+
+use super::Session;
+use crate::document::change::shifted;
+
+/// Something that can be carried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Item {
+    /// A body of the scene, by number.
+    Body(usize),
+    /// A heater of the scene, by number.
+    Heater(usize),
+    /// The nozzle of the heat gun.
+    HeatGun,
+}
+
+/// What is on its way and has not arrived.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Carried {
+    item: Item,
+    /// Where it was shown when it was taken, and how far it is from there, m.
+    from: DVec3,
+    by: DVec3,
+}
+
+impl Session {
+    /// Where an item is put in the scene; none where there is no such item.
+    pub fn placement_of(&self, item: Item) -> Option<Placement> {
+        let scene = self.scene();
+        match item {
+            Item::Body(i) => scene.bodies.get(i).map(|b| b.placement),
+            Item::Heater(i) => scene.heaters.get(i).map(|h| h.placement),
+            Item::HeatGun => scene.heat_gun.as_ref().map(|g| Placement { position: g.position, rotation: DVec3::ZERO }),
+        }
+    }
+
+    /// What an item is called.
+    pub fn name_of(&self, item: Item) -> String {
+        let or = |name: &str, otherwise: String| if name.is_empty() { otherwise } else { name.to_owned() };
+        match item {
+            Item::Body(i) => self.scene().bodies.get(i).map_or(String::new(), |b| or(&b.name, format!("body {i}"))),
+            Item::Heater(i) => {
+                self.scene().heaters.get(i).map_or(String::new(), |h| or(&h.name, format!("heater {i}")))
+            }
+            Item::HeatGun => "heat gun".to_owned(),
+        }
+    }
+
+    /// Everything that can be carried.
+    pub fn items(&self) -> Vec<Item> {
+        let scene = self.scene();
+        let bodies = (0..scene.bodies.len()).map(Item::Body);
+        let heaters = (0..scene.heaters.len()).map(Item::Heater);
+        bodies.chain(heaters).chain(scene.heat_gun.is_some().then_some(Item::HeatGun)).collect()
+    }
+
+    /// Where the nozzle of the heat gun is shown, m, and the unit vector that it blows along; none where there is no gun.
+    pub fn gun_aim(&self) -> Option<(DVec3, DVec3)> {
+        let spec = self.scene().heat_gun.as_ref()?;
+        let (offset, rotation) = path_at(&spec.path, self.world.time());
+        let turn = Placement { position: DVec3::ZERO, rotation }.quaternion();
+        let there = self.carried_to(Item::HeatGun).unwrap_or(spec.position + offset);
+        Some((there, (turn * spec.direction).normalize_or(DVec3::NEG_Y)))
+    }
+
+    /// Shows `item` moved by `by` (m) from where it was shown when it was taken, until [`Session::put_down`]. A body that stands is moved at once
+    /// where time passes, so that it pushes what it meets.
+    pub fn carry(&mut self, item: Item, by: DVec3) {
+        if self.playback.is_some() {
+            return;
+        }
+        let taken = self.carried.filter(|c| c.item == item).map(|c| c.from);
+        let Some(from) = taken.or_else(|| self.shown_at(item)) else { return };
+        self.carried = Some(Carried { item, from, by });
+        self.revision += 1;
+        let Item::Body(index) = item else { return };
+        let Some(spec) = self.scene().bodies.get(index) else { return };
+        if self.playing && !spec.is_dynamic() && spec.path.is_empty() {
+            let there = shifted(&spec.placement, by);
+            self.body_name(index).iter().for_each(|name| {
+                _ = self.world.move_body(name, there.position, there.quaternion());
+            });
+        }
+    }
+
+    /// What is carried, and how far, m.
+    pub fn carried(&self) -> Option<(Item, DVec3)> {
+        self.carried.map(|c| (c.item, c.by))
+    }
+
+    /// Where `item` is shown while it is carried, m.
+    pub(super) fn carried_to(&self, item: Item) -> Option<DVec3> {
+        self.carried.filter(|c| c.item == item).map(|c| c.from + c.by)
+    }
+
+    /// Puts down what is carried: from the start, or where it moves freely and has left its start, in the run. Returns whether anything was.
+    pub fn put_down(&mut self) -> bool {
+        let Some(Carried { item, from, by }) = self.carried.take() else { return false };
+        self.revision += 1;
+        let Some(placement) = self.placement_of(item).filter(|_| by != DVec3::ZERO) else { return false };
+        match item {
+            Item::Body(index) if self.is_on_its_way(index) => self.put_body(index, from + by),
+            _ => self.place(item, shifted(&placement, by)),
+        }
+    }
+
+    /// Whether a body has left its start by itself: it is put elsewhere in the run, and not at the start.
+    pub fn is_on_its_way(&self, index: usize) -> bool {
+        let mut pins = self.scene().sheets.iter().flat_map(|sheet| &sheet.pins);
+        let name = self.body_name(index);
+        // A sheet would be torn from what it is glued to.
+        let is_glued = pins.any(|pin| pin.body.is_some() && pin.body == name);
+        self.world.steps() > 0 && !is_glued && self.scene().bodies.get(index).is_some_and(BodySpec::is_dynamic)
+    }
+
+    /// Puts a body that moves freely somewhere else (m) in the run, at rest: one step of undo. Returns whether it was there.
+    fn put_body(&mut self, index: usize, position: DVec3) -> bool {
+        let rotation = self.world.rigid().and_then(|r| r.pose(index)).map(|pose| pose.1);
+        let (Some(name), Some(rotation)) = (self.body_name(index), rotation) else { return false };
+        let before = self.world.snapshot();
+        if !self.world.place_body(&name, position, rotation) {
+            return false;
+        }
+        for other in self.beside.iter_mut().filter_map(|b| b.session_mut()) {
+            // One that has no such body has nothing moved.
+            _ = other.world.place_body(&name, position, rotation);
+            other.settle_display();
+        }
+        self.document.seal();
+        self.document.commit_with(format!("move of {name}"), "carry", self.scene().clone(), before);
+        self.document.seal();
+        self.go_another_way();
+        self.settle_display();
+        true
+    }
+
+    /// The name that the world has for body `index`.
+    fn body_name(&self, index: usize) -> Option<String> {
+        self.world.rigid().and_then(|r| r.bodies().get(index)).map(|b| b.name.clone())
+    }
+
+    /// Where the origin of an item is, as it is shown, m.
+    pub(crate) fn shown_at(&self, item: Item) -> Option<DVec3> {
+        match item {
+            Item::Body(i) => self.body_pose(i).map(|p| p.0),
+            Item::HeatGun => self.gun_aim().map(|aim| aim.0),
+            Item::Heater(_) => self.carried_to(item).or_else(|| self.placement_of(item).map(|p| p.position)),
+        }
+    }
+
+    /// Where the handle of an item is, m: in the middle of what is seen of it, which may be far from its origin.
+    pub fn handle_of(&self, item: Item) -> Option<DVec3> {
+        let origin = self.shown_at(item)?;
+        Some(match item {
+            Item::Body(i) => {
+                let body = self.world.rigid()?.bodies().get(i)?;
+                let corners = body.polyhedra.iter().flat_map(|p| p.vertices.iter().copied());
+                let (rotation, ball) = (self.body_pose(i)?.1, matches!(body.shape, Shape::Ball(_)));
+                origin + rotation * middle(corners).filter(|_| !ball).unwrap_or_default()
+            }
+            Item::Heater(i) => {
+                let local = self.heater_middles.get(i).copied().unwrap_or_default();
+                origin + self.placement_of(item)?.quaternion() * local
+            }
+            Item::HeatGun => origin,
+        })
+    }
+
+    /// Finds the middles of the heaters, in their own axes: files are read once.
+    pub(super) fn find_heaters(&mut self) {
+        let scene = self.document.scene();
+        let of = |heaters: Vec<sheetwork::scene::heater::Heater>| {
+            middle(heaters.iter().flat_map(|h| h.polyhedron.vertices.iter().copied())).unwrap_or_default()
+        };
+        let middles = scene.heaters.iter().map(|spec| spec.resolve(&scene.base).map(of).unwrap_or_default());
+        self.heater_middles = middles.collect();
+    }
+
+    /// Puts an item elsewhere, as an edit. Returns whether it was taken.
+    pub fn place(&mut self, item: Item, placement: Placement) -> bool {
+        let name = self.name_of(item);
+        self.edit(&format!("move of {name}"), &format!("place {name}"), |scene| match item {
+            Item::Body(i) => scene.bodies.iter_mut().skip(i).take(1).for_each(|b| b.placement = placement),
+            Item::Heater(i) => scene.heaters.iter_mut().skip(i).take(1).for_each(|h| h.placement = placement),
+            Item::HeatGun => scene.heat_gun.iter_mut().for_each(|g| g.position = placement.position),
+        })
+    }
+}
+
+/// The middle of the box around some points.
+fn middle(points: impl Iterator<Item = DVec3>) -> Option<DVec3> {
+    let (low, high) = points.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+    Some(0.5 * (low + high))
+}
