@@ -51,8 +51,8 @@ pub const ALL: &[Page] = &[
     Page::new("editor_sheet.png", || shipped("pvc_drape"), display),
     Page::new("editor_generate.png", || shipped("hemisphere"), generate),
     Page::new("editor_files.png", || shipped("creased_sheet"), files),
-    Page::new("editor_export.png", || shipped("cards_house_ball"), export),
-    Page { size: (1400, 1040), ..Page::new("editor_help.png", || shipped("flower"), help) },
+    Page::new("editor_export.png", || shipped("box_drop"), export),
+    Page { size: (1400, 1040), ..Page::new("editor_help.png", || shipped("ball_on_sheet"), help) },
     Page {
         size: (1280, 800),
         panels: false,
@@ -75,7 +75,11 @@ impl Page {
     /// # Errors
     /// When its scene is not found.
     pub fn open(&self) -> Result<(Session, EditorState), InputError> {
-        let mut session = Session::new(&(self.scene)()?)?;
+        let scene = (self.scene)()?;
+        let mut session = Session::new(&scene)?;
+        if let Some(file) = &scene.file {
+            session = session.read_from(file);
+        }
         let mut state = EditorState::new(&session);
         (self.prepare)(&mut session, &mut state);
         Ok((session, state))
@@ -228,19 +232,18 @@ fn files(session: &mut Session, state: &mut EditorState) {
 /// A run that is about to be written.
 fn export(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Bodies].into();
-    session.run(0.45);
-    // Below the dialog, and with the ball.
-    state.camera.target.y += 0.08;
-    state.camera.target.x += 0.05;
-    state.camera.zoom(-5.0);
-    state.export = Some(Job::new(Kind::Gltf, Path::new("house_of_cards.glb"), 4.0));
+    session.run(0.6);
+    // Below the dialog.
+    state.camera.target.y += 0.2 * state.camera.distance * (0.5 * state.camera.field_of_view).tan();
+    state.export = Some(Job::new(Kind::Gltf, Path::new("box_drop.glb"), 4.0));
 }
 
 /// Mouse and keys.
 fn help(session: &mut Session, state: &mut EditorState) {
-    session.run(1.0);
+    session.run(0.3);
     state.help = true;
     // Above the window.
+    state.camera.zoom(-2.5);
     state.camera.target.y -= 0.4 * state.camera.distance * (0.5 * state.camera.field_of_view).tan();
 }
 
