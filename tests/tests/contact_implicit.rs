@@ -284,7 +284,15 @@ fn a_falling_sheet_tips_a_row_of_dominoes() {
         let state = world.body_state(&format!("domino {n}")).unwrap_or_else(|| panic!("no domino {n}"));
         let up = state.rotation() * DVec3::Y;
         assert!(up.y < 0.8, "domino {n} stands: {up}");
+        // Half of what they measure: 8 x 48 x 24 mm.
+        let half = DVec3::new(0.004, 0.024, 0.012);
+        let corners = (0..8).map(|k| half * DVec3::from([1, 2, 4].map(|bit| if k & bit == 0 { -1.0 } else { 1.0 })));
+        let lowest = corners.map(|c| state.place(c).y).fold(f64::INFINITY, f64::min);
+        assert!(lowest > -3e-4, "domino {n} is {lowest} m in the floor");
     }
+    let work = world.report(0.0, &[]).sheets[0].contact_work;
+    println!("{} factors, {} halvings", work.factors, work.halved);
+    assert!(work.factors < 10_000, "{} factors", work.factors);
 }
 
 #[test]

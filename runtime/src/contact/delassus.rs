@@ -83,6 +83,8 @@ pub(crate) struct Group<'a> {
     pub movers: Vec<Mover>,
     /// Whether to work on several sheets at once.
     pub parallel: bool,
+    /// How far bodies are brought out of one another in this step, and what lies on them with them, m.
+    pub lift: f64,
 }
 
 impl Group<'_> {
@@ -94,6 +96,13 @@ impl Group<'_> {
     /// The same, to be changed.
     pub fn sheet_mut(&mut self, local: u32) -> &mut Sheet {
         &mut self.sheets[self.members[local as usize] as usize]
+    }
+
+    /// How many things move in it by themselves, where one sheet and one body count as one: of more, some contact always changes how
+    /// it acts.
+    pub fn pieces(&self) -> usize {
+        let free = self.movers.iter().filter(|m| m.gives()).count();
+        self.members.len() + free.saturating_sub(1)
     }
 
     /// How many masses it has.

@@ -87,7 +87,7 @@ impl Scratch {
                 break;
             }
             self.activate(&mut few, &mut primal, group, h);
-            let accuracy = self.accuracy(rough, group.members.len());
+            let accuracy = self.accuracy(rough, group.pieces());
             let done = few.solve(&mut primal, &mut self.counters, &accuracy);
             settled = Some(done);
             if !done && !self.last_resort {
@@ -150,7 +150,7 @@ impl Scratch {
                 primal.force[k] = if u.is_some() { row.frame.transpose() * known.velocity } else { DVec3::ZERO };
             }
             begun = self.chosen.len();
-            let accuracy = self.accuracy(false, group.members.len());
+            let accuracy = self.accuracy(false, group.pieces());
             settled = few.solve(&mut primal, &mut self.counters, &accuracy);
             if !settled && !self.last_resort {
                 break;

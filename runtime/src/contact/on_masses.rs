@@ -162,7 +162,7 @@ impl Scratch {
     }
 
     fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
-        let accuracy = self.accuracy(rough, group.members.len());
+        let accuracy = self.accuracy(rough, group.pieces());
         let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.on_own) {
             Some(system) => system,
             None => &mut self.joint,

@@ -66,6 +66,11 @@ impl Energies {
             let lift = if group.members.len() > 1 { LIFT_TOGETHER } else { LIFT };
             all.still += mass * (0.5 * STILL * STILL + lift * field.gravity.length());
         }
+        if group.lift > 0.0 {
+            let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
+            let bodies: f64 = group.movers.iter().filter(|m| m.gives()).map(|m| m.free.mass()).sum();
+            all.still += (sheets + bodies) * field.gravity.length() * group.lift;
+        }
         for mover in group.movers.iter().filter(|m| m.gives()) {
             all.bodies += mover.start.kinetic_energy();
             all.gravity += mover.start.gravity_energy(field.gravity);
