@@ -24,7 +24,7 @@ use crate::{headless, pages, playback, scenes, shell};
 #[derive(Clone, Debug, Default, Parser)]
 #[command(name = "sheetwork-editor", version)]
 pub struct Arguments {
-    /// Scene file, the name of one in assets/scenes, or a recording (.swr); the wedge when left out.
+    /// Scene file, the name of one in assets/scenes, or a recording (.swr); `wedge_stiff` when left out.
     pub scene: Option<PathBuf>,
     /// Override a field of the scene, as in `--set sheets.0.material.young=900`; may be given again.
     #[arg(long, value_name = "PATH=VALUE")]

@@ -41,17 +41,13 @@ impl Sample {
 
     /// `world` as it is now.
     pub fn of(world: &World, step_s: f64) -> Self {
-        let mut sample = Self { time: world.time(), step_s, ..Self::default() };
+        let mut sample = Self { time: world.time(), step_s, heights: heights(world).collect(), ..Self::default() };
         let mut all = (f64::INFINITY, 0.0, f64::NEG_INFINITY, 0.0);
         for sheet in world.sheets() {
             let energy = sheet.energy(world.gravity());
             sample.kinetic += energy.kinetic;
             sample.elastic += energy.elastic;
             sample.gravity += energy.gravity;
-            if sheet.probes.is_empty() {
-                sample.heights.push(sheet.centre_of_mass().y);
-            }
-            sample.heights.extend(sheet.probes.iter().map(|p| p.of(&sheet.x).y));
             if let Some(found) = sheet.delivered_stiffness(world.dt()) {
                 let part = found.bends_as_pa / found.asked_pa.max(1e-300);
                 sample.delivered = Some(sample.delivered.map_or(part, |least| least.min(part)));
@@ -65,6 +61,14 @@ impl Sample {
         sample.celsius = (all.3 > 0.0).then(|| [all.0, all.1 / all.3, all.2]);
         sample
     }
+}
+
+/// Heights of the probes of every sheet of `world` as it is now, or of its centre of mass where it has none, m.
+pub fn heights(world: &World) -> impl Iterator<Item = f64> {
+    world.sheets().iter().flat_map(|sheet| {
+        let middle = sheet.probes.is_empty().then(|| sheet.centre_of_mass().y);
+        middle.into_iter().chain(sheet.probes.iter().map(|p| p.of(&sheet.x).y))
+    })
 }
 
 /// Names of what [`Sample::heights`] are of: "sheet probe".

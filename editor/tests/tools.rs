@@ -520,6 +520,17 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
     harness.state_mut().0.step();
     harness.state_mut().1.plots.shown = true;
     harness.run_steps(2);
+    (0..60).for_each(|_| harness.state_mut().0.step());
+    harness.run_steps(2);
+    let height = |h: &Harness<'_, Both>| panels::format_si(h.state().0.world().sheets()[0].centre_of_mass().y, "m");
+    let late = height(&harness);
+    assert!(harness.query_all_by_label(&late).count() > 0, "{late}");
+    harness.state_mut().0.scrub(0.0);
+    harness.run_steps(2);
+    assert!(
+        height(&harness) != late && harness.query_all_by_label(&height(&harness)).count() > 0,
+        "of the moment shown"
+    );
     harness.get_by_label("Alone again").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.beside().count(), 0);

@@ -8,6 +8,7 @@ use sheetwork::scene::material::LIBRARY;
 use super::style::QUIET;
 use super::{EditorState, plots::COLOURS};
 use crate::camera::Camera;
+use crate::samples::heights;
 use crate::session::{MOST_BESIDE, Session, Variant};
 use crate::units::format_si;
 
@@ -128,7 +129,8 @@ fn first_value(path: &str) -> String {
 
 /// Every world in numbers: height of the first probe and how it differs, energy, what a step takes.
 fn table(ui: &mut Ui, session: &Session) {
-    let height = |s: &Session| s.history().last().and_then(|h| h.heights.first().copied());
+    // Of the moment that is shown, not of the last that was sampled: it may have been gone back from.
+    let height = |s: &Session| heights(s.world()).next();
     let first = height(session);
     Grid::new("compared").num_columns(4).striped(true).show(ui, |ui| {
         for title in ["", "height", "differs by", "a step"] {

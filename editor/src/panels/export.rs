@@ -3,9 +3,12 @@
 use bevy_egui::egui::{DragValue, Grid, ProgressBar, Ui, Window};
 
 use super::EditorState;
-use crate::export::{Kind, MOST_TARGETS, moments};
+use crate::export::{Kind, MOST_TARGETS, moments, picture_file};
 use crate::session::Session;
+use crate::units::{Quantity, Shown};
+use bevy_sheetwork::inspector::controls::{How, input, name, tell};
 
+const SECOND: Shown = Shown::fixed(Quantity::Time, "s", 1.0);
 /// Milliseconds of a frame that an export may have.
 const BUDGET_MS: u128 = 25;
 
@@ -25,8 +28,10 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             let label = ui.label("A second").on_hover_text("Moments in a simulated second, 0.01 to 10000");
             ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
             ui.end_row();
-            let label = ui.label("Duration").on_hover_text("From the present moment on, simulated s");
-            ui.add(DragValue::new(&mut job.seconds).range(0.0..=1e6).speed(0.02).suffix(" s")).labelled_by(label.id);
+            let label = name(ui, "Duration", "From the present moment on, simulated time");
+            let done = input(ui, &label, job.seconds, SECOND, &How { speed: 0.02, ..How::default() });
+            job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
+            tell(session, "duration", done.error);
             ui.end_row();
         });
         if job.kind == Kind::Gltf {
@@ -45,7 +50,12 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         match job.step(session, &state.camera) {
             Ok(false) => ui.ctx().request_repaint(),
             Ok(true) => {
-                session.note(format!("written: {}", job.file.display()));
+                let first = match job.kind {
+                    Kind::Sequence(..) => picture_file(&job.file, 0),
+                    Kind::Gltf => job.file.clone(),
+                };
+                let more = if job.kind == Kind::Gltf { "" } else { " and those after it" };
+                session.note(format!("written: {}{more}", first.display()));
                 ended = true;
             }
             Err(error) => {

@@ -94,20 +94,23 @@ impl EditorState {
 
     /// Begins a scene of a template.
     pub fn begin(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
-        let aside = self.keeper.set_aside(session);
-        if session.begin_scene(scene) {
-            tell_of(session, aside.as_deref());
-            self.look_at(session);
-        }
+        self.make_room(session, |session| session.begin_scene(scene));
     }
 
     /// Begins with work that was left behind.
     pub fn recover(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
+        self.make_room(session, |session| session.recover_scene(scene));
+    }
+
+    /// Sets unsaved work aside for another scene, which `begin` begins, and looks at that. Returns whether it was begun.
+    fn make_room(&mut self, session: &mut Session, begin: impl FnOnce(&mut Session) -> bool) -> bool {
         let aside = self.keeper.set_aside(session);
-        if session.recover_scene(scene) {
+        let begun = begin(session);
+        if begun {
             tell_of(session, aside.as_deref());
             self.look_at(session);
         }
+        begun
     }
 }
 
@@ -384,12 +387,9 @@ impl EditorState {
     pub fn open(&mut self, session: &mut Session, file: &Path) -> bool {
         let is_scene = scenes::is_scene(file) || crate::playback::is_recording(file);
         if is_scene && !is_material(file) {
-            let aside = self.keeper.set_aside(session);
-            let loaded = session.load(file);
+            let loaded = self.make_room(session, |session| session.load(file));
             if loaded {
-                tell_of(session, aside.as_deref());
                 self.keeper.note(file);
-                self.look_at(session);
             }
             return loaded;
         }

@@ -24,7 +24,7 @@ fn an_export_takes_its_numbers_and_says_where_it_is() {
     type_number(&mut harness, "A second", "20");
     type_number(&mut harness, "Duration", "soon");
     assert!(harness.query_by_label("11 moments").is_some(), "what is no number changes nothing");
-    type_number(&mut harness, "Duration", "0.2");
+    type_number(&mut harness, "Duration", "200 ms");
     assert!(harness.query_by_label("5 moments").is_some());
     type_number(&mut harness, "A second", "9000");
     harness.get_by_label("Write").click();
