@@ -15,6 +15,10 @@ use crate::tiles::tiles;
 /// Points of scrolling in a notch of the wheel.
 const NOTCH: f32 = 50.0;
 
+/// Halvings with which the edge of a sheet is found, and part of a sheet within which a line that was drawn past an edge is at it.
+const BISECTIONS: u32 = 14;
+const EDGE: f64 = 0.01;
+
 /// What the left button holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Held {
@@ -102,10 +106,12 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         && let Some(at) = now
     {
         match held {
-            Held::Line(sheet, from, _) => {
-                if let Some(hit) = hit(session, state, at, size).filter(|h| h.sheet == sheet) {
-                    state.held = Some(Held::Line(sheet, from, hit.uv));
-                }
+            Held::Line(sheet, from, last) => {
+                let to = match hit(session, state, at, size).filter(|h| h.sheet == sheet) {
+                    Some(hit) => Some(hit.uv),
+                    None => towards(session, state, (sheet, last), (at, size)),
+                };
+                state.held = Some(Held::Line(sheet, from, to.unwrap_or(last)));
             }
             Held::Brush(sheet, last) => {
                 let radius = radius(session, state, sheet);
@@ -201,6 +207,36 @@ fn hit(session: &Session, state: &EditorState, at: Vec2, size: Vec2) -> Option<p
     let ray = state.camera.ray(at, size);
     let hit = pick::sheet(session.world(), ray, state.display.layer == Layer::Top)?;
     pick::body(session.world(), ray).is_none_or(|b| hit.distance <= b.1 * 1.001).then_some(hit)
+}
+
+/// The last point of a sheet on the way from its point `last` to a place of the view that is beside it: a line drawn past an edge ends at it.
+fn towards(
+    session: &Session,
+    state: &EditorState,
+    (sheet, last): (usize, (f64, f64)),
+    (at, size): (Vec2, Vec2),
+) -> Option<(f64, f64)> {
+    let upper = state.display.layer == Layer::Top;
+    let place = pick::place(session.world().sheets().get(sheet)?, last, upper)?;
+    let begun = state.camera.project(place.as_vec3(), size)?;
+    let (mut found, mut low, mut high) = (None, 0.0, 1.0);
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low + high);
+        match hit(session, state, begun.lerp(at, middle), size).filter(|h| h.sheet == sheet) {
+            Some(hit) => (found, low) = (Some(hit.uv), middle),
+            None => high = middle,
+        }
+    }
+    let to_edge = |s: f64| {
+        if s < EDGE {
+            0.0
+        } else if s > 1.0 - EDGE {
+            1.0
+        } else {
+            s
+        }
+    };
+    found.map(|(u, v)| (to_edge(u), to_edge(v)))
 }
 
 /// Radius of the brush on a sheet, m.

@@ -94,3 +94,15 @@ fn a_cut_opens_the_cells_under_the_line_while_it_runs() {
     assert!(!session.cut(0, ((0.5, 0.0), (0.5, 1.0))));
     assert!(session.messages()[0].text.contains("square cells"), "{:?}", session.messages());
 }
+
+#[test]
+fn a_cut_that_is_drawn_past_an_edge_goes_through_it() {
+    let mut harness = whole(strip());
+    harness.state_mut().1.tool = Tool::Cut;
+    let (inside, edge) = (seen(&harness, (0.55, 0.4)), seen(&harness, (0.55, 0.98)));
+    // As far beyond the edge again as it is from the middle: in few frames the mouse is never near the edge.
+    drag(&mut harness, inside, inside + (edge - inside) * 2.0);
+    let slits = &harness.state().0.scene().sheets[0].slits;
+    assert_eq!(slits.len(), 1);
+    assert!((slits[0].1.0 - 0.55).abs() < 0.05 && slits[0].1.1 == 1.0, "{slits:?}");
+}
