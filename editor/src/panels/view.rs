@@ -18,6 +18,8 @@ const NOTCH: f32 = 50.0;
 /// Halvings with which the edge of a sheet is found, and part of a sheet within which a line that was drawn past an edge is at it.
 const BISECTIONS: u32 = 14;
 const EDGE: f64 = 0.01;
+/// Most touches of the brush in a frame.
+const MOST_DABS: u32 = 40;
 
 /// What the left button holds.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -114,12 +116,8 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
                 state.held = Some(Held::Line(sheet, from, to.unwrap_or(last)));
             }
             Held::Brush(sheet, last) => {
-                let radius = radius(session, state, sheet);
-                let hit = hit(session, state, at, size).filter(|h| h.sheet == sheet);
-                // Near enough that there are no waves, and no nearer.
-                if let Some(hit) = hit.filter(|h| h.place.distance(last) > 0.3 * radius) {
-                    dab(session, state, &hit);
-                    state.held = Some(Held::Brush(sheet, hit.place));
+                if let Some(place) = stroke(session, state, (sheet, last), (at, size)) {
+                    state.held = Some(Held::Brush(sheet, place));
                 }
             }
             Held::Sheet(place) => session.pull(state.camera.on_plane(at, size, place).as_dvec3()),
@@ -243,6 +241,28 @@ fn towards(
 pub(super) fn radius(session: &Session, state: &EditorState, sheet: usize) -> f64 {
     let size = session.world().sheets().get(sheet).map_or((0.1, 0.1), |s| s.rest_size());
     state.brush.radius_on(size)
+}
+
+/// Draws the brush over a sheet from where it last touched it to a place of the view, however far that is in a frame; where it then touches it.
+fn stroke(
+    session: &mut Session,
+    state: &EditorState,
+    (sheet, last): (usize, glam::DVec3),
+    (at, size): (Vec2, Vec2),
+) -> Option<glam::DVec3> {
+    // Near enough that there are no waves, and no nearer.
+    let apart = 0.3 * radius(session, state, sheet);
+    let end = hit(session, state, at, size).filter(|h| h.sheet == sheet && h.place.distance(last) > apart)?;
+    let begun = state.camera.project(last.as_vec3(), size)?;
+    let count = ((end.place.distance(last) / apart) as u32).clamp(1, MOST_DABS);
+    for k in 1..count {
+        let between = hit(session, state, begun.lerp(at, k as f32 / count as f32), size);
+        if let Some(hit) = between.filter(|h| h.sheet == sheet) {
+            dab(session, state, &hit);
+        }
+    }
+    dab(session, state, &end);
+    Some(end.place)
 }
 
 /// Touches a sheet with the brush.

@@ -1,6 +1,6 @@
 //! Creases, cuts and warmth are drawn on a sheet, reach the world, and are undone.
 
-use bevy_egui::egui::{Key, Modifiers};
+use bevy_egui::egui::{self, Key, Modifiers};
 use sheetwork::World;
 use sheetwork::scene::Scene;
 use sheetwork_editor::panels::Tool;
@@ -105,4 +105,36 @@ fn a_cut_that_is_drawn_past_an_edge_goes_through_it() {
     let slits = &harness.state().0.scene().sheets[0].slits;
     assert_eq!(slits.len(), 1);
     assert!((slits[0].1.0 - 0.55).abs() < 0.05 && slits[0].1.1 == 1.0, "{slits:?}");
+}
+
+#[test]
+fn a_stroke_of_a_fast_hand_has_no_gaps() {
+    let mut harness = whole(strip());
+    harness.state_mut().1.tool = Tool::Heat;
+    harness.state_mut().1.brush.radius = Some(0.01);
+    let (from, to) = (seen(&harness, (0.3, 0.5)), seen(&harness, (0.9, 0.5)));
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: egui::PointerButton::Primary,
+        pressed,
+        modifiers: Modifiers::NONE,
+    };
+    let way = [
+        egui::Event::PointerMoved(from),
+        button(from, true),
+        egui::Event::PointerMoved(from.lerp(to, 0.1)),
+        egui::Event::PointerMoved(to),
+        button(to, false),
+    ];
+    for event in way {
+        harness.event(event);
+        harness.run_steps(1);
+    }
+    let sheet = &harness.state().0.world().sheets()[0];
+    let celsius = sheet.temperatures().expect("warm");
+    let row: Vec<f64> = (0..sheet.masses())
+        .filter(|i| (0.31..0.89).contains(&sheet.uv[*i].0) && (sheet.uv[*i].1 - 0.5).abs() < 1e-9)
+        .map(|i| celsius[i])
+        .collect();
+    assert!(row.len() > 3 && row.iter().all(|c| *c > 110.0), "{row:?}");
 }
