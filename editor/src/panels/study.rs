@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bevy_egui::egui::{Align2, Button, Grid, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
+use bevy_egui::egui::{Align, Align2, Button, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
 use sheetwork::study::{LAST_QUESTIONS, QUESTIONS, Question};
 
 use super::style::{ACCENT, QUIET};
@@ -70,10 +70,12 @@ pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             session.pause();
             study.ask();
         }
-        ui.separator();
-        if ui.button("Stop the study").on_hover_text("What was answered so far stays in its file").clicked() {
-            stays = false;
-        }
+        // Far from what is clicked after every sheet, and in one place.
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.button("Stop the study").on_hover_text("What was answered so far stays in its file").clicked() {
+                stays = false;
+            }
+        });
     });
     ui.add_space(4.0);
     if stays {
@@ -136,7 +138,7 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
             ui.add(bevy_egui::egui::DragValue::new(&mut study.seed)).labelled_by(label.id);
             ui.end_row();
         });
-        ui.weak("The scene that is open comes back afterwards.");
+        ui.weak("The scene that is open comes back afterwards, at its start.");
         ui.add_space(4.0);
         if ui.button(RichText::new("Begin").strong()).clicked() {
             match study.begin() {
