@@ -129,6 +129,11 @@ pub fn body(world: &World, ray: Ray) -> Option<(usize, f64)> {
     best
 }
 
+/// The box around some points: lowest and highest corner; none without points.
+pub fn box_of(points: impl Iterator<Item = DVec3>) -> Option<(DVec3, DVec3)> {
+    points.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+}
+
 /// The boxes around the bodies that have an end, where they are now, m: lowest and highest corners.
 pub fn body_boxes(world: &World) -> Vec<(DVec3, DVec3)> {
     let Some(rigid) = world.rigid() else { return Vec::new() };
@@ -137,8 +142,7 @@ pub fn body_boxes(world: &World) -> Vec<(DVec3, DVec3)> {
         if let Shape::Ball(radius) = body.shape {
             return Some((place - radius, place + radius));
         }
-        let corners = body.polyhedra.iter().flat_map(|p| &p.vertices).map(|v| turn * *v + place);
-        corners.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        box_of(body.polyhedra.iter().flat_map(|p| &p.vertices).map(|v| turn * *v + place))
     };
     rigid.bodies().iter().enumerate().filter_map(of).collect()
 }

@@ -109,10 +109,8 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
     {
         match held {
             Held::Line(sheet, from, last) => {
-                let to = match hit(session, state, at, size).filter(|h| h.sheet == sheet) {
-                    Some(hit) => Some(hit.uv),
-                    None => towards(session, state, (sheet, last), (at, size)),
-                };
+                let under = hit(session, state, at, size).filter(|h| h.sheet == sheet).map(|h| h.uv);
+                let to = under.or_else(|| towards(session, state, (sheet, last), (at, size)));
                 state.held = Some(Held::Line(sheet, from, to.unwrap_or(last)));
             }
             Held::Brush(sheet, last) => {

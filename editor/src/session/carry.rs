@@ -4,10 +4,11 @@
 //! passed; it is put elsewhere in the run, at rest, and its start stays. Undo takes either back.
 
 use glam::DVec3;
-use sheetwork::scene::{BodySpec, Placement, Shape, path_at};
+use sheetwork::scene::{BodySpec, Placement, path_at};
 
 use super::Session;
 use crate::document::change::shifted;
+use crate::pick::box_of;
 
 /// Something that can be carried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -159,10 +160,10 @@ impl Session {
         let origin = self.shown_at(item)?;
         Some(match item {
             Item::Body(i) => {
-                let body = self.world.rigid()?.bodies().get(i)?;
-                let corners = body.polyhedra.iter().flat_map(|p| p.vertices.iter().copied());
-                let (rotation, ball) = (self.body_pose(i)?.1, matches!(body.shape, Shape::Ball(_)));
-                origin + rotation * middle(corners).filter(|_| !ball).unwrap_or_default()
+                // A ball has no corners; its origin is its middle.
+                let corners =
+                    self.world.rigid()?.bodies().get(i)?.polyhedra.iter().flat_map(|p| p.vertices.iter().copied());
+                origin + self.body_pose(i)?.1 * middle(corners).unwrap_or_default()
             }
             Item::Heater(i) => {
                 let local = self.heater_middles.get(i).copied().unwrap_or_default();
@@ -195,6 +196,5 @@ impl Session {
 
 /// The middle of the box around some points.
 fn middle(points: impl Iterator<Item = DVec3>) -> Option<DVec3> {
-    let (low, high) = points.map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
-    Some(0.5 * (low + high))
+    box_of(points).map(|(low, high)| 0.5 * (low + high))
 }

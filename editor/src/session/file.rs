@@ -230,5 +230,5 @@ fn bounds(file: &Path) -> Result<Option<(DVec3, DVec3)>, InputError> {
         Some(Kind::Heaters) => read_heaters_file(file)?.into_iter().flat_map(|h| h.polyhedron.vertices).collect(),
         _ => Vec::new(),
     };
-    Ok(points.into_iter().map(|p| (p, p)).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1))))
+    Ok(pick::box_of(points.into_iter()))
 }
