@@ -228,9 +228,14 @@ impl Touches {
         self.alarms.push(alarm);
     }
 
-    /// Forgets this step's counts before a step begins.
-    pub fn begin(&mut self) {
-        self.list.iter_mut().for_each(|t| t.masses = 0);
+    /// Forgets the last step's counts before a step that begins at `time` (s). What touched then has touched until now, however long the sheet
+    /// has slept in between.
+    pub fn begin(&mut self, time: f64) {
+        for t in &mut self.list {
+            if std::mem::take(&mut t.masses) > 0 {
+                t.last = t.last.max(time);
+            }
+        }
     }
 
     /// Bodies touched in this step.

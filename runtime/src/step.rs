@@ -52,7 +52,7 @@ pub(crate) struct Stage<'a> {
 /// Returns the length of the last part of the step, s.
 pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f64 {
     size_work(sheet);
-    touches.begin();
+    touches.begin(stage.time);
     sheet.work.touching.fill(false);
     sheet.keep_start();
     let mut done = 0.0;

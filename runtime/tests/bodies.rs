@@ -2,6 +2,7 @@
 
 use glam::{DQuat, DVec3};
 use sheetwork::World;
+use sheetwork::event::EventKind;
 use sheetwork::scene::Scene;
 
 fn world(text: &str) -> World {
@@ -165,4 +166,7 @@ fn a_free_body_is_put_elsewhere_at_rest_and_wakes_what_slept() {
     let fall = 0.5 * 9.81 * 0.1_f64.powi(2);
     assert!((there.y - ball.centre().y - fall).abs() < 1e-9, "{}", there.y - ball.centre().y);
     assert!(world.sheets()[0].centre_of_mass().y > loaded, "the sheet springs back");
+    world.advance(0.2);
+    let off = world.events().iter().find(|e| e.kind == EventKind::SlidOff).expect("the ball has left it");
+    assert!((5.9..6.1).contains(&off.time_s), "when it left, not when it fell asleep: {}", off.time_s);
 }

@@ -294,7 +294,7 @@ impl Shared<'_> {
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
             size_work(sheet);
-            touches[i].begin();
+            touches[i].begin(stage.time);
             sheet.work.touching.fill(false);
             sheet.work.met.clear();
             sheet.work.x_before.copy_from(&sheet.x);
