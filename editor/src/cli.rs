@@ -342,13 +342,12 @@ impl Arguments {
         };
         let mut stable = true;
         if let Some(target) = &self.gltf {
-            let mut session = session()?;
+            let session = session()?;
             let mut job = Job::new(Kind::Gltf, target, seconds);
             job.rate = self.rate;
-            job.begin(&mut session)?;
-            let camera = Camera::of_session(&session);
-            while !job.step(&mut session, &camera)? {}
-            stable &= session.world().unstable().is_none();
+            job.begin(&session, &Camera::of_session(&session))?;
+            while !job.step()? {}
+            stable &= job.world().is_none_or(|world| world.unstable().is_none());
             eprintln!("written: {}", target.display());
         }
         if let Some(folder) = &self.sequence {

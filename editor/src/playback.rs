@@ -4,6 +4,7 @@
 //! from one to the other.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use sheetwork::recording::{Frame, Header, Warmth, read};
 use sheetwork::scene::Scene;
@@ -14,7 +15,8 @@ use crate::scenes;
 /// A recording that is played.
 #[derive(Clone, Debug)]
 pub struct Playback {
-    frames: Vec<Frame>,
+    /// Shared with whatever shows it apart.
+    frames: Arc<[Frame]>,
     /// From the start of the recording, s.
     at: f64,
     shown: Frame,
@@ -40,7 +42,7 @@ pub fn open(file: &Path) -> Result<(Scene, Playback), InputError> {
     for (index, frame) in frames.iter().enumerate() {
         world.can_show(frame).map_err(|e| InputError::new(format!("frame {index}"), e.problem).in_file(file))?;
     }
-    Ok((scene, Playback { shown: first, frames, at: 0.0 }))
+    Ok((scene, Playback { shown: first, frames: frames.into(), at: 0.0 }))
 }
 
 /// The scene, with the files it names looked for beside the recording, where one is, and among the editor's own scenes.

@@ -124,6 +124,15 @@ impl Samples {
         &self.all
     }
 
+    /// The first height at `time` (s), on the straight line between the samples around it, m; none outside of them.
+    pub fn height_at(&self, time: f64) -> Option<f64> {
+        let after = self.all.partition_point(|s| s.time < time);
+        let (b, a) = (self.all.get(after)?, self.all.get(after.saturating_sub(1))?);
+        let (from, to) = (*a.heights.first()?, *b.heights.first()?);
+        let part = if b.time > a.time { (time - a.time) / (b.time - a.time) } else { 1.0 };
+        (time >= a.time - 1e-12).then_some(from + (to - from) * part)
+    }
+
     /// A table with a line of names and units; `heights` are the names of the heights.
     pub fn csv(&self, heights: &[String]) -> String {
         let mut text =

@@ -50,6 +50,8 @@ pub struct Session {
     speed: f64,
     owed: f64,
     before: Vec<Vectors>,
+    /// When that was, s.
+    shown_from: f64,
     bodies_before: Vec<(DVec3, DQuat)>,
     timing: Timing,
     /// What times the parts of a step, while somebody wants to know.
@@ -96,6 +98,7 @@ impl Session {
             speed: 1.0,
             owed: 0.0,
             before: Vec::new(),
+            shown_from: 0.0,
             bodies_before: Vec::new(),
             timing: Timing::default(),
             stages: None,
@@ -169,6 +172,7 @@ impl Session {
     }
 
     fn keep_before(&mut self) {
+        self.shown_from = self.world.time();
         for (before, sheet) in self.before.iter_mut().zip(self.world.sheets()) {
             if before.len() == sheet.masses() {
                 before.copy_from(&sheet.x);

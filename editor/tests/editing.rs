@@ -338,6 +338,15 @@ fn bodies_and_heaters_are_carried_and_put_down() {
     assert_eq!(session.scene().heaters[0].hot[0].temperature, 500.0);
     assert!(session.undo() && session.parameter("heaters.0.temperature") == Some(300.0));
     assert_eq!(session.items().len(), 2);
+    assert!(session.reset());
+    assert_eq!(session.items().len(), 3, "the sheet, too, while it lies where it was placed");
+    let (sheet, handle) = (Item::Sheet(0), session.handle_of(Item::Sheet(0)).expect("at its start"));
+    session.carry(sheet, DVec3::new(0.0, 0.02, 0.0));
+    assert!(session.handle_of(sheet).expect("on its way").distance(handle + DVec3::new(0.0, 0.02, 0.0)) < 1e-12);
+    assert!(session.put_down() && session.world().sheets()[0].x.bounds().expect("masses").0.y > handle.y + 0.01);
+    assert!(session.undo() && session.handle_of(sheet) == Some(handle));
+    session.step();
+    assert!(session.items().len() == 2 && session.handle_of(sheet).is_none());
 }
 
 #[test]

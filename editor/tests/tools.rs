@@ -388,7 +388,9 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
     );
     harness.get_by_label("Add a variant").click();
     harness.run_steps(3);
-    assert!(harness.query_by_label("structure slamm").is_some());
+    let structure = |which: usize| harness.state().0.shown(which).map(|s| s.world().sheets()[0].structure);
+    let all: std::collections::BTreeSet<_> = (0..3).filter_map(|which| Some(structure(which)?.name())).collect();
+    assert_eq!(all.len(), 3, "what is added differs from what is there: {all:?}");
     harness.state_mut().0.step();
     harness.state_mut().1.plots.shown = true;
     harness.run_steps(2);
@@ -403,7 +405,7 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
         height(&harness) != late && harness.query_all_by_label(&height(&harness)).count() > 0,
         "of the moment shown"
     );
-    harness.get_by_label("Alone again").click();
+    harness.get_by_label("Stop comparing").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.beside().count(), 0);
 }

@@ -1,18 +1,21 @@
 //! Export of a run: a picture for each moment, or one glTF file in which sheets bend and bodies move.
 //!
 //! A [`Job`] goes through a run from the present moment, some moments a second, and lets its caller breathe in between: the window shows how far
-//! it is, the command line has it done at once.
+//! it is, the command line has it done at once. The run is a [`Film`], a world of its own: what is exported is what plays, whatever the moments, and the
+//! session stays where it is.
 
+mod film;
 pub mod gltf;
 mod track;
 
 use std::path::{Path, PathBuf};
 
-use sheetwork::{InputError, check_range};
+use sheetwork::{InputError, World, check_range};
 
 use crate::camera::Camera;
 use crate::picture::{Look, Picture};
 use crate::session::Session;
+pub use film::Film;
 pub use track::Track;
 
 /// Moments a second unless told otherwise.
@@ -33,8 +36,7 @@ pub enum Kind {
     Gltf,
 }
 
-/// An export that is on its way.
-#[derive(Clone, Debug)]
+/// An export that is set up, or on its way.
 pub struct Job {
     /// What is written.
     pub kind: Kind,
@@ -44,10 +46,16 @@ pub struct Job {
     pub rate: f64,
     /// How long, simulated s.
     pub seconds: f64,
+    course: Option<Course>,
+}
+
+/// One that is on its way.
+struct Course {
+    film: Film,
+    camera: Camera,
+    track: Track,
     done: usize,
     count: usize,
-    track: Option<Track>,
-    began: bool,
 }
 
 /// The file of picture `index` of a sequence whose names begin as `file` does.
@@ -75,58 +83,60 @@ pub fn moments(rate: f64, seconds: f64, most: usize) -> Result<usize, InputError
 impl Job {
     /// One that has not begun: from the present moment on for the scene's duration.
     pub fn new(kind: Kind, file: &Path, seconds: f64) -> Self {
-        let file = file.to_path_buf();
-        Self { kind, file, rate: RATE, seconds, done: 0, count: 0, track: None, began: false }
+        Self { kind, file: file.to_path_buf(), rate: RATE, seconds, course: None }
     }
 
-    /// Begins.
+    /// Begins with `session` as it is now, seen by `camera`; it is not needed any more.
     ///
     /// # Errors
-    /// When rate or duration are out of range.
-    pub fn begin(&mut self, session: &mut Session) -> Result<(), InputError> {
+    /// When rate or duration are out of range, or the scene cannot be built any more.
+    pub fn begin(&mut self, session: &Session, camera: &Camera) -> Result<(), InputError> {
         let most = if self.kind == Kind::Gltf { MOST_TARGETS } else { MOST_PICTURES };
-        self.count = moments(self.rate, self.seconds, most)?;
-        (self.began, self.done) = (true, 0);
-        session.pause();
+        let count = moments(self.rate, self.seconds, most)?;
+        let film = Film::of(session)?;
+        let track = if self.kind == Kind::Gltf { Track::of(film.world()) } else { Track::default() };
+        self.course = Some(Course { film, camera: *camera, track, done: 0, count });
         Ok(())
     }
 
     /// Whether it has begun.
     pub fn has_begun(&self) -> bool {
-        self.began
+        self.course.is_some()
     }
 
     /// How much of it is done, 0 to 1.
     pub fn progress(&self) -> f32 {
-        self.done as f32 / self.count.max(1) as f32
+        self.course.as_ref().map_or(0.0, |course| course.done as f32 / course.count.max(1) as f32)
     }
 
-    /// Takes up the next moment; true when it was the last and everything is written.
+    /// The world as far as the run has come, once it has begun.
+    pub fn world(&self) -> Option<&World> {
+        self.course.as_ref().map(|course| course.film.world())
+    }
+
+    /// Takes up the next moment; true when it was the last and everything is written, or when it has not begun.
     ///
     /// # Errors
     /// When something cannot be written.
-    pub fn step(&mut self, session: &mut Session, camera: &Camera) -> Result<bool, InputError> {
-        if self.done > 0 {
-            // By whole moments from the start, so that rounding does not add up.
-            session.run(1.0 / self.rate);
-        }
+    pub fn step(&mut self) -> Result<bool, InputError> {
+        let Some(Course { film, camera, track, done, count }) = &mut self.course else { return Ok(true) };
+        // From the start each, so that rounding does not add up.
+        let after = *done as f64 / self.rate;
+        let world = film.at(after)?;
         match &self.kind {
             Kind::Sequence(look, size) => {
-                let file = picture_file(&self.file, self.done);
-                let picture = Picture::draw(session.world(), camera, look, *size);
+                let file = picture_file(&self.file, *done);
+                let picture = Picture::draw(world, camera, look, *size);
                 picture.save(&file).map_err(|e| InputError::io(&file, &e))?;
             }
-            Kind::Gltf => {
-                let track = self.track.get_or_insert_with(|| Track::of(session.world()));
-                track.take(session.world(), self.done as f64 / self.rate);
-            }
+            Kind::Gltf => track.take(world, after),
         }
-        self.done += 1;
-        if self.done < self.count {
+        *done += 1;
+        if *done < *count {
             return Ok(false);
         }
-        if let Some(track) = self.track.take() {
-            let bytes = gltf::binary(&track, &session.scene().name);
+        if self.kind == Kind::Gltf {
+            let bytes = gltf::binary(track, &world.scene().name);
             std::fs::write(&self.file, bytes).map_err(|e| InputError::io(&self.file, &e))?;
         }
         Ok(true)

@@ -7,7 +7,7 @@ use sheetwork::scene::{BodySpec, Placement, Shape};
 use super::EditorState;
 use super::heat::place;
 use crate::session::{Item, Session};
-use crate::units::{Quantity, Shown};
+use crate::units::{Quantity, Shown, format_si};
 use bevy_sheetwork::inspector::controls::{CELSIUS, How, PLAIN, input, name, tell};
 
 const GRAM: Shown = Shown::fixed(Quantity::Mass, "g", 1e-3);
@@ -37,8 +37,11 @@ fn body(ui: &mut Ui, session: &mut Session, index: usize) {
                 file.file_name().unwrap_or_default().to_string_lossy().into_owned()
             }
             Shape::Polyhedron(p) => format!("polyhedron of {} faces", p.faces.len()),
-            Shape::Box(size) => format!("box {:.4} × {:.4} × {:.4} m", size.x, size.y, size.z),
-            Shape::Ball(radius) => format!("ball of radius {radius:.4} m"),
+            Shape::Box(size) => {
+                let [x, y, z] = [size.x, size.y, size.z].map(|s| format_si(s, "m"));
+                format!("box {x} × {y} × {z}")
+            }
+            Shape::Ball(radius) => format!("ball of radius {}", format_si(*radius, "m")),
             Shape::HalfSpace => "everything below a plane".to_owned(),
         });
         if ui.small_button("Remove").on_hover_text("Take this body out of the scene").clicked() {

@@ -5,10 +5,9 @@ use sheetwork::engine::TABLE as ENGINES;
 use sheetwork::lattice::TABLE as STRUCTURES;
 use sheetwork::scene::material::LIBRARY;
 
-use super::style::QUIET;
+use super::style::{quiet, readable};
 use super::{EditorState, plots::COLOURS};
 use crate::camera::Camera;
-use crate::samples::heights;
 use crate::session::{MOST_BESIDE, Session, Variant};
 use crate::units::format_si;
 
@@ -45,11 +44,9 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         if new.len() < MOST_BESIDE
             && ui.button("Add a variant").on_hover_text("The same scene with one field different").clicked()
         {
-            let taken = new.iter().filter(|v| v.path.ends_with("structure")).count();
-            let value = ["shell", "slamm", "provot3d"][taken.min(2)].to_owned();
-            new.push(Variant { path: format!("sheets.{}.structure", state.sheet), value });
+            new.push(another(session, state.sheet, &new));
         }
-        if !now.is_empty() && ui.button("Alone again").clicked() {
+        if !now.is_empty() && ui.button("Stop comparing").on_hover_text("The scene alone again").clicked() {
             new.clear();
         }
     });
@@ -67,6 +64,15 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     } else {
         ui.weak("Two to four of the same scene side by side, in step, with one field different: structure, engine, step, material …");
     }
+}
+
+/// A variant with a structure that neither the scene nor a variant has.
+fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
+    let path = format!("sheets.{sheet}.structure");
+    let own = session.world().sheets().get(sheet).map_or("", |s| s.structure.name());
+    let taken = |name: &str| name == own || others.iter().any(|v| v.path == path && v.value == name);
+    let free = ["shell", "slamm", "provot3d", "trimm", "provot2d"].into_iter().find(|name| !taken(name));
+    Variant { path, value: free.unwrap_or("shell").to_owned() }
 }
 
 /// A field and its value.
@@ -130,11 +136,11 @@ fn first_value(path: &str) -> String {
 /// Every world in numbers: height of the first probe and how it differs, energy, what a step takes.
 fn table(ui: &mut Ui, session: &Session) {
     // Of the moment that is shown, not of the last that was sampled: it may have been gone back from.
-    let height = |s: &Session| heights(s.world()).next();
-    let first = height(session);
+    let time = session.world().time();
+    let first = session.height_at(time);
     Grid::new("compared").num_columns(4).striped(true).show(ui, |ui| {
         for title in ["", "height", "differs by", "a step"] {
-            ui.label(RichText::new(title).color(QUIET));
+            ui.label(RichText::new(title).color(quiet(ui)));
         }
         ui.end_row();
         let own = std::iter::once(("this scene".to_owned(), session));
@@ -142,13 +148,13 @@ fn table(ui: &mut Ui, session: &Session) {
         for (index, (name, one)) in own.chain(others).enumerate() {
             let broken = one.unstable_since();
             let name = if broken.is_some() { format!("✖ {name}") } else { name };
-            let label = ui.label(RichText::new(name).color(COLOURS[index % COLOURS.len()]));
+            let label = ui.label(RichText::new(name).color(readable(ui, COLOURS[index % COLOURS.len()])));
             if let Some(time) = broken {
                 label.on_hover_text(format!("Went unstable at {time:.4} s and was stopped"));
             }
-            let now = height(one);
+            let now = one.height_at(time);
             ui.monospace(now.map_or_else(String::new, |h| format_si(h, "m")));
-            let apart = now.zip(first).filter(|_| index > 0).map(|(a, b)| format_si(a - b, "m"));
+            let apart = now.zip(first).filter(|_| index > 0 && broken.is_none()).map(|(a, b)| format_si(a - b, "m"));
             ui.monospace(apart.unwrap_or_default());
             ui.monospace(if one.timing().step_s > 0.0 { format_si(one.timing().step_s, "s") } else { String::new() });
             ui.end_row();

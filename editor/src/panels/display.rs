@@ -4,7 +4,7 @@ use bevy_egui::egui::{ComboBox, DragValue, RichText, Ui};
 use bevy_sheetwork::SheetColour;
 
 use super::EditorState;
-use super::style::QUIET;
+use super::style::quiet;
 use crate::camera::Camera;
 use crate::picture::Layer;
 use crate::session::Session;
@@ -31,7 +31,7 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         if display.smooth
             && let Some(gap) = gap(ui, session, display.layer)
         {
-            ui.label(RichText::new(format!("up to {} from where contact has it", format_si(gap, "m"))).color(QUIET))
+            ui.label(RichText::new(format!("up to {} from where contact has it", format_si(gap, "m"))).color(quiet(ui)))
                 .on_hover_text(
                     "Largest gap between the smoothed surface and the flat triangles that contact has. What is drawn is kept out of bodies.",
                 );

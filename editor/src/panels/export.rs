@@ -3,10 +3,12 @@
 use bevy_egui::egui::{DragValue, Grid, ProgressBar, Ui, Window};
 
 use super::EditorState;
-use crate::export::{Kind, MOST_TARGETS, moments, picture_file};
+use crate::export::{Job, Kind, MOST_TARGETS, moments, picture_file};
+use crate::picture::LARGEST;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
 use bevy_sheetwork::inspector::controls::{How, input, name, tell};
+use sheetwork::World;
 
 const SECOND: Shown = Shown::fixed(Quantity::Time, "s", 1.0);
 /// Milliseconds of a frame that an export may have.
@@ -33,29 +35,35 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
             tell(session, "duration", done.error);
             ui.end_row();
+            if let Kind::Sequence(_, (width, height)) = &mut job.kind {
+                let label = ui.label("Size").on_hover_text("Of each picture, pixels: width and height");
+                ui.horizontal(|ui| {
+                    for side in [width, height] {
+                        ui.add(DragValue::new(side).range(16..=LARGEST).speed(2.0)).labelled_by(label.id);
+                    }
+                });
+                ui.end_row();
+            }
         });
         if job.kind == Kind::Gltf {
             ui.weak(format!("Sheets as morph targets, bodies as nodes that move; at most {MOST_TARGETS} moments."));
         }
         let count = moments(job.rate, job.seconds, usize::MAX).map_or(0, |count| count);
-        ui.weak(format!("{count} moments"));
-        if ui.button("Write").clicked()
-            && let Err(error) = job.begin(session)
-        {
-            session.fail(error.to_string());
+        ui.weak(if count == 1 { "1 moment".to_owned() } else { format!("{count} moments") });
+        ui.weak("The run goes on from the present moment beside what is open, which stays where it is.");
+        if ui.button("Write").clicked() {
+            session.pause();
+            if let Err(error) = job.begin(session, &state.camera) {
+                session.fail(error.to_string());
+            }
         }
     });
     let start = std::time::Instant::now();
     while job.has_begun() && !ended && start.elapsed().as_millis() < BUDGET_MS {
-        match job.step(session, &state.camera) {
+        match job.step() {
             Ok(false) => ui.ctx().request_repaint(),
             Ok(true) => {
-                let first = match job.kind {
-                    Kind::Sequence(..) => picture_file(&job.file, 0),
-                    Kind::Gltf => job.file.clone(),
-                };
-                let more = if job.kind == Kind::Gltf { "" } else { " and those after it" };
-                session.note(format!("written: {}{more}", first.display()));
+                told(session, &job);
                 ended = true;
             }
             Err(error) => {
@@ -66,5 +74,18 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
     if open && !ended {
         state.export = Some(job);
+    }
+}
+
+/// Says what was written, and what became of the run.
+fn told(session: &mut Session, job: &Job) {
+    match &job.kind {
+        Kind::Sequence(..) => {
+            session.note(format!("written: {} and those after it", picture_file(&job.file, 0).display()));
+        }
+        Kind::Gltf => session.note(format!("written: {}", job.file.display())),
+    }
+    if let Some(sheet) = job.world().and_then(World::unstable) {
+        session.fail(format!("in what was written, {} went unstable and was stopped", sheet.name));
     }
 }

@@ -86,8 +86,10 @@ impl EditorState {
     pub fn save_as(&mut self, session: &mut Session, file: &Path) -> bool {
         let saved = session.save_as(file);
         if saved {
-            self.keeper.note(session.file().unwrap_or(file));
+            let file = session.file().unwrap_or(file).to_path_buf();
+            self.keeper.note(&file);
             self.keeper.copy(session);
+            session.note(format!("saved: {}", file.display()));
         }
         saved
     }
@@ -376,9 +378,9 @@ fn picture(session: &Session, state: &EditorState) -> Picture {
 
 /// What is drawn of the scene, and the size of the view, pixels.
 fn look(state: &EditorState) -> (Look, (u32, u32)) {
-    let display = &state.display;
-    let look = Look { layer: display.layer, parts: if display.smooth { 4 } else { 1 }, colour: display.colour };
-    (look, (state.viewport.width().max(8.0) as u32, state.viewport.height().max(8.0) as u32))
+    // Even numbers: what makes films of pictures takes no others.
+    let even = |length: f32| (length.max(8.0) as u32) & !1;
+    (state.display.look(), (even(state.viewport.width()), even(state.viewport.height())))
 }
 
 impl EditorState {
@@ -396,38 +398,33 @@ impl EditorState {
         let before = Self::parts(session);
         let added = session.add_file(file, self.sheet);
         if added {
-            self.turn_to_what_is_new(session, before);
+            self.turn_to_what_is_new(session, before, file);
         }
         added
     }
 
     /// Chooses what was added to the scene, shows it and its controls, and lets it be moved at once.
-    fn turn_to_what_is_new(&mut self, session: &Session, before: (usize, usize, usize)) {
+    fn turn_to_what_is_new(&mut self, session: &mut Session, before: (usize, usize, usize), file: &Path) {
         let after = Self::parts(session);
         let item = if after.0 > before.0 {
-            (self.sheet, self.open_sections) = (before.0, [Section::Material, Section::Sheet].into());
-            None
+            Item::Sheet(before.0)
         } else if after.1 > before.1 {
-            self.open_sections = [Section::Bodies].into();
-            Some(Item::Body(before.1))
+            Item::Body(before.1)
         } else if after.2 > before.2 {
-            self.open_sections = [Section::Heat].into();
-            Some(Item::Heater(before.2))
+            Item::Heater(before.2)
         } else {
+            // A material.
+            self.open_sections = [Section::Material].into();
+            let name = session.world().sheets().get(self.sheet).map_or(String::new(), |s| s.name.clone());
+            session.note(format!("{name} is of {} now", file.file_name().unwrap_or_default().to_string_lossy()));
             return;
         };
-        if item.is_some() {
-            (self.selected, self.tool) = (item, Tool::Move);
-        }
-        let middle = |sheet: &sheetwork::sheet::Sheet| sheet.x.bounds().map(|(low, high)| 0.5 * (low + high));
-        let place = match item {
-            Some(item) => session.handle_of(item),
-            None => session.world().sheets().get(self.sheet).and_then(middle),
-        };
+        self.choose(Some(item));
+        self.tool = Tool::Move;
         if before == (0, 0, 0) {
             self.camera = Camera::of_session(session);
         }
-        if let Some(place) = place {
+        if let Some(place) = session.handle_of(item) {
             let size = glam::Vec2::new(self.viewport.width(), self.viewport.height());
             self.camera.hold(place.as_vec3(), size);
         }

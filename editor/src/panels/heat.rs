@@ -4,7 +4,7 @@ use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
 use sheetwork::scene::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenSpec, Placement};
 
-use super::style::QUIET;
+use super::style::quiet;
 use crate::document::path::opened;
 use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown};
@@ -250,7 +250,7 @@ fn temperatures(ui: &mut Ui, session: &mut Session) {
         for (index, sheet) in session.world().sheets().iter().enumerate() {
             let Some(heat) = sheet.heat() else { continue };
             let (low, high) = heat.range();
-            ui.label(RichText::new(&sheet.name).color(QUIET));
+            ui.label(RichText::new(&sheet.name).color(quiet(ui)));
             ui.monospace(format!("{low:.1} to {high:.1} °C"));
             if ui.small_button("cool").on_hover_text("Bring it to the temperature of the room at once").clicked() {
                 cool = Some(index);

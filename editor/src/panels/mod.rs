@@ -4,6 +4,7 @@
 
 mod bodies;
 mod camera;
+mod changes;
 mod chart;
 mod compare;
 mod controls;
@@ -43,7 +44,7 @@ use sheetwork::scene::Scene;
 use crate::camera::Camera;
 use crate::export::Job;
 use crate::keeping::Keeper;
-use crate::picture::Layer;
+use crate::picture::{Layer, Look};
 use crate::scenes;
 use crate::session::{Item, Session};
 use crate::study::{Stage, Study};
@@ -127,6 +128,11 @@ impl Display {
         if plain { Self { colour: Some(SheetColour::Plain), ..self } } else { self }
     }
 
+    /// The same for our own rasteriser.
+    pub fn look(&self) -> Look {
+        Look { layer: self.layer, parts: if self.smooth { 4 } else { 1 }, colour: self.colour }
+    }
+
     /// The scale of the colours that the surfaces of `world` have; `None` where they have none, or are not drawn.
     pub fn scale(&self, world: &World) -> Option<ColourScale> {
         let colour = self.colour.unwrap_or_else(|| SheetColour::of_heat(world));
@@ -156,7 +162,7 @@ pub enum Tool {
     Grab,
     /// Pins a mass, or lets it go.
     Pin,
-    /// Moves bodies and heaters.
+    /// Moves bodies and heaters, and sheets before time has passed.
     Move,
     /// Folds a sheet along a line.
     Crease,
@@ -172,7 +178,11 @@ impl Tool {
         (Self::Look, "Look", "Left drag turns the view (Q)"),
         (Self::Grab, "Grab", "Left drag pulls at a sheet with a spring, whose force is shown (G)"),
         (Self::Pin, "Pin", "A click pins a mass where it is, or lets it go (P)"),
-        (Self::Move, "Move", "A click chooses a body, heater or heat gun; its arrows move it (W)"),
+        (
+            Self::Move,
+            "Move",
+            "A click chooses a body, heater, heat gun, or before time has passed a sheet; its arrows move it (W)",
+        ),
         (Self::Crease, "Crease", "Left drag draws a line along which a shell is folded (C)"),
         (Self::Heat, "Heat", "Left drag paints warmth on a sheet (H)"),
         (Self::Cut, "Cut", "Left drag draws a line along which the cells of a sheet open (X)"),
@@ -242,7 +252,6 @@ impl Section {
 }
 
 /// What the editor remembers besides the session.
-#[derive(Clone, Debug)]
 pub struct EditorState {
     /// What is drawn.
     pub display: Display,
@@ -292,8 +301,8 @@ pub struct EditorState {
     pub export: Option<Job>,
     /// The study that is on.
     pub study: Option<Study>,
-    /// What was open before it, and the file that has it as it was, if one has.
-    pub aside: Option<(Scene, Option<PathBuf>)>,
+    /// What was open before it, and where it was seen from.
+    pub aside: Option<(Box<Session>, Camera)>,
     /// Recent files and copies of unsaved work.
     pub keeper: Keeper,
     /// Unsaved work that was found at the start: the copy and the scene.
@@ -342,6 +351,23 @@ impl EditorState {
 }
 
 impl EditorState {
+    /// Chooses what the move tool moves, and turns to its controls where they are not seen.
+    pub fn choose(&mut self, item: Option<Item>) {
+        self.selected = item;
+        let section = match item {
+            None => return,
+            Some(Item::Sheet(index)) => {
+                self.sheet = index;
+                Section::Sheet
+            }
+            Some(Item::Body(_)) => Section::Bodies,
+            Some(Item::Heater(_) | Item::HeatGun) => Section::Heat,
+        };
+        if !self.open_sections.contains(&section) && !self.floating.contains(&section) {
+            self.open_sections = [section].into();
+        }
+    }
+
     /// Whether a study is on, in which nothing may say what is shown.
     pub fn is_blind(&self) -> bool {
         self.study.as_ref().is_some_and(|study| !matches!(study.stage(), Stage::Welcome | Stage::Over))

@@ -4,7 +4,7 @@ use bevy_egui::egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Shape, Stroke,
 use sheetwork::event::{Event, EventKind};
 use sheetwork::sheet::Status;
 
-use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
+use super::style::{ELASTIC, GRAVITY, KINETIC, TOTAL, quiet, readable};
 use crate::samples::Sample;
 use crate::session::{HISTORY, Session};
 use crate::units::format_si;
@@ -34,7 +34,7 @@ pub fn numbers(ui: &mut Ui, session: &Session) {
 }
 
 fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
-    ui.label(RichText::new(name).color(QUIET));
+    ui.label(RichText::new(name).color(quiet(ui)));
     ui.label(value.into().monospace());
     ui.end_row();
 }
@@ -57,7 +57,7 @@ fn energies(ui: &mut Ui, history: &[Sample]) {
             ("total", TOTAL, now.total()),
         ];
         for (name, colour, value) in rows {
-            ui.label(RichText::new(name).color(colour));
+            ui.label(RichText::new(name).color(readable(ui, colour)));
             ui.monospace(format_si(value, "J"));
             ui.end_row();
         }
@@ -152,7 +152,7 @@ fn stiffness(ui: &mut Ui, session: &Session) {
     for (text, about, names) in said {
         if world.sheets().len() > 1 {
             let others = if names.len() > 1 { format!(" and {} more", names.len() - 1) } else { String::new() };
-            ui.label(RichText::new(format!("{}{others}", names[0])).color(QUIET)).on_hover_text(names.join(", "));
+            ui.label(RichText::new(format!("{}{others}", names[0])).color(quiet(ui))).on_hover_text(names.join(", "));
         }
         ui.label(RichText::new(text).monospace().size(10.5)).on_hover_text(about);
     }

@@ -4,6 +4,7 @@ use bevy_egui::egui::{
     Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, StrokeKind, Ui, UiBuilder, pos2, vec2,
 };
 use glam::{DVec3, Vec2, Vec3};
+use sheetwork::sheet::Sheet;
 
 use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, input, name, tell};
 
@@ -61,6 +62,7 @@ fn hands(ui: &Ui, rect: Rect, session: &Session, state: &EditorState) {
         gizmo(&painter, rect, session, state);
     }
     hand(&painter, session, &seen);
+    creases(&painter, session, state, &seen);
     line(&painter, session, state, &seen);
     ring(ui, &painter, session, state, rect);
 }
@@ -184,10 +186,7 @@ fn hand(painter: &Painter, session: &Session, seen: &dyn Fn(Vec3) -> Option<Pos2
 fn line(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
     let Some(Held::Line(sheet, from, to)) = state.held else { return };
     let Some(sheet) = session.world().sheets().get(sheet) else { return };
-    let upper = state.display.layer == Layer::Top;
-    let at = |s: f64| pick::place(sheet, (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1)), upper);
-    let points = (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.as_vec3()));
-    let points: Vec<Pos2> = points.collect();
+    let points = on_sheet(sheet, (from, to), state, seen);
     painter.add(Shape::line(points.clone(), Stroke::new(4.0, Color32::from_rgb(30, 32, 36))));
     painter.add(Shape::line(points.clone(), Stroke::new(2.0, Color32::WHITE)));
     let size = sheet.rest_size();
@@ -195,6 +194,35 @@ fn line(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn
     if let Some(end) = points.last() {
         label(painter, *end + vec2(10.0, -10.0), &format_si(length, "m"), Align2::LEFT_BOTTOM);
     }
+}
+
+/// The creases that sheets have, while they are drawn with the tool for them: a fold is not seen before time has passed.
+fn creases(painter: &Painter, session: &Session, state: &EditorState, seen: &dyn Fn(Vec3) -> Option<Pos2>) {
+    if state.tool != Tool::Crease {
+        return;
+    }
+    for (spec, sheet) in session.scene().sheets.iter().zip(session.world().sheets()) {
+        for crease in &spec.creases {
+            let points = on_sheet(sheet, (crease.from, crease.to), state, seen);
+            painter.extend(Shape::dashed_line(&points, Stroke::new(3.0, Color32::from_rgb(30, 32, 36)), 7.0, 5.0));
+            painter.extend(Shape::dashed_line(&points, Stroke::new(1.5, ACCENT), 7.0, 5.0));
+            if let Some(end) = points.last() {
+                label(painter, *end + vec2(8.0, 8.0), &format!("{:.0}°", crease.angle), Align2::LEFT_TOP);
+            }
+        }
+    }
+}
+
+/// A straight line of the material, as it is seen on the sheet.
+fn on_sheet(
+    sheet: &Sheet,
+    (from, to): ((f64, f64), (f64, f64)),
+    state: &EditorState,
+    seen: &dyn Fn(Vec3) -> Option<Pos2>,
+) -> Vec<Pos2> {
+    let upper = state.display.layer == Layer::Top;
+    let at = |s: f64| pick::place(sheet, (from.0 + s * (to.0 - from.0), from.1 + s * (to.1 - from.1)), upper);
+    (0..=32).filter_map(|i| seen(at(f64::from(i) / 32.0)?.as_vec3())).collect()
 }
 
 /// The rim of the brush on the sheet under the mouse.

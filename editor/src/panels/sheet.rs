@@ -7,7 +7,7 @@ use sheetwork::lattice::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::EditorState;
-use super::style::QUIET;
+use super::style::quiet;
 use crate::session::Session;
 use crate::units::{Quantity, Shown, format_si};
 
@@ -29,7 +29,7 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         sheet.springs().len(),
         format_si(1e3 * sheet.total_mass(), "g")
     );
-    ui.label(RichText::new(text).color(QUIET));
+    ui.label(RichText::new(text).color(quiet(ui)));
     Grid::new("sheet").num_columns(2).show(ui, |ui| {
         structure(ui, session, index);
         shape(ui, session, index);
@@ -221,14 +221,29 @@ fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
                 });
             }
         }
-        let others = spec.pins.iter().filter(|p| !EDGES.iter().any(|e| e.0 == p.region)).count();
-        if others > 0 {
-            ui.label(RichText::new(format!("and {others} more")).color(QUIET));
+        let others: Vec<String> =
+            spec.pins.iter().filter(|p| !EDGES.iter().any(|e| e.0 == p.region)).map(in_words).collect();
+        if !others.is_empty() {
+            ui.label(RichText::new(format!("and {}", others.join(", "))).color(quiet(ui)));
             if ui.small_button("✖").on_hover_text("Let go of everything that is held").clicked() {
                 edit(session, index, "pins", |s| s.pins.clear());
             }
         }
     });
+}
+
+/// What a pin holds that is no edge, and what it is held by where that moves.
+fn in_words(pin: &PinSpec) -> String {
+    let held = match &pin.region {
+        Region::All => "all of it".to_owned(),
+        Region::Border => "the whole border".to_owned(),
+        Region::Point(u, v) => format!("the mass at ({u}, {v})"),
+        Region::Rect(u, v) => format!("u {} to {}, v {} to {}", u.0, u.1, v.0, v.1),
+        Region::Masses(masses) if masses.len() == 1 => "1 mass".to_owned(),
+        Region::Masses(masses) => format!("{} masses", masses.len()),
+        Region::Left | Region::Right | Region::Back | Region::Front => "an edge".to_owned(),
+    };
+    pin.body.as_ref().map_or_else(|| held.clone(), |body| format!("{held} on {body}"))
 }
 
 /// Creases, slits and painted spots: what was drawn on the sheet.
@@ -252,7 +267,7 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
     for (title, count) in lists.into_iter().filter(|l| l.1 > 0) {
         ui.horizontal(|ui| {
             ui.label(title);
-            ui.label(RichText::new(count.to_string()).color(QUIET));
+            ui.label(RichText::new(count.to_string()).color(quiet(ui)));
             if ui.small_button("✖").on_hover_text("Take them out; spots are gone after the next reset").clicked() {
                 edit(session, index, title, |s| if title == "Cuts" { s.slits.clear() } else { s.spots.clear() });
             }

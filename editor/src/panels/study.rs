@@ -1,11 +1,9 @@
 //! The study: a line in place of the bars while a sheet is seen, and a window that asks.
 
-use std::path::Path;
-
 use bevy_egui::egui::{Align, Align2, Button, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
 use sheetwork::study::{LAST_QUESTIONS, QUESTIONS, Question};
 
-use super::style::{ACCENT, QUIET};
+use super::style::{self, quiet};
 use super::{Display, EditorState};
 use crate::camera::Camera;
 use crate::picture::Layer;
@@ -22,7 +20,11 @@ pub(super) fn open(state: &mut EditorState) {
     // Any number does: it is shown, and can be typed again.
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     let seed = now.map_or(1, |t| t.as_secs() % 1_000_000);
-    state.study = Some(Study::new(seed));
+    let mut study = Study::new(seed);
+    // With its folder: where an editor was started from is not always known.
+    let folder = state.folder.clone().or_else(|| std::env::current_dir().ok()).unwrap_or_default();
+    study.file = folder.join(&study.file).display().to_string();
+    state.study = Some(study);
 }
 
 /// The line at the top while a study is on, and its windows.
@@ -62,10 +64,7 @@ pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             session.play();
         }
         if study.stage() == Stage::Watching
-            && ui
-                .add(Button::new("Rate it").fill(ACCENT.gamma_multiply(0.7)))
-                .on_hover_text("When you have seen enough")
-                .clicked()
+            && ui.add(style::first(ui, "Rate it")).on_hover_text("When you have seen enough").clicked()
         {
             session.pause();
             study.ask();
@@ -85,32 +84,28 @@ pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-fn put_aside(session: &Session, state: &mut EditorState) {
-    let file = session.file().filter(|_| !session.document().is_unsaved());
-    state.aside = Some((session.scene().clone(), file.map(Path::to_path_buf)));
-}
-
-/// Ends the study: what was open comes back.
+/// Ends the study: what was open comes back as it was.
 fn end(session: &mut Session, state: &mut EditorState) {
     session.pause();
     state.display = Display::default();
-    match state.aside.take() {
-        Some((_, Some(file))) => _ = state.open(session, &file),
-        Some((scene, None)) => state.recover(session, &scene),
-        None => {}
+    if let Some((old, camera)) = state.aside.take() {
+        session.make_way_for(*old);
+        state.display = state.display.of(session);
+        state.camera = camera;
     }
-    session.pause();
 }
 
 /// Shows the next sheet.
 fn show(session: &mut Session, state: &mut EditorState, study: &Study) {
-    match study.scene() {
-        Ok(scene) => {
-            if session.begin_scene(&scene) {
-                state.display = blind();
-                state.camera = Camera::of_session(session);
-                session.play();
-            }
+    match study.scene().and_then(|scene| Session::new(&scene)) {
+        Ok(fresh) => {
+            session.pause();
+            let old = session.make_way_for(fresh);
+            // What was open before the first sheet.
+            state.aside.get_or_insert_with(|| (Box::new(old), state.camera));
+            state.display = blind();
+            state.camera = Camera::of_session(session);
+            session.play();
         }
         Err(error) => session.fail(error.to_string()),
     }
@@ -138,14 +133,11 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
             ui.add(bevy_egui::egui::DragValue::new(&mut study.seed)).labelled_by(label.id);
             ui.end_row();
         });
-        ui.weak("The scene that is open comes back afterwards, at its start.");
+        ui.weak("The scene that is open comes back afterwards, as it is now.");
         ui.add_space(4.0);
         if ui.button(RichText::new("Begin").strong()).clicked() {
             match study.begin() {
-                Ok(()) => {
-                    put_aside(session, state);
-                    show(session, state, study);
-                }
+                Ok(()) => show(session, state, study),
                 Err(error) => session.fail(error.to_string()),
             }
         }
@@ -166,7 +158,7 @@ pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorSt
     Grid::new("questions").num_columns(4).spacing([14.0, 5.0]).show(ui, |ui| {
         for (question, chosen) in all.iter().zip(&mut study.chosen) {
             ui.label(question.asks);
-            ui.label(RichText::new(question.low).color(QUIET));
+            ui.label(RichText::new(question.low).color(quiet(ui)));
             ui.horizontal(|ui| {
                 ui.spacing_mut().item_spacing.x = 3.0;
                 for value in (1..=9).map(Some).chain([None]) {
@@ -183,7 +175,7 @@ pub(super) fn questions(ui: &mut Ui, session: &mut Session, state: &mut EditorSt
                     }
                 }
             });
-            ui.label(RichText::new(question.high).color(QUIET));
+            ui.label(RichText::new(question.high).color(quiet(ui)));
             ui.end_row();
         }
     });

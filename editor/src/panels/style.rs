@@ -1,8 +1,8 @@
 //! Colours and spacing of the controls, dark and light.
 
-use bevy_egui::egui::{self, Color32, CornerRadius, Theme};
+use bevy_egui::egui::{self, Button, Color32, CornerRadius, RichText, Stroke, Theme, Ui};
 
-pub(super) use bevy_sheetwork::inspector::style::{ACCENT, QUIET};
+pub(super) use bevy_sheetwork::inspector::style::{ACCENT, QUIET, quiet, readable};
 
 /// Energy of motion.
 pub(super) const KINETIC: Color32 = Color32::from_rgb(240, 150, 70);
@@ -25,6 +25,13 @@ pub fn apply(ctx: &egui::Context) {
         style.visuals.panel_fill = Color32::from_rgb(238, 238, 236);
         style.visuals.window_fill = Color32::from_rgb(246, 246, 245);
         style.visuals.extreme_bg_color = Color32::from_rgb(222, 223, 222);
+        style.visuals.weak_text_color = Some(Color32::from_gray(88));
+        style.visuals.error_fg_color = Color32::from_rgb(178, 32, 16);
+        style.visuals.warn_fg_color = Color32::from_rgb(150, 78, 0);
+        // Boxes and buttons have an edge: their grounds hardly differ from the panel's.
+        style.visuals.widgets.inactive.bg_stroke = Stroke::new(1.0, Color32::from_gray(168));
+        style.visuals.widgets.inactive.bg_fill = Color32::from_gray(250);
+        style.visuals.widgets.inactive.weak_bg_fill = Color32::from_gray(226);
     });
     ctx.all_styles_mut(|style| {
         let visuals = &mut style.visuals;
@@ -55,5 +62,15 @@ pub(super) fn choose(ctx: &egui::Context, light: bool) {
     let wanted = if light { Theme::Light } else { Theme::Dark };
     if ctx.theme() != wanted {
         ctx.set_theme(wanted);
+    }
+}
+
+/// A button for what is done first, in the sheets' own colour.
+pub(super) fn first<'a>(ui: &Ui, text: &str) -> Button<'a> {
+    let text = RichText::new(text).strong();
+    if ui.visuals().dark_mode {
+        Button::new(text).fill(ACCENT.gamma_multiply(0.7))
+    } else {
+        Button::new(text.color(Color32::WHITE)).fill(Color32::from_rgb(190, 66, 34))
     }
 }

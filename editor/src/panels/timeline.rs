@@ -5,7 +5,7 @@ use sheetwork::event::EventKind;
 
 use super::EditorState;
 use super::numbers::describe;
-use super::style::{ACCENT, KINETIC, QUIET};
+use super::style::{ACCENT, KINETIC, quiet};
 use crate::session::Session;
 
 /// Height of the strip, points.
@@ -28,7 +28,7 @@ pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             let text = format!("{} moments, {:.1} MB", line.len(), line.bytes() as f64 / 1e6);
             let about =
                 "Snapshots that can be gone back to. When memory is full, every second one of the older half goes.";
-            ui.label(RichText::new(text).color(QUIET)).on_hover_text(about);
+            ui.label(RichText::new(text).color(quiet(ui))).on_hover_text(about);
         }
     });
     ui.add_space(2.0);
@@ -36,7 +36,7 @@ pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 
 /// Snapshots by number: a click keeps one where there is none, and goes back where there is.
 fn slots(ui: &mut Ui, session: &mut Session) {
-    ui.label(RichText::new("Snapshots").color(QUIET));
+    ui.label(RichText::new("Snapshots").color(quiet(ui)));
     ui.spacing_mut().item_spacing.x = 2.0;
     for (i, kept) in session.kept().into_iter().enumerate() {
         let number = i + 1;

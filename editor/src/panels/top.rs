@@ -3,9 +3,10 @@
 use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
 use bevy_egui::egui::{self, Button, PopupCloseBehavior, RichText, Slider, Ui};
 
-use super::style::{ACCENT, QUIET};
-use super::{EditorState, Section, files};
+use super::style::{self, ACCENT, quiet, readable};
+use super::{EditorState, Section, changes, files};
 use crate::camera::Camera;
+use crate::scenes;
 use crate::session::Session;
 
 /// The bar at the top.
@@ -28,11 +29,19 @@ pub fn top(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 fn title(ui: &mut Ui, session: &Session) {
     let scene = session.scene();
     ui.label(RichText::new(&scene.name).strong()).on_hover_text(&scene.description);
+    // A scene may be called otherwise than its file.
+    if let Some(file) = session.file()
+        && scenes::title(file) != scene.name
+    {
+        let name = file.file_name().unwrap_or_default().to_string_lossy();
+        ui.label(RichText::new(name).color(quiet(ui))).on_hover_text(file.display().to_string());
+    }
     if session.document().is_unsaved() {
         let file = session.file().map_or_else(|| "no file yet".to_owned(), |f| f.display().to_string());
-        ui.label(RichText::new("• not saved").color(ACCENT)).on_hover_text(format!("Ctrl+S saves it: {file}"));
+        ui.label(RichText::new("• not saved").color(readable(ui, ACCENT)))
+            .on_hover_text(format!("Ctrl+S saves it: {file}"));
     } else if session.file().is_none() {
-        ui.label(RichText::new("• new").color(QUIET)).on_hover_text("Ctrl+S saves it in a file");
+        ui.label(RichText::new("• new").color(quiet(ui))).on_hover_text("Ctrl+S saves it in a file");
     }
 }
 
@@ -43,7 +52,7 @@ fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         ui.set_min_width(300.0);
         files::menu(ui, session, state);
     });
-    ui.menu_button("Edit", |ui| edit(ui, session));
+    ui.menu_button("Edit", |ui| changes::menu(ui, session));
     ui.menu_button("View", |ui| {
         ui.checkbox(&mut state.controls, "Controls");
         ui.checkbox(&mut state.numbers, "Numbers");
@@ -67,38 +76,10 @@ fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// Undo, redo, and what has changed.
-fn edit(ui: &mut Ui, session: &mut Session) {
-    ui.set_min_width(250.0);
-    let named = |word: &str, what: Option<&str>| what.map_or(word.to_owned(), |what| format!("{word} {what}"));
-    let (undo, redo) = (session.document().undoes().map(str::to_owned), session.document().redoes().map(str::to_owned));
-    let button = |text: String, keys: &'static str| Button::new(text).shortcut_text(keys);
-    if ui.add_enabled(undo.is_some(), button(named("Undo", undo.as_deref()), "Ctrl+Z")).clicked() {
-        session.undo();
-        ui.close();
-    }
-    if ui.add_enabled(redo.is_some(), button(named("Redo", redo.as_deref()), "Ctrl+Shift+Z")).clicked() {
-        session.redo();
-        ui.close();
-    }
-    ui.separator();
-    let changes = session.changes();
-    if changes.is_empty() {
-        ui.weak("nothing differs from the file");
-    } else {
-        ui.label(RichText::new(format!("{} values differ from the file", changes.len())).color(QUIET));
-    }
-    for (path, value) in changes.iter().take(12) {
-        let value: String = value.chars().take(28).collect();
-        ui.label(RichText::new(format!("{path} = {value}")).monospace().size(11.0));
-    }
-}
-
 fn transport(ui: &mut Ui, session: &mut Session) {
-    let label = if session.playing() { "⏸ Pause" } else { "▶ Play" };
-    let play = Button::new(RichText::new(label).strong()).min_size(egui::vec2(74.0, 0.0));
-    let play = if session.playing() { play } else { play.fill(ACCENT.gamma_multiply(0.7)) };
-    if ui.add(play).on_hover_text("Space").clicked() {
+    let play =
+        if session.playing() { Button::new(RichText::new("⏸ Pause").strong()) } else { style::first(ui, "▶ Play") };
+    if ui.add(play.min_size(egui::vec2(74.0, 0.0))).on_hover_text("Space").clicked() {
         session.toggle();
     }
     let stop = ui.add_enabled(session.can_stop(), Button::new("⏹ Stop"));

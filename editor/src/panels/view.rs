@@ -184,7 +184,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
             let near = marks.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|m| m.0 < 14.0).map(|m| m.1);
             let of_scene = |i: &usize| *i < session.scene().bodies.len();
             let body = pick::body(session.world(), ray).map(|b| b.0).filter(of_scene).map(Item::Body);
-            state.selected = near.or(body);
+            state.choose(near.or(body));
         }
         Tool::Heat => {
             if let Some(hit) = hit(session, state, at, size)

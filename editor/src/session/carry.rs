@@ -1,6 +1,7 @@
-//! Bodies, heaters and the heat gun carried elsewhere.
+//! Sheets, bodies, heaters and the heat gun carried elsewhere.
 //!
-//! What stands, is led or heats is put elsewhere in the scene: there it is from the start. A body that moves freely has left its start once time has
+//! What stands, is led or heats is put elsewhere in the scene: there it is from the start. A sheet can be taken before time has passed, when it lies as it
+//! was placed. A body that moves freely has left its start once time has
 //! passed; it is put elsewhere in the run, at rest, and its start stays. Undo takes either back.
 
 use glam::DVec3;
@@ -13,6 +14,8 @@ use crate::pick::box_of;
 /// Something that can be carried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
+    /// A sheet of the scene, by number.
+    Sheet(usize),
     /// A body of the scene, by number.
     Body(usize),
     /// A heater of the scene, by number.
@@ -35,6 +38,7 @@ impl Session {
     pub fn placement_of(&self, item: Item) -> Option<Placement> {
         let scene = self.scene();
         match item {
+            Item::Sheet(i) => scene.sheets.get(i).map(|s| s.placement),
             Item::Body(i) => scene.bodies.get(i).map(|b| b.placement),
             Item::Heater(i) => scene.heaters.get(i).map(|h| h.placement),
             Item::HeatGun => scene.heat_gun.as_ref().map(|g| Placement { position: g.position, rotation: DVec3::ZERO }),
@@ -45,6 +49,7 @@ impl Session {
     pub fn name_of(&self, item: Item) -> String {
         let or = |name: &str, otherwise: String| if name.is_empty() { otherwise } else { name.to_owned() };
         match item {
+            Item::Sheet(i) => self.world.sheets().get(i).map_or(String::new(), |s| s.name.clone()),
             Item::Body(i) => self.scene().bodies.get(i).map_or(String::new(), |b| or(&b.name, format!("body {i}"))),
             Item::Heater(i) => {
                 self.scene().heaters.get(i).map_or(String::new(), |h| or(&h.name, format!("heater {i}")))
@@ -53,12 +58,13 @@ impl Session {
         }
     }
 
-    /// Everything that can be carried.
+    /// Everything that can be carried now.
     pub fn items(&self) -> Vec<Item> {
         let scene = self.scene();
+        let sheets = (0..scene.sheets.len()).filter(|_| self.world.steps() == 0).map(Item::Sheet);
         let bodies = (0..scene.bodies.len()).map(Item::Body);
         let heaters = (0..scene.heaters.len()).map(Item::Heater);
-        bodies.chain(heaters).chain(scene.heat_gun.is_some().then_some(Item::HeatGun)).collect()
+        sheets.chain(bodies).chain(heaters).chain(scene.heat_gun.is_some().then_some(Item::HeatGun)).collect()
     }
 
     /// Where the nozzle of the heat gun is shown, m, and the unit vector that it blows along; none where there is no gun.
@@ -151,7 +157,9 @@ impl Session {
         match item {
             Item::Body(i) => self.body_pose(i).map(|p| p.0),
             Item::HeatGun => self.gun_aim().map(|aim| aim.0),
-            Item::Heater(_) => self.carried_to(item).or_else(|| self.placement_of(item).map(|p| p.position)),
+            Item::Sheet(_) | Item::Heater(_) => {
+                self.carried_to(item).or_else(|| self.placement_of(item).map(|p| p.position))
+            }
         }
     }
 
@@ -159,6 +167,11 @@ impl Session {
     pub fn handle_of(&self, item: Item) -> Option<DVec3> {
         let origin = self.shown_at(item)?;
         Some(match item {
+            Item::Sheet(i) => {
+                let by = self.carried.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
+                let (low, high) = self.world.sheets().get(i).filter(|_| self.world.steps() == 0)?.x.bounds()?;
+                0.5 * (low + high) + by
+            }
             Item::Body(i) => {
                 // A ball has no corners; its origin is its middle.
                 let corners =
@@ -187,6 +200,7 @@ impl Session {
     pub fn place(&mut self, item: Item, placement: Placement) -> bool {
         let name = self.name_of(item);
         self.edit(&format!("move of {name}"), &format!("place {name}"), |scene| match item {
+            Item::Sheet(i) => scene.sheets.iter_mut().skip(i).take(1).for_each(|s| s.placement = placement),
             Item::Body(i) => scene.bodies.iter_mut().skip(i).take(1).for_each(|b| b.placement = placement),
             Item::Heater(i) => scene.heaters.iter_mut().skip(i).take(1).for_each(|h| h.placement = placement),
             Item::HeatGun => scene.heat_gun.iter_mut().for_each(|g| g.position = placement.position),

@@ -106,8 +106,8 @@ impl Session {
         self.after_steps(1.0, start.elapsed());
     }
 
-    /// Runs `duration` s of simulated time at once, whatever the speed; shows the result. For pictures, runs without a
-    /// window, and variants, whose steps are those of a scene that plays: whole ones, and a shorter one for what is left.
+    /// Runs `duration` s of simulated time at once, whatever the speed; shows the result. For runs without a window: whole steps, as in a scene that
+    /// plays, and a shorter one for what is left.
     pub fn run(&mut self, duration: f64) {
         if duration <= 0.0 || !duration.is_finite() {
             return;
@@ -136,6 +136,36 @@ impl Session {
             self.after_steps(steps as f64, start.elapsed());
         }
         self.settle_display();
+    }
+
+    /// Lets whole steps pass until `time` (s) is reached, and shows that moment: between the last two steps where it lies between them. For pictures of
+    /// a run, and variants, whose steps are their own whatever they are in step with. A moment before the last step is not gone back to.
+    pub fn run_to(&mut self, time: f64) {
+        if !time.is_finite() {
+            return;
+        }
+        if let Some(recording) = &self.playback {
+            self.seek(recording.at() + time - self.world.time());
+            return;
+        }
+        let dt = self.world.dt();
+        let steps = ((time - self.world.time()) / dt - ROUNDING).ceil().max(0.0);
+        if steps > 1.0 {
+            self.run((steps - 1.0) * dt);
+        }
+        if steps > 0.0 {
+            self.go_another_way();
+            self.keep_before();
+            let start = Instant::now();
+            self.world.step();
+            self.after_steps(1.0, start.elapsed());
+        }
+        let late = self.world.time() - time;
+        if late <= ROUNDING * dt {
+            self.settle_display();
+        } else {
+            self.owed = (dt - late).max(0.0);
+        }
     }
 
     fn after_steps(&mut self, steps: f64, elapsed: Duration) {

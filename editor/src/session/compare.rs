@@ -9,6 +9,7 @@ use sheetwork::scene::Scene;
 
 use super::Session;
 use crate::document::path::{numbered, with_value};
+use crate::samples::heights;
 
 /// Most variants beside the scene.
 pub const MOST_BESIDE: usize = 3;
@@ -119,18 +120,24 @@ impl Session {
         self.lead();
     }
 
-    /// Brings the variants to the present time.
+    /// Brings the variants to the present time, each by steps of its own: its last may end a little later.
     pub(super) fn lead(&mut self) {
-        let (now, slack) = (self.world.time(), 1e-6 * self.world.dt());
+        let now = self.world.time();
         for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
-            if one.world.time() > now + slack {
+            let slack = 1e-6 * one.world.dt();
+            if one.world.time() > now + slack && one.shown_from > now + slack {
                 one.scrub(now);
-                if one.world.time() > now + slack {
-                    // The nearest moment is a later one.
-                    one.step_back();
-                }
+                while one.world.time() > now + slack && one.step_back() {}
             }
-            one.run(now - one.world.time());
+            one.run_to(now);
         }
+    }
+
+    /// Height of the first probe at `time` (s), a moment of this run, m: steps of variants end at other moments than those of the scene.
+    pub fn height_at(&self, time: f64) -> Option<f64> {
+        if (time - self.world.time()).abs() <= 1e-6 * self.world.dt() {
+            return heights(&self.world).next();
+        }
+        self.samples.height_at(time)
     }
 }

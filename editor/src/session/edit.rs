@@ -253,6 +253,16 @@ impl Session {
         Ok(Some(fresh))
     }
 
+    /// The world once more, as it is now: what becomes of it leaves this one alone.
+    ///
+    /// # Errors
+    /// When the scene cannot be built any more: a file that it names has gone.
+    pub fn world_again(&self) -> Result<World, InputError> {
+        let mut world = World::new(&with_pins(self.scene(), &self.pinned_here))?;
+        world.restore(&self.world.snapshot())?;
+        Ok(world)
+    }
+
     /// Masses that `scene` pins one by one, and how far from their places at the start they are held: those that were held go on so, the
     /// others are held where they are.
     fn pinned_where_they_are(&self, scene: &Scene) -> Result<Vec<(usize, u32, DVec3)>, InputError> {

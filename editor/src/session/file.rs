@@ -68,7 +68,7 @@ impl Session {
     pub fn load(&mut self, file: &Path) -> bool {
         match Self::open(file) {
             Ok(fresh) => {
-                self.become_another(fresh);
+                self.make_way_for(fresh);
                 true
             }
             Err(error) => {
@@ -84,7 +84,7 @@ impl Session {
             Ok(mut fresh) => {
                 fresh.playing = false;
                 self.pause();
-                self.become_another(fresh);
+                self.make_way_for(fresh);
                 true
             }
             Err(error) => {
@@ -103,7 +103,8 @@ impl Session {
         begun
     }
 
-    fn become_another(&mut self, fresh: Self) {
+    /// Makes room for `fresh`, which takes over speed, messages, the live link and whether it plays; what was here is given back as it was.
+    pub fn make_way_for(&mut self, fresh: Self) -> Self {
         let (playing, looped, speed) = (self.playing, self.looped, self.speed);
         let (generation, revision) = (self.generation + 1, self.revision + 1);
         // What went wrong stays until it is read, unless it was the run that is no more.
@@ -111,12 +112,15 @@ impl Session {
         messages.retain(|m| m.error && !m.of_run);
         let link = std::mem::take(&mut self.link);
         let stages = self.stages.take();
-        *self = Self { looped, speed, generation, revision, messages, link, stages, ..fresh };
+        let fresh = Self { looped, speed, generation, revision, messages, link, stages, ..fresh };
+        let mut old = std::mem::replace(self, fresh);
+        old.watch_world();
         self.watch_world();
         if playing {
             self.play();
         }
         self.link.look_again();
+        old
     }
 
     /// Reads the scene's file again and starts it with the file's own values.

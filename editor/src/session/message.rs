@@ -1,4 +1,4 @@
-//! What the user should know: messages that stay until they are dismissed.
+//! What the user should know: refusals stay until they are dismissed, what is merely told until something else is.
 
 use super::Session;
 
@@ -19,8 +19,9 @@ impl Session {
         self.tell(Message { text: text.into(), error: true, of_run: false });
     }
 
-    /// Tells the user something.
+    /// Tells the user something, in place of what was merely told before.
     pub fn note(&mut self, text: impl Into<String>) {
+        self.messages.retain(|m| m.error);
         self.tell(Message { text: text.into(), error: false, of_run: false });
     }
 

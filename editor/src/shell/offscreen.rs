@@ -28,6 +28,7 @@ use super::scenery::{self, Shown};
 use super::stage::{self, Quality, Scale, SceneCamera};
 use super::{Editor, probe, window};
 use crate::cli::Arguments;
+use crate::export::Film;
 use crate::panels::{self, Display, EditorState};
 use crate::picture::{LARGEST, Look, Picture};
 use crate::playback::is_recording;
@@ -98,10 +99,11 @@ pub fn screenshot(
 ///
 /// # Errors
 /// When a file cannot be written, or the driver gives no picture back.
-pub fn sequence(arguments: &Arguments, mut session: Session, folder: &Path, count: usize) -> Result<bool, InputError> {
+pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: usize) -> Result<bool, InputError> {
     std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
     let size = arguments.size.unwrap_or(PICTURE_SIZE);
     let state = arguments.state(&session);
+    let start = session.world().time();
     let mut drawn = match probe::adapter() {
         Ok(adapter) => {
             eprintln!("Drawing {count} pictures with {}.", adapter.name);
@@ -110,52 +112,50 @@ pub fn sequence(arguments: &Arguments, mut session: Session, folder: &Path, coun
         }
         Err(reason) => {
             eprintln!("Drawing {count} pictures with the built-in rasteriser: {reason}.");
-            session.pause();
-            Drawn::Own(Box::new((session, state)))
+            Drawn::Own(Film::of(&session)?, Box::new(state))
         }
     };
     let progress = indicatif::ProgressBar::new(count as u64);
     for index in 0..count {
-        if index > 0 {
-            drawn.session().run(1.0 / arguments.rate);
-        }
         let file = folder.join(format!("frame_{index:04}.png"));
-        let picture = drawn.picture(size, index == 0).map_err(|problem| InputError::new("", problem).in_file(&file))?;
+        let picture = drawn
+            .picture(size, index as f64 / arguments.rate, start)
+            .map_err(|problem| InputError::new("", problem).in_file(&file))?;
         picture.save(&file).map_err(|e| InputError::io(&file, &e))?;
         progress.inc(1);
     }
     progress.finish_and_clear();
-    Ok(drawn.session().world().unstable().is_none())
+    Ok(drawn.world().unstable().is_none())
 }
 
 /// What draws a sequence.
 enum Drawn {
     Driver(Box<Offscreen>),
-    Own(Box<(Session, EditorState)>),
+    Own(Film, Box<EditorState>),
 }
 
 impl Drawn {
-    fn session(&mut self) -> &mut Session {
+    fn world(&mut self) -> &sheetwork::World {
         match self {
-            Self::Driver(offscreen) => offscreen.parts().0,
-            Self::Own(own) => &mut own.0,
+            Self::Driver(offscreen) => offscreen.parts().0.world(),
+            Self::Own(film, _) => film.world(),
         }
     }
 
-    fn picture(&mut self, size: (u32, u32), first: bool) -> Result<Picture, String> {
+    /// What is seen `after` s after the start of the sequence, which is at `start` s.
+    fn picture(&mut self, size: (u32, u32), after: f64, start: f64) -> Result<Picture, String> {
         match self {
             Self::Driver(offscreen) => {
+                offscreen.parts().0.run_to(start + after);
                 // Meshes are a frame behind what is drawn of them.
-                for _ in 0..if first { WARM_UP } else { 1 } {
+                for _ in 0..if after > 0.0 { 1 } else { WARM_UP } {
                     offscreen.frame();
                 }
                 offscreen.picture()
             }
-            Self::Own(own) => {
-                let display = &own.1.display;
-                let look =
-                    Look { layer: display.layer, parts: if display.smooth { 4 } else { 1 }, colour: display.colour };
-                Ok(Picture::draw(own.0.world(), &own.1.camera, &look, size))
+            Self::Own(film, state) => {
+                let world = film.at(after).map_err(|e| e.to_string())?;
+                Ok(Picture::draw(world, &state.camera, &state.display.look(), size))
             }
         }
     }

@@ -355,6 +355,11 @@ pub fn animate(
         let alpha = session.alpha() as f32;
         update_sheet_mesh(&mut mesh, |positions, normals| {
             part.surface.update(before, &sheet.x, alpha, positions, normals);
+            if let Some((_, by)) = session.carried().filter(|c| c.0 == Item::Sheet(part.index)) {
+                let by = by.as_vec3();
+                positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
+                return;
+            }
             // A sheet that sleeps touches what it touched when it was last stepped.
             let bodies = session.world().rigid().filter(|_| sheet.touching().contains(&true));
             if let Some(view) = bodies.map(|rigid| rigid.view()) {

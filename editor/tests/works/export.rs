@@ -3,7 +3,7 @@
 use glam::Vec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork_editor::export::{Job, Kind, Track, gltf, moments, picture_file};
+use sheetwork_editor::export::{Film, Job, Kind, Track, gltf, moments, picture_file};
 use sheetwork_editor::picture::Look;
 
 use super::common::{folder, strip};
@@ -65,9 +65,11 @@ fn a_run_is_written_as_gltf_that_has_every_moment() {
     let file = folder.join("strip.glb");
     let mut job = Job::new(Kind::Gltf, &file, 0.2);
     job.rate = 20.0;
-    job.begin(&mut session).expect("in range");
     let camera = sheetwork_editor::camera::Camera::of_session(&session);
-    while !job.step(&mut session, &camera).expect("written") {}
+    job.begin(&session, &camera).expect("in range");
+    while !job.step().expect("written") {}
+    assert_eq!(session.world().steps(), 0, "the session stays where it was");
+    session.run(0.2);
     let (json, binary) = chunks(&std::fs::read(&file).expect("there"));
     assert_eq!(json["asset"]["version"], "2.0");
     assert_eq!(number(&json["buffers"][0]["byteLength"]), binary.len());
@@ -139,22 +141,49 @@ fn what_opens_on_the_way_is_shut_to_points() {
 
 #[test]
 fn pictures_of_a_run_differ_and_too_many_are_refused() {
-    let (folder, mut session) = (folder("sequence"), strip());
+    let (folder, session) = (folder("sequence"), strip());
     let file = folder.join("run.png");
     let mut job = Job::new(Kind::Sequence(Look::default(), (96, 64)), &file, 0.2);
     job.rate = 10.0;
-    job.begin(&mut session).expect("in range");
     let camera = sheetwork_editor::camera::Camera::of_session(&session);
-    while !job.step(&mut session, &camera).expect("written") {}
+    job.begin(&session, &camera).expect("in range");
+    while !job.step().expect("written") {}
     let read = |i: usize| std::fs::read(picture_file(&file, i)).expect("a picture");
     assert!(read(0) != read(2) && !picture_file(&file, 3).exists());
-    assert!(session.world().time() > 0.19);
+    assert!(job.world().expect("begun").time() > 0.19);
     std::fs::remove_dir_all(&folder).expect("removed");
     assert_eq!(moments(30.0, 2.0, 100).expect("in range"), 61);
     assert!(moments(30.0, 20.0, 100).expect_err("too many").problem.contains("601"));
     assert!(moments(0.0, 1.0, 100).is_err() && moments(f64::NAN, 1.0, 100).is_err() && moments(1.0, -1.0, 9).is_err());
     let mut job = Job::new(Kind::Gltf, &folder.join("none/x.glb"), 0.0);
-    job.begin(&mut session).expect("in range");
-    let refused = job.step(&mut session, &camera).expect_err("no such folder").to_string();
+    job.begin(&session, &camera).expect("in range");
+    let refused = job.step().expect_err("no such folder").to_string();
     assert!(refused.contains("x.glb"), "{refused}");
+}
+
+#[test]
+fn a_moment_between_two_steps_is_shown_between_them_and_the_run_is_that_of_whole_steps() {
+    let mut session = strip();
+    session.run(0.1);
+    let (start, dt) = (session.world().time(), session.world().dt());
+    let mut film = Film::of(&session).expect("valid");
+    let places =
+        |world: &World| (0..world.sheets()[0].masses()).map(|i| world.sheets()[0].x.get(i)).collect::<Vec<_>>();
+    let shown = places(film.at(2.25 * dt).expect("valid"));
+    let steps = film.world().steps();
+    let ahead = places(film.at(3.0 * dt).expect("valid"));
+    assert_eq!(film.world().steps(), steps, "it was taken already");
+    session.run(2.0 * dt);
+    let before = places(session.world());
+    session.step();
+    assert_eq!(places(session.world()), ahead, "the same steps to the bit");
+    let between = |i: usize| before[i].lerp(ahead[i], 0.25);
+    assert!((0..shown.len()).all(|i| shown[i].distance(between(i)) < 1e-7));
+    assert!(before.iter().zip(&ahead).any(|(a, b)| a.distance(*b) > 1e-4), "it moves");
+    let ball = |world: &World| world.rigid().and_then(|r| r.pose(0)).expect("a ball").0;
+    let world = film.at(3.5 * dt).expect("valid");
+    assert!((world.time() - start - 3.5 * dt).abs() < 1e-9 * dt + 1e-12);
+    let half = ball(world);
+    session.step();
+    assert!(half.y > ball(session.world()).y, "half a step behind");
 }

@@ -101,13 +101,14 @@ fn files_dropped_on_the_window_are_added_to_the_scene() {
         harness.run_steps(2);
     }
     let (session, _) = harness.state();
-    assert!(session.messages().is_empty(), "{:?}", session.messages());
+    let told: Vec<(&str, bool)> = session.messages().iter().map(|m| (m.text.as_str(), m.error)).collect();
+    assert_eq!(told, [("slamm_5x2x5 is of index_card.ron now", false)]);
     let scene = session.scene();
     assert_eq!((scene.sheets.len(), scene.bodies.len(), scene.heaters.len()), (2, 2, 1));
     assert_eq!(scene.sheets[1].material.name(), "index_card", "of the sheet that was added, and so chosen");
     let state = &harness.state().1;
     assert_eq!((state.sheet, state.selected, state.tool), (1, Some(Item::Heater(0)), Tool::Move));
-    assert!(state.open_sections.contains(&Section::Heat));
+    assert_eq!(state.open_sections, [Section::Material].into(), "of what came last");
     // Its handle is where it is seen: the file has the panel far from its origin.
     let handle = session.handle_of(Item::Heater(0)).expect("there");
     assert!(handle.distance(scene.heaters[0].placement.position) > 0.01, "{handle}");

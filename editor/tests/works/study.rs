@@ -11,7 +11,11 @@ use super::common::{folder, strip, whole};
 fn a_subject_sees_sheets_blind_and_answers() {
     let folder = folder("study");
     let file = folder.join("answers.csv");
-    let mut harness = whole(strip());
+    let mut session = strip();
+    session.run(0.25);
+    assert!(session.set("gravity", "(0, -5, 0)"));
+    let (steps, tip) = (session.world().steps(), session.world().sheets()[0].x.clone());
+    let mut harness = whole(session);
     let mut study = Study::new(5);
     (study.file, study.subject) = (file.display().to_string(), "a".to_owned());
     let first = study.showing().expect("something");
@@ -51,7 +55,10 @@ fn a_subject_sees_sheets_blind_and_answers() {
     harness.get_by_label("Stop the study").click();
     harness.run_steps(3);
     assert!(harness.state().1.study.is_none() && harness.state().1.display.bodies);
-    assert_eq!(harness.state().0.scene().name, "strip", "what was open is back");
+    let session = &mut harness.state_mut().0;
+    assert_eq!(session.scene().name, "strip", "what was open is back");
+    assert_eq!((session.world().steps(), &session.world().sheets()[0].x), (steps, &tip), "where it was");
+    assert!(session.undo() && session.scene().gravity.y < -9.0, "and can be undone");
     std::fs::remove_dir_all(&folder).expect("removed");
 }
 

@@ -48,7 +48,8 @@ fn every_template_of_the_menu_is_begun_played_edited_and_saved() {
         let (session, state) = harness.state_mut();
         assert!(state.save_as(session, &file), "{name}");
         harness.run_steps(2);
-        assert!(harness.state().0.messages().is_empty(), "{name}: {:?}", harness.state().0.messages());
+        let told = harness.state().0.messages();
+        assert!(told.len() == 1 && told[0].text.starts_with("saved: ") && !told[0].error, "{name}: {told:?}");
         let again = Session::open(&file).expect("what was saved is read");
         assert_eq!(again.world().sheets().len(), template.scene().sheets.len(), "{name}");
     }

@@ -4,7 +4,7 @@ use bevy_egui::egui::{Grid, RichText, Ui};
 
 use super::Knobs;
 use super::controls::{How, dial, name};
-use super::style::QUIET;
+use super::style::quiet;
 use super::units::{Quantity, Shown};
 
 /// Beginnings of the paths of what heats.
@@ -41,7 +41,7 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
     for (sheet, (low, high)) in sheets {
         some = true;
         ui.horizontal(|ui| {
-            ui.label(RichText::new(sheet).color(QUIET));
+            ui.label(RichText::new(sheet).color(quiet(ui)));
             ui.monospace(format!("{low:.1} to {high:.1} °C"));
         });
     }

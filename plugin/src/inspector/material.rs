@@ -6,7 +6,7 @@ use sheetwork::scene::Material;
 use super::Knobs;
 use super::controls::{How, MM, PASCAL, PLAIN, dial, input, name, tell};
 use super::hang::{Hang, gamma, hang};
-use super::style::{ACCENT, QUIET};
+use super::style::{ACCENT, quiet};
 use super::units::format_si;
 
 /// Droop previews, worked out once for a material and a length.
@@ -89,7 +89,7 @@ pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &
                 }
             });
             ui.label(RichText::new(format!("hangs by {}", format_si(strip.drop * length, "m"))).strong());
-            ui.label(RichText::new(format!("{:.1} % of its length", 100.0 * strip.drop)).color(QUIET));
+            ui.label(RichText::new(format!("{:.1} % of its length", 100.0 * strip.drop)).color(quiet(ui)));
         });
     });
 }
@@ -107,9 +107,9 @@ pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
         return;
     };
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Asked").color(QUIET));
+        ui.label(RichText::new("Asked").color(quiet(ui)));
         ui.monospace(format_si(found.asked_pa, "Pa"));
-        ui.label(RichText::new("bends as").color(QUIET));
+        ui.label(RichText::new("bends as").color(quiet(ui)));
         let part = found.bends_as_pa / found.asked_pa.max(1e-300);
         let text = RichText::new(format_si(found.bends_as_pa, "Pa")).monospace();
         let text = if part < 0.9 { text.color(ui.visuals().warn_fg_color) } else { text };
@@ -139,6 +139,6 @@ pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
         let warning = format!("⚠ {what}: {text}, {factor:.2}× real time at most");
         ui.label(RichText::new(warning).color(ui.visuals().warn_fg_color)).on_hover_text(about);
     } else {
-        ui.label(RichText::new(format!("{text}, {} real time", times(factor))).color(QUIET));
+        ui.label(RichText::new(format!("{text}, {} real time", times(factor))).color(quiet(ui)));
     }
 }

@@ -32,7 +32,7 @@ pub use material::{Previews, constants, cost, delivered, droop, strip_shape};
 pub use sheet::behaviour;
 pub use sheetwork::units;
 
-use style::{ACCENT, QUIET};
+use style::{ACCENT, quiet, readable};
 
 /// A window with the inspector's panels over the game; adds [`EguiPlugin`] where the game has not. F10 shows and hides it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -170,7 +170,7 @@ fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
         });
     }
     let text = format!("{}: {} masses, {} springs", now.name, now.masses(), now.springs().len());
-    ui.label(RichText::new(text).color(QUIET));
+    ui.label(RichText::new(text).color(quiet(ui)));
 }
 
 fn of_material(ui: &mut Ui, game: &mut Game<'_>, previews: &mut Previews, index: usize) {
@@ -196,7 +196,7 @@ fn changed(ui: &mut Ui, game: &mut Game<'_>) {
     let differs = |(path, first): &(String, String)| Some((path.clone(), value(path).filter(|v| v != first)?));
     let list: Vec<(String, String)> = game.changes.all().iter().filter_map(differs).collect();
     for (path, now) in &list {
-        ui.label(RichText::new(format!("{path} = {now}")).monospace().size(11.0).color(ACCENT));
+        ui.label(RichText::new(format!("{path} = {now}")).monospace().size(11.0).color(readable(ui, ACCENT)));
     }
     if list.is_empty() {
         ui.weak("Everything is as the game has it.");

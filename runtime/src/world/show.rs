@@ -1,4 +1,4 @@
-//! Showing a frame of a recording: everything where it was then, as warm and as torn, and still.
+//! Showing a frame of a recording: everything where it was then, as warm and as torn, and still; and a moment between two steps.
 
 use glam::DVec3;
 
@@ -56,6 +56,30 @@ impl World {
             }
         }
         self.time = frame.time;
+        Ok(())
+    }
+
+    /// Puts every mass (m), every body and the clock (s) at `part` (0 to 1) of the way from where `before` has them to where they are; what else there is
+    /// of them stays. To be looked at, as [`World::show`] is.
+    ///
+    /// # Errors
+    /// As [`World::can_show`]; nothing is changed then.
+    pub fn show_between(&mut self, before: &Frame, part: f64) -> Result<(), InputError> {
+        self.can_show(before)?;
+        let part = part.clamp(0.0, 1.0);
+        for (sheet, places) in self.sheets.iter_mut().zip(&before.sheets) {
+            for (i, place) in places.iter().enumerate() {
+                sheet.x.set(i, place.as_dvec3().lerp(sheet.x.get(i), part));
+            }
+        }
+        if let Some(rigid) = &mut self.rigid {
+            for (index, (position, rotation)) in before.bodies.iter().enumerate() {
+                let Some(now) = rigid.pose(index) else { continue };
+                let rotation = rotation.as_dquat().normalize().slerp(now.1, part);
+                rigid.show(index, position.as_dvec3().lerp(now.0, part), rotation);
+            }
+        }
+        self.time = before.time + (self.time - before.time) * part;
         Ok(())
     }
 }
