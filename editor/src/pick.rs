@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::contact::rigid::Body;
-use sheetwork::scene::Shape;
+use sheetwork::scene::{Scene, Shape};
 use sheetwork::sheet::Sheet;
 
 /// A ray from the eye: where it begins (m) and its direction, of length 1.
@@ -102,6 +102,25 @@ pub fn sheet(world: &World, ray: Ray, upper: bool) -> Option<SheetHit> {
             let nearest = (0..3).min_by(|a, b| at[*a].distance(place).total_cmp(&at[*b].distance(place))).unwrap_or(0);
             let uv = (sum(|p| p.0), sum(|p| p.1));
             best = Some(SheetHit { sheet: index, uv, mass: corners[nearest], place, distance });
+        }
+    }
+    best
+}
+
+/// The nearest heater of `scene` on the ray: its number and how far it is, m.
+pub fn heater(scene: &Scene, ray: Ray) -> Option<(usize, f64)> {
+    let mut best: Option<(usize, f64)> = None;
+    for (index, spec) in scene.heaters.iter().enumerate() {
+        // They were read when the world was built.
+        for heater in spec.resolve(&scene.base).unwrap_or_default() {
+            let vertices = &heater.polyhedron.vertices;
+            for corners in heater.polyhedron.triangulate() {
+                let at = corners.map(|i| spec.placement.apply(vertices.get(i as usize).copied().unwrap_or_default()));
+                let Some((distance, ..)) = ray.triangle(at) else { continue };
+                if best.is_none_or(|b| distance < b.1) {
+                    best = Some((index, distance));
+                }
+            }
         }
     }
     best

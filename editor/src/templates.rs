@@ -33,7 +33,7 @@ pub const TABLE: &[Template] = &[
         about: "A square of card falls over a box",
         text: r#"(name: "sheet on a box", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
             room: (x: (-0.25, 0.25), y: (0.0, 0.25), z: (-0.25, 0.25), grid: 0.05, back_wall: false),
-            sheets: [(name: "card", structure: "shell", grid: (21, 1, 21), size: (0.2, 0.2), material: "paper",
+            sheets: [(name: "sheet", structure: "shell", grid: (21, 1, 21), size: (0.2, 0.2), material: "paper",
                 placement: (position: (0.02, 0.14, 0.01)), probes: {"corner": (1, 1), "middle": (0.5, 0.5)})],
             bodies: [(name: "box", shape: Box((0.08, 0.08, 0.08)), placement: (position: (0, 0.04, 0)))])"#,
     },

@@ -73,6 +73,18 @@ impl Timeline {
         });
     }
 
+    /// Takes up what `world` has become at the present moment, by other hands than time's.
+    pub fn renew(&mut self, world: &World) {
+        match self.moments.binary_search_by_key(&world.steps(), |m| m.steps) {
+            Ok(at) => self.moments[at].snapshot = world.snapshot(),
+            Err(at) => {
+                let events = at.checked_sub(1).map_or(0, |before| self.moments[before].events);
+                let (time, steps, snapshot) = (world.time(), world.steps(), world.snapshot());
+                self.moments.insert(at, Moment { time, steps, snapshot, events });
+            }
+        }
+    }
+
     /// Takes up events that it does not know yet.
     fn learn(&mut self, events: &[Event]) {
         self.events.extend_from_slice(events.get(self.seen..).unwrap_or_default());

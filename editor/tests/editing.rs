@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::scene::{BodySpec, HeaterSpec, HotFaceSpec, MaterialChoice, OvenSpec, PinSpec, Region, Scene, Shape};
+use sheetwork_editor::samples::heights;
 use sheetwork_editor::session::{Item, MOST_BESIDE, Session, Variant};
 use sheetwork_editor::templates::TABLE;
 
@@ -135,8 +136,11 @@ fn saved_work_is_marked_and_opened_again() {
     assert!(session.set("sheets.strip.material.young", "300") && session.document().is_unsaved());
     assert!(session.save_as(&file) && !session.document().is_unsaved());
     assert_eq!(session.file(), Some(folder.join("mine.ron").as_path()));
+    session.run(0.05);
+    let steps = session.world().steps();
     assert!(session.undo() && session.document().is_unsaved(), "undo goes back beyond the save");
-    assert!(session.redo() && session.save());
+    assert_eq!((session.world().steps(), session.timeline().len() > 2), (steps, true), "and leaves the run as it is");
+    assert!(session.redo() && session.world().steps() == steps && session.save());
     let opened = Session::open(&folder.join("mine.ron")).expect("valid");
     assert_eq!(opened.world().sheets()[0].material().young, 300.0);
     assert!(!session.save_as(Path::new("/proc/no/such/folder/a.ron")));
@@ -444,8 +448,8 @@ fn variants_go_in_step_and_follow_every_edit_but_their_own() {
     let mut session = strip();
     session.run(0.1);
     session.compare_with(vec![variant("sheets.strip.material.thickness", "1e-3"), variant("dt", "0.004")]);
-    assert_eq!(session.world().time(), 0.0, "all begin at the start");
     let ran = |s: &Session| -> Vec<f64> { (0..3).filter_map(|i| Some(s.shown(i)?.world().time())).collect() };
+    assert!(ran(&session).iter().all(|t| (t - 0.1).abs() < 1e-6), "all are where the scene was: {:?}", ran(&session));
     session.play();
     for _ in 0..20 {
         session.frame(0.03);
@@ -464,6 +468,13 @@ fn variants_go_in_step_and_follow_every_edit_but_their_own() {
     assert!(session.scrub(0.3));
     let times = ran(&session);
     assert!(times.iter().all(|t| (t - times[0]).abs() < 1e-6) && times[0] < 0.4, "back in time too: {times:?}");
+    session.step();
+    let (now, ahead) = (session.world().time(), session.shown(2).expect("made"));
+    let late = ahead.world().time() - now;
+    assert!(late > 1e-4 && late < 0.004, "whole steps of its own: {late}");
+    assert!((ahead.alpha() - (1.0 - late / 0.004)).abs() < 1e-6, "and it is shown where the scene is");
+    let height = ahead.height_at(now).expect("sampled");
+    assert!((height - heights(ahead.world()).next().expect("a probe")).abs() > 1e-9, "between two of them");
     assert!(session.reset() && ran(&session) == [0.0; 3]);
     assert_eq!(session.shown_count(), 3);
 }
@@ -499,6 +510,8 @@ fn a_variant_that_cannot_be_made_says_why_and_there_are_no_more_than_four() {
     assert!(session.shown(1).is_some_and(|s| s.world().engine().name() == "rk4") && session.shown(2).is_none());
     session.compare_with(vec![variant("dt", "0.01"); 9]);
     assert_eq!(session.beside().count(), MOST_BESIDE);
+    session.run(0.05);
+    let steps = session.world().steps();
     session.compare_with(Vec::new());
-    assert!(session.shown(1).is_none());
+    assert!(session.shown(1).is_none() && session.world().steps() == steps, "alone, where it was");
 }

@@ -186,6 +186,10 @@ impl Document {
 
     /// Says that `scene`, the present one as it was written, is in its file now.
     pub fn wrote(&mut self, scene: Scene) {
+        // What came before lies where it lies now: undo must not find other file names in it.
+        for step in self.past.iter_mut().chain(&mut self.future) {
+            step.scene = Scene { file: scene.file.clone(), ..files::moved(&step.scene, &scene.base) };
+        }
         self.saved = scene.clone();
         self.scene = scene;
         self.moved();

@@ -7,7 +7,7 @@ use bevy::mesh::{Mesh, VertexAttributeValues};
 use bevy_sheetwork::render::polyhedra_mesh;
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
-use sheetwork::scene::Shape;
+use sheetwork::scene::{Scene, Shape};
 use sheetwork::sheet::Sheet;
 
 /// A mesh that does not change: corners, normals, triangles.
@@ -45,7 +45,16 @@ pub struct BodyTrack {
     pub shape: Still,
     /// Where it is at each moment.
     pub poses: Vec<(DVec3, DQuat)>,
-    index: usize,
+    of: Of,
+}
+
+/// What a [`BodyTrack`] is of.
+#[derive(Clone, Copy, Debug)]
+enum Of {
+    /// A rigid body, by number.
+    Body(usize),
+    /// A heater, which stays where it is.
+    Heater(DVec3, DQuat),
 }
 
 /// A sheet as it is written: the same corners at all moments.
@@ -84,9 +93,10 @@ impl Track {
                 name: body.name.clone(),
                 shape,
                 poses: Vec::new(),
-                index,
+                of: Of::Body(index),
             })
         });
+        let bodies = bodies.chain(heaters(world.scene()));
         let sheets = world.sheets().iter().filter_map(SheetTrack::of);
         Self { times: Vec::new(), sheets: sheets.collect(), bodies: bodies.collect() }
     }
@@ -105,7 +115,10 @@ impl Track {
         }
         for body in &mut self.bodies {
             let last = body.poses.last().copied().unwrap_or((DVec3::ZERO, DQuat::IDENTITY));
-            let mut pose = world.rigid().and_then(|r| r.pose(body.index)).unwrap_or(last);
+            let mut pose = match body.of {
+                Of::Body(index) => world.rigid().and_then(|r| r.pose(index)).unwrap_or(last),
+                Of::Heater(place, turn) => (place, turn),
+            };
             // Of the two quaternions of a turn the one that is next to the last: players go between them the short way.
             if pose.1.dot(last.1) < 0.0 {
                 pose.1 = -pose.1;
@@ -182,6 +195,18 @@ impl SheetTrack {
         }
         sums.iter().map(|n| n.try_normalize().unwrap_or(Vec3::Y)).collect()
     }
+}
+
+/// The heaters of a scene.
+fn heaters(scene: &Scene) -> impl Iterator<Item = BodyTrack> + '_ {
+    scene.heaters.iter().enumerate().filter_map(|(index, spec)| {
+        // They were read when the world was built.
+        let parts: Vec<_> = spec.resolve(&scene.base).ok()?.into_iter().map(|heater| heater.polyhedron).collect();
+        let name = if spec.name.is_empty() { format!("heater {index}") } else { spec.name.clone() };
+        let of = Of::Heater(spec.placement.position, spec.placement.quaternion());
+        let shape = still(&polyhedra_mesh(&parts));
+        (!shape.triangles.is_empty()).then(|| BodyTrack { name, shape, poses: Vec::new(), of })
+    })
 }
 
 /// A ball of `radius`, by 32 by 16 faces.

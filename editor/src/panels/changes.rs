@@ -30,44 +30,101 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session) {
     }
     ui.separator();
     let changes = session.changes();
-    match changes.len() {
-        0 => _ = ui.weak("nothing differs from the file"),
-        1 => _ = ui.label(RichText::new("1 value differs from the file").color(quiet(ui))),
-        count => _ = ui.label(RichText::new(format!("{count} values differ from the file")).color(quiet(ui))),
-    }
+    let since = if session.file().is_some() { "the file" } else { "how it began" };
+    let said = if changes.is_empty() { "nothing differs from" } else { "differs from" };
+    ui.label(RichText::new(format!("{said} {since}{}", if changes.is_empty() { "" } else { ":" })).color(quiet(ui)));
+    let lines = lines(session, &changes);
     Grid::new("changes").num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
-        for (path, value) in changes.iter().take(MOST_LISTED) {
-            ui.label(in_words(session.scene(), path)).on_hover_text(path);
-            ui.label(with_unit(session, path, value)).on_hover_text(value);
+        for (what, value, path) in lines.iter().take(MOST_LISTED) {
+            ui.label(what).on_hover_text(path);
+            ui.label(value);
             ui.end_row();
         }
     });
-    if changes.len() > MOST_LISTED {
-        ui.label(RichText::new(format!("and {} more", changes.len() - MOST_LISTED)).color(quiet(ui)));
+    if lines.len() > MOST_LISTED {
+        ui.label(RichText::new(format!("and {} more", lines.len() - MOST_LISTED)).color(quiet(ui)));
     }
 }
 
-/// A path as its user calls it: things of a list by their names, the rest as words.
-fn in_words(scene: &Scene, path: &str) -> String {
-    let mut parts = path.splitn(3, '.');
-    let (first, second) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
-    let rest = parts.next().unwrap_or_default();
-    let Ok(index) = second.parse::<usize>() else { return path.replace(['.', '_'], " ") };
-    let (kind, name) = match first {
+/// What differs, a line each: what, its value now, and its path. What was added is one line whatever it has in it, and so are the creases, cuts,
+/// spots and pins of a sheet.
+fn lines(session: &Session, changes: &[(String, String)]) -> Vec<(String, String, String)> {
+    let (old, new) = (session.document().saved(), session.scene());
+    let mut lines: Vec<(String, String, String)> = Vec::new();
+    for (path, value) in changes {
+        let parts: Vec<&str> = path.split('.').collect();
+        let index = parts.get(1).and_then(|p| p.parse::<usize>().ok());
+        let is_new = index.is_some_and(|i| i >= count(old, parts[0]));
+        let (what, value, path) = match (parts.as_slice(), index) {
+            ([list, ..], Some(i)) if is_new => (thing(new, list, i), "added".to_owned(), parts[..2].join(".")),
+            (["sheets", _, list @ ("creases" | "slits" | "spots" | "pins"), ..], Some(i)) => {
+                let now = new.sheets.get(i).map_or(0, |s| match *list {
+                    "creases" => s.creases.len(),
+                    "slits" => s.slits.len(),
+                    "spots" => s.spots.len(),
+                    _ => s.pins.len(),
+                });
+                (format!("{}: {list}", thing(new, "sheets", i)), now.to_string(), parts[..3].join("."))
+            }
+            _ => (in_words(new, path), with_unit(session, path, value), path.clone()),
+        };
+        if lines.iter().all(|line| line.2 != path) {
+            lines.push((what, value, path));
+        }
+    }
+    for list in ["sheets", "bodies", "heaters"] {
+        let fewer = count(old, list).saturating_sub(count(new, list));
+        if fewer > 0 {
+            lines.push((list.to_owned(), format!("{fewer} fewer"), list.to_owned()));
+        }
+    }
+    lines
+}
+
+/// How many things a list of the scene has.
+fn count(scene: &Scene, list: &str) -> usize {
+    match list {
+        "sheets" => scene.sheets.len(),
+        "bodies" => scene.bodies.len(),
+        "heaters" => scene.heaters.len(),
+        _ => usize::MAX,
+    }
+}
+
+/// What a thing of a list is called.
+fn thing(scene: &Scene, list: &str, index: usize) -> String {
+    let (kind, name) = match list {
         "sheets" => ("sheet", scene.sheets.get(index).map(|s| s.name.as_str())),
         "bodies" => ("body", scene.bodies.get(index).map(|b| b.name.as_str())),
-        "heaters" => ("heater", scene.heaters.get(index).map(|h| h.name.as_str())),
-        _ => return path.replace(['.', '_'], " "),
+        _ => ("heater", scene.heaters.get(index).map(|h| h.name.as_str())),
     };
-    let thing = name.filter(|n| !n.is_empty()).map_or_else(|| format!("{kind} {}", index + 1), str::to_owned);
-    format!("{thing}: {}", rest.replace(['.', '_'], " "))
+    name.filter(|n| !n.is_empty()).map_or_else(|| format!("{kind} {index}"), str::to_owned)
+}
+
+/// A path as its user calls it: things of a list by their names, parts of a vector by their axes, the rest as words.
+fn in_words(scene: &Scene, path: &str) -> String {
+    let mut parts: Vec<&str> = path.split('.').collect();
+    let index = parts.get(1).and_then(|p| p.parse::<usize>().ok()).filter(|_| count(scene, parts[0]) < usize::MAX);
+    let of = index.map(|i| format!("{}: ", thing(scene, parts[0], i))).unwrap_or_default();
+    parts.drain(..if index.is_some() { 2 } else { 0 });
+    if let Some(last) = parts.last_mut()
+        && let Some(axis) = last.parse::<usize>().ok().and_then(|k| ["x", "y", "z"].get(k))
+    {
+        *last = axis;
+    }
+    format!("{of}{}", parts.join(" ").replace('_', " "))
 }
 
 /// A value with the unit that the world knows it by; text in so many letters.
 fn with_unit(session: &Session, path: &str, value: &str) -> String {
     let sheets = session.world().sheets();
     let known = session.world().parameters().into_iter().find(|p| numbered(sheets, &p.path) == path);
-    let unit = known.map_or("", |p| p.unit);
+    let unit = match known {
+        Some(known) => known.unit,
+        None if path.contains("position") => "m",
+        None if path.contains("rotation") => "°",
+        None => "",
+    };
     match (value.parse::<f64>(), unit) {
         (Ok(number), "Pa" | "m" | "s" | "N") => format_si(number, unit),
         (Ok(number), _) => format!("{} {unit}", (number * 1e6).round() / 1e6).trim_end().to_owned(),
@@ -82,17 +139,27 @@ mod tests {
 
     #[test]
     fn what_differs_is_said_by_name_and_with_its_unit() {
-        let scene = Scene::parse(r#"(sheets: [(name: "card", structure: "shell", material: "card"), ()])"#);
+        let scene =
+            Scene::parse(r#"(sheets: [(name: "card", structure: "shell", grid: (5, 1, 5), material: "card"), ()])"#);
         let mut session = Session::new(&scene.expect("valid")).expect("valid");
         assert!(session.set("sheets.card.material.young", "2.5e9") && session.set("gravity", "(0, -5, 0)"));
-        assert!(session.edit("place", "place", |s| s.sheets[1].placement.position.y = 0.123_456_7));
-        let changes = session.changes();
-        let said = |path: &str| {
-            let (path, value) = changes.iter().find(|c| c.0 == path).expect("changed");
-            (in_words(session.scene(), path), with_unit(&session, path, value))
-        };
-        assert_eq!(said("sheets.0.material.young"), ("card: material young".into(), "2.50 GPa".into()));
-        assert_eq!(said("gravity.1"), ("gravity 1".into(), "-5".into()));
-        assert_eq!(said("sheets.1.placement.position.1"), ("sheet 2: placement position 1".into(), "0.123457".into()));
+        assert!(session.edit("place", "place", |s| s.sheets[1].placement.position.y = 0.0123));
+        assert!(session.edit("crease", "crease", |s| {
+            let crease = sheetwork::scene::CreaseSpec { from: (0.0, 0.5), to: (1.0, 0.5), angle: 30.0 };
+            s.sheets[0].creases.push(crease);
+        }));
+        let box_of = sheetwork::scene::Shape::Ball(0.1);
+        assert!(session.edit("body", "body", |s| s.bodies.push(sheetwork::scene::BodySpec::new(box_of))));
+        let said = lines(&session, &session.changes());
+        let said: Vec<(&str, &str)> = said.iter().map(|l| (l.0.as_str(), l.1.as_str())).collect();
+        for wanted in [
+            ("card: material young", "2.50 GPa"),
+            ("gravity y", "-5 m/s²"),
+            ("sheet 1: placement position y", "12.30 mm"),
+            ("card: creases", "1"),
+            ("body 0", "added"),
+        ] {
+            assert_eq!(said.iter().filter(|l| **l == wanted).count(), 1, "{wanted:?} in {said:?}");
+        }
     }
 }

@@ -7,7 +7,6 @@ use sheetwork::scene::material::LIBRARY;
 
 use super::style::{quiet, readable};
 use super::{EditorState, plots::COLOURS};
-use crate::camera::Camera;
 use crate::session::{MOST_BESIDE, Session, Variant};
 use crate::units::format_si;
 
@@ -52,7 +51,6 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     });
     if new != now {
         session.compare_with(new);
-        state.camera = Camera::of_session(session);
     }
     for (variant, found) in session.beside() {
         if let Err(problem) = found {
@@ -66,10 +64,17 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// A variant with a structure that neither the scene nor a variant has.
+/// A variant that neither the scene nor a variant is: a shell of another material, a lattice of another structure.
 fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
-    let path = format!("sheets.{sheet}.structure");
     let own = session.world().sheets().get(sheet).map_or("", |s| s.structure.name());
+    if own == "shell" {
+        let path = format!("sheets.{sheet}.material");
+        let own = session.scene().sheets.get(sheet).map_or(String::new(), |s| s.material.name());
+        let taken = |name: &str| name == own || others.iter().any(|v| v.path == path && v.value == name);
+        let free = LIBRARY.iter().map(|m| m.0).find(|name| !taken(name));
+        return Variant { path, value: free.unwrap_or("card").to_owned() };
+    }
+    let path = format!("sheets.{sheet}.structure");
     let taken = |name: &str| name == own || others.iter().any(|v| v.path == path && v.value == name);
     let free = ["shell", "slamm", "provot3d", "trimm", "provot2d"].into_iter().find(|name| !taken(name));
     Variant { path, value: free.unwrap_or("shell").to_owned() }
@@ -124,9 +129,9 @@ fn choices(path: &str) -> Vec<&'static str> {
 /// A value to begin with of a field that has numbers.
 fn first_value(path: &str) -> String {
     let value = match path.rsplit('.').next() {
-        Some("dt") => "0.005",
-        Some("young") => "1e9",
-        Some("thickness") => "0.001",
+        Some("dt") => "5 ms",
+        Some("young") => "1 GPa",
+        Some("thickness") => "1 mm",
         Some("grid") => "(11, 1, 11)",
         _ => "0.5",
     };
@@ -139,8 +144,14 @@ fn table(ui: &mut Ui, session: &Session) {
     let time = session.world().time();
     let first = session.height_at(time);
     Grid::new("compared").num_columns(4).striped(true).show(ui, |ui| {
-        for title in ["", "height", "differs by", "a step"] {
-            ui.label(RichText::new(title).color(quiet(ui)));
+        let titles = [
+            ("", ""),
+            ("height", "Of the first probe, or of the middle of the first sheet where there is none"),
+            ("differs by", "From the scene's at the same time"),
+            ("a step", "What a step takes"),
+        ];
+        for (title, about) in titles {
+            ui.label(RichText::new(title).color(quiet(ui))).on_hover_text(about);
         }
         ui.end_row();
         let own = std::iter::once(("this scene".to_owned(), session));

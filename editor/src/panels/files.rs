@@ -49,8 +49,12 @@ impl EditorState {
     pub fn browse(&mut self, session: &Session, purpose: Purpose) {
         let own = session.file().and_then(Path::parent).map(Path::to_path_buf);
         let last = self.folder.clone();
-        // A scene that has a file is saved beside it; anything else is where the last file was.
-        let beside = if purpose == Purpose::Save { own.or(last) } else { last.or(own) };
+        // A scene that has a file is saved beside it; what is opened and what is written lie each where the last such file was.
+        let beside = match purpose {
+            Purpose::Open => last.or(own),
+            Purpose::Save => own.or(last),
+            _ => self.out.clone().or(own).or(last),
+        };
         let folder = beside.filter(|p| p.is_dir()).or_else(scenes::folder).unwrap_or_else(|| PathBuf::from("."));
         let endings = match purpose {
             Purpose::Open => OPENS,
@@ -60,7 +64,9 @@ impl EditorState {
             Purpose::Gltf => &["glb"],
         };
         let mut browser = Browser::new(&folder, endings);
-        let named = |ending: &str| format!("{}.{ending}", session.scene().name.replace([' ', '/'], "_"));
+        let stem = session.file().and_then(Path::file_stem).map(|s| s.to_string_lossy().into_owned());
+        let stem = stem.unwrap_or_else(|| session.scene().name.replace([' ', '/'], "_"));
+        let named = |ending: &str| format!("{stem}.{ending}");
         browser.name = match purpose {
             Purpose::Open => String::new(),
             Purpose::Save => {
@@ -277,6 +283,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             let response = ui.add(field).labelled_by(label.id);
             if !std::mem::replace(&mut dialog.shown, true) {
                 response.request_focus();
+                select_stem(ui, response.id, &dialog.browser.name);
             }
             let entered = response.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter));
             let over = dialog.over.is_some();
@@ -301,6 +308,15 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         None if open && !ui.input(|i| i.key_pressed(Key::Escape)) => state.dialog = Some(dialog),
         None => {}
     }
+}
+
+/// Selects a name up to its ending: what is typed takes its place.
+fn select_stem(ui: &Ui, field: egui::Id, name: &str) {
+    let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
+    let mut text = egui::text_edit::TextEditState::load(ui.ctx(), field).unwrap_or_default();
+    let (from, to) = (egui::text::CCursor::new(0), egui::text::CCursor::new(stem.chars().count()));
+    text.cursor.set_char_range(Some(egui::text::CCursorRange::two(from, to)));
+    text.store(ui.ctx(), field);
 }
 
 /// Folders and files; a double click takes a file.
@@ -334,7 +350,11 @@ fn entries(ui: &mut Ui, dialog: &mut Dialog, chosen: &mut Option<PathBuf>) {
 }
 
 fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file: PathBuf) {
-    state.folder = file.parent().map(Path::to_path_buf);
+    let folder = file.parent().map(Path::to_path_buf);
+    match dialog.purpose {
+        Purpose::Open | Purpose::Save => state.folder = folder,
+        _ => state.out = folder,
+    }
     let file = match dialog.purpose {
         Purpose::Save if file.extension().is_none() => file.with_extension("ron"),
         Purpose::Csv if file.extension().is_none() => file.with_extension("csv"),

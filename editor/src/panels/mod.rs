@@ -293,8 +293,10 @@ pub struct EditorState {
     pub previews: Previews,
     /// The dialog that chooses a file, while it is open.
     pub dialog: Option<Dialog>,
-    /// Where it last took a file.
+    /// Where the last file was opened or saved, and where the last export was written.
     pub folder: Option<PathBuf>,
+    /// See `folder`.
+    pub out: Option<PathBuf>,
     /// The sheet that is being generated, while that dialog is open.
     pub generate: Option<Draft>,
     /// The export that is being set up or written.
@@ -338,6 +340,7 @@ impl EditorState {
             previews: Previews::default(),
             dialog: None,
             folder: None,
+            out: None,
             generate: None,
             export: None,
             study: None,

@@ -22,7 +22,7 @@ pub(super) fn open(state: &mut EditorState) {
     let seed = now.map_or(1, |t| t.as_secs() % 1_000_000);
     let mut study = Study::new(seed);
     // With its folder: where an editor was started from is not always known.
-    let folder = state.folder.clone().or_else(|| std::env::current_dir().ok()).unwrap_or_default();
+    let folder = state.out.clone().or_else(|| std::env::current_dir().ok()).unwrap_or_default();
     study.file = folder.join(&study.file).display().to_string();
     state.study = Some(study);
 }

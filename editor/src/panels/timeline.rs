@@ -101,7 +101,8 @@ fn strip(ui: &mut Ui, session: &mut Session) {
         [pos2(hand, rect.top() + 1.0), pos2(hand, track.bottom() + 3.0)],
         Stroke::new(2.0, visuals.strong_text_color()),
     );
-    if (response.dragged() || response.clicked())
+    // Where the mouse lets go counts too: a slow frame may have seen nothing of the way there.
+    if (response.dragged() || response.drag_stopped() || response.clicked())
         && let Some(pointer) = response.interact_pointer_pos()
     {
         let part = f64::from((pointer.x - inner.left()) / inner.width()).clamp(0.0, 1.0);

@@ -104,7 +104,8 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         click(session, state, at, size);
     }
     let Some(held) = state.held else { return false };
-    if response.dragged_by(PointerButton::Primary)
+    // Where the mouse lets go counts too: a slow frame may have seen nothing of the way there.
+    if (response.dragged_by(PointerButton::Primary) || response.drag_stopped_by(PointerButton::Primary))
         && let Some(at) = now
     {
         match held {
@@ -182,9 +183,7 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
                 Some((seen.distance(at), item))
             });
             let near = marks.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|m| m.0 < 14.0).map(|m| m.1);
-            let of_scene = |i: &usize| *i < session.scene().bodies.len();
-            let body = pick::body(session.world(), ray).map(|b| b.0).filter(of_scene).map(Item::Body);
-            state.choose(near.or(body));
+            state.choose(near.or_else(|| under(session, state, ray)));
         }
         Tool::Heat => {
             if let Some(hit) = hit(session, state, at, size)
@@ -196,6 +195,20 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
         }
         Tool::Look | Tool::Grab | Tool::Crease | Tool::Cut => {}
     }
+}
+
+/// The nearest of what can be moved that is seen along a ray.
+fn under(session: &Session, state: &EditorState, ray: pick::Ray) -> Option<Item> {
+    let world = session.world();
+    let body = pick::body(world, ray).filter(|b| b.0 < session.scene().bodies.len());
+    let sheet = pick::sheet(world, ray, state.display.layer == Layer::Top).filter(|_| world.steps() == 0);
+    let heater = pick::heater(session.scene(), ray);
+    let all = [
+        body.map(|(index, distance)| (distance, Item::Body(index))),
+        heater.map(|(index, distance)| (distance, Item::Heater(index))),
+        sheet.map(|hit| (hit.distance, Item::Sheet(hit.sheet))),
+    ];
+    all.into_iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0)).map(|found| found.1)
 }
 
 /// The point of a sheet that is seen at a place of the view, where no body is before it.

@@ -143,6 +143,7 @@ impl Session {
         self.document.commit_with(format!("move of {name}"), "carry", self.scene().clone(), before);
         self.document.seal();
         self.go_another_way();
+        self.timeline.renew(&self.world);
         self.settle_display();
         true
     }

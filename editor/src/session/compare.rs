@@ -10,6 +10,10 @@ use sheetwork::scene::Scene;
 use super::Session;
 use crate::document::path::{numbered, with_value};
 use crate::samples::heights;
+use crate::units::format_si;
+
+/// Wall-clock time that variants may take to come to the present moment, s.
+const PATIENCE: f64 = 2.0;
 
 /// Most variants beside the scene.
 pub const MOST_BESIDE: usize = 3;
@@ -24,10 +28,19 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// What it is called beside the others: the last name of its path and its value.
+    /// What it is called beside the others: the last name of its path and its value, with a unit.
     pub fn label(&self) -> String {
         let field = self.path.rsplit('.').next().unwrap_or_default();
-        format!("{field} {}", self.value)
+        let (field, unit) = match field {
+            "dt" => ("step", "s"),
+            "young" => ("Young", "Pa"),
+            "thickness" => ("thickness", "m"),
+            other => (other, ""),
+        };
+        match self.value.parse::<f64>() {
+            Ok(number) if !unit.is_empty() => format!("{field} {}", format_si(number, unit)),
+            _ => format!("{field} {}", self.value),
+        }
     }
 
     fn of(&self, scene: &Scene, sheets: &[sheetwork::sheet::Sheet]) -> Result<Scene, InputError> {
@@ -60,7 +73,8 @@ impl Beside {
 }
 
 impl Session {
-    /// Compares with these variants, at most [`MOST_BESIDE`], from the start on; with none it is alone again.
+    /// Compares with these variants, at most [`MOST_BESIDE`]; with none it is alone again. They are taken from the start to the present moment, or, where
+    /// that would take longer than [`PATIENCE`], the scene begins again with them.
     pub fn compare_with(&mut self, variants: Vec<Variant>) {
         if self.playback.is_some() {
             self.fail("a recording is compared with nothing; open its scene for that");
@@ -70,8 +84,10 @@ impl Session {
         self.beside = begun.map(|variant| Beside { variant, session: Err(String::new()) }).collect();
         self.generation += 1;
         self.begin_beside();
-        if self.world.steps() > 0 {
-            self.reset();
+        if self.timing.spent_s * self.beside.len() as f64 <= PATIENCE {
+            self.lead();
+        } else if self.reset() {
+            self.note("The run began again, with its variants: to take them to where it was would take too long.");
         }
     }
 

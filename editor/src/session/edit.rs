@@ -139,6 +139,7 @@ impl Session {
         if let Some(then) = then {
             self.document.keep_undone(now);
             self.go_to(&then);
+            self.timeline.renew(&self.world);
         }
         self.after_edit();
         undone
@@ -157,6 +158,7 @@ impl Session {
         if let Some(then) = then {
             self.document.keep_redone(now);
             self.go_to(&then);
+            self.timeline.renew(&self.world);
         }
         self.after_edit();
         redone

@@ -194,7 +194,7 @@ impl Session {
     }
 
     /// Where to put what is in `file`, whose coordinates are those of another room: higher than this one's floor, a sheet above the bodies that it
-    /// would be in, and then beside the sheets.
+    /// would be in, and then beside the sheets; anything else beside what it would be in.
     fn place_for(&self, file: &Path) -> Placement {
         let mut position = DVec3::ZERO;
         // A file that cannot be read is refused by the edit, with its reason.
@@ -206,7 +206,16 @@ impl Session {
             let meets = |position: DVec3, (l, h): (DVec3, DVec3)| {
                 (low + position).cmple(h).all() && (high + position).cmpge(l).all()
             };
-            if is_sheet {
+            if !is_sheet {
+                let sheets = self.world().sheets().iter().filter_map(|s| s.x.bounds());
+                let mut there: Vec<_> = pick::body_boxes(&self.world).into_iter().chain(sheets).collect();
+                there.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
+                for one in there {
+                    if meets(position, one) {
+                        position.x = one.1.x - low.x + OVER;
+                    }
+                }
+            } else {
                 let mut bodies = pick::body_boxes(&self.world);
                 bodies.sort_by(|a, b| a.1.y.total_cmp(&b.1.y));
                 for body in bodies {
@@ -215,7 +224,7 @@ impl Session {
                     }
                 }
             }
-            let taken = self.world().sheets().iter().filter_map(|s| s.x.bounds());
+            let taken = self.world().sheets().iter().filter_map(|s| s.x.bounds()).filter(|_| is_sheet);
             if let Some(taken) = taken.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
                 && meets(position, taken)
             {

@@ -101,10 +101,7 @@ impl Session {
         self.document.seal();
         self.document.commit_with("painted warmth", "paint", scene, stroke.before);
         self.document.seal();
-        if self.world.steps() == 0 {
-            self.timeline.clear();
-            self.timeline.take(&self.world);
-        }
+        self.timeline.renew(&self.world);
     }
 }
 

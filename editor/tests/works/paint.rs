@@ -2,7 +2,7 @@
 
 use bevy_egui::egui::{self, Key, Modifiers};
 use sheetwork::World;
-use sheetwork::scene::Scene;
+use sheetwork::scene::{Scene, SpotSpec};
 use sheetwork_editor::panels::Tool;
 use sheetwork_editor::session::Session;
 
@@ -137,4 +137,21 @@ fn a_stroke_of_a_fast_hand_has_no_gaps() {
         .map(|i| celsius[i])
         .collect();
     assert!(row.len() > 3 && row.iter().all(|c| *c > 110.0), "{row:?}");
+}
+
+#[test]
+fn warmth_that_is_painted_on_the_way_is_there_when_it_is_gone_back_to() {
+    let mut session = strip();
+    session.run(0.1);
+    let painted = session.world().time();
+    let hottest = |s: &Session| s.world().sheets()[0].heat().map_or(20.0, |heat| heat.range().1);
+    assert!(session.begin_stroke(0) && session.dab(SpotSpec { at: (0.5, 0.5), radius: 0.02, temperature: 90.0 }));
+    session.end_stroke();
+    session.run(0.1);
+    assert!(session.scrub(painted) && (session.world().time() - painted).abs() < 1e-9);
+    assert!(hottest(&session) > 80.0, "{}", hottest(&session));
+    session.run(0.05);
+    assert!(session.undo() && hottest(&session) < 21.0, "undo goes back to before the stroke");
+    session.run(0.05);
+    assert!(session.scrub(painted) && hottest(&session) < 21.0);
 }
