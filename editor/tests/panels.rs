@@ -225,7 +225,7 @@ fn a_structure_with_flexion_has_its_bend_limited() {
     let second = SheetSpec { name: "second".into(), ..spec.clone() };
     let session = Session::new(&Scene { sheets: vec![spec, second], ..Scene::default() }).expect("valid");
     let mut harness = harness(session, |ui, (session, state)| panels::sheet(ui, session, state));
-    harness.get_by_role_and_label(Role::ComboBox, "of").click();
+    harness.get_by_role_and_label(Role::ComboBox, "Of sheet").click();
     harness.run_steps(3);
     harness.get_by_label("second").click();
     harness.run_steps(3);

@@ -49,10 +49,14 @@ pub(super) fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         return;
     }
     let now = sheets.get(state.sheet).map_or("", |s| s.name.as_str());
-    ComboBox::from_label("of").selected_text(now).show_ui(ui, |ui| {
-        for (index, sheet) in sheets.iter().enumerate() {
-            ui.selectable_value(&mut state.sheet, index, sheet.name.as_str());
-        }
+    ui.horizontal(|ui| {
+        let label = ui.label("Of sheet");
+        let shown = ComboBox::from_id_salt("of sheet").selected_text(now).show_ui(ui, |ui| {
+            for (index, sheet) in sheets.iter().enumerate() {
+                ui.selectable_value(&mut state.sheet, index, sheet.name.as_str());
+            }
+        });
+        shown.response.labelled_by(label.id);
     });
 }
 

@@ -20,6 +20,7 @@ pub fn apply(ctx: &egui::Context) {
         style.visuals.panel_fill = Color32::from_rgb(32, 34, 38);
         style.visuals.window_fill = Color32::from_rgb(38, 40, 45);
         style.visuals.error_fg_color = Color32::from_rgb(255, 128, 108);
+        style.visuals.weak_text_color = Some(Color32::from_gray(150));
     });
     ctx.style_mut_of(Theme::Light, |style| {
         style.visuals.panel_fill = Color32::from_rgb(238, 238, 236);
