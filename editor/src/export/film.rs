@@ -12,20 +12,22 @@ const ROUNDING: f64 = 1e-6;
 
 /// A run from the present moment of a session on.
 pub struct Film {
-    source: Source,
+    /// As far as the run has come.
+    world: World,
     /// Time of the session's present moment, s.
     start: f64,
+    source: Source,
 }
 
+/// Where it comes from.
 enum Source {
     Run {
-        world: World,
         /// The world one step ago.
         before: Frame,
         /// What is looked at where it lies between two steps.
-        between: Option<World>,
+        between: Option<Box<World>>,
     },
-    Recording(Playback, World),
+    Recording(Playback),
 }
 
 impl Film {
@@ -36,11 +38,11 @@ impl Film {
     pub fn of(session: &Session) -> Result<Self, InputError> {
         if let Some(recording) = session.playback() {
             let (recording, world) = (recording.clone(), World::new(session.scene())?);
-            return Ok(Self { start: recording.at(), source: Source::Recording(recording, world) });
+            return Ok(Self { world, start: recording.at(), source: Source::Recording(recording) });
         }
         let world = session.world_again()?;
-        let (start, before) = (world.time(), Frame::of(&world));
-        Ok(Self { start, source: Source::Run { world, before, between: None } })
+        let before = Frame::of(&world);
+        Ok(Self { start: world.time(), world, source: Source::Run { before, between: None } })
     }
 
     /// The world `after` s later than the session's; a moment that lies before one that was asked for already is not gone back to.
@@ -48,38 +50,35 @@ impl Film {
     /// # Errors
     /// When the scene cannot be built any more.
     pub fn at(&mut self, after: f64) -> Result<&World, InputError> {
-        let time = self.start + after;
-        match &mut self.source {
-            Source::Recording(recording, world) => {
+        let (time, world) = (self.start + after, &mut self.world);
+        let (before, between) = match &mut self.source {
+            Source::Recording(recording) => {
                 recording.seek(time, world);
-                Ok(world)
+                return Ok(world);
             }
-            Source::Run { world, before, between } => {
-                while world.time() + ROUNDING * world.dt() < time {
-                    *before = Frame::of(world);
-                    world.step();
-                }
-                let late = world.time() - time;
-                let whole = world.time() - before.time;
-                // A sheet that has gone to another grid in the last step has no place between.
-                if late <= ROUNDING * whole || world.can_show(before).is_err() {
-                    return Ok(world);
-                }
-                if between.is_none() {
-                    *between = Some(World::new(world.scene())?);
-                }
-                let Some(shown) = between else { return Ok(world) };
-                shown.restore(&world.snapshot())?;
-                shown.show_between(before, 1.0 - late / whole)?;
-                Ok(shown)
-            }
+            Source::Run { before, between } => (before, between),
+        };
+        while world.time() + ROUNDING * world.dt() < time {
+            *before = Frame::of(world);
+            world.step();
         }
+        let late = world.time() - time;
+        let whole = world.time() - before.time;
+        // A sheet that has gone to another grid in the last step has no place between.
+        if late <= ROUNDING * whole || world.can_show(before).is_err() {
+            return Ok(world);
+        }
+        let shown = match between {
+            Some(shown) => shown,
+            None => between.insert(Box::new(World::new(world.scene())?)),
+        };
+        shown.restore(&world.snapshot())?;
+        shown.show_between(before, 1.0 - late / whole)?;
+        Ok(shown)
     }
 
     /// The world as far as the run has come.
     pub fn world(&self) -> &World {
-        match &self.source {
-            Source::Run { world, .. } | Source::Recording(_, world) => world,
-        }
+        &self.world
     }
 }

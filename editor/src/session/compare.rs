@@ -74,7 +74,7 @@ impl Beside {
 
 impl Session {
     /// Compares with these variants, at most [`MOST_BESIDE`]; with none it is alone again. They are taken from the start to the present moment, or, where
-    /// that would take longer than [`PATIENCE`], the scene begins again with them.
+    /// that would take long, the scene begins again with them.
     pub fn compare_with(&mut self, variants: Vec<Variant>) {
         if self.playback.is_some() {
             self.fail("a recording is compared with nothing; open its scene for that");

@@ -112,7 +112,7 @@ pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: u
         }
         Err(reason) => {
             eprintln!("Drawing {count} pictures with the built-in rasteriser: {reason}.");
-            Drawn::Own(Film::of(&session)?, Box::new(state))
+            Drawn::Own(Box::new((Film::of(&session)?, state)))
         }
     };
     let progress = indicatif::ProgressBar::new(count as u64);
@@ -131,14 +131,14 @@ pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: u
 /// What draws a sequence.
 enum Drawn {
     Driver(Box<Offscreen>),
-    Own(Film, Box<EditorState>),
+    Own(Box<(Film, EditorState)>),
 }
 
 impl Drawn {
     fn world(&mut self) -> &sheetwork::World {
         match self {
             Self::Driver(offscreen) => offscreen.parts().0.world(),
-            Self::Own(film, _) => film.world(),
+            Self::Own(own) => own.0.world(),
         }
     }
 
@@ -153,7 +153,8 @@ impl Drawn {
                 }
                 offscreen.picture()
             }
-            Self::Own(film, state) => {
+            Self::Own(own) => {
+                let (film, state) = &mut **own;
                 let world = film.at(after).map_err(|e| e.to_string())?;
                 Ok(Picture::draw(world, &state.camera, &state.display.look(), size))
             }
