@@ -28,6 +28,7 @@ use sheetwork::watch::Watch;
 use sheetwork::{InputError, Snapshot, World};
 
 pub use carry::Item;
+pub(crate) use clock::ROUNDING;
 pub use clock::{FRAME_BUDGET, HISTORY, SPEEDS, Timing};
 pub use compare::{MOST_BESIDE, Variant};
 pub use hands::Hand;

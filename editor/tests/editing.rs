@@ -399,6 +399,9 @@ fn a_sheet_from_a_file_is_put_above_the_body_that_it_would_be_in() {
     assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
     let lowest = session.world().sheets()[0].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
     assert!((0.1..0.12).contains(&lowest), "{lowest}");
+    assert!(session.add_file(&assets.join("polyhedra/cube.pol"), 0), "{:?}", session.messages());
+    let [block, cube] = sheetwork_editor::pick::body_boxes(session.world())[..] else { panic!("two bodies") };
+    assert!(cube.0.x > block.1.x || (cube.0.cmpgt(block.1) | cube.1.cmplt(block.0)).any(), "{block:?} {cube:?}");
 }
 
 #[test]

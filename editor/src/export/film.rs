@@ -5,10 +5,7 @@ use sheetwork::recording::Frame;
 use sheetwork::{InputError, World};
 
 use crate::playback::Playback;
-use crate::session::Session;
-
-/// Part of a step that is none: times are sums of steps.
-const ROUNDING: f64 = 1e-6;
+use crate::session::{ROUNDING, Session};
 
 /// A run from the present moment of a session on.
 pub struct Film {

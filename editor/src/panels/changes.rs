@@ -118,7 +118,11 @@ fn in_words(scene: &Scene, path: &str) -> String {
 /// A value with the unit that the world knows it by; text in so many letters.
 fn with_unit(session: &Session, path: &str, value: &str) -> String {
     let sheets = session.world().sheets();
-    let known = session.world().parameters().into_iter().find(|p| numbered(sheets, &p.path) == path);
+    // Of a vector each number is listed by itself.
+    let whole =
+        path.rsplit_once('.').filter(|(_, last)| last.parse::<usize>().is_ok()).map_or(path, |(whole, _)| whole);
+    let is_known = |p: &str| p == path || p == whole;
+    let known = session.world().parameters().into_iter().find(|p| is_known(&numbered(sheets, &p.path)));
     let unit = match known {
         Some(known) => known.unit,
         None if path.contains("position") => "m",
@@ -142,7 +146,7 @@ mod tests {
         let scene =
             Scene::parse(r#"(sheets: [(name: "card", structure: "shell", grid: (5, 1, 5), material: "card"), ()])"#);
         let mut session = Session::new(&scene.expect("valid")).expect("valid");
-        assert!(session.set("sheets.card.material.young", "2.5e9") && session.set("gravity", "(0, -5, 0)"));
+        assert!(session.set("sheets.card.material.young", "2.1e9") && session.set("gravity", "(0, -5, 0)"));
         assert!(session.edit("place", "place", |s| s.sheets[1].placement.position.y = 0.0123));
         assert!(session.edit("crease", "crease", |s| {
             let crease = sheetwork::scene::CreaseSpec { from: (0.0, 0.5), to: (1.0, 0.5), angle: 30.0 };
@@ -153,7 +157,7 @@ mod tests {
         let said = lines(&session, &session.changes());
         let said: Vec<(&str, &str)> = said.iter().map(|l| (l.0.as_str(), l.1.as_str())).collect();
         for wanted in [
-            ("card: material young", "2.50 GPa"),
+            ("card: material young", "2.10 GPa"),
             ("gravity y", "-5 m/s²"),
             ("sheet 1: placement position y", "12.30 mm"),
             ("card: creases", "1"),

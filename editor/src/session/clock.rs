@@ -40,7 +40,7 @@ pub struct Timing {
 }
 
 /// Part of a step that is none: times are sums of steps.
-const ROUNDING: f64 = 1e-6;
+pub(crate) const ROUNDING: f64 = 1e-6;
 
 impl Session {
     /// Lets `real` s of wall-clock time pass. Does nothing while paused.

@@ -7,7 +7,7 @@ use sheetwork::InputError;
 use sheetwork::lattice::StructureKind;
 use sheetwork::scene::Scene;
 
-use super::Session;
+use super::{ROUNDING, Session};
 use crate::document::path::{numbered, with_value};
 use crate::samples::heights;
 use crate::units::format_si;
@@ -140,7 +140,7 @@ impl Session {
     pub(super) fn lead(&mut self) {
         let now = self.world.time();
         for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
-            let slack = 1e-6 * one.world.dt();
+            let slack = ROUNDING * one.world.dt();
             if one.world.time() > now + slack && one.shown_from > now + slack {
                 one.scrub(now);
                 while one.world.time() > now + slack && one.step_back() {}
@@ -151,7 +151,7 @@ impl Session {
 
     /// Height of the first probe at `time` (s), a moment of this run, m: steps of variants end at other moments than those of the scene.
     pub fn height_at(&self, time: f64) -> Option<f64> {
-        if (time - self.world.time()).abs() <= 1e-6 * self.world.dt() {
+        if (time - self.world.time()).abs() <= ROUNDING * self.world.dt() {
             return heights(&self.world).next();
         }
         self.samples.height_at(time)

@@ -206,29 +206,22 @@ impl Session {
             let meets = |position: DVec3, (l, h): (DVec3, DVec3)| {
                 (low + position).cmple(h).all() && (high + position).cmpge(l).all()
             };
+            let (mut above, mut beside) = (pick::body_boxes(&self.world), Vec::new());
             if !is_sheet {
-                let sheets = self.world().sheets().iter().filter_map(|s| s.x.bounds());
-                let mut there: Vec<_> = pick::body_boxes(&self.world).into_iter().chain(sheets).collect();
-                there.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
-                for one in there {
-                    if meets(position, one) {
-                        position.x = one.1.x - low.x + OVER;
-                    }
-                }
-            } else {
-                let mut bodies = pick::body_boxes(&self.world);
-                bodies.sort_by(|a, b| a.1.y.total_cmp(&b.1.y));
-                for body in bodies {
-                    if meets(position, body) {
-                        position.y = body.1.y - low.y + OVER;
-                    }
+                beside.append(&mut above);
+            }
+            above.sort_by(|a, b| a.1.y.total_cmp(&b.1.y));
+            for one in above {
+                if meets(position, one) {
+                    position.y = one.1.y - low.y + OVER;
                 }
             }
-            let taken = self.world().sheets().iter().filter_map(|s| s.x.bounds()).filter(|_| is_sheet);
-            if let Some(taken) = taken.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
-                && meets(position, taken)
-            {
-                position.x = taken.1.x - low.x + OVER;
+            beside.extend(self.world().sheets().iter().filter_map(|s| s.x.bounds()));
+            beside.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
+            for one in beside {
+                if meets(position, one) {
+                    position.x = one.1.x - low.x + OVER;
+                }
             }
         }
         Placement { position, ..Placement::default() }

@@ -155,7 +155,7 @@ pub fn tell(knobs: &mut dyn Knobs, of: &str, error: Option<UnitError>) {
     }
 }
 
-/// Three numbers of a vector that is `now`; the new one when it has been changed. `of` names it in messages.
+/// Three numbers of a vector that is `now`, and their unit; the new one when it has been changed. `of` names it in messages.
 pub fn vector(
     ui: &mut Ui,
     knobs: &mut dyn Knobs,
@@ -165,12 +165,14 @@ pub fn vector(
     how: &How,
 ) -> (Option<DVec3>, bool) {
     let (mut changed, mut reset) = (None, false);
+    // The unit is written once, behind all three: a column is narrow.
+    let bare = Shown { unit: "", ..shown };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.spacing_mut().interact_size.x = 52.0;
         for (axis, letter) in ["x", "y", "z"].into_iter().enumerate() {
             let label = ui.add(Label::new(egui::RichText::new(letter).weak()).sense(Sense::click()));
-            let done = input(ui, &label, now[axis], shown, how);
+            let done = input(ui, &label, now[axis], bare, how);
             if let Some(value) = done.value {
                 let mut new = now;
                 new[axis] = value;
@@ -178,6 +180,9 @@ pub fn vector(
             }
             tell(knobs, of, done.error);
             reset |= done.reset;
+        }
+        if !shown.unit.is_empty() {
+            ui.weak(shown.unit);
         }
     });
     (changed, reset)
