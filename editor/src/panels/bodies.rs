@@ -38,8 +38,9 @@ fn body(ui: &mut Ui, session: &mut Session, index: usize) {
             }
             Shape::Polyhedron(p) => format!("polyhedron of {} faces", p.faces.len()),
             Shape::Box(size) => {
-                let [x, y, z] = [size.x, size.y, size.z].map(|s| format_si(s, "m"));
-                format!("box {x} × {y} × {z}")
+                // Short enough for the column.
+                let [x, y, z] = [size.x, size.y, size.z].map(|s| (1e5 * s).round() / 1e2);
+                format!("box {x} × {y} × {z} mm")
             }
             Shape::Ball(radius) => format!("ball of radius {}", format_si(*radius, "m")),
             Shape::HalfSpace => "everything below a plane".to_owned(),

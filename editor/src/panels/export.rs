@@ -46,7 +46,7 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             }
         });
         if job.kind == Kind::Gltf {
-            ui.weak(format!("Sheets as morph targets, bodies as nodes that move; at most {MOST_TARGETS} moments."));
+            ui.weak(format!("Sheets as morph targets, bodies and heaters as nodes; at most {MOST_TARGETS} moments."));
         }
         let count = moments(job.rate, job.seconds, usize::MAX).map_or(0, |count| count);
         ui.weak(if count == 1 { "1 moment".to_owned() } else { format!("{count} moments") });
