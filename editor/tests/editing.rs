@@ -515,6 +515,7 @@ fn a_variant_that_cannot_be_made_says_why_and_there_are_no_more_than_four() {
     assert_eq!(session.beside().count(), MOST_BESIDE);
     session.run(0.05);
     let steps = session.world().steps();
+    assert!(steps > 0);
     session.compare_with(Vec::new());
     assert!(session.shown(1).is_none() && session.world().steps() == steps, "alone, where it was");
 }

@@ -341,6 +341,7 @@ fn heat_is_set_by_its_panel() {
     harness.get_by_label("Add heater").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.scene().heaters.len(), 1);
+    assert_eq!(harness.state().1.selected, Some(Item::Heater(0)), "and is chosen");
     harness.get_by_label("Oven").click();
     harness.run_steps(3);
     type_number(&mut harness, "at", "700 K");

@@ -22,6 +22,9 @@ const FIELDS: [(&str, &str); 8] = [
     ("friction", "sheets.#.friction"),
 ];
 
+/// Materials that are offered first, one after the other.
+const OFTEN: [&str; 5] = ["card", "paper", "hips", "pvc", "steel-foil"];
+
 /// The variants, and a table of all.
 pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let now: Vec<Variant> = session.beside().map(|b| b.0.clone()).collect();
@@ -71,8 +74,8 @@ fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
         let path = format!("sheets.{sheet}.material");
         let own = session.scene().sheets.get(sheet).map_or(String::new(), |s| s.material.name());
         let taken = |name: &str| name == own || others.iter().any(|v| v.path == path && v.value == name);
-        let free = LIBRARY.iter().map(|m| m.0).find(|name| !taken(name));
-        return Variant { path, value: free.unwrap_or("card").to_owned() };
+        let free = OFTEN.into_iter().find(|name| !taken(name));
+        return Variant { path, value: free.unwrap_or("hips").to_owned() };
     }
     let path = format!("sheets.{sheet}.structure");
     let taken = |name: &str| name == own || others.iter().any(|v| v.path == path && v.value == name);

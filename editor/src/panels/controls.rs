@@ -3,7 +3,7 @@
 use bevy_egui::egui::{self, Rect, RichText, ScrollArea, Sense, Ui, Window, vec2};
 
 use super::{EditorState, Section, bodies, camera, compare, display, engine, heat, link, material, sheet};
-use crate::session::Session;
+use crate::session::{Item, Session};
 
 /// The row of sections, and those that are open below it.
 pub(super) fn column(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
@@ -77,7 +77,13 @@ fn contents(ui: &mut Ui, session: &mut Session, state: &mut EditorState, (which,
         Section::Material => material(ui, session, state),
         Section::Bodies => bodies(ui, session, state),
         Section::Engine => engine(ui, session),
-        Section::Heat => heat(ui, session),
+        Section::Heat => {
+            let before = session.scene().heaters.len();
+            heat(ui, session);
+            if session.scene().heaters.len() > before {
+                state.turn_to(session, Item::Heater(before));
+            }
+        }
         Section::Display => display(ui, session, state),
         Section::Camera => camera(ui, session, state),
         Section::Compare => compare(ui, session, state),

@@ -27,7 +27,8 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             return;
         }
         Grid::new("export").num_columns(2).show(ui, |ui| {
-            let label = ui.label("A second").on_hover_text("Moments in a simulated second, 0.01 to 10000");
+            let often = if job.kind == Kind::Gltf { "A second" } else { "Pictures a second" };
+            let label = ui.label(often).on_hover_text("Moments in a simulated second, 0.01 to 10000");
             ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
             ui.end_row();
             let label = name(ui, "Duration", "From the present moment on, simulated time");

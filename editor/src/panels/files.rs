@@ -439,11 +439,16 @@ impl EditorState {
             session.note(format!("{name} is of {} now", file.file_name().unwrap_or_default().to_string_lossy()));
             return;
         };
-        self.choose(Some(item));
-        self.tool = Tool::Move;
         if before == (0, 0, 0) {
             self.camera = Camera::of_session(session);
         }
+        self.turn_to(session, item);
+    }
+
+    /// Chooses something new, lets it be moved at once, and has it in view.
+    pub(super) fn turn_to(&mut self, session: &Session, item: Item) {
+        self.choose(Some(item));
+        self.tool = Tool::Move;
         if let Some(place) = session.handle_of(item) {
             let size = glam::Vec2::new(self.viewport.width(), self.viewport.height());
             self.camera.hold(place.as_vec3(), size);

@@ -108,7 +108,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
         let part = f64::from((pointer.x - inner.left()) / inner.width()).clamp(0.0, 1.0);
         session.scrub(first + part * (end - first));
     }
-    let about = "Drag to go back to a moment that was kept, one for each picture that was drawn; ← and → go step by step; marks are events";
+    let about = "Drag to go back to a moment that was kept, one for each picture that was drawn; the arrow keys go step by step; marks are events";
     // In the way of the hand while it drags.
     if !response.dragged() {
         response.on_hover_text(under.unwrap_or_else(|| about.to_owned()));

@@ -183,7 +183,11 @@ fn click(session: &mut Session, state: &mut EditorState, at: Vec2, size: Vec2) {
                 Some((seen.distance(at), item))
             });
             let near = marks.min_by(|a, b| a.0.total_cmp(&b.0)).filter(|m| m.0 < 14.0).map(|m| m.1);
-            state.choose(near.or_else(|| under(session, state, ray)));
+            let found = near.or_else(|| under(session, state, ray));
+            if found.is_none() && pick::sheet(session.world(), ray, state.display.layer == Layer::Top).is_some() {
+                session.note("A sheet is moved where it starts: Reset (Backspace) first.");
+            }
+            state.choose(found);
         }
         Tool::Heat => {
             if let Some(hit) = hit(session, state, at, size)

@@ -3,6 +3,8 @@
 //! Each variant is a session of its own. What is edited here is passed on to it, but for its own field; it goes where this one goes in time, by
 //! steps of its own length. Nothing is pulled, pinned by hand or recorded there.
 
+use std::time::Instant;
+
 use sheetwork::InputError;
 use sheetwork::lattice::StructureKind;
 use sheetwork::scene::Scene;
@@ -12,8 +14,9 @@ use crate::document::path::{numbered, with_value};
 use crate::samples::heights;
 use crate::units::format_si;
 
-/// Wall-clock time that variants may take to come to the present moment, s.
+/// Wall-clock time that variants may take to come to the present moment, s, and after how many steps it is looked at.
 const PATIENCE: f64 = 2.0;
+const STRIDE: u32 = 4;
 
 /// Most variants beside the scene.
 pub const MOST_BESIDE: usize = 3;
@@ -84,11 +87,24 @@ impl Session {
         self.beside = begun.map(|variant| Beside { variant, session: Err(String::new()) }).collect();
         self.generation += 1;
         self.begin_beside();
-        if self.timing.spent_s * self.beside.len() as f64 <= PATIENCE {
-            self.lead();
-        } else if self.reset() {
+        if !self.catch_up() && self.reset() {
             self.note("The run began again, with its variants: to take them to where it was would take too long.");
         }
+    }
+
+    /// Takes the variants from their start to the present moment; false when that took too long.
+    fn catch_up(&mut self) -> bool {
+        let (now, start) = (self.world.time(), Instant::now());
+        for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
+            while one.world.time() < now - ROUNDING * one.world.dt() {
+                let soon = one.world.time() + f64::from(STRIDE) * one.world.dt();
+                one.run_to(soon.min(now));
+                if start.elapsed().as_secs_f64() > PATIENCE {
+                    return false;
+                }
+            }
+        }
+        true
     }
 
     /// The variants, each with its session or why there is none.
