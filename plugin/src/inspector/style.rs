@@ -7,7 +7,7 @@ pub const ACCENT: Color32 = Color32::from_rgb(226, 92, 52);
 /// Lines that others are compared with.
 pub const QUIET: Color32 = Color32::from_rgb(142, 144, 150);
 /// How much of a colour's light is left in text on a light ground: with it each has a contrast of 4.5 or more (WCAG 2.2, 1.4.3).
-const ON_LIGHT: f32 = 0.56;
+const ON_LIGHT: f32 = 0.54;
 
 /// A colour as text: darker on a light ground.
 pub fn readable(ui: &Ui, colour: Color32) -> Color32 {
