@@ -5,7 +5,7 @@ use sheetwork::scene::Scene;
 
 use super::style::quiet;
 use crate::document::path::numbered;
-use crate::session::Session;
+use crate::session::{Item, Session};
 use crate::units::format_si;
 
 /// Most fields that are listed.
@@ -56,7 +56,7 @@ fn lines(session: &Session, changes: &[(String, String)]) -> Vec<(String, String
         let index = parts.get(1).and_then(|p| p.parse::<usize>().ok());
         let is_new = index.is_some_and(|i| i >= count(old, parts[0]));
         let (what, value, path) = match (parts.as_slice(), index) {
-            ([list, ..], Some(i)) if is_new => (thing(new, list, i), "added".to_owned(), parts[..2].join(".")),
+            ([list, ..], Some(i)) if is_new => (thing(session, list, i), "added".to_owned(), parts[..2].join(".")),
             (["sheets", _, list @ ("creases" | "slits" | "spots" | "pins"), ..], Some(i)) => {
                 let now = new.sheets.get(i).map_or(0, |s| match *list {
                     "creases" => s.creases.len(),
@@ -64,9 +64,9 @@ fn lines(session: &Session, changes: &[(String, String)]) -> Vec<(String, String
                     "spots" => s.spots.len(),
                     _ => s.pins.len(),
                 });
-                (format!("{}: {list}", thing(new, "sheets", i)), now.to_string(), parts[..3].join("."))
+                (format!("{}: {list}", thing(session, "sheets", i)), now.to_string(), parts[..3].join("."))
             }
-            _ => (in_words(new, path), with_unit(session, path, value), path.clone()),
+            _ => (in_words(session, path), with_unit(session, path, value), path.clone()),
         };
         if lines.iter().all(|line| line.2 != path) {
             lines.push((what, value, path));
@@ -92,20 +92,20 @@ fn count(scene: &Scene, list: &str) -> usize {
 }
 
 /// What a thing of a list is called.
-fn thing(scene: &Scene, list: &str, index: usize) -> String {
-    let (kind, name) = match list {
-        "sheets" => ("sheet", scene.sheets.get(index).map(|s| s.name.as_str())),
-        "bodies" => ("body", scene.bodies.get(index).map(|b| b.name.as_str())),
-        _ => ("heater", scene.heaters.get(index).map(|h| h.name.as_str())),
-    };
-    name.filter(|n| !n.is_empty()).map_or_else(|| format!("{kind} {index}"), str::to_owned)
+fn thing(session: &Session, list: &str, index: usize) -> String {
+    session.name_of(match list {
+        "sheets" => Item::Sheet(index),
+        "bodies" => Item::Body(index),
+        _ => Item::Heater(index),
+    })
 }
 
 /// A path as its user calls it: things of a list by their names, parts of a vector by their axes, the rest as words.
-fn in_words(scene: &Scene, path: &str) -> String {
+fn in_words(session: &Session, path: &str) -> String {
     let mut parts: Vec<&str> = path.split('.').collect();
-    let index = parts.get(1).and_then(|p| p.parse::<usize>().ok()).filter(|_| count(scene, parts[0]) < usize::MAX);
-    let of = index.map(|i| format!("{}: ", thing(scene, parts[0], i))).unwrap_or_default();
+    let index =
+        parts.get(1).and_then(|p| p.parse::<usize>().ok()).filter(|_| count(session.scene(), parts[0]) < usize::MAX);
+    let of = index.map(|i| format!("{}: ", thing(session, parts[0], i))).unwrap_or_default();
     parts.drain(..if index.is_some() { 2 } else { 0 });
     if let Some(last) = parts.last_mut()
         && let Some(axis) = last.parse::<usize>().ok().and_then(|k| ["x", "y", "z"].get(k))

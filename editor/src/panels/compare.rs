@@ -22,8 +22,9 @@ const FIELDS: [(&str, &str); 8] = [
     ("friction", "sheets.#.friction"),
 ];
 
-/// Materials that are offered first, one after the other.
-const OFTEN: [&str; 5] = ["card", "paper", "hips", "pvc", "steel-foil"];
+/// Materials and structures that are offered first, one after the other: more than there may be variants.
+const MATERIALS: [&str; 5] = ["card", "paper", "hips", "pvc", "steel-foil"];
+const OTHERS: [&str; 5] = ["shell", "slamm", "provot3d", "trimm", "provot2d"];
 
 /// The variants, and a table of all.
 pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
@@ -69,18 +70,16 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 
 /// A variant that neither the scene nor a variant is: a shell of another material, a lattice of another structure.
 fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
-    let own = session.world().sheets().get(sheet).map_or("", |s| s.structure.name());
-    if own == "shell" {
-        let path = format!("sheets.{sheet}.material");
-        let own = session.scene().sheets.get(sheet).map_or(String::new(), |s| s.material.name());
-        let taken = |name: &str| name == own || others.iter().any(|v| v.path == path && v.value == name);
-        let free = OFTEN.into_iter().find(|name| !taken(name));
-        return Variant { path, value: free.unwrap_or("hips").to_owned() };
-    }
-    let path = format!("sheets.{sheet}.structure");
+    let structure = session.world().sheets().get(sheet).map_or("", |s| s.structure.name());
+    let material = || session.scene().sheets.get(sheet).map_or(String::new(), |s| s.material.name());
+    let (field, own, offered) = match structure {
+        "shell" => ("material", material(), MATERIALS),
+        lattice => ("structure", lattice.to_owned(), OTHERS),
+    };
+    let path = format!("sheets.{sheet}.{field}");
     let taken = |name: &str| name == own || others.iter().any(|v| v.path == path && v.value == name);
-    let free = ["shell", "slamm", "provot3d", "trimm", "provot2d"].into_iter().find(|name| !taken(name));
-    Variant { path, value: free.unwrap_or("shell").to_owned() }
+    let value = offered.into_iter().find(|name| !taken(name)).unwrap_or(offered[0]).to_owned();
+    Variant { path, value }
 }
 
 /// A field and its value.

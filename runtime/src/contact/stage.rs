@@ -32,9 +32,10 @@ pub(super) const CLOSED: f64 = 1e-5;
 const IMPACT: f64 = 2e-3;
 /// A sheet deeper in a body than this part of its diagonal is not there by what a step left.
 const BURIED: f64 = 0.1;
-/// What a step may take, in factors of contact's Newton steps, each times the masses and contacts there are, before it is given up: its
-/// rounds end, and the sheets stay where they are for what is left of it. What has not settled by then does not, as sheets that are put
-/// through one another. The most of shipped scenes is 2.5 million, when a ball flies into a house of fifteen cards.
+/// What a step may take, in factors of contact's Newton steps, each times the masses and contacts there are, and sweeps, each times the
+/// contacts, before it is given up: its rounds end, and the sheets stay where they are for what is left of it. What has not settled by then
+/// does not, as sheets that are put through one another. The most of shipped scenes is 2.5 million, when a ball flies into a house of fifteen
+/// cards.
 const EFFORT: u64 = 4_000_000;
 /// The same of one sheet on what does not give way. Of the shipped scenes `flower` and `hot_wedge` alone come to it, in steps that do not settle.
 const EFFORT_ALONE: u64 = 400_000;
@@ -116,7 +117,7 @@ pub(crate) struct Scratch {
     pub failed: bool,
     pub last_resort: bool,
     pub last: bool,
-    /// What the step has taken so far: factors of contact's Newton steps, each times the masses and contacts there were.
+    /// What the step has taken so far, as [`EFFORT`] counts it.
     pub effort: u64,
     /// How often the steps of several sheets are halved before they are tried.
     pub expected: u32,
