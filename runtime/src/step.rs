@@ -48,7 +48,8 @@ pub(crate) struct Stage<'a> {
     pub watch: &'a Watched,
 }
 
-/// Takes one sheet of an explicit engine through `stage.dt`, alone with bodies that do not give way: [`land`] ends the step.
+/// Takes one sheet of an explicit engine, or one that is near such a sheet, through `stage.dt`, alone with bodies that do not give way:
+/// [`land`] ends the step.
 /// Returns the length of the last part of the step, s.
 pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f64 {
     size_work(sheet);
@@ -105,8 +106,9 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
     sheet.work.x_before.copy_from(&sheet.x);
     sheet.work.v_before.copy_from(&sheet.v);
     let taken = match sheet.guard {
-        None => sheet.advance(stage.field, time, part).taken,
-        Some(_) => contain::advance(sheet, touches, stage, time, part)?,
+        // Implicit engines watch their own steps.
+        Some(_) if sheet.is_explicit() => contain::advance(sheet, touches, stage, time, part)?,
+        _ => sheet.advance(stage.field, time, part).taken,
     };
     if let Some(limit) = &sheet.flexion_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);

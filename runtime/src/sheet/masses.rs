@@ -1,4 +1,4 @@
-//! A sheet of an explicit engine as contact sees it at the end of a step.
+//! A sheet as contact sees it at the end of a step that its engine has taken by itself, as explicit ones do.
 //!
 //! The engine has taken the masses from (x₀, v₀) to (x₁, v₁), which is their free motion. To a force p (N) that contact adds in a
 //! step of h (s) they answer as H = M/h² says, each for itself: Δx = h² p/m, Δv = h p/m. A half solution (see
@@ -11,9 +11,14 @@ use crate::engine::implicit::staged::Jump;
 use crate::engine::linear::{HalfSolutions, Loads};
 
 impl Sheet {
-    /// Whether its engine is an explicit one: its masses answer contact each for itself.
+    /// Whether its engine is an explicit one.
     pub(crate) fn is_explicit(&self) -> bool {
         !self.engine_kind.info().implicit
+    }
+
+    /// Whether its masses answer contact each for itself: of an explicit engine, and of an implicit one that met such a sheet.
+    pub(crate) fn answers_by_mass(&self) -> bool {
+        self.work.stage.by_mass || self.is_explicit()
     }
 
     /// Distance from the masses at which the sheet is touched, m: half the thickness of one layer that follows its material.
@@ -61,7 +66,7 @@ impl Sheet {
     pub(crate) fn begin_contact(&mut self, dt: f64) {
         let Self { work, x, v, .. } = self;
         let stage = &mut work.stage;
-        (stage.length, stage.h, stage.done, stage.failed) = (dt, dt, false, false);
+        (stage.length, stage.h, stage.done, stage.failed, stage.by_mass) = (dt, dt, false, false, true);
         stage.free.clone_from(x);
         stage.velocity.clone_from(v);
         x.clone_from(&work.start.0);

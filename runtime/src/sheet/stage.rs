@@ -35,6 +35,8 @@ pub(crate) struct StageWork {
     pub excess: f64,
     /// Whether it could not be solved for.
     pub failed: bool,
+    /// Whether its engine has taken the step by itself, and its masses answer each for itself.
+    pub by_mass: bool,
     /// Whether the step gave the sheet energy beyond all measure.
     pub astray: bool,
     /// Velocity at the end of the stage without contact, m/s.
@@ -76,6 +78,7 @@ impl Sheet {
         self.ready_implicit(field);
         let n = self.masses();
         let stage = &mut self.work.stage;
+        stage.by_mass = false;
         for buffer in [&mut stage.iterate, &mut stage.free, &mut stage.d, &mut stage.velocity] {
             if buffer.len() != n {
                 *buffer = Vectors::zeros(n);
@@ -197,7 +200,7 @@ impl Sheet {
 
     /// Adds the half solutions of `loads`, given by mass, for the tangent at hand.
     pub(crate) fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
-        if self.is_explicit() {
+        if self.answers_by_mass() {
             self.half_solve_masses(loads, solutions);
         } else if let Some(system) = &mut self.system {
             system.half_solve(loads, solutions);
@@ -207,7 +210,7 @@ impl Sheet {
     /// The displacement (m) that the tangent at hand gives for `force` (N).
     pub(crate) fn answer(&mut self, force: &Vectors, dx: &mut Vectors) {
         dx.clear();
-        if self.is_explicit() {
+        if self.answers_by_mass() {
             self.answer_masses(force, dx);
             return;
         }
@@ -225,9 +228,9 @@ impl Sheet {
         self.work.stage.right = right;
     }
 
-    /// The tangent at hand; `None` before the first implicit step, and of explicit engines.
+    /// The tangent at hand; `None` before the first implicit step, and where masses answer each for itself.
     pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
-        self.system.as_ref().filter(|_| !self.is_explicit()).map(|s| s.tangent())
+        self.system.as_ref().filter(|_| !self.answers_by_mass()).map(|s| s.tangent())
     }
 
     /// The linear system that holds the tangent at hand.
@@ -268,7 +271,7 @@ impl Sheet {
 
     /// Block row of mass `i` and which of its directions are free (1) or held (0); none for a mass that is held in all.
     pub(crate) fn free_row(&self, i: u32) -> Option<(u32, DVec3)> {
-        if self.is_explicit() {
+        if self.answers_by_mass() {
             return self.free_mass(i);
         }
         let system = self.system.as_ref()?;

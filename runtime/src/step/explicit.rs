@@ -3,7 +3,8 @@
 //! Each sheet flies by itself: its engine takes it through the step, and masses that meet a body that does not give way are
 //! turned back one by one ([`crate::contact::detect`]). All else then happens at the end of the step: edges and corners of
 //! bodies, bodies that give way, other sheets and the sheet itself, by the rows and the two solves that implicit engines have
-//! ([`crate::contact::stage`]), where the masses answer each for itself. A sheet near none of these pays a few boxes.
+//! ([`crate::contact::stage`]), where the masses answer each for itself. A sheet near none of these pays a few boxes. A sheet that goes
+//! on with an implicit engine among these flies and meets as they do.
 
 use glam::DVec3;
 use rayon::prelude::*;

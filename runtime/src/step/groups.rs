@@ -2,8 +2,8 @@
 //!
 //! Two are of one group when the boxes that they may sweep meet, or when bodies that move freely touch one another. The
 //! speed with which a thing may move is the largest of its group, since one may hit the other. Groups of one sheet with
-//! nothing that gives way are stepped side by side, the others one after the other. Sheets of explicit engines (`explicit`)
-//! and of implicit ones are of one world seldom, and do not meet each other.
+//! nothing that gives way are stepped side by side, the others one after the other. A group in which one engine is explicit
+//! is stepped as such engines are (`explicit`): its steps are as short as that one needs.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -50,8 +50,6 @@ pub(crate) struct Groups {
     active: Vec<u32>,
     /// How many are of the group of each that is the first of one.
     sizes: Vec<u32>,
-    /// Of every sheet, whether its engine is explicit.
-    explicit: Vec<bool>,
     members: Vec<u32>,
     pub claims: Vec<Claim>,
 }
@@ -91,7 +89,7 @@ impl Groups {
         let body_contacts = rigid.map_or(&[][..], RigidWorld::body_contacts);
         stage.watch.within(Phase::Detection, || self.find(sheets, touches, stage, body_contacts));
         let shared = Shared { stage, surroundings: &self.surroundings, body_contacts };
-        let (root, takes_part, explicit) = (&self.root, &self.takes_part, &self.explicit);
+        let (root, takes_part) = (&self.root, &self.takes_part);
         let (count, sizes) = (sheets.len(), &self.sizes);
         let alone = |i: usize| takes_part[i] && root[i] == i as u32 && sizes[i] == 1;
         let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
@@ -110,7 +108,7 @@ impl Groups {
             if alone(first) {
                 continue;
             }
-            let with = |i: &usize| takes_part[*i] && root[*i] == root[first] && explicit[*i] == explicit[first];
+            let with = |i: &usize| takes_part[*i] && root[*i] == root[first];
             if (0..first).any(|i| with(&i)) {
                 continue;
             }
@@ -129,13 +127,11 @@ impl Groups {
         self.reach.clear();
         self.takes_part.clear();
         self.active.clear();
-        self.explicit.clear();
         for (index, sheet) in sheets.iter_mut().enumerate() {
             let moves = sheet.status == Status::Awake;
             let (low, high) = if moves { sheet.surroundings() } else { sheet.resting_box() };
             self.low.push(low);
             self.high.push(high);
-            self.explicit.push(moves && sheet.is_explicit());
             self.takes_part.push(moves);
             if moves {
                 self.active.push(index as u32);
@@ -182,7 +178,6 @@ impl Groups {
                     sheets[i].wake();
                     touches[i].events.push((stage.time, EventKind::Woke, None));
                     self.takes_part[i] = true;
-                    self.explicit[i] = sheets[i].is_explicit();
                     let at = self.active.partition_point(|j| (*j as usize) < i);
                     self.active.insert(at, i as u32);
                     self.reach[i] = stage.field.gravity.length() * stage.dt * stage.dt + ROOM;
@@ -287,7 +282,7 @@ impl Shared<'_> {
         let stage = self.stage;
         // Of how a sheet lies before it moves for the first time.
         members.iter().for_each(|i| skin(&mut sheets[*i as usize]));
-        if members.first().is_some_and(|i| sheets[*i as usize].is_explicit()) {
+        if members.iter().any(|i| sheets[*i as usize].is_explicit()) {
             self.step_explicit(sheets, touches, members, first, parallel, claims);
             return;
         }
@@ -362,8 +357,8 @@ impl Shared<'_> {
                     let sheet = &mut sheets[members[sheet as usize] as usize];
                     for (mass, _) in point.terms() {
                         let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
-                        // What an explicit sheet met by itself is known already.
-                        if let Some(handle) = handle.filter(|_| !noted || !sheet.is_explicit()) {
+                        // What a sheet met in its own flight is known already.
+                        if let Some(handle) = handle.filter(|_| !noted || !sheet.answers_by_mass()) {
                             sheet.work.met.push((handle, mass));
                         }
                     }

@@ -140,3 +140,33 @@ fn a_thrown_sheet_that_slides_on_another_obeys_friction() {
     let wanted = speed * speed / (2.0 * friction * G);
     assert!((slid / wanted - 1.0).abs() < 0.02, "{slid} {wanted}");
 }
+
+/// As where one of two sheets has gone unstable and goes on with the implicit engine.
+#[test]
+fn sheets_of_explicit_and_implicit_engines_meet() {
+    for implicit in [0, 1] {
+        let mut scene = layer(EngineKind::Verlet);
+        scene.gravity = DVec3::ZERO;
+        let above = SheetSpec {
+            name: "above".into(),
+            placement: at(0.0011, 0.024, 0.0007),
+            velocity: DVec3::new(0.02, -0.3, 0.0),
+            ..scene.sheets[0].clone()
+        };
+        scene.sheets.push(above);
+        let mut world = world(&scene);
+        world.sheets_mut()[implicit].set_engine(EngineKind::TrBdf2, 1e-6);
+        let ((p, _), energy) = (momenta(&world), world.energy().total);
+        let start = world.sheets()[0].momentum();
+        for _ in 0..100 {
+            world.step();
+            let [below, above] = [0, 1].map(|i| world.sheets()[i].centre_of_mass().y);
+            assert!(below < above, "{implicit} at {}: they are through", world.time());
+            assert!((momenta(&world).0 - p).length() < 1e-9 * p.length(), "{implicit}: {}", momenta(&world).0 - p);
+            assert!(world.energy().total < energy * (1.0 + 1e-6), "{implicit} gained energy");
+        }
+        assert!(world.sheets().iter().all(|s| s.status == crate::sheet::Status::Awake));
+        let pushed = world.sheets()[0].momentum() - start;
+        assert!(pushed.y < -0.3 * p.length(), "{implicit}: the lower one was not pushed: {pushed}");
+    }
+}
