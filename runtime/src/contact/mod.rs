@@ -14,6 +14,7 @@
 //! Rapier works in `f32` in each body's own frame; positions are taken there in `f64` first, so that a body far from the
 //! origin costs no accuracy. A surface without thickness is kept [`SKIN`] outside another, above what `f32` resolves.
 
+mod at_once;
 mod clearance;
 pub mod coulomb;
 mod delassus;

@@ -1,10 +1,11 @@
 //! Contact problems of implicit engines put to the solver (`primal`) on the forces of contacts, where those are few.
 //!
 //! It begins with the contacts that had a force and goes on with those that the others leave violated, until there are none. All
-//! Newton steps are taken with one factor of each sheet's tangent.
+//! Newton steps are taken with one factor of each sheet's tangent. What does not settle there is tried by `at_once`.
 
 use glam::DVec3;
 
+use super::at_once::AtOnce;
 use super::delassus::{Group, frame_of};
 use super::on_masses::solve_counted;
 use super::pick::Picker;
@@ -26,6 +27,7 @@ const SWEEPS: u32 = 200;
 #[derive(Default)]
 pub(super) struct Few {
     space: OnForces,
+    at_once: AtOnce,
     picker: Picker,
     /// By how much contacts are apart, or come together in the stage, m.
     gap: Vec<f64>,
@@ -38,6 +40,9 @@ impl Few {
     fn solve(&mut self, primal: &mut Primal, counters: &mut ContactCounters, accuracy: &Accuracy) -> bool {
         self.begun.clone_from(&primal.force);
         if primal.rows.is_empty() || solve_counted(primal, &mut self.space, counters, accuracy) {
+            return true;
+        }
+        if self.solve_at_once(primal, counters, accuracy) {
             return true;
         }
         self.b.clear();
@@ -53,6 +58,18 @@ impl Few {
         }
         primal.force.clone_from(&self.begun);
         swept.change <= ACCURACY
+    }
+
+    /// Tries all at once, from the forces it began with.
+    fn solve_at_once(&mut self, primal: &mut Primal, counters: &mut ContactCounters, accuracy: &Accuracy) -> bool {
+        let before = self.at_once.steps;
+        let settled = primal
+            .adopt(&self.begun, |rows, state| self.at_once.solve(&self.space.delassus.problem, rows, accuracy, state));
+        let steps = self.at_once.steps - before;
+        counters.newton += steps;
+        counters.factors += steps;
+        counters.unsettled -= u64::from(settled);
+        settled
     }
 }
 

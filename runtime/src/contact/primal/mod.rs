@@ -215,6 +215,28 @@ impl Primal {
         &self.delta
     }
 
+    /// Takes the forces and u of another solver that `solve` is, given the rows and `begun`, forces to begin with; whether it settled.
+    /// What it leaves where it did not is as if there had been none.
+    pub fn adopt(
+        &mut self,
+        begun: &[DVec3],
+        solve: impl FnOnce(&[Row], (&mut Vec<DVec3>, &mut Vec<DVec3>)) -> bool,
+    ) -> bool {
+        self.force.clear();
+        self.force.extend_from_slice(begun);
+        let settled = solve(&self.rows, (&mut self.force, &mut self.u));
+        if settled {
+            self.limits.clear();
+            self.limits.extend(self.rows.iter().zip(&self.force).map(|(row, p)| match row.law {
+                Law::Coulomb(friction) => friction * p.x.max(0.0),
+                Law::Glue => f64::INFINITY,
+            }));
+            self.aim();
+            self.factored.clear();
+        }
+        settled
+    }
+
     /// Whether contact `i` slides.
     pub fn slides(&self, i: usize) -> bool {
         self.states[i].rubs == Rubs::Slides

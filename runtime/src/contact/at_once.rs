@@ -1,0 +1,308 @@
+//! Newton steps on normal forces and limits of friction at once, for the few contacts of which those limits, following the normal
+//! forces (`primal`), do not settle.
+//!
+//! With u = W p + b in the frames of the contacts, ρ the inverse of W's diagonal and [x] the part of x that is positive, Coulomb's law is
+//!
+//!   p_n = [p_n - ρ u_n],  p_t = the nearest to p_t - ρ u_t within a disc of radius L,
+//!
+//! L = μ [p_n] or μ [p_n - ρ u_n]: the same where the law holds, not on the way there, and where one does not come there the other may.
+//! What is missed, in m, goes down by Newton's method with shorter steps tried. The derivative of L makes the matrix unsymmetric; it is
+//! small and dense, of the contacts that push, and eliminated with row pivots.
+//! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92, 1991;
+//! Jean and Moreau's L against theirs: Acary, Brémond, Huber, "On solving contact problems with Coulomb friction", 2018.)
+
+use glam::{DMat2, DMat3, DVec2, DVec3};
+
+use super::coulomb::Law;
+use super::primal::{Accuracy, Row};
+use super::sweeps::Problem;
+
+/// Contacts up to which it is tried: the cost grows with the cube.
+const MOST: usize = 64;
+/// Steps from one start, and shorter steps tried in each.
+const STEPS: u32 = 30;
+const HALVINGS: u32 = 6;
+/// Part of what is missed that a step must take away, times the part of it that is taken.
+const GAIN: f64 = 0.1;
+/// What is added to W's diagonal in the matrix, as a fraction: contacts that hold the same leave it singular.
+const SLIGHT: f64 = 1e-9;
+/// Pivots below this fraction of the largest entry are none.
+const SINGULAR: f64 = 1e-14;
+
+/// What the law of a contact says at the forces there are.
+#[derive(Clone, Copy, Debug)]
+enum Says {
+    Open,
+    Stuck,
+    /// Friction along this direction; what of a change of p_t - ρ u_t is felt.
+    Slides(DVec2, DMat2),
+}
+
+/// The solver with its arrays.
+#[derive(Default)]
+pub(super) struct AtOnce {
+    /// Forces, N; u, m; and both of the step that is tried.
+    force: Vec<DVec3>,
+    u: Vec<DVec3>,
+    trial: Vec<DVec3>,
+    trial_u: Vec<DVec3>,
+    best: (Vec<DVec3>, Vec<DVec3>),
+    /// What is missed, m, and what each contact does.
+    missed: Vec<DVec3>,
+    says: Vec<Says>,
+    step: Vec<DVec3>,
+    step_u: Vec<DVec3>,
+    /// First unknown of each contact that pushes.
+    place: Vec<Option<usize>>,
+    matrix: Vec<f64>,
+    right: Vec<f64>,
+    /// Newton steps so far.
+    pub steps: u64,
+}
+
+/// A contact problem as it is put here.
+struct Posed<'a> {
+    problem: &'a Problem,
+    rows: &'a [Row],
+    /// Whether L is μ [p_n - ρ u_n].
+    ahead: bool,
+}
+
+impl Posed<'_> {
+    /// W's diagonal: along the normal, and the larger across it, m/N.
+    fn own(&self, i: usize) -> (f64, f64) {
+        let a = &self.problem.diagonal[i];
+        (a.x_axis.x, a.y_axis.y.max(a.z_axis.z))
+    }
+
+    /// What contact `i` misses at force `p` and `u`, m, and what its law says there.
+    fn missed(&self, i: usize, p: DVec3, u: DVec3) -> (DVec3, Says) {
+        let ((a, at), row) = (self.own(i), &self.rows[i]);
+        let Law::Coulomb(friction) = row.law else { return (u, Says::Stuck) };
+        let scale = DVec3::new(a, at, at);
+        if row.idle || p.x * a - u.x <= 0.0 {
+            return (p * scale, Says::Open);
+        }
+        let limit = friction * if self.ahead { p.x - u.x / a } else { p.x.max(0.0) };
+        let wanted = DVec2::new(p.y - u.y / at, p.z - u.z / at);
+        let length = wanted.length();
+        if length <= limit {
+            return (u, Says::Stuck);
+        }
+        let along = wanted / length;
+        let off = (DVec2::new(p.y, p.z) - along * limit) * at;
+        let across = DMat2::from_cols(along.perp() * along.perp().x, along.perp() * along.perp().y);
+        (DVec3::new(u.x, off.x, off.y), Says::Slides(along, across * (limit / length)))
+    }
+}
+
+impl AtOnce {
+    /// Solves for the forces on `rows` from those in `force`, and leaves them and u there; false, with nothing changed, where it does not come
+    /// to what `accuracy` asks.
+    pub fn solve(
+        &mut self,
+        problem: &Problem,
+        rows: &[Row],
+        accuracy: &Accuracy,
+        (force, u): (&mut Vec<DVec3>, &mut Vec<DVec3>),
+    ) -> bool {
+        if rows.len() > MOST {
+            return false;
+        }
+        for (from_rest, ahead) in [(false, false), (false, true), (true, false)] {
+            self.force.clone_from(force);
+            if from_rest {
+                self.force.fill(DVec3::ZERO);
+            }
+            if self.descend(&Posed { problem, rows, ahead }, accuracy) {
+                force.clone_from(&self.force);
+                u.clone_from(&self.u);
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Takes steps from the forces there are; whether that ends where it should.
+    fn descend(&mut self, posed: &Posed, accuracy: &Accuracy) -> bool {
+        let mut u = std::mem::take(&mut self.u);
+        answer(posed, &self.force, &mut u);
+        self.u = u;
+        let mut sum = self.look(posed);
+        for _ in 0..STEPS {
+            if !sum.is_finite() {
+                return false;
+            }
+            let close =
+                |m: &DVec3| m.x.abs() <= accuracy.gap && m.y.abs().max(m.z.abs()) * accuracy.slip <= accuracy.gap;
+            if self.missed.iter().all(close) {
+                return true;
+            }
+            self.steps += 1;
+            if !self.make_step(posed) {
+                return false;
+            }
+            sum = self.go(posed, sum);
+        }
+        false
+    }
+
+    /// Works out what is missed; returns the sum of its squares, m².
+    fn look(&mut self, posed: &Posed) -> f64 {
+        self.missed.clear();
+        self.says.clear();
+        for (i, (p, u)) in self.force.iter().zip(&self.u).enumerate() {
+            let (missed, says) = posed.missed(i, *p, *u);
+            self.missed.push(missed);
+            self.says.push(says);
+        }
+        self.missed.iter().map(|m| m.length_squared()).sum()
+    }
+
+    /// Goes along the step, or the part of it that does best; returns what is then missed.
+    fn go(&mut self, posed: &Posed, before: f64) -> f64 {
+        let mut step_u = std::mem::take(&mut self.step_u);
+        step_u.clear();
+        step_u.resize(self.step.len(), DVec3::ZERO);
+        posed.problem.answer(&self.step, &mut step_u);
+        self.step_u = step_u;
+        let (mut part, mut least) = (1.0, f64::INFINITY);
+        for _ in 0..HALVINGS {
+            let along = |from: &[DVec3], by: &[DVec3], to: &mut Vec<DVec3>| {
+                to.clear();
+                to.extend(from.iter().zip(by).map(|(x, d)| *x + *d * part));
+            };
+            along(&self.force, &self.step, &mut self.trial);
+            along(&self.u, &self.step_u, &mut self.trial_u);
+            let pairs = self.trial.iter().zip(&self.trial_u).enumerate();
+            let sum: f64 = pairs.map(|(i, (p, u))| posed.missed(i, *p, *u).0.length_squared()).sum();
+            if sum < least {
+                least = sum;
+                std::mem::swap(&mut self.best.0, &mut self.trial);
+                std::mem::swap(&mut self.best.1, &mut self.trial_u);
+            }
+            if sum <= (1.0 - GAIN * part) * before {
+                break;
+            }
+            part *= 0.5;
+        }
+        if least == f64::INFINITY {
+            return f64::NAN;
+        }
+        std::mem::swap(&mut self.force, &mut self.best.0);
+        std::mem::swap(&mut self.u, &mut self.best.1);
+        self.look(posed)
+    }
+
+    /// Solves for the step; false where the matrix is singular.
+    fn make_step(&mut self, posed: &Posed) -> bool {
+        let Self { says, force, missed, place, matrix, right, step, .. } = self;
+        let mut size = 0;
+        place.clear();
+        place.extend(says.iter().map(|s| {
+            let pushes = !matches!(s, Says::Open);
+            size += if pushes { 3 } else { 0 };
+            pushes.then(|| size - 3)
+        }));
+        matrix.clear();
+        matrix.resize(size * size, 0.0);
+        right.clear();
+        right.resize(size, 0.0);
+        // What opens loses its force, and the others feel that.
+        step.clear();
+        step.extend(force.iter().zip(place.iter()).map(|(p, place)| if place.is_some() { DVec3::ZERO } else { -*p }));
+        let mut felt = std::mem::take(&mut self.trial_u);
+        felt.clear();
+        felt.resize(step.len(), DVec3::ZERO);
+        posed.problem.answer(step, &mut felt);
+        for (i, row) in place.iter().enumerate().filter_map(|(i, place)| place.map(|row| (i, row))) {
+            let (_, at) = posed.own(i);
+            // How what is missed follows u, and p by itself.
+            let (by_u, by_p) = of_law(&says[i], posed, i, at);
+            let left = -missed[i] - by_u * felt[i];
+            right[row..row + 3].copy_from_slice(&left.to_array());
+            let diagonal = posed.problem.diagonal[i];
+            let slight = DVec3::new(diagonal.x_axis.x, diagonal.y_axis.y, diagonal.z_axis.z) * SLIGHT;
+            put(matrix, size, (row, row), &(by_u * (diagonal + DMat3::from_diagonal(slight)) + by_p));
+            for (j, block) in &posed.problem.columns[i] {
+                if let Some(column) = place[*j as usize] {
+                    // The list holds ∂u_j/∂p_i, the transpose of what belongs here.
+                    put(matrix, size, (row, column), &(by_u * block.transpose()));
+                }
+            }
+        }
+        self.trial_u = felt;
+        if !eliminate(matrix, right) {
+            return false;
+        }
+        for (i, row) in place.iter().enumerate().filter_map(|(i, place)| place.map(|row| (i, row))) {
+            step[i] = DVec3::from_slice(&right[row..]);
+        }
+        true
+    }
+}
+
+/// ∂(what is missed)/∂u and, beside that, /∂p of contact `i`, whose W across the normal is `at`.
+fn of_law(says: &Says, posed: &Posed, i: usize, at: f64) -> (DMat3, DMat3) {
+    let Says::Slides(along, across) = says else { return (DMat3::IDENTITY, DMat3::ZERO) };
+    let Law::Coulomb(friction) = posed.rows[i].law else { return (DMat3::IDENTITY, DMat3::ZERO) };
+    let (a, _) = posed.own(i);
+    let held = (DMat2::IDENTITY - *across) * at;
+    let pushed = *along * (-friction * at);
+    let tangents = |m: DMat2, first: DVec3| {
+        DMat3::from_cols(first, DVec3::new(0.0, m.x_axis.x, m.x_axis.y), DVec3::new(0.0, m.y_axis.x, m.y_axis.y))
+    };
+    let ahead = if posed.ahead { pushed / -a } else { DVec2::ZERO };
+    let by_u = tangents(*across, DVec3::new(1.0, ahead.x, ahead.y));
+    (by_u, tangents(held, DVec3::new(0.0, pushed.x, pushed.y)))
+}
+
+/// u = W p + b.
+fn answer(posed: &Posed, p: &[DVec3], u: &mut Vec<DVec3>) {
+    u.clear();
+    u.resize(p.len(), DVec3::ZERO);
+    posed.problem.answer(p, u);
+    u.iter_mut().zip(posed.rows).for_each(|(u, row)| *u += row.b);
+}
+
+/// Writes a block into a matrix of `size` rows, row by row.
+fn put(matrix: &mut [f64], size: usize, (row, column): (usize, usize), block: &DMat3) {
+    for r in 0..3 {
+        let at = (row + r) * size + column;
+        matrix[at..at + 3].copy_from_slice(&block.row(r).to_array());
+    }
+}
+
+/// Solves the dense system in place by elimination with row pivots; false where it is singular.
+fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
+    let size = right.len();
+    let largest = matrix.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    for k in 0..size {
+        let pivot = (k..size)
+            .fold(k, |best, r| if matrix[r * size + k].abs() > matrix[best * size + k].abs() { r } else { best });
+        // Written so that what is no number is singular.
+        let is_sound = matrix[pivot * size + k].abs() > SINGULAR * largest;
+        if !is_sound {
+            return false;
+        }
+        if pivot != k {
+            (0..size).for_each(|c| matrix.swap(pivot * size + c, k * size + c));
+            right.swap(pivot, k);
+        }
+        let (above, below) = matrix.split_at_mut((k + 1) * size);
+        let upper = &above[k * size + k..];
+        for (r, row) in below.chunks_exact_mut(size).enumerate() {
+            let factor = row[k] / upper[0];
+            if factor != 0.0 {
+                row[k..].iter_mut().zip(upper).for_each(|(x, u)| *x -= factor * u);
+                right[k + 1 + r] -= factor * right[k];
+            }
+        }
+    }
+    for k in (0..size).rev() {
+        let row = &matrix[k * size..(k + 1) * size];
+        let known: f64 = row[k + 1..].iter().zip(&right[k + 1..]).map(|(m, x)| m * x).sum();
+        right[k] = (right[k] - known) / row[k];
+    }
+    true
+}
