@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use super::at_once::AtOnce;
+use super::at_once::{self, AtOnce};
 use super::delassus::{Group, frame_of};
 use super::on_masses::solve_counted;
 use super::pick::Picker;
@@ -14,6 +14,8 @@ use super::stage::{ContactCounters, Scratch, Solved, jumped};
 
 /// Block rows for each contact, from which on it is for `on_masses`: W is dense in the contacts of a sheet.
 const FEW: usize = 7;
+/// A factor takes as much of a step's effort as the square of the contacts by this.
+const SQUARE: u64 = 16;
 /// Violations up to this are let pass, m.
 const DEPTH: f64 = 1e-6;
 /// Times that more contacts join.
@@ -80,8 +82,19 @@ impl Scratch {
     }
 
     /// Solves for the places of what would overlap: whether the solve settled, or `None` where contacts are not few.
-    pub(super) fn positions_on_forces(&mut self, group: &mut Group, h: f64, rough: bool) -> Option<bool> {
+    pub(super) fn positions_on_few(&mut self, group: &mut Group, h: f64, rough: bool) -> Option<bool> {
+        self.positions_on_most(group, h, rough, self.joint.size() / FEW)
+    }
+
+    /// The same for one sheet whose contacts are no longer few, and did not settle on the masses.
+    pub(super) fn positions_on_forces_after_all(&mut self, group: &mut Group, h: f64, rough: bool) -> bool {
+        self.positions_on_most(group, h, rough, at_once::MOST).unwrap_or(false)
+    }
+
+    /// Solves for the places of `most` contacts at most: whether the solve settled, or `None` where there are more.
+    fn positions_on_most(&mut self, group: &mut Group, h: f64, rough: bool, most: usize) -> Option<bool> {
         let (mut few, mut primal) = (std::mem::take(&mut self.few), std::mem::take(&mut self.primal));
+        let factors = self.counters.factors;
         group.each(|sheet| sheet.restore_factor());
         few.space.delassus.clear(group);
         primal.clear();
@@ -99,7 +112,7 @@ impl Scratch {
         }
         let mut settled = Some(true);
         for _ in 0..PASSES {
-            if FEW * (self.chosen.len() + few.picker.new.len()) > self.joint.size() {
+            if self.chosen.len() + few.picker.new.len() > most {
                 settled = None;
                 break;
             }
@@ -121,6 +134,7 @@ impl Scratch {
         if settled.is_some() {
             self.remember_positions(&primal);
         }
+        self.effort += (self.counters.factors - factors) * (self.chosen.len() * self.chosen.len()) as u64 / SQUARE;
         (self.few, self.primal) = (few, primal);
         settled
     }
@@ -146,6 +160,25 @@ impl Scratch {
         few.space.delassus.add(group, &self.found.contacts, &few.picker.new, h);
         self.chosen.extend_from_slice(&few.picker.new);
         few.picker.activate();
+    }
+
+    /// Puts to the solver on forces the contacts that were solved for on the masses; false where they are too many.
+    pub(super) fn take_to_forces(&mut self, group: &mut Group, h: f64) -> bool {
+        if self.chosen.len() > at_once::MOST {
+            return false;
+        }
+        let mut few = std::mem::take(&mut self.few);
+        group.each(|sheet| sheet.restore_factor());
+        few.space.delassus.clear_for_velocities(group);
+        few.picker.begin(self.found.contacts.len());
+        few.picker.new.extend_from_slice(&self.chosen);
+        for i in &self.chosen {
+            few.space.delassus.problem.push(self.law(*i as usize), DVec3::ZERO);
+        }
+        few.space.delassus.add(group, &self.found.contacts, &self.chosen, h);
+        few.picker.activate();
+        self.few = few;
+        true
     }
 
     /// Solves for the velocities of what is closed; false where the solve did not settle.

@@ -1,6 +1,8 @@
 //! Which contacts are solved for on their forces: a few at a time for each pair of things that touch, the deepest first and far from each
 //! other. A lying sheet needs some forty of its hundreds, and each costs what all those before it did. Gaps in m.
 
+use glam::DVec3;
+
 use super::row::{Contact, Side};
 use super::stage::{Gaps, Scratch};
 
@@ -45,7 +47,8 @@ impl Picker {
     /// Picks glue, and what had a force before and still would overlap.
     pub fn pick_known(&mut self, scratch: &Scratch) {
         for (i, contact) in scratch.found.contacts.iter().enumerate() {
-            let was = scratch.gaps.free[i] < 0.0 && scratch.remembered(&contact.key).is_some();
+            let had_force = || scratch.remembered(&contact.key).is_some_and(|r| r.position != DVec3::ZERO);
+            let was = scratch.gaps.free[i] < 0.0 && had_force();
             if (i >= scratch.found.glue_from || was) && !self.is_active[i] {
                 self.new.push(i as u32);
             }

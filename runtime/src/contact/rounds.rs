@@ -141,6 +141,7 @@ pub(crate) fn solve_rounds(
     let mut look = Look::First;
     scratch.begin_rounds();
     for round in 0..ROUNDS + LAST {
+        scratch.effort += group.masses() as u64;
         if !move_freely(group, field) {
             return Rounds::Failed;
         }

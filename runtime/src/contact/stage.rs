@@ -32,10 +32,10 @@ pub(super) const CLOSED: f64 = 1e-5;
 const IMPACT: f64 = 2e-3;
 /// A sheet deeper in a body than this part of its diagonal is not there by what a step left.
 const BURIED: f64 = 0.1;
-/// What a step may take, in factors of contact's Newton steps, each times the masses and contacts there are, and sweeps, each times the
-/// contacts, before it is given up: its rounds end, and the sheets stay where they are for what is left of it. What has not settled by then
-/// does not, as sheets that are put through one another. The most of shipped scenes is 2.5 million, when a ball flies into a house of fifteen
-/// cards.
+/// What a step may take before it is given up, in rounds times the masses there are, factors of contact's Newton steps on the masses times
+/// these and the contacts, factors on forces (`on_forces`), and sweeps times the contacts: its rounds end, and the sheets stay where they are
+/// for what is left of it. What has not settled by then does not, as sheets that are put through one another. The most of shipped scenes is
+/// 2.5 million, when a ball flies into a house of fifteen cards.
 const EFFORT: u64 = 4_000_000;
 /// The same of one sheet on what does not give way. Of the shipped scenes `flower` and `hot_wedge` alone come to it, in steps that do not settle.
 const EFFORT_ALONE: u64 = 400_000;
@@ -368,15 +368,19 @@ impl Scratch {
         self.joint.lay_out(group);
         self.note_masses(group);
         self.solved = Solved::OnForces;
-        let factors = self.counters.factors;
-        let on_forces = if self.are_few(group) { self.positions_on_forces(group, h, rough) } else { None };
-        let touched = on_forces.unwrap_or_else(|| {
+        let on_forces = if self.are_few(group) { self.positions_on_few(group, h, rough) } else { None };
+        on_forces.unwrap_or_else(|| {
             self.solved = Solved::OnMasses;
-            self.positions_on_masses(group, h, rough)
-        });
-        let size = self.found.contacts.len() + group.masses();
-        self.effort += (self.counters.factors - factors) * size as u64;
-        touched
+            let factors = self.counters.factors;
+            let settled = self.positions_on_masses(group, h, rough);
+            let size = self.found.contacts.len() + group.masses();
+            self.effort += (self.counters.factors - factors) * size as u64;
+            settled
+                || self.alone && {
+                    self.solved = Solved::OnForces;
+                    self.positions_on_forces_after_all(group, h, rough)
+                }
+        })
     }
 
     /// Whether the step has taken as much as it may.
@@ -515,7 +519,10 @@ impl Scratch {
         if self.solved != Solved::BySweeps {
             let settled = match self.solved {
                 Solved::OnForces => self.velocities_on_forces(group, h),
-                _ => self.velocities_on_masses(group, h),
+                _ => {
+                    self.velocities_on_masses(group, h)
+                        || self.alone && self.take_to_forces(group, h) && self.velocities_on_forces(group, h)
+                }
             };
             if settled || !self.last_resort || !self.alone {
                 self.failed = !settled && !self.last_resort;

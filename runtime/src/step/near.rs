@@ -296,6 +296,7 @@ impl Find for Near<'_> {
         if group.members.iter().any(|i| !group.sheets[*i as usize].pins.is_empty()) {
             found.leave_out_jammed(group);
         }
+        found.leave_out_opposed(group);
         self.join(group, found);
     }
 

@@ -40,6 +40,8 @@ const STEPS_OUTSIDE: u32 = 3;
 const STEPS_BRACED: [u32; 2] = [6, 10];
 const LOST: f64 = 0.5;
 const FEW_TIMES: f64 = 4.0;
+/// Steps more on the masses for each time that limits of friction have followed: what settles each time comes there.
+const MORE: u32 = 6;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
@@ -215,8 +217,7 @@ impl Primal {
         &self.delta
     }
 
-    /// Takes the forces and u of another solver that `solve` is, given the rows and `begun`, forces to begin with; whether it settled.
-    /// What it leaves where it did not is as if there had been none.
+    /// Has another solver find the forces and u, from the forces `begun`; whether it did.
     pub fn adopt(
         &mut self,
         begun: &[DVec3],
@@ -250,18 +251,19 @@ impl Primal {
         let tolerance = accuracy.gap;
         let (mut updated, mut exact, mut trusted, mut inside) = (0, true, true, false);
         let (mut before, mut first) = (f64::INFINITY, f64::INFINITY);
-        for round in 0..=accuracy.patience {
+        for round in 0.. {
+            let patience = accuracy.patience + if space.is_cheap() { 0 } else { MORE * updated };
             let soon =
                 round == STEPS_OUTSIDE && !accuracy.braced && !exact && !space.is_cheap() && self.changes() > MANY;
             let lost = accuracy.braced && self.is_lost(round, &mut first, accuracy);
-            if !inside && (soon || lost || round == accuracy.patience) {
+            if !inside && (soon || lost || round == patience) {
                 if !space.is_cheap() && self.go_inside(space, accuracy) {
                     return true;
                 }
                 // What it came to may be a good place to go on from.
                 inside = true;
             }
-            if round == accuracy.patience {
+            if round == patience {
                 return false;
             }
             let braced = accuracy.braced
