@@ -20,13 +20,13 @@ use super::sweeps::Problem;
 
 /// Contacts up to which it is tried: the cost grows with the cube.
 pub(super) const MOST: usize = 128;
-/// Steps of one try.
-const STEPS: u32 = 40;
-/// Force on a contact over the largest that would put one apart by itself, beyond which contacts contradict one another: within sheets pressed on
-/// each other it comes to 40, where a needle's sides are touched from within a triangle to 300 at least.
-const CONTRADICTED: f64 = 100.0;
-/// What is tried in turn, found by trial on problems of thrown sheets and folds: whole steps come there soonest, though more may be missed on
-/// the way; those that are shortened until less is are slow, and stall.
+/// Steps of a try, times the lengths it looks at or two.
+const STEPS: u32 = 20;
+/// Force on a contact over the largest that would put one apart by itself, beyond which contacts contradict one another: in folds it comes to
+/// 1000, where a needle is touched from within to 10⁴ at least.
+const CONTRADICTED: f64 = 2000.0;
+/// What is tried in turn, found on 200 problems of thrown sheets and folds: whole steps come there soonest, though more may be missed on the way;
+/// those shortened until less is are slow, and stall.
 const TRIES: [Try; 5] = [
     Try { lengths: 1, weight: 1.0, ahead: false, from_rest: false },
     Try { lengths: 2, weight: 1.0, ahead: false, from_rest: false },
@@ -153,7 +153,7 @@ impl AtOnce {
         answer(posed, &self.force, &mut u);
         self.u = u;
         let mut sum = self.look(posed);
-        for _ in 0..STEPS {
+        for _ in 0..STEPS * posed.by.lengths.min(2) {
             if !sum.is_finite() {
                 return false;
             }

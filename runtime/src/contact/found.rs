@@ -3,7 +3,7 @@
 
 use super::delassus::Group;
 use super::dual::ACCURACY;
-use super::row::{Contact, Key, SheetPoint, Side};
+use super::row::{Contact, Key, Side};
 use super::settled;
 use super::stage::{At, Scratch, moved, place};
 
@@ -59,38 +59,42 @@ impl Found {
 
 /// Overlap at the start of a stage that no stage before has left, m.
 const BEGUN: f64 = 2e-5;
-/// Cosine between normals below which two contacts of a mass oppose each other.
+/// Cosine between normals below which two contacts oppose each other.
 const OPPOSED: f64 = -0.9;
 
 impl Found {
-    /// Leaves out of two contacts with bodies that do not give way, of which one pushes a place of a sheet where the other does not let it be, the one
-    /// that overlapped by more at the start: a needle that is touched from within, the underside of a body on a floor. No force puts both apart.
+    /// Leaves out of two contacts that push the same places against each other, where no place is right for both, the one that overlapped by more
+    /// at the start: a needle that is touched from within, the underside of a body on a floor, an edge of a fold that is seen from behind. No
+    /// force puts both apart.
     pub fn leave_out_opposed(&mut self, group: &Group) {
-        let stands = |side: &Side| matches!(side, Side::Body { body, .. } if !group.movers[*body as usize].gives());
         let start =
             |c: &Contact| c.normal.dot(place(group, &c.a, At::Start) - place(group, &c.b, At::Start)) - c.offset;
-        let of = |c: &Contact| match &c.a {
-            Side::Sheet { sheet, point } if stands(&c.b) => Some((*sheet, *point)),
-            _ => None,
+        let stands = |body: u32| !group.movers[body as usize].gives();
+        let shares = |one: &Side, other: &Side| match (one, other) {
+            (Side::Sheet { sheet, point }, Side::Sheet { sheet: also, point: there }) => {
+                sheet == also && point.terms().any(|(i, _)| there.terms().any(|(j, _)| i == j))
+            }
+            (Side::Body { body, .. }, Side::Body { body: also, .. }) => stands(*body) && stands(*also),
+            _ => false,
         };
-        let share = |(sheet, point): (u32, SheetPoint), other: &Contact| {
-            of(other).is_some_and(|(s, p)| s == sheet && p.terms().any(|(i, _)| point.terms().any(|(j, _)| i == j)))
+        let opposes = |one: &Contact, other: &Contact| {
+            let cosine = one.normal.dot(other.normal);
+            cosine < OPPOSED && shares(&one.a, &other.a) && shares(&one.b, &other.b)
+                || cosine > -OPPOSED && shares(&one.a, &other.b) && shares(&one.b, &other.a)
         };
         for i in (0..self.contacts.len()).rev() {
             let contact = &self.contacts[i];
-            let Some(at) = of(contact) else { continue };
             let overlap = start(contact);
             if overlap >= -BEGUN {
                 continue;
             }
-            let opposes = |other: &Contact| {
-                let dot = other.normal.dot(contact.normal);
-                dot < OPPOSED && share(at, other) && {
+            let holds = |other: &Contact| {
+                opposes(contact, other) && {
                     let apart = start(other);
                     apart > overlap && apart + overlap < -BEGUN
                 }
             };
-            if self.contacts.iter().any(opposes) {
+            if self.contacts.iter().any(holds) {
                 self.contacts.remove(i);
                 self.parts.remove(i);
             }

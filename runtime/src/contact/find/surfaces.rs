@@ -177,11 +177,24 @@ impl Couple<'_> {
             a: Side::Sheet { sheet: a.index, point: p },
             b: Side::Sheet { sheet: b.index, point: q },
             normal,
-            offset: self.limits.offset,
+            offset: self.half_along((a, kind_a, index_a), normal) + self.half_along((b, kind_b, index_b), normal),
             key: [name(kind_a, a.sheet.id, index_a), name(kind_b, b.sheet.id, index_b)],
             friction: self.coefficients.0,
             restitution: self.coefficients.1,
         }
+    }
+
+    /// How far the solid of a sheet reaches along `normal` from a feature of its middle surface, m. Within one sheet it ends flat at a border:
+    /// the two sides of a cut lie side by side with nothing between them, and would be apart by a thickness if they were round.
+    fn half_along(&self, (party, kind, index): (&Party, Kind, u32), normal: DVec3) -> f64 {
+        let half = 0.5 * self.limits.offset;
+        let across = match kind {
+            _ if !self.is_self() => return half,
+            Kind::SheetEdge if party.edge(index).is_border() => party.tree.edge_normal(party.edge(index).triangles),
+            Kind::Mass if party.sheet.skin.on_border(index) => party.tree.mass_normal(index as usize),
+            _ => return half,
+        };
+        half * normal.dot(across).abs()
     }
 
     /// Whether features that are `gap` (m) apart at the base are too far to come near at the end.
