@@ -341,3 +341,92 @@ fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
     }
     true
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::coulomb;
+
+    /// Numbers from -1 to 1 that are the same each time.
+    fn numbers(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// `count` contacts of which each answers the forces at the others too, with W = M Mᵀ and a little on its diagonal.
+    fn drawn(count: usize, friction: f64, next: &mut impl FnMut() -> f64) -> (Problem, Vec<Row>) {
+        let m: Vec<Vec<DMat3>> = (0..count)
+            .map(|_| (0..count).map(|_| DMat3::from_cols_array(&std::array::from_fn(|_| next()))).collect())
+            .collect();
+        let (mut problem, mut rows) = (Problem::default(), Vec::new());
+        for i in 0..count {
+            problem.push(Law::Coulomb(friction), DVec3::ZERO);
+            for j in 0..=i {
+                let block: DMat3 = (0..count).map(|k| m[i][k] * m[j][k].transpose()).fold(DMat3::ZERO, |a, b| a + b);
+                problem.couple(i, j, if i == j { block + DMat3::IDENTITY * 0.01 } else { block });
+            }
+            let mut row = Row::new(DMat3::IDENTITY, Law::Coulomb(friction));
+            row.b = DVec3::new(next(), next(), next()) * 1e-3;
+            rows.push(row);
+        }
+        (problem, rows)
+    }
+
+    #[test]
+    fn one_contact_has_the_force_that_is_known() {
+        let mut next = numbers(1);
+        for _ in 0..50 {
+            let friction = 0.8 * next().abs();
+            let (problem, rows) = drawn(1, friction, &mut next);
+            let known = coulomb::solve(&problem.diagonal[0], rows[0].b, Law::Coulomb(friction), DVec3::ZERO);
+            let (mut force, mut u) = (vec![DVec3::ZERO], Vec::new());
+            assert!(AtOnce::default().solve(&problem, &rows, &Accuracy::FINE, (&mut force, &mut u)));
+            // As exact as gaps are asked for.
+            assert!((problem.diagonal[0] * (force[0] - known)).length() < 1e-6, "{} {known}", force[0]);
+        }
+    }
+
+    #[test]
+    fn what_settles_is_coulombs_law_at_every_contact() {
+        let mut next = numbers(2);
+        let mut settled = 0;
+        for _ in 0..50 {
+            let (problem, rows) = drawn(6, 0.5, &mut next);
+            let (mut force, mut u) = (vec![DVec3::ZERO; 6], Vec::new());
+            if !AtOnce::default().solve(&problem, &rows, &Accuracy::FINE, (&mut force, &mut u)) {
+                continue;
+            }
+            settled += 1;
+            for (p, u) in force.iter().zip(&u) {
+                let (rub, slip) = (DVec2::new(p.y, p.z), DVec2::new(u.y, u.z));
+                assert!(p.x >= -1e-6 && u.x > -1e-6 && p.x.min(u.x) < 1e-6, "{p} {u}");
+                assert!(rub.length() <= 0.5 * p.x + 1e-6, "{p}");
+                if slip.length() > 1e-5 && p.x > 1e-5 {
+                    assert!((rub + slip.normalize() * 0.5 * p.x).length() < 1e-3 * p.x, "{p} {u}");
+                }
+            }
+        }
+        assert!(settled >= 45, "{settled} of 50");
+    }
+
+    #[test]
+    fn contacts_that_contradict_each_other_have_no_forces() {
+        // One place, pushed up and down by more than it may give.
+        let mut problem = Problem::default();
+        let mut rows = Vec::new();
+        for sign in [1.0, -1.0] {
+            problem.push(Law::Coulomb(0.3), DVec3::ZERO);
+            problem.couple(rows.len(), rows.len(), DMat3::IDENTITY);
+            let mut row = Row::new(DMat3::from_diagonal(DVec3::splat(sign)), Law::Coulomb(0.3));
+            row.b = DVec3::new(-1e-3, 0.0, 0.0);
+            rows.push(row);
+        }
+        problem.couple(1, 0, -DMat3::IDENTITY);
+        let (mut force, mut u) = (vec![DVec3::ZERO; 2], Vec::new());
+        assert!(!AtOnce::default().solve(&problem, &rows, &Accuracy::FINE, (&mut force, &mut u)));
+        assert_eq!(force, [DVec3::ZERO; 2], "nothing is changed");
+    }
+}

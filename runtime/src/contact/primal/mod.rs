@@ -20,6 +20,7 @@ mod interior;
 mod joint;
 mod row;
 mod space;
+mod state;
 #[cfg(test)]
 mod tests;
 
@@ -30,6 +31,7 @@ pub(crate) use interior::Inside;
 pub(super) use joint::{Joint, Tangent, covers};
 pub(super) use row::Row;
 pub(super) use space::{OnForces, OnMasses, Space};
+use state::{Rubs, State, projected, state_of, stiffness};
 
 /// Share of the contacts that act otherwise than supposed which makes the next steps braced, or, after some, has those that push
 /// found from within.
@@ -121,45 +123,6 @@ impl Accuracy {
     pub const ROUGH: Self =
         Self { gap: 1e-5, slip: 10.0, balance: 1e-3, balance_inside: 1e-2, updates: 0, ..Self::FINE };
     pub const ROUGH_TOGETHER: Self = Self { braced: true, stiffest: 0.0, inside: Inside::TOGETHER, ..Self::ROUGH };
-}
-
-/// How a contact acts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Rubs {
-    No,
-    Sticks,
-    Slides,
-}
-
-/// What the matrix has of a contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct State {
-    pushes: bool,
-    rubs: Rubs,
-    /// Direction of friction where it slides, and D across it over ρ.
-    along: DVec2,
-    across: f64,
-}
-
-impl State {
-    const OPEN: Self = Self { pushes: false, rubs: Rubs::No, along: DVec2::ZERO, across: 0.0 };
-
-    fn acts(&self) -> bool {
-        self.pushes || self.rubs != Rubs::No
-    }
-
-    fn is_like(&self, other: &Self) -> bool {
-        self.pushes == other.pushes && self.rubs == other.rubs
-    }
-
-    /// Whether the factor with `other` in it does as well: what is a little off only costs another step.
-    fn is_near(&self, other: &Self) -> bool {
-        let alike = || {
-            (self.along - other.along).abs().max_element() < 0.02
-                && (self.across - other.across).abs() <= 0.1 * self.across.max(other.across)
-        };
-        self.is_like(other) && (self.rubs != Rubs::Slides || alike())
-    }
 }
 
 /// The solver with its arrays.
@@ -551,56 +514,4 @@ impl Primal {
         }
         part
     }
-}
-
-/// The force nearest to `p` that a contact may have.
-fn projected(row: &Row, p: DVec3, limit: f64) -> DVec3 {
-    if row.law == Law::Glue {
-        return p;
-    }
-    if row.idle {
-        return DVec3::ZERO;
-    }
-    let tangential = DVec2::new(p.y, p.z).clamp_length_max(limit);
-    DVec3::new(p.x.max(0.0), tangential.x, tangential.y)
-}
-
-/// How a contact acts whose force would be `p` if it could be anything.
-fn state_of(row: &Row, p: DVec3, limit: f64) -> State {
-    if row.law == Law::Glue {
-        return State { pushes: true, rubs: Rubs::Sticks, ..State::OPEN };
-    }
-    if row.idle {
-        return State::OPEN;
-    }
-    let pushes = p.x > 0.0;
-    let tangential = DVec2::new(p.y, p.z);
-    let length = tangential.length();
-    if limit <= 0.0 {
-        State { pushes, ..State::OPEN }
-    } else if length <= limit {
-        State { pushes, rubs: Rubs::Sticks, ..State::OPEN }
-    } else {
-        State { pushes, rubs: Rubs::Slides, along: tangential / length, across: limit / length }
-    }
-}
-
-/// D of a contact of weights `rho`.
-fn stiffness(rho: DVec3, state: &State, braced: bool) -> DMat3 {
-    let [yy, yz, zz] = match state.rubs {
-        Rubs::No => [0.0; 3],
-        Rubs::Sticks => [rho.y, 0.0, rho.z],
-        Rubs::Slides => {
-            let (across, DVec2 { x: y, y: z }) = (rho.y * state.across, state.along);
-            match braced {
-                true => [across, 0.0, across],
-                false => [across * z * z, -across * y * z, across * y * y],
-            }
-        }
-    };
-    DMat3::from_cols(
-        DVec3::new(if state.pushes { rho.x } else { 0.0 }, 0.0, 0.0),
-        DVec3::new(0.0, yy, yz),
-        DVec3::new(0.0, yz, zz),
-    )
 }
