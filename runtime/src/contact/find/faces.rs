@@ -136,8 +136,10 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
     let chosen = along(mesh, last, lies, |k| {
         let (d0, d1) = ends(k);
         let passing = d0 + (d1 - d0) * time;
-        if d0 < -limits.deep || passing >= -limits.deep {
-            return d0 >= -limits.deep;
+        // A mass that comes over a ridge is below the plane of the face behind it, and not in that.
+        let deep = limits.deep.min(RIM);
+        if d0 < -deep || passing >= -deep {
+            return d0 >= -deep;
         }
         let lies = lies();
         let lain_on = faces[k].normal.dot(lies).abs() > 0.9 && faces[last].normal.dot(lies).abs() < 0.5;
