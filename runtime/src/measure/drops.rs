@@ -1,15 +1,13 @@
 //! Sheets of random material, size and pose thrown at random bodies: does any go unstable, or through?
 //!
 //! A sheet has gone through when its solid overlaps a body by more than a millimetre after any step, or a mass, or the middle of a
-//! triangle between masses, has passed through the core of a body within a step. Its way there is anything that goes on in every
-//! direction, as along a plate and then down beside its rim: such a way is never further from the straight line than half that line's
-//! length. Energy is held against what the throw brings: the kinetic energy and the fall to the floor.
+//! triangle between masses, has passed through the core of a body within a step (`paths`). Energy is held against what the throw brings: the kinetic energy and the fall to the floor.
 
 use glam::DVec3;
 
 use super::bodies::pyramid;
 use super::draw::Draw;
-use super::overlap::{Solid, faces};
+use super::paths::Paths;
 use super::watch::{self, Watch};
 use super::{Runner, body, plane};
 use crate::World;
@@ -20,7 +18,6 @@ use crate::scene::material::LIBRARY;
 use crate::scene::{
     BodySpec, ContactDefaults, Material, MaterialChoice, Placement, Polyhedron, Scene, Shape, SheetSpec,
 };
-use crate::sheet::Sheet;
 
 /// One throw, and what became of it.
 #[derive(Clone, Debug, PartialEq)]
@@ -201,50 +198,6 @@ fn obstacle(draw: &mut Draw) -> (BodySpec, DVec3, f64, &'static str) {
             let free = turned(body("free box", Shape::Box(DVec3::splat(side)), place), spin);
             (BodySpec { density: Some(draw.scale(200.0, 3000.0)), ..free }, place, 0.87 * side, "free box")
         }
-    }
-}
-
-/// Where masses and middles of triangles were in the frame of each body after the last look.
-struct Paths {
-    solids: Vec<(usize, Solid)>,
-    faces: Vec<[u32; 3]>,
-    before: Vec<Vec<DVec3>>,
-}
-
-impl Paths {
-    fn new(world: &World) -> Self {
-        let bodies = world.rigid().map_or(&[][..], |r| r.bodies());
-        let solids: Vec<_> = bodies.iter().enumerate().filter_map(|(i, b)| Some((i, Solid::of(&b.shape)?))).collect();
-        let faces = world.sheets().first().map(faces).unwrap_or_default();
-        let mut paths = Self { solids, faces, before: Vec::new() };
-        paths.before = (0..paths.solids.len()).map(|k| paths.places(world, k)).collect();
-        paths
-    }
-
-    /// Places in the frame of solid `k`.
-    fn places(&self, world: &World, k: usize) -> Vec<DVec3> {
-        let (Some(sheet), Some(frame)) = (world.sheets().first(), watch::frame(world, self.solids[k].0)) else {
-            return Vec::new();
-        };
-        let middle = |sheet: &Sheet, t: &[u32; 3]| t.iter().map(|i| sheet.x.get(*i as usize)).sum::<DVec3>() / 3.0;
-        let middles = self.faces.iter().map(|t| middle(sheet, t));
-        sheet.x.iter().chain(middles).map(|p| frame.local(p)).collect()
-    }
-
-    /// The first place that has gone through a body since the last look.
-    fn crossing(&mut self, world: &World) -> Option<String> {
-        let mut found = None;
-        for k in 0..self.solids.len() {
-            let now = self.places(world, k);
-            let solid = &self.solids[k].1;
-            let mut ways = self.before[k].iter().zip(&now).enumerate();
-            let gone = ways.find(|(_, (a, b))| solid.crossed(**a, **b, 0.5 * a.distance(**b)));
-            if let Some((place, (a, b))) = gone.filter(|_| found.is_none()) {
-                found = Some(format!("place {place} through body {}, from {a:.4} to {b:.4} m", self.solids[k].0));
-            }
-            self.before[k] = now;
-        }
-        found
     }
 }
 

@@ -30,6 +30,7 @@ pub mod kicks;
 pub mod limit;
 pub mod oscillator;
 pub mod overlap;
+mod paths;
 mod pedestal;
 mod radiate;
 pub mod reference;
