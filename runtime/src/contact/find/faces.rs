@@ -22,6 +22,9 @@ const RIM: f64 = 5e-5;
 /// sheet falls freely in a long step.
 const FALL: f64 = 2e-3;
 
+/// Cosine of the angle below which two faces make a ridge: a mass that comes over it is below the planes of both, and in neither.
+const SHARP: f64 = -0.1;
+
 /// Cosine of the angle above which two faces go over into each other smoothly.
 const SMOOTH: f64 = 0.7;
 
@@ -136,8 +139,8 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
     let chosen = along(mesh, last, lies, |k| {
         let (d0, d1) = ends(k);
         let passing = d0 + (d1 - d0) * time;
-        // A mass that comes over a ridge is below the plane of the face behind it, and not in that.
-        let deep = limits.deep.min(RIM);
+        let sharp = faces[k].normal.dot(faces[last].normal) < SHARP;
+        let deep = if sharp { limits.deep.min(RIM) } else { limits.deep };
         if d0 < -deep || passing >= -deep {
             return d0 >= -deep;
         }
