@@ -2,7 +2,8 @@
 //!
 //! `skin` and `features` are the surfaces, `find` says which of their parts may touch, as rows (`row`). Of implicit engines `stage`
 //! puts apart what would overlap and solves for velocities, by `primal`: on the forces of few contacts (`on_forces`, with the operator
-//! of `delassus`) or on the displacements of masses and bodies (`on_masses`). Where masses answer each for itself, sweeps do (`dual`).
+//! of `delassus`) or on the displacements of masses and bodies (`on_masses`), and where that does not settle by `at_once`. Where masses answer
+//! each for itself, sweeps do (`dual`).
 //! `coulomb` is friction at one contact. Contact knows of a sheet its positions, velocities, masses and how its tangent answers a
 //! force, and no springs.
 //!
