@@ -5,7 +5,12 @@ use super::delassus::Group;
 use super::dual::ACCURACY;
 use super::row::{Contact, Key, Side};
 use super::settled;
-use super::stage::{At, Scratch, moved, place};
+use super::stage::{At, Scratch, gap, moved, place};
+
+/// Overlap at the start of a stage that no stage before has left, m.
+const BEGUN: f64 = 2e-5;
+/// Cosine between normals below which two contacts oppose each other.
+const OPPOSED: f64 = -0.9;
 
 /// What detection found.
 #[derive(Default)]
@@ -55,20 +60,12 @@ impl Found {
         contacts.truncate(kept);
         parts.truncate(kept);
     }
-}
 
-/// Overlap at the start of a stage that no stage before has left, m.
-const BEGUN: f64 = 2e-5;
-/// Cosine between normals below which two contacts oppose each other.
-const OPPOSED: f64 = -0.9;
-
-impl Found {
     /// Leaves out of two contacts that push the same places against each other, where no place is right for both, the one that overlapped by more
     /// at the start: a needle that is touched from within, the underside of a body on a floor, an edge of a fold that is seen from behind. No
     /// force puts both apart.
     pub fn leave_out_opposed(&mut self, group: &Group) {
-        let start =
-            |c: &Contact| c.normal.dot(place(group, &c.a, At::Start) - place(group, &c.b, At::Start)) - c.offset;
+        let start = |c: &Contact| gap(group, c, At::Start);
         let stands = |body: u32| !group.movers[body as usize].gives();
         let shares = |one: &Side, other: &Side| match (one, other) {
             (Side::Sheet { sheet, point }, Side::Sheet { sheet: also, point: there }) => {

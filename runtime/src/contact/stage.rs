@@ -151,8 +151,7 @@ impl Gaps {
         for contact in contacts {
             let (a, b) = (place(group, &contact.a, At::Free), place(group, &contact.b, At::Free));
             self.free.push(contact.normal.dot(a - b) - contact.offset);
-            let start = place(group, &contact.a, At::Start) - place(group, &contact.b, At::Start);
-            self.start.push(contact.normal.dot(start) - contact.offset);
+            self.start.push(gap(group, contact, At::Start));
             self.places.push(a);
         }
         self.now.clone_from(&self.free);
@@ -191,6 +190,11 @@ pub(super) fn place(group: &Group, side: &Side, at: At) -> DVec3 {
             if matches!(at, At::Start) { mover.start.place(*local) } else { mover.free.place(*local) }
         }
     }
+}
+
+/// How far the sides of a contact are apart along its normal, m.
+pub(super) fn gap(group: &Group, contact: &Contact, at: At) -> f64 {
+    contact.normal.dot(place(group, &contact.a, at) - place(group, &contact.b, at)) - contact.offset
 }
 
 /// How far contact moves a side, m.
@@ -397,18 +401,16 @@ impl Scratch {
 
     /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
     pub(super) fn is_impact(&self, group: &Group) -> bool {
-        let gap = |c: &Contact, at: At| c.normal.dot(place(group, &c.a, at) - place(group, &c.b, at)) - c.offset;
-        self.found.contacts.iter().any(|c| gap(c, At::Free) < -IMPACT && gap(c, At::Start) > IMPACT)
+        self.found.contacts.iter().any(|c| gap(group, c, At::Free) < -IMPACT && gap(group, c, At::Start) > IMPACT)
     }
 
     /// A sheet that began deep within bodies with half of its masses or more, as it can only have been put there.
     pub(super) fn buried(&self, group: &Group) -> Option<u32> {
         let is_deep = |c: &&Contact| {
             let Side::Sheet { sheet, point } = &c.a else { return false };
-            let gap = c.normal.dot(place(group, &c.a, At::Start) - place(group, &c.b, At::Start)) - c.offset;
             let sheet = group.sheet(*sheet);
             // Of a mass in a surface: corners and edges can be far behind one another's planes and yet apart.
-            gap < -BURIED * sheet.spread
+            gap(group, c, At::Start) < -BURIED * sheet.spread
                 && is_of_surface(&c.key)
                 && point.terms().all(|(i, _)| !sheet.is_held(i as usize))
         };
