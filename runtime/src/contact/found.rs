@@ -1,5 +1,5 @@
 //! What detection found for a round, and what is added to it: what contact has moved into something else, and what of sheets has
-//! crossed in earlier rounds. Lists are in the order of their keys, contacts of sheets first, then those between bodies, then glue.
+//! crossed in earlier rounds. Contacts of sheets come first, in the order of their keys, then those between bodies, then glue.
 
 use super::delassus::Group;
 use super::dual::ACCURACY;
@@ -16,16 +16,21 @@ const OPPOSED: f64 = -0.9;
 #[derive(Default)]
 pub(crate) struct Found {
     pub contacts: Vec<Contact>,
-    /// Of the contacts with bodies, the part of the group they are with; for as many as there are.
+    /// Of each contact of a sheet the part of the group it is with, if that is a body's.
     pub parts: Vec<u32>,
     /// Contacts from this number on are glue.
     pub glue_from: usize,
 }
 
 impl Found {
+    /// The contacts of sheets, which alone are in the order of their keys, and have parts.
+    fn of_sheets(&self) -> &[Contact] {
+        &self.contacts[..self.parts.len()]
+    }
+
     /// Where the contact of a sheet with this key is, or would be put.
     fn place_of(&self, key: &Key) -> Result<usize, usize> {
-        self.contacts[..self.glue_from].binary_search_by(|c| c.key.cmp(key))
+        self.of_sheets().binary_search_by(|c| c.key.cmp(key))
     }
 
     /// Puts a contact of a sheet `at` its place, with its part of the group.
@@ -102,8 +107,7 @@ impl Found {
 impl Scratch {
     /// Takes up what was found in a wider search if some of that now overlaps which was not found before; false if none does.
     pub(super) fn take_up_wide(&mut self, group: &Group) -> bool {
-        let known = |key: &Key| self.found.contacts.binary_search_by(|c| c.key.cmp(key)).is_ok();
-        let mut new = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| !known(&c.key));
+        let mut new = self.seen.of_sheets().iter().filter(|c| self.found.place_of(&c.key).is_err());
         let overlaps = new.any(|contact| overlaps(group, contact));
         if overlaps {
             std::mem::swap(&mut self.found, &mut self.seen);
@@ -115,7 +119,7 @@ impl Scratch {
     pub(super) fn take_up_more(&mut self, group: &Group) -> bool {
         let Self { found, seen, .. } = self;
         let before = found.contacts.len();
-        for (contact, part) in seen.contacts[..seen.glue_from].iter().zip(&seen.parts) {
+        for (contact, part) in seen.of_sheets().iter().zip(&seen.parts) {
             if let (Err(at), true) = (found.place_of(&contact.key), overlaps(group, contact)) {
                 found.insert(at, *contact, *part);
             }
@@ -125,7 +129,7 @@ impl Scratch {
 
     /// Notes what of sheets has crossed, among what was seen.
     pub(super) fn note_crossed(&mut self, group: &Group) {
-        let crossed = self.seen.contacts[..self.seen.glue_from].iter().filter(|c| settled::has_crossed(group, c));
+        let crossed = self.seen.of_sheets().iter().filter(|c| settled::has_crossed(group, c));
         let before = self.crossing.len();
         self.crossed = false;
         for contact in crossed {

@@ -74,7 +74,8 @@ pub(super) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Me
                 }
                 tests += 1;
                 let side = meeting.side_of(own, tree, local);
-                let Some(found) = crossing(edge, places, &side, &limits) else { continue };
+                let before = || meeting.side_before(own, local);
+                let Some(found) = crossing(edge, places, (&side, &before), &limits) else { continue };
                 let foot = edge.ends[0].lerp(edge.ends[1], found.t);
                 let point = on_edge(own.masses, found.s, number);
                 rows.push(meeting.row(point, (foot, Kind::BodyEdge, index), found.normal));
@@ -119,8 +120,14 @@ impl Facing {
     }
 }
 
-/// How a sheet's edge that moves through `start`, `base` and `end` touches an edge of a body.
-fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, limits: &Limits) -> Option<Crossing> {
+/// How a sheet's edge that moves through `start`, `base` and `end` touches an edge of a body; `side` is how it faces at the base, `before`
+/// how it did at the start.
+fn crossing(
+    edge: &Edge,
+    [start, base, end]: [[DVec3; 2]; 3],
+    (side, before): (&Facing, &dyn Fn() -> Facing),
+    limits: &Limits,
+) -> Option<Crossing> {
     let found = near(edge, [start, base, end], side, limits);
     let placed = base != start;
     // What would stay clear without contact, contact elsewhere may have taken right through.
@@ -133,15 +140,18 @@ fn crossing(edge: &Edge, [start, base, end]: [[DVec3; 2]; 3], side: &Facing, lim
     let height = |x: [DVec3; 2]| normal.dot(apart(x, edge, s, t));
     // What would stay clear without contact, contact elsewhere may have pushed in.
     let gap = if placed { height(end).min(height(base)) } else { height(end) } - limits.offset;
-    let was_apart = || height(start) >= -limits.deep || was_in_front(edge, start, side, limits);
+    let was_apart = || height(start) >= -limits.deep || was_in_front(edge, start, &before(), limits);
     (gap <= limits.margin && was_apart()).then_some(Crossing { normal, s, t })
 }
 
-/// Whether a sheet's edge was on the near side of the body's at the start, as it stood then: where it slides and turns, the points
-/// that touch in the end may have been behind one another along a normal that was not there yet.
+/// Whether a sheet's edge was on the near side of the body's at the start, as it stood and faced then: where it slides and turns, the
+/// points that touch in the end may have been behind one another along a normal that was not there yet. What was in front of a face was
+/// outside, too: down a face and past its rim the closest point was none of the body's edge.
 fn was_in_front(edge: &Edge, start: [DVec3; 2], side: &Facing, limits: &Limits) -> bool {
+    let outside = |n: &DVec3| start.iter().all(|p| n.dot(*p - edge.ends[0]) >= -limits.deep);
     let (s, t) = segment_segment(start, edge.ends);
-    outward(edge, start[1] - start[0], side).is_some_and(|normal| normal.dot(apart(start, edge, s, t)) >= -limits.deep)
+    edge.normals.iter().any(outside)
+        || outward(edge, start[1] - start[0], side).is_some_and(|n| n.dot(apart(start, edge, s, t)) >= -limits.deep)
 }
 
 /// From a point of the edge to one of a sheet's edge with its ends at `x`.

@@ -100,18 +100,33 @@ impl<'a> Meeting<'a> {
         self.base.local_direction(direction)
     }
 
-    /// From which directions an edge of the sheet can be touched, in the body's frame.
+    /// From which directions an edge of the sheet can be touched at the base, in the body's frame.
     pub fn side_of(&self, edge: &SkinEdge, tree: &SkinTree, local: &Local) -> Facing {
         let sides = tree.edge_normals(edge.triangles).map(|n| self.at_base(n));
-        let [a, b] = edge.masses.map(|i| local.base[i as usize]);
+        self.facing(edge, sides, &local.base)
+    }
+
+    /// The same at the start.
+    pub fn side_before(&self, edge: &SkinEdge, local: &Local) -> Facing {
+        let normal = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p).normalize_or_zero();
+        self.facing(edge, self.triangles_at(edge, &local.start).map(normal), &local.start)
+    }
+
+    fn facing(&self, edge: &SkinEdge, sides: [DVec3; 2], x: &[DVec3]) -> Facing {
+        let [a, b] = edge.masses.map(|i| x[i as usize]);
         let along = (b - a).normalize_or(DVec3::X);
-        let [first, second] = edge.triangles;
-        let flanks = [first, if edge.is_border() { first } else { second }].map(|t| {
-            let masses = self.skin.triangles()[t as usize].masses;
-            let middle: DVec3 = masses.iter().map(|i| local.base[*i as usize]).sum::<DVec3>() / 3.0;
+        let flank = |corners: [DVec3; 3]| {
+            let middle = corners.into_iter().sum::<DVec3>() / 3.0;
             (middle - a).reject_from_normalized(along).normalize_or_zero()
-        });
-        Facing { sides, flanks, is_border: edge.is_border() }
+        };
+        Facing { sides, flanks: self.triangles_at(edge, x).map(flank), is_border: edge.is_border() }
+    }
+
+    /// The corners of the two triangles at an edge; at the border of the one there is, twice.
+    fn triangles_at(&self, edge: &SkinEdge, x: &[DVec3]) -> [[DVec3; 3]; 2] {
+        let [first, second] = edge.triangles;
+        let both = [first, if edge.is_border() { first } else { second }];
+        both.map(|t| self.skin.triangles()[t as usize].masses.map(|i| x[i as usize]))
     }
 
     /// Box in the world that points of the body's frame within the box from `low` to `high` sweep.
