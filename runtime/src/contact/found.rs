@@ -3,6 +3,7 @@
 
 use super::delassus::Group;
 use super::dual::ACCURACY;
+use super::find::is_of_ball;
 use super::row::{Contact, Key, Side};
 use super::settled;
 use super::stage::{At, Scratch, gap, moved, place};
@@ -87,7 +88,8 @@ impl Found {
         for i in (0..self.contacts.len()).rev() {
             let contact = &self.contacts[i];
             let overlap = start(contact);
-            if overlap >= -BEGUN {
+            // A ball is touched from where it is met alone; what comes in beside it was behind the normal that it meets later, and apart.
+            if overlap >= -BEGUN || is_of_ball(&contact.key) {
                 continue;
             }
             let holds = |other: &Contact| {

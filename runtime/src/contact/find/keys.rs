@@ -30,3 +30,8 @@ pub(in crate::contact) fn is_of_surface(key: &Key) -> bool {
     let [of, on] = key.map(|name| name >> 56);
     of == Kind::Mass as u64 && (on == Kind::Face as u64 || on == Kind::Ball as u64)
 }
+
+/// Whether a contact of this name is of a ball.
+pub(in crate::contact) fn is_of_ball(key: &Key) -> bool {
+    key[1] >> 56 == Kind::Ball as u64
+}

@@ -28,7 +28,7 @@ use rapier3d::parry::partitioning::BvhWorkspace;
 
 use self::between::{Between, couple, half_room};
 use self::graph::stays_graph;
-pub(super) use self::keys::{is_of_surface, thing};
+pub(super) use self::keys::{is_of_ball, is_of_surface, thing};
 use self::local::{Local, Meeting};
 use self::tree::{Cuboid, Drift, SkinTree};
 use super::features::{Features, Solid};
