@@ -225,6 +225,11 @@ impl Heat {
         self.springs[i].softness
     }
 
+    /// Length of spring `i` without load as warmth has made it, m, but for what has set.
+    pub(crate) fn grown_length(&self, i: usize) -> f64 {
+        self.springs[i].cold * (1.0 + self.springs[i].expansion)
+    }
+
     /// The material has changed: its curve is followed from now on.
     pub(crate) fn set_material(&mut self, material: &Material) {
         self.curve = Softening::of(material);

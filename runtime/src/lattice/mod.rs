@@ -188,6 +188,24 @@ pub fn generate(spec: &LatticeSpec) -> Result<Lattice, InputError> {
     Ok(assemble(spec))
 }
 
+/// The masses of a lattice without its springs.
+///
+/// # Errors
+/// As [`generate`].
+pub(crate) fn lay_out(spec: &LatticeSpec) -> Result<Lattice, InputError> {
+    check(spec)?;
+    Ok(Builder::new(spec).finish())
+}
+
+/// How many masses a lattice of this grid has.
+pub(crate) fn masses_of((nx, layers, nz): (u32, u32, u32)) -> u64 {
+    let layer = |index: u32| {
+        let less = u64::from(index % 2);
+        (u64::from(nx) - less) * (u64::from(nz) - less)
+    };
+    (0..layers).map(layer).sum()
+}
+
 /// Lays out masses and springs of a specification that has been checked.
 fn assemble(spec: &LatticeSpec) -> Lattice {
     let mut builder = Builder::new(spec);

@@ -1,10 +1,13 @@
 //! What is seen of a change of grid: a sheet that droops, that swings, that is creased, that is curled, and that lies on a box goes to a finer and
-//! to a coarser grid.
+//! to a coarser grid. Lattices droop, swing and lie on the box.
 //!
 //! The *pop* is the largest distance between the drawn surfaces before and after, over the sheet's deflection: the furthest that the surface was from
 //! the plane nearest to it. `strain_ratio` is the energy of strain after over before, `rise` the largest energy of the next tenth of a second above that
 //! at the change, over what the sheet has of strain and motion; `apart` is how far the surface is by then from where a sheet that stayed on its
 //! grid is, over the deflection: what one grid bends otherwise than the other.
+//!
+//! Rows of a triangular layer end half a cell from one another, and are drawn straight to a quarter of a cell from the sheet's ends. `pop` is where all
+//! rows have masses, `pop_with_ends` of all that both grids draw, and `outline_m` how far the drawn ends move along the sheet.
 
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
@@ -12,6 +15,8 @@ use serde_json::{Value, json};
 use super::{Case, Outcome, Runner, Setup, body};
 use crate::World;
 use crate::error::InputError;
+use crate::lattice::StructureKind;
+use crate::lattice::calibrate::isotropic_rows;
 use crate::scene::{CreaseSpec, Region, Scene, Shape};
 use crate::sheet::Sheet;
 
@@ -34,8 +39,9 @@ const REST: f64 = 2.0;
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut rows = Vec::new();
     let mut last = None;
+    let is_shell = setup.structure == StructureKind::Shell;
     for from in GRIDS {
-        for (shape, make) in SHAPES {
+        for (shape, make) in SHAPES.into_iter().filter(|(shape, _)| is_shell || !SHELL_ALONE.contains(shape)) {
             let mut runner = make(&Setup { grid: (from, from), ..setup.clone() })?;
             let start = runner.world.save();
             for to in GRIDS.into_iter().filter(|to| *to != from) {
@@ -64,6 +70,7 @@ type Make = fn(&Setup) -> Result<Runner, InputError>;
 
 const SHAPES: [(&str, Make); 5] =
     [("droop", droop), ("swing", swing), ("crease", crease), ("curl", curl), ("box", on_box)];
+const SHELL_ALONE: [&str; 2] = ["crease", "curl"];
 
 fn clamped(setup: &Setup) -> Scene {
     let mut scene = setup.scene();
@@ -114,15 +121,56 @@ fn on_box(setup: &Setup) -> Result<Runner, InputError> {
     Ok(runner)
 }
 
-/// The drawn surface, with the same vertices on every grid.
-pub(crate) fn drawn(sheet: &Sheet) -> Vec<DVec3> {
+/// The drawn surface, with the same vertices on every grid: between the masses of all rows, and as far as it is drawn. The two are one but
+/// for triangular layers.
+fn surfaces(sheet: &Sheet) -> [Vec<DVec3>; 2] {
+    let half = 0.5 / (f64::from(GRIDS[0]) - 0.5);
+    [half, 0.5 * half].map(|margin| drawn(sheet, margin))
+}
+
+/// The drawn surface, of a triangular layer from `margin` (part of its length) to as far from its other end.
+fn drawn(sheet: &Sheet, margin: f64) -> Vec<DVec3> {
     let parts = PIECES / (sheet.grid.0 - 1);
     let Some(surface) = sheet.surface(0, parts) else { return Vec::new() };
-    surface.mesh(&sheet.x).positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect()
+    let mesh = surface.mesh(&sheet.x);
+    let points: Vec<DVec3> = mesh.positions.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
+    let columns = ((sheet.grid.0 - 1) * parts + 1) as usize;
+    let alike = columns == PIECES as usize + 1 && points.len() == columns * columns;
+    if alike && !sheet.structure.info().triangular {
+        points
+    } else {
+        at_common_places(&points, columns, &mesh.uvs, margin)
+    }
+}
+
+/// Points of a surface of `columns` columns at places (`uvs`), read between its vertices at the same places on every grid.
+fn at_common_places(points: &[DVec3], columns: usize, uvs: &[[f32; 2]], margin: f64) -> Vec<DVec3> {
+    let rows = points.len() / columns;
+    let (first, last) = (uvs[0], uvs[points.len() - 1]);
+    let cell = |part: f64, axis: usize, count: usize| {
+        let (low, high) = (f64::from(first[axis]), f64::from(last[axis]));
+        let place = ((part - low) / (high - low)).clamp(0.0, 1.0) * (count - 1) as f64;
+        let low = (place.floor() as usize).min(count - 2);
+        (low, place - low as f64)
+    };
+    let part = |k: u32| f64::from(k) / f64::from(PIECES);
+    let at = |i: u32, j: u32| {
+        let (a, s) = cell(margin + (1.0 - 2.0 * margin) * part(i), 0, columns);
+        let (b, t) = cell(part(j), 1, rows);
+        let row = |b: usize| points[b * columns + a].lerp(points[b * columns + a + 1], s);
+        row(b).lerp(row(b + 1), t)
+    };
+    (0..=PIECES).flat_map(|j| (0..=PIECES).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect()
+}
+
+/// How far the drawn ends of the sheet are from its own, m.
+fn inset(sheet: &Sheet) -> f64 {
+    let triangular = sheet.structure.info().triangular;
+    if triangular { 0.25 * sheet.rest_size().0 / (f64::from(sheet.grid.0) - 0.5) } else { 0.0 }
 }
 
 /// Largest distance of points from the plane nearest to them, m.
-pub(crate) fn deflection(points: &[DVec3]) -> f64 {
+fn deflection(points: &[DVec3]) -> f64 {
     let centre = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
     let mut spread = DMat3::ZERO;
     for p in points {
@@ -140,7 +188,7 @@ pub(crate) fn deflection(points: &[DVec3]) -> f64 {
 }
 
 /// Largest distance between two surfaces of the same vertices, m.
-pub(crate) fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {
+fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }
 
@@ -148,31 +196,37 @@ pub(crate) fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {
 fn change(world: &mut World, to: u32) -> Result<Value, InputError> {
     let gravity = world.gravity();
     let energy = |world: &World| world.sheets()[0].energy(gravity);
-    let (before, start) = (drawn(&world.sheets()[0]), energy(world));
+    let (before, start) = (surfaces(&world.sheets()[0]), energy(world));
     let name = world.sheets()[0].name.clone();
     let there = world.save();
     world.advance(AFTER);
-    let stayed = drawn(&world.sheets()[0]);
+    let [stayed, _] = surfaces(&world.sheets()[0]);
     world.load(&there)?;
+    let (structure, size, drawn_from) =
+        (world.sheets()[0].structure, world.sheets()[0].rest_size(), inset(&world.sheets()[0]));
+    let grid = (to, isotropic_rows(structure, to, size).unwrap_or(to));
     let clock = std::time::Instant::now();
-    world.resample(&name, (to, to))?;
+    world.resample(&name, grid)?;
     let took = clock.elapsed().as_secs_f64();
-    let (after, begun) = (drawn(&world.sheets()[0]), energy(world));
+    let (after, begun) = (surfaces(&world.sheets()[0]), energy(world));
     let mut highest = begun.total;
     let steps = (AFTER / world.dt()).round() as u32;
     for _ in 0..steps {
         world.step();
         highest = highest.max(energy(world).total);
     }
-    let bent = deflection(&before);
+    let bent = deflection(&before[0]);
+    let [later, _] = surfaces(&world.sheets()[0]);
     let own = (start.elastic + start.kinetic).max(f64::MIN_POSITIVE);
     Ok(json!({
-        "pop": apart(&before, &after) / bent,
+        "pop": apart(&before[0], &after[0]) / bent,
+        "pop_with_ends": apart(&before[1], &after[1]) / bent,
         "deflection_m": bent,
         "strain_ratio": begun.elastic / start.elastic,
         "motion_ratio": if start.kinetic > 0.0 { begun.kinetic / start.kinetic } else { 1.0 },
         "rise": (highest - begun.total) / own,
-        "apart": apart(&stayed, &drawn(&world.sheets()[0])) / bent,
+        "apart": apart(&stayed, &later) / bent,
+        "outline_m": (inset(&world.sheets()[0]) - drawn_from).abs(),
         "change_ms": 1e3 * took,
         "asleep": world.is_quiet(),
     }))

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 
 use super::SheetSpec;
 use crate::error::{InputError, check_range};
-use crate::lattice::StructureKind;
 
 /// Most levels.
 const MOST: usize = 16;
@@ -92,16 +91,12 @@ pub(super) fn check(s: &SheetSpec) -> Result<(), InputError> {
     let outlined = s.outline.is_some() || !s.holes.is_empty() || !s.cuts.is_empty();
     let reason = if s.file.is_some() {
         "does not go with a sheet from a file, which has its masses"
-    } else if s.structure != StructureKind::Shell {
-        "is for the shell only: springs and layers of others are of their grid"
     } else if outlined {
         "is for rectangles: a sheet with an outline, holes or cuts has a mesh of its own"
     } else if s.sticky {
         "does not go with sticky: what sticks does so by its masses"
     } else if !s.slits.is_empty() {
         "does not go with slits: another grid has other cells"
-    } else if s.node_mass.is_some() {
-        "does not go with node_mass, which makes another sheet of other masses"
     } else if s.pins.iter().any(|p| p.body.is_some()) {
         "does not go with glue: it is by masses"
     } else {
@@ -113,6 +108,7 @@ pub(super) fn check(s: &SheetSpec) -> Result<(), InputError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lattice::StructureKind;
 
     #[test]
     fn a_level_is_left_later_than_it_is_entered() {
@@ -139,6 +135,8 @@ mod tests {
         assert_eq!(refused(vec![((21, 21), None), ((11, 11), None)]), "detail.levels.0.within");
         assert_eq!(refused(vec![((21, 21), Some(2.0)), ((11, 11), Some(1.0))]), "detail.levels.1.within");
         let lattice = SheetSpec { structure: StructureKind::Slamm, ..spec(vec![((21, 21), None)]) };
-        assert_eq!(check(&lattice).expect_err("refused").field, "detail");
+        assert!(check(&lattice).is_ok());
+        let sticky = SheetSpec { sticky: true, ..lattice };
+        assert_eq!(check(&sticky).expect_err("refused").field, "detail");
     }
 }

@@ -20,7 +20,7 @@ use crate::element::thickness_limit::ThicknessLimit;
 use crate::element::triangle::triangle_curvatures;
 use crate::error::InputError;
 use crate::lattice::outline::{Edge, Mesh};
-use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate};
+use crate::lattice::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate, masses_of};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
 use crate::scene::{flow as scene_flow, sticking, tearing as scene_tearing};
@@ -55,10 +55,29 @@ impl Sheet {
     /// When the description, or the file it names, is not valid; fields are given relative to the sheet.
     pub fn build(scene: &Scene, index: usize) -> Result<Self, InputError> {
         let spec = &scene.sheets[index];
+        Self::build_as(scene, index, spec, spec.grid)
+    }
+
+    /// The same on a grid of `grid` masses along length and width: as thick, and as heavy, as on the grid of its description.
+    ///
+    /// # Errors
+    /// As [`Sheet::build`], and when it cannot have that grid.
+    pub(crate) fn build_at(scene: &Scene, index: usize, grid: (u32, u32)) -> Result<Self, InputError> {
+        let mut spec = scene.sheets[index].clone();
+        let described = spec.grid;
+        spec.grid = (grid.0, described.1, grid.1);
+        if let Some(mass) = &mut spec.node_mass {
+            *mass *= masses_of(described) as f64 / masses_of(spec.grid) as f64;
+        }
+        Self::build_as(scene, index, &spec, described)
+    }
+
+    /// Builds sheet number `index` of `scene` as `spec` has it, whose description has the grid `described`.
+    fn build_as(scene: &Scene, index: usize, spec: &SheetSpec, described: (u32, u32, u32)) -> Result<Self, InputError> {
         let material = spec.material.resolve(&scene.base)?;
         let mut parts = match &spec.file {
             Some(file) => read(&sht::read_sht_file(&scene.base.join(file))?)?,
-            None => generated(spec, &material, &scene.base)?,
+            None => generated(spec, &material, &scene.base, described)?,
         };
         let (calibrated, mesh) = (parts.calibrated.take(), parts.mesh.take());
         let triangles = mesh.as_ref().map(upper_side);
@@ -269,6 +288,7 @@ fn assemble(
     });
     let n = lattice.positions.len();
     let layers = lattice.layers;
+    let gap = layers.get(1).map_or(1.0, |l| lattice.positions.get(l.first as usize).map_or(1.0, |p| p.y));
     let covered = match &triangles {
         Some(list) => list.clone(),
         None => layers.iter().flat_map(Layer::triangles).collect(),
@@ -313,6 +333,7 @@ fn assemble(
         damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
         length: spec.size.0.max(spec.size.1),
         extent,
+        gap,
         flexion: lattice.flexion,
         flexion_limit: None,
         thickness_limit: None,

@@ -81,6 +81,22 @@ impl Flow {
         Ok(())
     }
 
+    /// Of spring `i` the strain without load and those of its arms, per length as made; none where it does not creep.
+    pub fn spring_held(&self, i: usize) -> Option<[f64; 3]> {
+        let (strain, made) = (self.springs.strains.get(i)?, self.springs.made.get(i)?);
+        Some([strain.left(), strain.arms[0], strain.arms[1]].map(|s| s / made.1))
+    }
+
+    /// Gives it those.
+    pub fn put_spring(&mut self, i: usize, held: [f64; 3], springs: &mut Springs) {
+        let own = &mut self.springs;
+        let [left, first, second] = held.map(|h| h * own.made[i].1);
+        let strain = &mut own.strains[i];
+        strain.arms = [first, second];
+        (strain.start, strain.rest, strain.stiffness) = (left + first + second, left, 1.0);
+        own.apply(i, springs);
+    }
+
     /// Temperature where nothing heats the sheet, °C.
     pub fn celsius(&self) -> f64 {
         self.celsius

@@ -10,10 +10,13 @@ use crate::element::Element;
 use crate::element::spring::SpringClass;
 use crate::element::wall_spring::WallSprings;
 use crate::error::InputError;
-use crate::lattice::calibrate::{Clamped, Request, WallSpring, calibrate};
+use crate::lattice::calibrate::{Clamped, Request, WallSpring, calibrate, default_gap};
 use crate::lattice::outline::{self, Outline};
 use crate::lattice::{Lattice, LatticeSpec, Layer, StructureKind, generate};
 use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
+
+/// Nearest that layers of a sheet on a coarser grid are, as a fraction of what calibration would choose there.
+const NEAREST: f64 = 0.4;
 
 /// What calibration adds to the springs of a lattice.
 #[derive(Clone, Debug, Default)]
@@ -52,13 +55,18 @@ pub(super) fn cuts(pin: &PinSpec) -> bool {
     pin.clamp && pin.path.is_empty() && edge
 }
 
-/// The parts of a generated sheet.
-pub(super) fn generated(spec: &SheetSpec, material: &Material, base: &Path) -> Result<Parts, InputError> {
+/// The parts of a generated sheet; `described` is the grid that its description has, if it has gone to another.
+pub(super) fn generated(
+    spec: &SheetSpec,
+    material: &Material,
+    base: &Path,
+    described: (u32, u32, u32),
+) -> Result<Parts, InputError> {
     if spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty() {
         return outlined(spec, material, base);
     }
     if spec.springs == SpringLaw::Calibrated && spec.structure != StructureKind::Shell {
-        return calibrated(spec, material);
+        return calibrated(spec, material, described);
     }
     let lattice = generate(&LatticeSpec {
         structure: spec.structure,
@@ -98,9 +106,14 @@ fn outlined(spec: &SheetSpec, material: &Material, base: &Path) -> Result<Parts,
     Ok(parts)
 }
 
-fn calibrated(spec: &SheetSpec, material: &Material) -> Result<Parts, InputError> {
+fn calibrated(spec: &SheetSpec, material: &Material, described: (u32, u32, u32)) -> Result<Parts, InputError> {
     let clamped = |region: Region| spec.pins.iter().any(|p| cuts(p) && p.region == region);
+    // The layers of a sheet that has gone to another grid stay as far apart as they were: it is the same body. But for layers so near to
+    // one another that a bend snaps one through the other.
+    let gap = |grid| default_gap(spec.structure, grid, spec.size);
+    let gap = (described != spec.grid).then(|| gap(described).max(NEAREST * gap(spec.grid)));
     let request = Request {
+        gap,
         cross_over: spec.cross_over,
         second_neighbour: spec.flexion_stiffness,
         clamped: Clamped {

@@ -191,6 +191,8 @@ pub struct Sheet {
     length: f64,
     /// Length and width that [`Sheet::uv`] is a fraction of, m, at rest.
     pub(crate) extent: (f64, f64),
+    /// Distance between its layers when it was built, m; 1 of a single layer.
+    pub(crate) gap: f64,
     /// Stiffness of each spring per N/m of E t, or per N m of bending stiffness where springs are calibrated.
     stiffness_per_unit: Vec<f64>,
     /// Whether springs are calibrated to how the sheet bends.

@@ -288,6 +288,21 @@ impl Pins {
         self.place(t, x);
     }
 
+    /// Masses with where they began (m), pin by pin, and then those that are held along some axes.
+    pub(crate) fn starts(&self) -> impl Iterator<Item = Vec<(u32, DVec3)>> + '_ {
+        let groups = self.groups.iter().map(|g| g.masses.iter().copied().zip(g.start.iter().copied()).collect());
+        groups.chain(std::iter::once(self.rails.iter().map(|r| (r.mass, r.start)).collect()))
+    }
+
+    /// Takes it that masses began further on: mass `i` of pin `k`, counted as [`Pins::starts`] does, by `by(k, i)`, m.
+    pub(crate) fn shift_starts(&mut self, by: impl Fn(usize, u32) -> DVec3) {
+        for (k, group) in self.groups.iter_mut().enumerate() {
+            group.masses.iter().zip(&mut group.start).for_each(|(i, start)| *start += by(k, *i));
+        }
+        let last = self.groups.len();
+        self.rails.iter_mut().for_each(|r| r.start += by(last, r.mass));
+    }
+
     /// Sets the held components of velocities, accelerations or forces to zero.
     pub(crate) fn hold_rails(&self, a: &mut Vectors) {
         for rail in &self.rails {

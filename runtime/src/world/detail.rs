@@ -13,6 +13,7 @@ use super::resample::{Grid, grid_of};
 use crate::detail::{Candidate, Planner, cost_of};
 use crate::error::{InputError, check_range};
 use crate::kept::{Cut, Keeper, Taken, Taker};
+use crate::lattice::masses_of;
 use crate::scene::{DetailSpec, Scene};
 use crate::sheet::{Sheet, Status};
 
@@ -141,7 +142,7 @@ impl State {
         if sheet.status != Status::Awake {
             return 0.0;
         }
-        let masses = grid.0 as usize * grid.1 as usize;
+        let masses = masses_of((grid.0, sheet.grid.1, grid.1)) as usize;
         self.solves.unwrap_or(FIRST) * cost_of(masses, !sheet.is_explicit())
     }
 }

@@ -39,7 +39,7 @@ pub(super) fn take_grids(from: &mut Taker) -> Taken<Vec<Grid>> {
 
 impl World {
     /// Takes the sheet of that name to another grid, of `grid` masses along length and width (2 to 2000 each), with its shape, motion,
-    /// warmth and creases: at once, between two steps. Shells on a rectangle alone can; see `docs/detail.md`.
+    /// warmth and creases: at once, between two steps. Shells on a rectangle and lattices can; see `docs/detail.md`.
     ///
     /// # Errors
     /// When there is no such sheet, the grid is out of range, or the sheet cannot go to it; nothing is changed then.
@@ -73,12 +73,7 @@ impl World {
 
     /// Sheet number `index` as the scene has it, on that grid.
     pub(super) fn built_at(&mut self, index: usize, grid: Grid) -> Result<Sheet, InputError> {
-        let scene = &mut self.scene;
-        let own = scene.sheets[index].grid;
-        scene.sheets[index].grid = (grid.0, own.1, grid.1);
-        let built = Sheet::build(scene, index);
-        scene.sheets[index].grid = own;
-        let mut sheet = built?;
+        let mut sheet = Sheet::build_at(&self.scene, index, grid)?;
         super::glue(&mut sheet, self.rigid.as_ref())?;
         sheet.name.clone_from(&self.sheets[index].name);
         Ok(sheet)

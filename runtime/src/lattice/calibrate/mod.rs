@@ -190,6 +190,12 @@ pub fn isotropic_rows(structure: StructureKind, columns: u32, size: (f64, f64)) 
     structure.info().triangular.then(|| ((size.1 / row).round() as u32).saturating_add(1).max(2))
 }
 
+/// The distance between layers that is chosen where none is given, m.
+pub fn default_gap(structure: StructureKind, grid: (u32, u32, u32), size: (f64, f64)) -> f64 {
+    let (dx, dz) = LatticeSpec { structure, grid, size, gap: 1.0, cross_over: false }.spacing();
+    (GAP_PER_SPACING * dx.max(dz)).clamp(1e-7, 10.0)
+}
+
 fn specification(request: &Request) -> Result<LatticeSpec, InputError> {
     check_range("areal_mass", request.areal_mass, 1e-9, 1e6, "kg/m²")?;
     check_range("second_neighbour", request.second_neighbour, 0.0, 1e3, "")?;
@@ -198,14 +204,11 @@ fn specification(request: &Request) -> Result<LatticeSpec, InputError> {
     if entries.clone().any(|v| !v.is_finite()) || request.target.largest_bending() <= 0.0 {
         return Err(InputError::new("target", "is not the stiffness of a sheet"));
     }
-    let mut spec = LatticeSpec {
+    Ok(LatticeSpec {
         structure: request.structure,
         grid: request.grid,
         size: request.size,
-        gap: 1.0,
+        gap: request.gap.unwrap_or_else(|| default_gap(request.structure, request.grid, request.size)),
         cross_over: request.cross_over,
-    };
-    let (dx, dz) = spec.spacing();
-    spec.gap = request.gap.unwrap_or((GAP_PER_SPACING * dx.max(dz)).clamp(1e-7, 10.0));
-    Ok(spec)
+    })
 }

@@ -11,18 +11,24 @@
 //!
 //! Its engine begins anew, as after a change of engine, and contact forgets where its solvers began.
 
+mod apex;
+mod lattice;
+mod layers;
+mod loads;
+mod membrane;
 mod motion;
+mod pinned;
+mod rows;
 mod spline;
+mod springs;
 mod strain;
-
-use glam::DVec3;
 
 use super::{GuardState, Sheet, Status};
 use crate::element::carry::{Carry, Places};
 use crate::error::InputError;
 use crate::heat::REFERENCE;
-use crate::lattice::StructureKind;
 use crate::scene::{Region, SheetSpec};
+use layers::Layout;
 
 /// Iterations for the largest frequency: to a few percent.
 const ITERATIONS: usize = 60;
@@ -38,16 +44,8 @@ impl Sheet {
         if spec.file.is_some() {
             return refused("cannot change: the sheet is of a file, which has its masses");
         }
-        if self.structure != StructureKind::Shell {
-            let problem =
-                format!("cannot change for {}: its springs and layers are of its grid (shell only)", self.structure);
-            return refused(&problem);
-        }
         if self.triangles.is_some() {
             return refused("cannot change: the sheet has an outline, holes or cuts, and a mesh of its own");
-        }
-        if spec.node_mass.is_some() {
-            return refused("cannot change: node_mass makes another sheet of other masses");
         }
         if spec.sticky {
             return refused("cannot change: the sheet is sticky, and what it sticks by are its masses");
@@ -94,6 +92,7 @@ impl Sheet {
         for (element, before) in self.elements[..own.0].iter_mut().zip(&old.elements[..own.1]) {
             element.carry(&**before, &carry);
         }
+        self.take_springs_of(old);
         self.bound_energy(old);
         self.take_forces_of(old);
         for pull in old.pulls() {
@@ -141,6 +140,9 @@ impl Sheet {
         } else {
             self.refresh();
         }
+        if !self.flexion.is_empty() {
+            self.set_flexion_limit(old.flexion_angle_limit())?;
+        }
         self.drag.take_setting_of(&old.drag);
         if let Some((flow, before)) = self.flow.as_mut().zip(old.flow.as_ref()) {
             flow.set_celsius(before.celsius());
@@ -163,13 +165,7 @@ impl Sheet {
         self.begin_heat(REFERENCE);
         let both = [false, true].map(|upper| {
             let before = old.side_temperatures(upper).unwrap_or_default();
-            let mut places = Places::masses(carry.from);
-            for (k, celsius) in before.iter().enumerate() {
-                let (i, j) = carry.row_of(k);
-                places.put(i, j, [*celsius]);
-            }
-            let at = |k: usize| carry.read(&places, carry.place(k, false)).map_or(REFERENCE, |t| t[0]);
-            let mut now: Vec<f64> = (0..self.masses()).map(at).collect();
+            let mut now = self.read_temperatures(old, before, carry);
             let mean = |celsius: &[f64], mass: &[f64]| {
                 celsius.iter().zip(mass).map(|(t, m)| t * m).sum::<f64>() / mass.iter().sum::<f64>()
             };
@@ -180,38 +176,19 @@ impl Sheet {
         self.put_temperatures(&both);
     }
 
-    /// Each force to the masses of the cell that it is in, by its lever.
-    fn take_forces_of(&mut self, old: &Self) {
-        self.applied.clear();
-        let [columns, rows] = self.masses_along();
-        let cell = |at: f64, count: usize| {
-            let place = at.clamp(0.0, 1.0) * (count - 1) as f64;
-            let low = (place.floor() as usize).min(count - 2);
-            (low, place - low as f64)
-        };
-        for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
-            let ((a, s), (b, t)) = (cell(old.uv[i].0, columns), cell(old.uv[i].1, rows));
-            for (column, row, weight) in [
-                (a, b, (1.0 - s) * (1.0 - t)),
-                (a + 1, b, s * (1.0 - t)),
-                (a, b + 1, (1.0 - s) * t),
-                (a + 1, b + 1, s * t),
-            ] {
-                let mass = row * columns + column;
-                self.applied.set(mass, self.applied.get(mass) + force * weight);
-            }
+    /// Temperatures `before` of `old` at its own masses, before the mean is what it was.
+    fn read_temperatures(&self, old: &Self, before: &[f64], carry: &Carry) -> Vec<f64> {
+        if self.is_lattice() {
+            let before: Vec<[f64; 1]> = before.iter().map(|t| [*t]).collect();
+            return Layout::of(self).means(&Layout::of(old), &before).into_iter().map(|[t]| t).collect();
         }
-    }
-
-    fn take_touching_of(&mut self, old: &Self) {
-        if !old.work.touching.contains(&true) {
-            return;
+        let mut places = Places::masses(carry.from);
+        for (k, celsius) in before.iter().enumerate() {
+            let (i, j) = carry.row_of(k);
+            places.put(i, j, [*celsius]);
         }
-        let [columns, rows] = old.masses_along();
-        let near = |at: f64, count: usize| (at * (count - 1) as f64).round() as usize;
-        for (i, (u, v)) in self.uv.iter().enumerate() {
-            self.work.touching[i] = old.work.touching[near(*v, rows) * columns + near(*u, columns)];
-        }
+        let at = |k: usize| carry.read(&places, carry.place(k, false)).map_or(REFERENCE, |t| t[0]);
+        (0..self.masses()).map(at).collect()
     }
 
     /// Finds the longest step that an explicit engine bears on this grid.
@@ -219,8 +196,10 @@ impl Sheet {
         let engine = self.engine_kind.info();
         let limited = !engine.implicit && !engine.adaptive;
         let frequency = if limited { self.largest_frequency(ITERATIONS) } else { 0.0 };
-        // A Kelvin-Voigt solid damps its fastest motion by τ ω/2 of critical, and bears shorter steps then.
-        let damping = 0.5 * self.law().retardation * frequency;
+        // A Kelvin-Voigt solid damps its fastest motion by τ ω/2 of critical, and bears shorter steps then. Dashpots that are a fraction of each
+        // spring's own critical damp it two to three times as much, where a dozen springs meet.
+        let solid = self.follows_material();
+        let damping = if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.damping };
         let borne = BORNE / (damping.hypot(1.0) + damping);
         self.longest = if frequency > 0.0 { (borne / frequency).max(SHORTEST) } else { f64::INFINITY };
     }

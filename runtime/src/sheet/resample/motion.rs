@@ -1,4 +1,4 @@
-//! Where the masses of the new grid are, and how they move.
+//! Where the masses of the new grid are, and how they move: of a shell here, of a lattice in `lattice`.
 
 use glam::{DMat3, DVec3};
 
@@ -16,7 +16,7 @@ impl Sheet {
     fn mesh(&self) -> Mesh {
         let [columns, rows] = self.masses_along();
         let spacing = (self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64);
-        Mesh { columns, rows, spacing }
+        Mesh { columns, rows, spacing, triangular: false }
     }
 
     /// Whether it is a shell on a grid.
@@ -28,18 +28,32 @@ impl Sheet {
     pub fn places_at(&self, grid: (u32, u32)) -> std::borrow::Cow<'_, Vectors> {
         let [columns, rows] = self.masses_along();
         let to = (grid.0 as usize, grid.1 as usize);
-        if !self.is_grid() || to == (columns, rows) {
+        if to == (columns, rows) || !(self.is_grid() || self.is_lattice()) {
             return std::borrow::Cow::Borrowed(&self.x);
         }
-        let surface = Surface { from: (columns, rows), to, clamped: &vec![false; self.masses()], folds: &self.folds };
+        if self.is_lattice() {
+            return self.layers_at(grid).map_or(std::borrow::Cow::Borrowed(&self.x), std::borrow::Cow::Owned);
+        }
+        let surface = Surface {
+            from: (columns, rows),
+            to,
+            clamped: &vec![false; self.masses()],
+            staggered: false,
+            folds: &self.folds,
+        };
         std::borrow::Cow::Owned(vectors(&surface.read(&self.x, [DVec3::ZERO; 2])))
     }
 
     /// What `values`, one a mass, are at those places.
     pub fn values_at<'a>(&self, grid: (u32, u32), values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
         let (from, to) = (self.masses_along(), [grid.0 as usize, grid.1 as usize]);
-        if !self.is_grid() || from == to {
+        if from == to || !(self.is_grid() || self.is_lattice()) {
             return std::borrow::Cow::Borrowed(values);
+        }
+        if self.is_lattice() {
+            return self
+                .layer_values_at(grid, values)
+                .map_or(std::borrow::Cow::Borrowed(values), std::borrow::Cow::Owned);
         }
         let carry = Carry { from, to };
         let mut places = Places::masses(from);
@@ -53,11 +67,15 @@ impl Sheet {
 
     /// Puts masses on the surface of `old`, as strained and moving as that.
     pub(super) fn take_motion_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
+        if self.structure != StructureKind::Shell {
+            return self.take_layers_of(old, spec, time);
+        }
         let (before, now) = (old.mesh(), self.mesh());
         let surface = Surface {
             from: (before.columns, before.rows),
             to: (now.columns, now.rows),
             clamped: &old.clamped,
+            staggered: false,
             folds: &old.folds,
         };
         let rotation = spec.placement.quaternion();
@@ -82,7 +100,7 @@ impl Sheet {
     }
 
     /// Gives it the momentum and the angular momentum of `old`, where nothing holds it.
-    fn keep_momentum(&mut self, old: &Self) {
+    pub(super) fn keep_momentum(&mut self, old: &Self) {
         if !self.pins.is_empty() {
             return;
         }
@@ -117,7 +135,7 @@ impl Sheet {
     }
 }
 
-fn vectors(list: &[DVec3]) -> Vectors {
+pub(super) fn vectors(list: &[DVec3]) -> Vectors {
     let mut all = Vectors::default();
     list.iter().for_each(|v| all.push(*v));
     all

@@ -3,7 +3,7 @@
 //! A curve through masses is longer than the chain of straight edges between them by (h κ)²/24, so that a sheet which is bent and read at
 //! another grid is stretched or slack by that much; a thin sheet stores more energy in it than in all its bending. Edges and the
 //! shear of cells have the strains of [`crate::element::cell_membrane`]; what they shall be is read, linear in between, off the other grid.
-//! Masses then go where Σ (ε - ε*)² + μ Σ |d|²/h² is least (Gauss, Newton, and conjugate gradients on the normal equations): μ keeps what
+//! Those of a triangular layer are of its edges alone. Masses then go where Σ (ε - ε*)² + μ Σ |d|²/h² is least (Gauss, Newton, and conjugate gradients on the normal equations): μ keeps what
 //! strains tell little about where it is. Masses that are held do not move.
 
 use glam::DVec3;
@@ -25,6 +25,8 @@ pub(super) struct Mesh {
     pub columns: usize,
     pub rows: usize,
     pub spacing: (f64, f64),
+    /// Whether odd rows are shifted by half a cell along u. Strains are then those of the edges along u and of those that slant forward and back.
+    pub triangular: bool,
 }
 
 /// Strains, or their rates: of edges along u row by row, of edges along v, of cells.
@@ -44,11 +46,11 @@ impl Strains {
         [&mut self.u, &mut self.v, &mut self.shear]
     }
 
-    fn largest(&self) -> f64 {
+    pub(super) fn largest(&self) -> f64 {
         self.parts().into_iter().flatten().fold(0.0, |most, e| e.abs().max(most))
     }
 
-    fn minus(mut self, other: &Self) -> Self {
+    pub(super) fn minus(mut self, other: &Self) -> Self {
         for (a, b) in self.parts_mut().into_iter().zip(other.parts()) {
             a.iter_mut().zip(b).for_each(|(a, b)| *a -= b);
         }
@@ -67,6 +69,19 @@ impl Mesh {
 
     fn edges_v(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
         (0..self.rows - 1).flat_map(move |j| (0..self.columns).map(move |i| [self.at(i, j), self.at(i, j + 1)]))
+    }
+
+    /// Slanting edges of a triangular layer, to the next row.
+    fn slants(&self, forward: bool) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let column = move |i: usize, j: usize| (i + j % 2 + usize::from(forward)).checked_sub(1);
+        let there =
+            move |i, j| column(i, j).filter(|to| *to < self.columns).map(|to| [self.at(i, j), self.at(to, j + 1)]);
+        (0..self.rows - 1).flat_map(move |j| (0..self.columns).filter_map(move |i| there(i, j)))
+    }
+
+    /// Length of a slanting edge at rest, m.
+    fn slant(&self) -> f64 {
+        (0.5 * self.spacing.0).hypot(self.spacing.1)
     }
 
     fn cells(&self) -> impl Iterator<Item = [usize; 4]> + '_ {
@@ -88,6 +103,11 @@ impl Mesh {
             let (a, b) = self.middle(x, cell);
             a.dot(b)
         };
+        if self.triangular {
+            let slants = |forward| self.slants(forward).map(|e| along(e, self.slant())).collect();
+            let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
+            return Strains { u, v: slants(true), shear: slants(false) };
+        }
         Strains {
             u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
             v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
@@ -102,6 +122,11 @@ impl Mesh {
             let ((a, b), (p, q)) = (self.middle(x, cell), self.middle(d, cell));
             a.dot(q) + p.dot(b)
         };
+        if self.triangular {
+            let slants = |forward| self.slants(forward).map(|e| along(e, self.slant())).collect();
+            let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
+            return Strains { u, v: slants(true), shear: slants(false) };
+        }
         Strains {
             u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
             v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
@@ -119,6 +144,13 @@ impl Mesh {
             to[b] += pull;
         };
         self.edges_u().zip(&of.u).for_each(|(edge, e)| along(edge, *e, hu));
+        if self.triangular {
+            let slant = self.slant();
+            for (forward, of) in [(true, &of.v), (false, &of.shear)] {
+                self.slants(forward).zip(of).for_each(|(edge, e)| along(edge, *e, slant));
+            }
+            return;
+        }
         self.edges_v().zip(&of.v).for_each(|(edge, e)| along(edge, *e, hv));
         for (cell, e) in self.cells().zip(&of.shear) {
             let (p, q) = self.middle(x, cell);
@@ -128,6 +160,25 @@ impl Mesh {
             to[b] += by_u - by_v;
             to[c] += by_v - by_u;
             to[d] += by_u + by_v;
+        }
+    }
+
+    /// Strains that are the tensor `field` of the mean place of masses, (uu, vv, uv).
+    pub fn of_field(&self, field: impl Fn(&[usize]) -> [f64; 3]) -> Strains {
+        let u = self.edges_u().map(|e| field(&e)[0]).collect();
+        if self.triangular {
+            let slants = |forward: bool| {
+                let along = if forward { 0.5 } else { -0.5 } * self.spacing.0;
+                let (s, t) = (along / self.slant(), self.spacing.1 / self.slant());
+                let strain = move |[uu, vv, uv]: [f64; 3]| s * s * uu + t * t * vv + 2.0 * s * t * uv;
+                self.slants(forward).map(|e| strain(field(&e))).collect()
+            };
+            return Strains { u, v: slants(true), shear: slants(false) };
+        }
+        Strains {
+            u,
+            v: self.edges_v().map(|e| field(&e)[1]).collect(),
+            shear: self.cells().map(|c| 2.0 * field(&c)[2]).collect(),
         }
     }
 
@@ -157,9 +208,14 @@ impl Mesh {
 
     /// The least motion that changes strains at `x` by `change`, as far as that goes; masses that are `held` have none.
     pub fn answer(&self, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
+        self.answer_within(x, change, |i, d| if held[i] { DVec3::ZERO } else { d })
+    }
+
+    /// The same with masses that move as `allowed` leaves of each one's motion: a projection.
+    pub fn answer_within(&self, x: &[DVec3], change: &Strains, allowed: impl Fn(usize, DVec3) -> DVec3) -> Vec<DVec3> {
         let n = x.len();
         let scale = INERTIA / (self.spacing.0 * self.spacing.1);
-        let free = |d: &mut [DVec3]| d.iter_mut().zip(held).filter(|(_, h)| **h).for_each(|(d, _)| *d = DVec3::ZERO);
+        let free = |d: &mut [DVec3]| d.iter_mut().enumerate().for_each(|(i, d)| *d = allowed(i, *d));
         let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
         let (mut d, mut residual, mut image) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
         self.back(x, change, &mut residual);
@@ -212,7 +268,8 @@ mod tests {
 
     /// A cylinder of curvature 4 1/m, on chords that are as long as the flat sheet's edges.
     fn bent(columns: usize, rows: usize) -> (Mesh, Vec<DVec3>) {
-        let mesh = Mesh { columns, rows, spacing: (0.25 / (columns - 1) as f64, 0.2 / (rows - 1) as f64) };
+        let mesh =
+            Mesh { columns, rows, spacing: (0.25 / (columns - 1) as f64, 0.2 / (rows - 1) as f64), triangular: false };
         let turn = 2.0 * (0.5 * 4.0 * mesh.spacing.0).asin();
         let place = |k: usize| {
             let angle = turn * (k % columns) as f64;
@@ -235,6 +292,27 @@ mod tests {
         assert!(left < 3e-6, "{left}");
         let moved = x.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
         assert!(moved < 2e-4, "{moved} m");
+    }
+
+    #[test]
+    fn edges_of_a_triangular_layer_have_the_strain_of_its_tensor() {
+        let mesh = Mesh { columns: 6, rows: 5, spacing: (0.05, 0.04), triangular: true };
+        let rest = |k: usize| {
+            let (i, j) = ((k % 6) as f64, (k / 6) as f64);
+            DVec3::new((i + 0.5 * (j % 2.0)) * 0.05, 0.0, j * 0.04)
+        };
+        let x: Vec<DVec3> = (0..30).map(rest).collect();
+        assert!(mesh.strains(&x).largest() < 1e-12);
+        let (uu, vv, uv) = (0.3, -0.2, 0.15);
+        let d: Vec<DVec3> = x.iter().map(|p| DVec3::new(uu * p.x + uv * p.z, 1.0, uv * p.x + vv * p.z)).collect();
+        let wanted = mesh.of_field(|_| [uu, vv, uv]);
+        assert!(mesh.rates(&x, &d).minus(&wanted).largest() < 1e-12);
+        // The transpose of the rates.
+        let mut back = vec![DVec3::ZERO; 30];
+        mesh.back(&x, &wanted, &mut back);
+        let by_masses: f64 = back.iter().zip(&d).map(|(b, d)| b.dot(*d)).sum();
+        let by_edges: f64 = wanted.parts().into_iter().flatten().map(|e| e * e).sum();
+        assert!((by_masses / by_edges - 1.0).abs() < 1e-12);
     }
 
     #[test]
