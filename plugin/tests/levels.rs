@@ -89,3 +89,22 @@ fn a_grid_that_is_changed_in_the_component_is_changed_in_the_running_sheet() {
     assert_eq!(grid(&app), 11);
     assert!((low(&app) - before).abs() < 0.02, "it goes on from there: {} from {before}", low(&app));
 }
+
+#[test]
+fn a_lattice_follows_the_viewer_too() {
+    let mut app = app();
+    let viewer = app.world_mut().spawn(Transform::from_xyz(0.0, 0.0, 0.5)).id();
+    app.insert_resource(SheetDetail { viewer: Some(viewer), ..default() });
+    let sheet = Sheet::new("hips").structure(StructureKind::Trimm).layers(2, 0.004).grid(17, 17).clamp(Region::Left);
+    let sheet = app.world_mut().spawn((sheet.detail_within(1.0), SheetDisplay::default())).id();
+    run(&mut app, 0.3);
+    assert_eq!(grid(&app), 17);
+    app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 2.0;
+    run(&mut app, 0.05);
+    let now = app.world().resource::<SheetWorld>().sheets()[0].grid;
+    assert_eq!(now, (9, 2, 9));
+    assert!(drawn(&app, sheet).iter().all(|p| p.is_finite() && p.length() < 0.5));
+    app.world_mut().get_mut::<Transform>(viewer).expect("there").translation.z = 0.5;
+    run(&mut app, 1.0);
+    assert_eq!(grid(&app), 17);
+}

@@ -28,25 +28,30 @@ fn clamped(structure: &str, layers: u32, n: u32, more: &str) -> World {
 
 const CHANGES: [(u32, u32); 4] = [(11, 21), (21, 11), (21, 31), (12, 17)];
 
-fn pops(setup: &Setup, strain: std::ops::Range<f64>) {
+/// Every change of `setup` but those from and to 41 masses, where `far` is false: pops, and energy of strain after over before within `strain`.
+fn pops(setup: &Setup, far: bool, strain: std::ops::Range<f64>) {
     let found = measure("detail", setup).unwrap_or_else(|e| panic!("{e}"));
     let rows = found["changes"].as_array().expect("rows");
     assert_eq!(rows.len(), 18);
     for row in rows {
         let (shape, change) = (row["shape"].as_str().expect("a name"), row["change"].as_str().expect("a name"));
+        if !far && change.contains("41") {
+            continue;
+        }
         let number = |key: &str| row[key].as_f64().expect("a number");
         let what = format!("{} {shape} {change}", setup.structure);
         assert!(number("pop") < 0.02, "{what}: {}", number("pop"));
         assert!(number("rise") < 0.02, "{what}: energy rises by {}", number("rise"));
         assert!(strain.contains(&number("strain_ratio")), "{what}: strain {}", number("strain_ratio"));
-        assert!(number("motion_ratio") > 0.9, "{what}: motion {}", number("motion_ratio"));
+        // On the box they are at rest.
+        assert!(shape == "box" || number("motion_ratio") > 0.9, "{what}: motion {}", number("motion_ratio"));
     }
 }
 
 #[test]
 fn no_change_of_a_lattice_pops_by_more_than_two_percent_of_the_deflection() {
     for structure in [StructureKind::Trimm, StructureKind::Slamm] {
-        pops(&Setup { structure, layers: 2, ..Setup::default() }, 0.85..1.25);
+        pops(&Setup { structure, layers: 2, ..Setup::default() }, true, 0.9..1.25);
     }
 }
 
@@ -54,9 +59,9 @@ fn no_change_of_a_lattice_pops_by_more_than_two_percent_of_the_deflection() {
 fn springs_of_the_thesis_do_not_pop_either() {
     // All springs E t, and a distance between layers that stays.
     let material = Material { young: 1e6, ..Setup::default().material };
-    let setup =
-        Setup { structure: StructureKind::Trimm, layers: 2, springs: SpringLaw::Uniform, material, ..Setup::default() };
-    pops(&setup, 0.85..1.25);
+    let springs = SpringLaw::Uniform;
+    let setup = Setup { structure: StructureKind::Slamm, layers: 2, springs, material, ..Setup::default() };
+    pops(&setup, false, 0.9..1.7);
 }
 
 #[test]
@@ -173,7 +178,7 @@ fn temperatures_of_every_layer_keep_their_mean_and_their_range() {
             assert!((after.0 - before.0).abs() < 1e-9, "{what}: {} of {}", after.0, before.0);
             let spread = before.2 - before.1;
             assert!((after.1 - before.1).abs() < 0.04 * spread, "{what}: coldest {} of {}", after.1, before.1);
-            assert!((after.2 - before.2).abs() < 0.07 * spread, "{what}: hottest {} of {}", after.2, before.2);
+            assert!((after.2 - before.2).abs() < 0.09 * spread, "{what}: hottest {} of {}", after.2, before.2);
             assert!((after.3 - before.3).abs() < 3.0, "{what}: between layers {} of {}", after.3, before.3);
             world.advance(0.05);
             assert!(world.unstable().is_none());
@@ -201,19 +206,19 @@ fn left(world: &mut World, n: u32) -> [f64; 3] {
 fn what_has_set_and_crept_in_springs_stays() {
     for structure in ["trimm", "slamm"] {
         for (from, n) in [(11, 21), (21, 11), (21, 31)] {
-            for more in ["temperature: 20, damping_ratio: 1", "creep: true, temperature: 112, damping_ratio: 1"] {
+            for more in ["temperature: 20, damping_ratio: 1", "creep: true, temperature: 104, damping_ratio: 1"] {
                 let mut sagged = clamped(structure, 2, from, more);
                 // By warmth alone: it sags while it is soft and keeps that when it is cold.
                 if !more.contains("creep") {
                     sagged.advance(0.5);
-                    sagged.sheets_mut()[0].set_temperatures(|_| 92.0).unwrap_or_else(|e| panic!("{e}"));
+                    sagged.sheets_mut()[0].set_temperatures(|_| 90.0).unwrap_or_else(|e| panic!("{e}"));
                 }
-                sagged.advance(1.5);
+                sagged.advance(1.0);
                 let [before, at_once, after] = left(&mut sagged, n);
                 let what = format!("{structure} {from} to {n}, {more}");
                 assert!(before < -0.01, "{what}: it sagged: {before}");
-                assert!((at_once / before - 1.0).abs() < 0.02, "{what}: {at_once} of {before} at once");
-                assert!((after / before - 1.0).abs() < 0.08, "{what}: {after} of {before}");
+                assert!((at_once / before - 1.0).abs() < 0.01, "{what}: {at_once} of {before} at once");
+                assert!((after / before - 1.0).abs() < 0.01, "{what}: {after} of {before}");
             }
         }
     }

@@ -83,6 +83,37 @@ impl WallSprings {
     }
 }
 
+/// What a spring holds beyond its warmth, per length without load: strain that has set or flowed, and that of its two arms where it creeps.
+pub(crate) type Held = [f64; 3];
+
+impl WallSprings {
+    /// Mass, fixed end (m), strain at places `x` (m) beyond expansion, and what it holds, of each.
+    pub(crate) fn held<'a>(&'a self, x: &'a Vectors) -> impl Iterator<Item = (usize, DVec3, f64, Held)> + 'a {
+        self.springs.iter().enumerate().map(|(i, s)| {
+            let length = s.expanded();
+            let held = match self.creeping.get(i) {
+                Some(c) => [c.strain.left(), c.strain.arms[0], c.strain.arms[1]].map(|e| e / length),
+                None => [s.axial.rest / length - 1.0, 0.0, 0.0],
+            };
+            (s.mass, s.point, s.along(x).1 / length - 1.0, held)
+        })
+    }
+
+    /// Makes each hold its own of `held`, in the same order; those without one stay as they are.
+    pub(crate) fn put(&mut self, held: &[Option<Held>]) {
+        for (i, (s, held)) in self.springs.iter_mut().zip(held).enumerate() {
+            let Some(held) = held else { continue };
+            let [left, first, second] = held.map(|h| h * s.expanded());
+            s.axial.rest = s.expanded() + left;
+            if let Some(c) = self.creeping.get_mut(i) {
+                c.strain.arms = [first, second];
+                (c.strain.start, c.strain.rest, c.strain.stiffness) = (left + first + second, left, 1.0);
+                c.apply(s);
+            }
+        }
+    }
+}
+
 impl Spring {
     /// Length without load but for what crept, m.
     fn expanded(&self) -> f64 {

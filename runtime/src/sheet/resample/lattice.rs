@@ -11,11 +11,12 @@ use super::layers::Layout;
 use super::membrane::Membrane;
 use super::motion::vectors;
 use super::spline::Surface;
-use super::strain::Mesh;
+use super::strain::{Mesh, Strains};
+use crate::element::spring::SpringClass;
 use crate::lattice::{Layer, StructureKind};
 use crate::scene::SheetSpec;
 
-/// Rounds of bringing the stretch to what it was: it is nearly linear.
+/// Most rounds of bringing the stretch to what it was: it is nearly linear, and a round that does not bring it nearer is not taken.
 const ROUNDS: usize = 3;
 
 /// The bottom layer as edges with strains.
@@ -37,6 +38,14 @@ fn surface(old: &Layout, new: &Layout, values: &Vectors) -> Vec<DVec3> {
     all
 }
 
+/// The least motion of the bottom layer that changes its strains so: along the surface alone, since across it layers would make strain of every
+/// ripple. What is `held` does not move.
+fn answer(mesh: &Mesh, layout: &Layout, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
+    let normals = layout.normals(x);
+    let along = |i: usize, d: DVec3| if held[i] { DVec3::ZERO } else { d - normals[i] * normals[i].dot(d) };
+    mesh.answer_within(&x[..normals.len()], change, along)
+}
+
 impl Sheet {
     /// Whether it is a lattice that can go to another grid.
     pub(super) fn is_lattice(&self) -> bool {
@@ -46,8 +55,9 @@ impl Sheet {
     /// Where its masses would be on another grid, m; none where there is no such grid.
     pub(super) fn layers_at(&self, grid: (u32, u32)) -> Option<Vectors> {
         let (old, new) = (Layout::of(self), Layout::at(self, grid).ok()?);
-        let x: Vec<DVec3> = self.x.iter().collect();
-        let mut all = surface(&old, &new, &self.x);
+        let places = self.without_flaps(&self.x);
+        let x: Vec<DVec3> = places.iter().collect();
+        let mut all = surface(&old, &new, &places);
         new.stand(&new.read(&old.offsets(&x, &vec![DVec3::ZERO; x.len()])), &mut all);
         Some(vectors(&all))
     }
@@ -59,46 +69,59 @@ impl Sheet {
         Some(new.means(&old, &values).into_iter().map(|[v]| v).collect())
     }
 
+    /// Its `values`, one a mass, with those of masses that nothing joins to another layer in line with the two beside them: the corner of a triangular
+    /// lattice without braces flaps, and says nothing of where the sheet is.
+    fn without_flaps(&self, values: &Vectors) -> Vectors {
+        let mut all = values.clone();
+        if self.layers.len() < 2 {
+            return all;
+        }
+        let mut joined = vec![false; self.masses()];
+        for i in (0..self.springs.len()).filter(|i| self.springs.class[*i] == SpringClass::Inter) {
+            [self.springs.a[i], self.springs.b[i]].into_iter().for_each(|m| joined[m as usize] = true);
+        }
+        let bottom = &self.layers[0];
+        for loose in bottom.range().filter(|i| !joined[*i] && bottom.nx > 2) {
+            let beside = |by: usize| if (loose as u32).is_multiple_of(bottom.nx) { loose + by } else { loose - by };
+            all.set(loose, values.get(beside(1)) * 2.0 - values.get(beside(2)));
+        }
+        all
+    }
+
     /// Puts masses on the layers of `old`, as stretched and moving as those.
     pub(super) fn take_layers_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
         let (before, now) = (Layout::of(old), Layout::of(self));
         self.take_pins_of(old, spec, (&before, &now));
-        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.x.iter().collect(), old.v.iter().collect());
+        let (places, motion) = (old.without_flaps(&old.x), old.without_flaps(&old.v));
+        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (places.iter().collect(), motion.iter().collect());
         let offsets = now.read(&before.offsets(&was, &were));
         let mesh = mesh(&now);
-        let bottom = mesh.columns * mesh.rows;
-        let held: Vec<bool> = self.inverse_mass[..bottom].iter().map(|w| *w == 0.0).collect();
-        let middle = |masses: &[usize]| {
-            let part = 1.0 / masses.len() as f64;
-            masses.iter().fold((0.0, 0.0), |(u, v), m| (u + part * now.uv[*m].0, v + part * now.uv[*m].1))
-        };
-        // Along the surface alone: across it layers would make strain of every ripple.
-        let along = |normals: &[DVec3]| {
-            let normals = normals.to_vec();
-            let held = &held;
-            move |i: usize, d: DVec3| if held[i] { DVec3::ZERO } else { d - normals[i] * normals[i].dot(d) }
-        };
-        let minus = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|k| a[k] - b[k]);
+        let held: Vec<bool> = self.inverse_mass[..mesh.columns * mesh.rows].iter().map(|w| *w == 0.0).collect();
 
-        let mut x = surface(&before, &now, &old.x);
+        let mut x = surface(&before, &now, &places);
         let wanted = Membrane::strains(&before, &was);
-        for _ in 0..ROUNDS {
+        let mut best: Option<(f64, Vec<DVec3>)> = None;
+        for _ in 0..=ROUNDS {
             self.stand_on_pins(&now, &offsets, &mut x, time);
-            let own = Membrane::strains(&now, &x);
-            let change = mesh.of_field(|e| minus(wanted.read(middle(e)), own.read(middle(e))));
-            let d = mesh.answer_within(&x[..bottom], &change, along(&now.normals(&x)));
+            let change = wanted.change(&mesh, &now, &Membrane::strains(&now, &x));
+            let left = change.square();
+            if best.as_ref().is_some_and(|(least, _)| left >= *least) {
+                break;
+            }
+            let d = answer(&mesh, &now, &x, &change, &held);
+            best = Some((left, x.clone()));
             x.iter_mut().zip(&d).for_each(|(x, d)| *x += *d);
         }
-        self.stand_on_pins(&now, &offsets, &mut x, time);
+        let x = best.map_or(x, |(_, x)| x);
+        self.x = vectors(&x);
         if old.v.max_squared() == 0.0 {
             self.v = Vectors::zeros(self.masses());
             return;
         }
-        let mut v = surface(&before, &now, &old.v);
+        let mut v = surface(&before, &now, &motion);
         now.follow(&offsets, &x, &mut v);
-        let (wanted, own) = (Membrane::rates(&before, &was, &were), Membrane::rates(&now, &x, &v));
-        let change = mesh.of_field(|e| minus(wanted.read(middle(e)), own.read(middle(e))));
-        let d = mesh.answer_within(&x[..bottom], &change, along(&now.normals(&x)));
+        let wanted = Membrane::rates(&before, &was, &were);
+        let d = answer(&mesh, &now, &x, &wanted.change(&mesh, &now, &Membrane::rates(&now, &x, &v)), &held);
         v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
         now.follow(&offsets, &x, &mut v);
         self.v = vectors(&v);

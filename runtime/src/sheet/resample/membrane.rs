@@ -8,6 +8,7 @@ use glam::DVec3;
 
 use super::layers::Layout;
 use super::rows::Rows;
+use super::strain::{Mesh, Strains};
 use crate::lattice::Layer;
 
 /// Strain (or its rate, 1/s) of every layer that has cells.
@@ -52,8 +53,19 @@ impl Membrane {
         Self { layers: with_cells.map(rows).collect(), width: layout.step() }
     }
 
+    /// What `mesh`, the bottom layer of `layout`, has to be stretched by for this mean instead of that of `own`.
+    pub fn change(&self, mesh: &Mesh, layout: &Layout, own: &Self) -> Strains {
+        mesh.of_field(|masses| {
+            let part = 1.0 / masses.len() as f64;
+            let places = masses.iter().map(|m| layout.uv[*m]);
+            let at = places.fold((0.0, 0.0), |(u, v), p| (u + part * p.0, v + part * p.1));
+            let (wanted, there) = (self.read(at), own.read(at));
+            std::array::from_fn(|k| wanted[k] - there[k])
+        })
+    }
+
     /// The mean over the layers at (u, v).
-    pub fn read(&self, at: (f64, f64)) -> [f64; 3] {
+    fn read(&self, at: (f64, f64)) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for layer in self.layers.iter().filter_map(|l| l.read(at, self.width)) {
             sum.iter_mut().zip(layer).for_each(|(s, e)| *s += e / self.layers.len() as f64);

@@ -22,6 +22,7 @@ mod rows;
 mod spline;
 mod springs;
 mod strain;
+mod walls;
 
 use super::{GuardState, Sheet, Status};
 use crate::element::carry::{Carry, Places};
@@ -93,6 +94,7 @@ impl Sheet {
             element.carry(&**before, &carry);
         }
         self.take_springs_of(old);
+        self.take_walls_of(old, spec);
         self.bound_energy(old);
         self.take_forces_of(old);
         for pull in old.pulls() {

@@ -4,18 +4,28 @@
 //! the new grid has is the mean of those of its kind under a hat as wide as the coarser cell, about its middle; a kind that the old grid does not have
 //! (a brace at another corner) has that of the kind which points most nearly as it does. What warmth makes longer is of the new temperatures already.
 
+//!
+//! Strain is ε = h + e, h what has set and e the elastic rest. Where nearly all of it has set, as beside a clamp where a sheet has sagged, what is known is
+//! the shape: means of h that do not fit the new grid's own strain ε' would be stress. So it holds h + w (ε' - e - h), w = h²/(h² + e²): what is
+//! elastic stays so, and what has set is not bent by the change.
+
 use std::collections::BTreeMap;
 
 use super::super::Sheet;
 use super::layers::Layout;
 use super::rows::Rows;
 use crate::element::spring::SpringClass;
+use crate::element::wall_spring::Held;
 
 /// Class, layers of the two ends, and twelfths of a spacing from the first to the second end along u and v.
 type Kind = (SpringClass, [u32; 2], [i32; 2]);
 
-/// Strain without load beyond expansion, and that of the two arms where it creeps.
-type Held = [f64; 3];
+/// What a spring that holds `held`, and is strained elastically by `elastic`, holds at the strain `strain` of a new grid.
+pub(super) fn fitted([set, first, second, elastic]: [f64; 4], strain: f64) -> Held {
+    let (h, e) = (set * set, elastic * elastic);
+    let part = if h > 0.0 { h / (h + e) } else { 0.0 };
+    [set + part * (strain - elastic - set), first, second]
+}
 
 fn kind(sheet: &Sheet, layout: &Layout, i: usize) -> Kind {
     let (a, b) = (sheet.springs.a[i] as usize, sheet.springs.b[i] as usize);
@@ -30,7 +40,7 @@ fn middle(sheet: &Sheet, layout: &Layout, i: usize) -> (f64, f64) {
 }
 
 /// The kind among `all` that is `wanted`, or of its class and layers that which points most nearly so.
-fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<3>>, wanted: &Kind) -> Option<&'a Rows<3>> {
+fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Rows<4>> {
     let apart = |k: &Kind| (0..2).map(|a| (k.2[a] - wanted.2[a]).pow(2)).sum::<i32>();
     let alike = all.iter().filter(|(k, _)| (k.0, k.1) == (wanted.0, wanted.1));
     all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
@@ -43,20 +53,27 @@ impl Sheet {
             return;
         }
         let (before, now) = (Layout::of(old), Layout::of(self));
-        let mut kinds: BTreeMap<Kind, Vec<((f64, f64), Held)>> = BTreeMap::new();
+        let mut kinds: BTreeMap<Kind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
         for i in 0..old.springs.len() {
-            let held = (middle(old, &before, i), old.spring_held(i));
-            kinds.entry(kind(old, &before, i)).or_default().push(held);
+            let [set, first, second] = old.spring_held(i);
+            let held = [set, first, second, old.spring_strain(i) - set];
+            kinds.entry(kind(old, &before, i)).or_default().push((middle(old, &before, i), held));
         }
-        let kinds: BTreeMap<Kind, Rows<3>> =
+        let kinds: BTreeMap<Kind, Rows<4>> =
             kinds.into_iter().map(|(kind, held)| (kind, Rows::new(held.into_iter()))).collect();
         let width = now.wider_step(&before);
         for i in 0..self.springs.len() {
             let rows = nearest(&kinds, &kind(self, &now, i));
             if let Some(held) = rows.and_then(|rows| rows.read(middle(self, &now, i), width)) {
-                self.put_spring(i, held);
+                self.put_spring(i, fitted(held, self.spring_strain(i)));
             }
         }
+    }
+
+    /// Strain of spring `i` beyond expansion.
+    fn spring_strain(&self, i: usize) -> f64 {
+        let [a, b] = [self.springs.a[i], self.springs.b[i]].map(|m| self.x.get(m as usize));
+        self.heat.as_ref().map_or(0.0, |h| a.distance(b) / h.grown_length(i) - 1.0)
     }
 
     /// What spring `i` holds.

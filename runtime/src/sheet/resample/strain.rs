@@ -46,11 +46,16 @@ impl Strains {
         [&mut self.u, &mut self.v, &mut self.shear]
     }
 
-    pub(super) fn largest(&self) -> f64 {
+    /// Sum of their squares.
+    pub fn square(&self) -> f64 {
+        self.parts().into_iter().flatten().map(|e| e * e).sum()
+    }
+
+    fn largest(&self) -> f64 {
         self.parts().into_iter().flatten().fold(0.0, |most, e| e.abs().max(most))
     }
 
-    pub(super) fn minus(mut self, other: &Self) -> Self {
+    fn minus(mut self, other: &Self) -> Self {
         for (a, b) in self.parts_mut().into_iter().zip(other.parts()) {
             a.iter_mut().zip(b).for_each(|(a, b)| *a -= b);
         }
