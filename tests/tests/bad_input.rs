@@ -311,3 +311,22 @@ fn a_number_that_is_none_put_into_a_sheet_by_a_program_is_caught() {
         assert!(world.sheets()[0].x.iter().all(DVec3::is_finite), "{}", engine.name);
     }
 }
+
+/// Scenes in which random draws have found a fault, each kept as it was drawn.
+#[test]
+fn scenes_that_once_broke_a_step_go_on() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/corpus/scene");
+    let mut files: Vec<_> = std::fs::read_dir(folder).expect("corpus").map(|f| f.expect("a file").path()).collect();
+    files.sort();
+    assert!(!files.is_empty());
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("text");
+        let mut world = World::new(&Scene::parse(&text).expect("a scene")).expect("a world");
+        while world.time() < 0.5 {
+            world.step();
+        }
+        let places = world.sheets().iter().flat_map(|s| s.x.iter().chain(s.v.iter()));
+        assert!(places.fold(true, |sound, p| sound && p.is_finite()), "{}", file.display());
+        assert!(world.unstable().is_none(), "{}", file.display());
+    }
+}

@@ -81,9 +81,17 @@ impl Sheet {
             [self.springs.a[i], self.springs.b[i]].into_iter().for_each(|m| joined[m as usize] = true);
         }
         let bottom = &self.layers[0];
-        for loose in bottom.range().filter(|i| !joined[*i] && bottom.nx > 2) {
-            let beside = |by: usize| if (loose as u32).is_multiple_of(bottom.nx) { loose + by } else { loose - by };
-            all.set(loose, values.get(beside(1)) * 2.0 - values.get(beside(2)));
+        let columns = bottom.nx as usize;
+        for loose in bottom.range().filter(|i| !joined[*i]) {
+            let column = loose % columns;
+            let (one, two) = if column >= 2 {
+                (loose - 1, loose - 2)
+            } else if column + 2 < columns {
+                (loose + 1, loose + 2)
+            } else {
+                continue;
+            };
+            all.set(loose, values.get(one) * 2.0 - values.get(two));
         }
         all
     }
