@@ -140,18 +140,21 @@ fn crossing(
     let height = |x: [DVec3; 2]| normal.dot(apart(x, edge, s, t));
     // What would stay clear without contact, contact elsewhere may have pushed in.
     let gap = if placed { height(end).min(height(base)) } else { height(end) } - limits.offset;
-    let was_apart = || height(start) >= -limits.deep || was_in_front(edge, start, &before(), limits);
+    // Down a face and past its rim: it was outside, but behind the edge.
+    let came_round = || {
+        let outside = |n: &DVec3| start.iter().all(|p| n.dot(*p - edge.ends[0]) >= -limits.deep);
+        let met = |end| hit(edge, start, end).is_some();
+        edge.normals.iter().any(outside) && (met(end) || placed && (height(base) >= -limits.deep || met(base)))
+    };
+    let was_apart = || height(start) >= -limits.deep || was_in_front(edge, start, &before(), limits) || came_round();
     (gap <= limits.margin && was_apart()).then_some(Crossing { normal, s, t })
 }
 
 /// Whether a sheet's edge was on the near side of the body's at the start, as it stood and faced then: where it slides and turns, the
-/// points that touch in the end may have been behind one another along a normal that was not there yet. What was in front of a face was
-/// outside, too: down a face and past its rim the closest point was none of the body's edge.
+/// points that touch in the end may have been behind one another along a normal that was not there yet.
 fn was_in_front(edge: &Edge, start: [DVec3; 2], side: &Facing, limits: &Limits) -> bool {
-    let outside = |n: &DVec3| start.iter().all(|p| n.dot(*p - edge.ends[0]) >= -limits.deep);
     let (s, t) = segment_segment(start, edge.ends);
-    edge.normals.iter().any(outside)
-        || outward(edge, start[1] - start[0], side).is_some_and(|n| n.dot(apart(start, edge, s, t)) >= -limits.deep)
+    outward(edge, start[1] - start[0], side).is_some_and(|normal| normal.dot(apart(start, edge, s, t)) >= -limits.deep)
 }
 
 /// From a point of the edge to one of a sheet's edge with its ends at `x`.
@@ -187,9 +190,7 @@ fn met_on_the_way(
     limits: &Limits,
 ) -> Option<(DVec3, Met)> {
     let [q, r] = edge.ends;
-    let hit =
-        edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH).or_else(|| cut_off(edge, start, end));
-    if let Some(hit) = hit {
+    if let Some(hit) = hit(edge, start, end) {
         let at = [0, 1].map(|i: usize| start[i].lerp(end[i], hit.time));
         return outward(edge, at[1] - at[0], side).map(|n| (n, Some((hit.s, hit.t))));
     }
@@ -199,6 +200,12 @@ fn met_on_the_way(
         return None;
     }
     outward(edge, end[1] - end[0], side).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
+}
+
+/// How a sheet's edge meets a body's on its way.
+fn hit(edge: &Edge, start: [DVec3; 2], end: [DVec3; 2]) -> Option<EdgeImpact> {
+    let [q, r] = edge.ends;
+    edges_meet([start[0], start[1], q, r], [end[0], end[1], q, r], TOUCH).or_else(|| cut_off(edge, start, end))
 }
 
 /// How an end of a sheet's edge cuts off the body's edge on its way from one face to the other: not deep enough to have come in
