@@ -34,6 +34,9 @@ pub struct Scenes {
     /// Simulated time of each, s.
     #[arg(long, default_value = "1", value_parser = time)]
     seconds: f64,
+    /// Most masses to a side of a sheet; fewer make scenes cheaper.
+    #[arg(long, default_value_t = 11, value_name = "N")]
+    side: u32,
     /// CPU time after which a scene is left as it is and counted as cut short, s.
     #[arg(long, default_value = "20", value_parser = time)]
     patience: f64,
@@ -49,7 +52,7 @@ pub struct Scenes {
     /// What is to be done with a sheet that is about to go unstable, in every scene; something but `stop` at random unless told otherwise.
     #[arg(long, value_name = "POLICY")]
     when_unstable: Option<WhenUnstable>,
-    /// Folder for the scenes that panicked or went unstable.
+    /// Folder for the scenes that panicked, went unstable or were cut short.
     #[arg(long, default_value = "sheetwork-out/scenes")]
     out: PathBuf,
     /// Print JSON and nothing else.
@@ -70,7 +73,7 @@ enum End {
     Well,
     Contained,
     Frozen,
-    Short,
+    Short(String),
     Refused(String),
     Unstable(String),
     Broken(String),
@@ -79,6 +82,7 @@ enum End {
 impl Scenes {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         check_range("--seconds", self.seconds, 1e-3, 1e6, "s")?;
+        check_range("--side", f64::from(self.side), 3.0, 101.0, "masses")?;
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<u64> = (self.first..self.first + self.count).skip(which - 1).step_by(of).collect();
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
@@ -88,7 +92,7 @@ impl Scenes {
         std::panic::set_hook(Box::new(|_| {}));
         for index in mine {
             let mut draws = Draws::new(self.seed, index);
-            let mut scene = drawn(&mut draws);
+            let mut scene = drawn(&mut draws, self.side);
             for sheet in &mut scene.sheets {
                 sheet.when_unstable = self.when_unstable.unwrap_or_else(|| *draws.pick(&POLICIES));
             }
@@ -97,7 +101,7 @@ impl Scenes {
                 Ok(End::Well) => (&mut well, None),
                 Ok(End::Contained) => (&mut contained, None),
                 Ok(End::Frozen) => (&mut frozen, None),
-                Ok(End::Short) => (&mut short, None),
+                Ok(End::Short(why)) => (&mut short, Some(why)),
                 Ok(End::Refused(why)) => (&mut refused, Some(why)),
                 Ok(End::Unstable(why)) => (&mut unstable, Some(why)),
                 Ok(End::Broken(why)) => (&mut broken, Some(why)),
@@ -139,7 +143,7 @@ impl Scenes {
         while world.time() < self.seconds - 0.5 * world.dt() {
             world.step();
             if start.elapsed().as_secs_f64() > self.patience {
-                return End::Short;
+                return End::Short(format!("cut short at {:.3} s", world.time()));
             }
         }
         let is_sound = |s: &sheetwork::sheet::Sheet| s.x.iter().chain(s.v.iter()).all(DVec3::is_finite);
@@ -201,8 +205,8 @@ impl Draws {
     }
 }
 
-/// A scene: one to three sheets, bodies, air and heat, with an engine and a step that its sheets can be asked to bear.
-fn drawn(draws: &mut Draws) -> Scene {
+/// A scene: one to three sheets of at most `side` masses to a side, bodies, air and heat, with an engine and a step that its sheets can be asked to bear.
+fn drawn(draws: &mut Draws, side: u32) -> Scene {
     // An explicit engine is for soft sheets; its step is the scene's own risk.
     let implicit = !draws.once_in(4);
     let engines: Vec<_> = ENGINES.iter().filter(|e| e.implicit == implicit && !e.adaptive).collect();
@@ -214,7 +218,7 @@ fn drawn(draws: &mut Draws) -> Scene {
         ..Scene::default()
     };
     for index in 0..1 + draws.below(5) / 2 {
-        let mut sheet = sheet(draws, implicit);
+        let mut sheet = sheet(draws, implicit, side);
         sheet.name = format!("sheet {index}");
         sheet.placement.position += DVec3::new(0.0, 0.35 * index as f64, 0.0);
         scene.sheets.push(sheet);
@@ -239,11 +243,11 @@ fn drawn(draws: &mut Draws) -> Scene {
     scene
 }
 
-fn sheet(draws: &mut Draws, implicit: bool) -> SheetSpec {
+fn sheet(draws: &mut Draws, implicit: bool, most: u32) -> SheetSpec {
     let row = if draws.once_in(2) { StructureKind::Shell } else { draws.pick(STRUCTURES).kind };
     let shell = row == StructureKind::Shell;
     let layers = if shell || row == StructureKind::Provot2d { 1 } else { 2 };
-    let side = |draws: &mut Draws| 3 + draws.below(9) as u32;
+    let side = |draws: &mut Draws| 3 + draws.below(most as usize - 2) as u32;
     let names = ["hips", "pet", "paper", "card", "pvc"];
     let material = if implicit {
         match draws.below(3) {
