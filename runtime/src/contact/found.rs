@@ -1,9 +1,12 @@
 //! What detection found for a round, and what is added to it: what contact has moved into something else, and what of sheets has
 //! crossed in earlier rounds. Contacts of sheets come first, in the order of their keys, then those between bodies, then glue.
 
+use glam::DVec3;
+
 use super::delassus::Group;
 use super::dual::ACCURACY;
 use super::find::is_of_ball;
+use super::memory::Memory;
 use super::row::{Contact, Key, Side};
 use super::settled;
 use super::stage::{At, Scratch, gap, moved, place};
@@ -69,9 +72,14 @@ impl Found {
 
     /// Leaves out of two contacts that push the same places against each other, where no place is right for both, the one that overlapped by more
     /// at the start: a needle that is touched from within, the underside of a body on a floor, an edge of a fold that is seen from behind. No
-    /// force puts both apart.
-    pub fn leave_out_opposed(&mut self, group: &Group) {
+    /// force puts both apart. One that has held before is right, whatever a sheet that turns in a stage says of its start.
+    pub fn leave_out_opposed(&mut self, group: &Group, memory: &Memory) {
+        // Several sheets go on from what does not settle, and have thousands of contacts to look through.
+        if group.members.len() > 1 {
+            return;
+        }
         let start = |c: &Contact| gap(group, c, At::Start);
+        let held = |c: &Contact| memory.of(&c.key).is_some_and(|known| known.position != DVec3::ZERO);
         let stands = |body: u32| !group.movers[body as usize].gives();
         let shares = |one: &Side, other: &Side| match (one, other) {
             (Side::Sheet { sheet, point }, Side::Sheet { sheet: also, point: there }) => {
@@ -85,7 +93,7 @@ impl Found {
             cosine < OPPOSED && shares(&one.a, &other.a) && shares(&one.b, &other.b)
                 || cosine > -OPPOSED && shares(&one.a, &other.b) && shares(&one.b, &other.a)
         };
-        for i in (0..self.contacts.len()).rev() {
+        for i in (0..self.parts.len()).rev() {
             let contact = &self.contacts[i];
             let overlap = start(contact);
             // A ball is touched from where it is met alone; what comes in beside it was behind the normal that it meets later, and apart.
@@ -95,12 +103,18 @@ impl Found {
             let holds = |other: &Contact| {
                 opposes(contact, other) && {
                     let apart = start(other);
-                    apart > overlap && apart + overlap < -BEGUN
+                    let is_right = match (held(contact), held(other)) {
+                        (true, false) => false,
+                        (false, true) => true,
+                        _ => apart > overlap,
+                    };
+                    is_right && apart + overlap < -BEGUN
                 }
             };
-            if self.contacts.iter().any(holds) {
+            if self.of_sheets().iter().any(holds) {
                 self.contacts.remove(i);
                 self.parts.remove(i);
+                self.glue_from -= 1;
             }
         }
     }

@@ -23,10 +23,10 @@ const FURTHEST: f64 = 1e-4;
 /// Accuracy of gaps as a fraction of the deepest overlap there would be.
 const OF_DEPTH: f64 = 5e-5;
 /// The same of several sheets, and the most that it makes of it, m.
-const OF_DEPTH_TOGETHER: f64 = 1e-3;
+const OF_DEPTH_TOGETHER: f64 = 1e-2;
 const COARSEST: f64 = 1e-5;
 /// Times that contacts are chosen.
-const GROWING: u32 = 4;
+const GROWING: u32 = 2;
 /// Rows that one thread makes at a time.
 const ROWS_AT_A_TIME: usize = 64;
 /// Weight of a mass in a contact, and cosine between normals, above which two contacts are one.
@@ -117,6 +117,10 @@ impl Scratch {
     /// Remembers the forces of the position solve.
     pub(super) fn remember_positions(&mut self, primal: &Primal) {
         let (contacts, chosen) = (&self.found.contacts, &self.chosen);
+        let open = chosen.iter().zip(&primal.force).filter(|(_, force)| **force == DVec3::ZERO);
+        self.left_open.clear();
+        self.left_open.extend(open.map(|(i, _)| contacts[*i as usize].key));
+        self.left_open.sort_unstable();
         self.memory.replace(|old, new| {
             for (k, i) in chosen.iter().enumerate() {
                 let (key, position) = (contacts[*i as usize].key, primal.rows[k].frame * primal.force[k]);
@@ -208,8 +212,11 @@ impl Scratch {
             }
         }
         row.b = self.position_of(group, i, &row.frame);
-        let known = self.memory.near(&contact.key);
-        row.new = self.memory.is_empty() || self.gaps.start[i] > FAR || (self.eager > 0.0 && known.is_none());
+        // Nor does it have the force of the same feature with another place, which `near` would give it.
+        let left_open = self.left_open.binary_search(&contact.key).is_ok();
+        let known = self.memory.near(&contact.key).filter(|_| !left_open);
+        let is_unknown = self.memory.is_empty() || self.gaps.start[i] > FAR || (self.eager > 0.0 && known.is_none());
+        row.new = is_unknown && !left_open;
         row.eager = self.eager;
         row.idle = self.is_doubled(group, i);
         row.weigh(|block| self.joint.diagonal_of(group, block, h));

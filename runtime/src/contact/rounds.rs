@@ -18,8 +18,10 @@ use crate::sheet::stage::StageWork;
 /// Rounds of a stage, and how many more there may be to end with one that touches what others touched.
 const ROUNDS: u32 = 10;
 const LAST: u32 = 3;
-/// The same for several sheets, of which one or another always has something to settle where much happens.
-const TOGETHER: u32 = 4;
+/// The same for several sheets, of which one or another always has something to settle where much happens; and where there is no shorter
+/// step to try: what has crossed by then would keep them all where they were.
+const TOGETHER: u32 = 3;
+const TOGETHER_AT_LAST: u32 = 8;
 /// Rounds after which a stage whose strain is still mispredicted by this many times what is let pass is left to shorter steps.
 const PATIENCE: u32 = 2;
 const HOPELESS: f64 = 100.0;
@@ -97,9 +99,11 @@ fn solve_and_widen(
         let is_far = group.members.len() == 1 && margins.sheets > FAR;
         let overlaps = if is_far {
             find(group, Look::Moved, Margins::NARROW, &mut scratch.seen);
+            scratch.seen.leave_out_opposed(group, &scratch.memory);
             scratch.take_up_more(group)
         } else {
             find(group, look, margins, &mut scratch.seen);
+            scratch.seen.leave_out_opposed(group, &scratch.memory);
             scratch.take_up_wide(group)
         };
         if !overlaps {
@@ -146,6 +150,7 @@ pub(crate) fn solve_rounds(
             return Rounds::Failed;
         }
         find(group, look, Margins::of(sheets), &mut scratch.found);
+        scratch.found.leave_out_opposed(group, &scratch.memory);
         if let Some(sheet) = scratch.buried(group).filter(|_| round == 0) {
             return Rounds::Buried(sheet);
         }
@@ -179,11 +184,7 @@ pub(crate) fn solve_rounds(
         if !apart {
             group.each(|sheet| sheet.work.stage.done = false);
         }
-        let rounds = match scratch.single || !met {
-            _ if scratch.is_spent() => 1,
-            true => ROUNDS,
-            false => TOGETHER,
-        };
+        let rounds = most(scratch, met);
         if round + 1 >= rounds && touched == met {
             return if met { Rounds::Failed } else { Rounds::Unsettled };
         }
@@ -192,6 +193,16 @@ pub(crate) fn solve_rounds(
         }
     }
     Rounds::Open
+}
+
+/// How many rounds there may be, whether or not anything has been `met`.
+fn most(scratch: &Scratch, met: bool) -> u32 {
+    match scratch.single || !met {
+        _ if scratch.is_spent() => 1,
+        true => ROUNDS,
+        false if scratch.last => TOGETHER_AT_LAST,
+        false => TOGETHER,
+    }
 }
 
 /// The free motion of every sheet that is not done; false when one has none.
@@ -229,6 +240,7 @@ pub(crate) fn solve_masses(
 ) -> bool {
     scratch.short_steps = true;
     find(group, &mut scratch.found);
+    scratch.found.leave_out_opposed(group, &scratch.memory);
     let touched = scratch.watched(|scratch| scratch.solve_positions(group, h, false));
     if touched {
         scratch.watched(|scratch| scratch.solve_velocities(group, h));

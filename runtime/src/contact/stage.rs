@@ -101,6 +101,8 @@ pub(crate) struct Scratch {
     /// Contacts that may act, by number in `found`, and whether each is one of them.
     pub(super) chosen: Vec<u32>,
     pub(super) is_chosen: Vec<bool>,
+    /// Contacts that the last solve for positions of this stage left open, in order.
+    pub(super) left_open: Vec<Key>,
     /// Gap up to which what is new pushes for a beginning, m.
     pub(super) eager: f64,
     pub(super) solved: Solved,
@@ -397,6 +399,7 @@ impl Scratch {
         self.short_steps = false;
         self.crossed = false;
         self.crossing.clear();
+        self.left_open.clear();
     }
 
     /// Whether something that was apart would come to overlap by much, so that the sheet will not be where this round leaves it.
@@ -541,6 +544,7 @@ impl Scratch {
     /// Deepest overlap with a body where the rounds have come to, m, of what `find` writes.
     pub fn overlap(&mut self, group: &Group, find: impl FnOnce(&Group, &mut Found)) -> f64 {
         find(group, &mut self.seen);
+        self.seen.leave_out_opposed(group, &self.memory);
         settled::deepest(group, &self.seen.contacts[..self.seen.glue_from])
     }
 

@@ -60,7 +60,7 @@ pub fn throw(seed: u64, index: u64) -> Result<Drop, InputError> {
     let start = runner.world.sheets().first().map_or(0.0, |s| s.energy(DVec3::ZERO).kinetic);
     let height = runner.world.sheets().first().map_or(0.0, |s| s.centre_of_mass().y);
     let scale = start + watch::fall(&runner.world, height);
-    let mut paths = Paths::new(&runner.world);
+    let mut paths = Paths::new(&mut runner.world);
     let mut through = None;
     runner.run(DURATION, |world| {
         watch.see(world);

@@ -1,8 +1,8 @@
 //! Whether a place of a sheet has passed through the core of a body between two looks at them.
 //!
-//! In the time between, the place goes straight on from where it was, and the body moves straight on and turns evenly, by the angle that its
-//! spin says: a box that is struck at its edge may turn by more than half a turn in a step, and what stands still beside it goes around
-//! it, as it sees that. The real way is anything that goes on in every direction, as along a plate and then down beside its rim: such a way
+//! In the time between, the place goes straight on from where it was to where each stage of the step took it, and the body moves straight on
+//! and turns evenly, by the angle that its spin says: a box that is struck at its edge may turn by more than half a turn in a step, and what stands still beside it goes around
+//! it, as it sees that. The real way from stage to stage is anything that goes on in every direction, as along a plate and then down beside its rim: such a way
 //! is never further from the straight one than half of that. Lengths in m, in the frame of the body.
 
 use std::f64::consts::TAU;
@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 use super::overlap::{Frame, Solid, faces};
 use super::watch;
 use crate::World;
-use crate::sheet::Sheet;
+use crate::sheet::{Sheet, Vectors};
 
 /// Turn of a body that one straight piece of a way may stand for, rad.
 const TURN: f64 = 0.1;
@@ -26,20 +26,40 @@ pub(crate) struct Paths {
     time: f64,
 }
 
+/// A place of the world, and what part of the time between two looks had gone by there.
+type At = (f64, DVec3);
+
 impl Paths {
-    pub fn new(world: &World) -> Self {
+    /// Begins, and has the first sheet say where it is within steps.
+    pub fn new(world: &mut World) -> Self {
+        if let Some(sheet) = world.sheets_mut().first_mut() {
+            sheet.work.trace = Some(Box::default());
+        }
+        let world = &*world;
         let bodies = world.rigid().map_or(&[][..], |r| r.bodies());
         let solids: Vec<_> = bodies.iter().enumerate().filter_map(|(i, b)| Some((i, Solid::of(&b.shape)?))).collect();
         let faces = world.sheets().first().map(faces).unwrap_or_default();
         let mut paths = Self { solids, faces, places: Vec::new(), frames: Vec::new(), time: world.time() };
-        (paths.places, paths.frames) = (paths.places(world), paths.frames(world));
+        let places = world.sheets().first().map_or_else(Vec::new, |sheet| paths.places(&sheet.x));
+        (paths.places, paths.frames) = (places, paths.frames(world));
         paths
     }
 
-    fn places(&self, world: &World) -> Vec<DVec3> {
-        let Some(sheet) = world.sheets().first() else { return Vec::new() };
-        let middle = |sheet: &Sheet, t: &[u32; 3]| t.iter().map(|i| sheet.x.get(*i as usize)).sum::<DVec3>() / 3.0;
-        sheet.x.iter().chain(self.faces.iter().map(|t| middle(sheet, t))).collect()
+    fn places(&self, x: &Vectors) -> Vec<DVec3> {
+        let middle = |t: &[u32; 3]| t.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
+        x.iter().chain(self.faces.iter().map(middle)).collect()
+    }
+
+    /// Where all places were since the last look, moment by moment.
+    fn since(&self, sheet: &Sheet, span: f64) -> Vec<(f64, Vec<DVec3>)> {
+        let last = self.places(&sheet.x);
+        let mut ways = vec![(0.0, self.places.clone())];
+        // One that sleeps has taken no step.
+        if let Some(trace) = sheet.work.trace.as_ref().filter(|_| last != self.places && span > 0.0) {
+            ways.extend(trace.ends.iter().map(|(time, x)| ((time / span).min(1.0), self.places(x))));
+        }
+        ways.push((1.0, last));
+        ways
     }
 
     fn frames(&self, world: &World) -> Vec<Option<Frame>> {
@@ -48,21 +68,27 @@ impl Paths {
 
     /// The first place that has gone through a body since the last look.
     pub fn crossing(&mut self, world: &World) -> Option<String> {
-        let (places, frames) = (self.places(world), self.frames(world));
+        let frames = self.frames(world);
         let span = world.time() - self.time;
+        let ways = world.sheets().first().map_or_else(Vec::new, |sheet| self.since(sheet, span));
         let mut found = None;
         for (k, (body, solid)) in self.solids.iter().enumerate() {
             let (Some(start), Some(end)) = (&self.frames[k], &frames[k]) else { continue };
             let spin = world.rigid().and_then(|r| r.state(*body)).map_or(DVec3::ZERO, |state| state.spin());
             let turn = turned(start.rotation, end.rotation, spin * span);
-            let mut ways = self.places.iter().zip(&places).enumerate();
-            let gone = ways.find(|(_, (a, b))| passes(solid, (start, end, turn), (**a, **b)));
-            if let Some((place, (a, b))) = gone.filter(|_| found.is_none()) {
-                let (a, b) = (start.local(*a), end.local(*b));
-                found = Some(format!("place {place} through body {body}, from {a:.4} to {b:.4} m"));
-            }
+            let mut pieces = ways.iter().zip(ways.iter().skip(1));
+            let gone = |((t0, a), (t1, b)): (&(f64, Vec<DVec3>), &(f64, Vec<DVec3>))| {
+                let goes = |place: &usize| passes(solid, (start, end, turn), ((*t0, a[*place]), (*t1, b[*place])));
+                let place = (0..a.len()).find(goes)?;
+                let (a, b) = (start.local(a[place]), end.local(b[place]));
+                Some(format!("place {place} through body {body}, from {a:.4} to {b:.4} m"))
+            };
+            found = found.or_else(|| pieces.find_map(gone));
         }
-        (self.places, self.frames, self.time) = (places, frames, world.time());
+        if let Some((_, places)) = ways.into_iter().next_back() {
+            self.places = places;
+        }
+        (self.frames, self.time) = (frames, world.time());
         found
     }
 }
@@ -76,12 +102,18 @@ fn turned(from: DQuat, to: DQuat, about: DVec3) -> DVec3 {
     least + axis * (TAU * ((about - least).dot(axis) / TAU).round())
 }
 
-/// Whether a place that goes from `a` to `b` in the world passes through the core of a body that goes from one frame to another by `turn`.
-fn passes(solid: &Solid, (start, end, turn): (&Frame, &Frame, DVec3), (a, b): (DVec3, DVec3)) -> bool {
-    let (a, b) = (a - start.position, b - end.position);
-    let pieces = (turn.length() / TURN).ceil().clamp(1.0, 200.0);
-    let bend = 0.5 * a.distance(b);
-    let seen = |part: f64| (DQuat::from_scaled_axis(turn * part) * start.rotation).inverse() * a.lerp(b, part);
+/// Whether a place that goes from `a` to `b` in the world passes through the core of a body that goes from one frame to another by `turn`
+/// in the whole time.
+fn passes(solid: &Solid, (start, end, turn): (&Frame, &Frame, DVec3), (a, b): (At, At)) -> bool {
+    let (time, length) = (a.0, b.0 - a.0);
+    let seen = |part: f64| {
+        let all = time + length * part;
+        let from = a.1.lerp(b.1, part) - start.position.lerp(end.position, all);
+        (DQuat::from_scaled_axis(turn * all) * start.rotation).inverse() * from
+    };
+    let moved = |at: At| at.1 - start.position.lerp(end.position, at.0);
+    let bend = 0.5 * moved(a).distance(moved(b));
+    let pieces = (turn.length() * length / TURN).ceil().clamp(1.0, 200.0);
     (0..pieces as u32).any(|k| solid.crossed(seen(f64::from(k) / pieces), seen(f64::from(k + 1) / pieces), bend))
 }
 
@@ -99,8 +131,8 @@ mod tests {
             let (start, end) = (frame(0.3), frame(0.3 + angle));
             let turn = turned(start.rotation, end.rotation, DVec3::Y * (angle + 0.2));
             assert!((turn - DVec3::Y * angle).length() < 1e-9, "{turn} {angle}");
-            assert!(!passes(&solid, (&start, &end, turn), (beside, beside)), "{angle}");
-            assert!(passes(&solid, (&start, &end, turn), (beside, -beside)), "{angle}");
+            assert!(!passes(&solid, (&start, &end, turn), ((0.0, beside), (1.0, beside))), "{angle}");
+            assert!(passes(&solid, (&start, &end, turn), ((0.0, beside), (1.0, -beside))), "{angle}");
         }
     }
 
@@ -108,8 +140,18 @@ mod tests {
     fn what_goes_straight_through_a_wedge_has() {
         let solid = Solid::of(&crate::scene::Shape::Polyhedron(Polyhedron::wedge(0.1, 0.1, 0.2))).expect("a solid");
         let frame = Frame { position: DVec3::new(1.0, 0.0, 0.0), rotation: DQuat::IDENTITY };
-        let way = |x: f64, y: f64| (DVec3::new(1.0 - x, y, 0.0), DVec3::new(1.0 + x, y, 0.0));
+        let way = |x: f64, y: f64| ((0.0, DVec3::new(1.0 - x, y, 0.0)), (1.0, DVec3::new(1.0 + x, y, 0.0)));
         assert!(passes(&solid, (&frame, &frame, DVec3::ZERO), way(0.06, 0.03)));
         assert!(!passes(&solid, (&frame, &frame, DVec3::ZERO), way(0.06, 0.2)));
+    }
+
+    #[test]
+    fn what_goes_around_a_needle_stage_by_stage_has_not_gone_through_it() {
+        let solid = Solid::of(&crate::scene::Shape::Box(DVec3::new(0.01, 0.2, 0.01))).expect("a solid");
+        let frame = Frame { position: DVec3::ZERO, rotation: DQuat::IDENTITY };
+        let round = |part: f64| (part, DQuat::from_rotation_y(3.0 * part) * DVec3::X * 0.02);
+        let gone = |from: f64, to: f64| passes(&solid, (&frame, &frame, DVec3::ZERO), (round(from), round(to)));
+        assert!(gone(0.0, 1.0));
+        assert!(!(0..10).any(|k| gone(0.1 * f64::from(k), 0.1 * f64::from(k + 1))));
     }
 }

@@ -32,6 +32,7 @@ mod snapshot;
 pub(crate) mod stage;
 pub mod surface;
 mod tears;
+pub(crate) mod trace;
 mod tuning;
 mod vectors;
 
@@ -231,6 +232,8 @@ pub(crate) struct Work {
     pub stuck: Option<Box<crate::contact::stick::Stuck>>,
     /// Of one that does not move, its first and last mass and the box around it, m.
     pub resting: Option<((Option<DVec3>, Option<DVec3>), (DVec3, DVec3))>,
+    /// Where it was in the step, of one that is judged.
+    pub trace: Option<Box<trace::Trace>>,
     /// Colliders that masses touched in this step.
     pub met: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
 }

@@ -281,6 +281,7 @@ impl Sheet {
 
     /// Keeps the state of the sheet, to come back to with [`Sheet::put_back`].
     pub(crate) fn keep(&mut self) {
+        self.trace(|trace, _| trace.keep());
         let Self { work, x, v, engine, .. } = self;
         let stage = &mut work.stage;
         stage.kept_x.clone_from(x);
@@ -298,6 +299,7 @@ impl Sheet {
 
     /// Comes back to the state that was kept.
     pub(crate) fn put_back(&mut self) {
+        self.trace(|trace, _| trace.put_back());
         let Self { work, x, v, engine, .. } = self;
         x.clone_from(&work.stage.kept_x);
         v.clone_from(&work.stage.kept_v);

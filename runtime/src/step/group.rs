@@ -59,6 +59,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         scratch.deepest = 0;
         scratch.runaway = false;
         scratch.effort = 0;
+        group.each(|sheet| sheet.trace(|trace, _| trace.begin()));
         if !std::mem::take(&mut scratch.strayed) {
             scratch.strays = 0;
         }
@@ -205,6 +206,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         }
         finder.end_stage(group);
         at += length;
+        group.each(|sheet| sheet.trace(|trace, x| trace.ends.push((at, x.clone()))));
     }
     let verdict = before.filter(|_| met).map_or(Verdict::Stands, |before| before.judge(group, &part.field, last));
     let gives = group.movers.iter().any(|m| m.gives());

@@ -296,10 +296,6 @@ impl Find for Near<'_> {
         if group.members.iter().any(|i| !group.sheets[*i as usize].pins.is_empty()) {
             found.leave_out_jammed(group);
         }
-        // Several sheets go on from what does not settle, and have thousands of contacts to look through.
-        if group.members.len() == 1 {
-            found.leave_out_opposed(group);
-        }
         self.join(group, found);
     }
 

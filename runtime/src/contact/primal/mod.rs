@@ -44,6 +44,8 @@ const LOST: f64 = 0.5;
 const FEW_TIMES: f64 = 4.0;
 /// Steps more on the masses for each time that limits of friction have followed: what settles each time comes there.
 const MORE: u32 = 6;
+/// Steps after which what is out of balance need only be less than [`Accuracy::balance_late`].
+const LATE: u32 = 3;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
@@ -79,6 +81,8 @@ pub(crate) struct Accuracy {
     /// By what fraction of their sum forces may be short of holding the displacement: stiff contacts hide in small gaps what is
     /// not held.
     pub balance: f64,
+    /// The same after some steps: where sheets slide over one another, a few contacts flicker between holding and sliding for long.
+    pub balance_late: f64,
     /// The same of forces found from within, which close in on friction slowly.
     pub balance_inside: f64,
     /// Where the path to them ends.
@@ -99,6 +103,7 @@ impl Accuracy {
         stiffer: DVec3::new(100.0, 10.0, 10.0),
         stiffest: 1e4,
         balance: 1e-7,
+        balance_late: 1e-7,
         balance_inside: 1e-3,
         inside: Inside::FINE,
         updates: 5,
@@ -113,16 +118,24 @@ impl Accuracy {
         stiffer: DVec3::new(30.0, 3.0, 3.0),
         stiffest: 0.0,
         balance: 1e-3,
+        balance_late: 5e-2,
         balance_inside: 1e-2,
         inside: Inside::TOGETHER,
         updates: 0,
-        patience: 20,
+        patience: 14,
         braced: true,
     };
     /// Where a sheet is still far from where it will be, and where several are.
-    pub const ROUGH: Self =
-        Self { gap: 1e-5, slip: 10.0, balance: 1e-3, balance_inside: 1e-2, updates: 0, ..Self::FINE };
-    pub const ROUGH_TOGETHER: Self = Self { braced: true, stiffest: 0.0, inside: Inside::TOGETHER, ..Self::ROUGH };
+    pub const ROUGH: Self = Self {
+        gap: 1e-5,
+        slip: 10.0,
+        balance: 1e-3,
+        balance_late: 1e-3,
+        balance_inside: 1e-2,
+        updates: 0,
+        ..Self::FINE
+    };
+    pub const ROUGH_TOGETHER: Self = Self { gap: 1e-5, slip: 10.0, stiffer: Self::FINE.stiffer, ..Self::TOGETHER };
 }
 
 /// The solver with its arrays.
@@ -214,11 +227,13 @@ impl Primal {
         let tolerance = accuracy.gap;
         let (mut updated, mut exact, mut trusted, mut inside) = (0, true, true, false);
         let (mut before, mut first) = (f64::INFINITY, f64::INFINITY);
+        let mut just_held = false;
         for round in 0.. {
             let patience = accuracy.patience + if space.is_cheap() { 0 } else { MORE * updated };
             let soon =
                 round == STEPS_OUTSIDE && !accuracy.braced && !exact && !space.is_cheap() && self.changes() > MANY;
-            let lost = accuracy.braced && self.is_lost(round, &mut first, accuracy);
+            // New forces throw contacts open for a step.
+            let lost = accuracy.braced && !just_held && self.is_lost(round, &mut first, accuracy);
             if !inside && (soon || lost || round == patience) {
                 if !space.is_cheap() && self.go_inside(space, accuracy) {
                     return true;
@@ -236,7 +251,8 @@ impl Primal {
                 self.factored.clear();
             }
             self.aim();
-            let balanced = self.load(space) <= accuracy.balance;
+            let balanced = self.load(space) <= if round < LATE { accuracy.balance } else { accuracy.balance_late };
+            just_held = balanced;
             if balanced {
                 let missed = self.missed(accuracy.slip);
                 self.project();
