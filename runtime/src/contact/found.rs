@@ -27,6 +27,13 @@ pub(crate) struct Found {
 }
 
 impl Found {
+    /// Forgets what was found in another step, for what may have been another group: a step in which nothing is looked for has found nothing.
+    pub fn forget(&mut self) {
+        self.contacts.clear();
+        self.parts.clear();
+        self.glue_from = 0;
+    }
+
     /// The contacts of sheets, which alone are in the order of their keys, and have parts.
     fn of_sheets(&self) -> &[Contact] {
         &self.contacts[..self.parts.len()]

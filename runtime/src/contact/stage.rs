@@ -260,8 +260,7 @@ impl Scratch {
 
     /// After a step in which nothing could touch.
     pub fn rest(&mut self) {
-        self.found.contacts.clear();
-        self.found.parts.clear();
+        self.found.forget();
         self.memory.clear();
         self.other.clear();
     }

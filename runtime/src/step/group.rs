@@ -59,6 +59,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         scratch.deepest = 0;
         scratch.runaway = false;
         scratch.effort = 0;
+        scratch.found.forget();
         group.each(|sheet| sheet.trace(|trace, _| trace.begin()));
         if !std::mem::take(&mut scratch.strayed) {
             scratch.strays = 0;
