@@ -31,7 +31,7 @@ pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> 
 }
 
 fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
-    if sheet.triangles.is_some() || sheet.open_count() > 0 {
+    if sheet.open_count() > 0 {
         // Drawn by its own triangles.
         return Some(0.0);
     }
@@ -45,7 +45,11 @@ fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
             ((low.0.min(p.0), low.1.min(p.1)), (high.0.max(p.0), high.1.max(p.1)))
         },
     );
-    let cells = Cells::of(sheet, &grid.triangles(), (grid.nx, grid.nz), (low, high));
+    let (triangles, size) = match &sheet.triangles {
+        Some(triangles) => (triangles.clone(), (sheet.grid.0, sheet.grid.2)),
+        None => (grid.triangles(), (grid.nx, grid.nz)),
+    };
+    let cells = Cells::of(sheet, &triangles, size, (low, high));
     let gaps =
         mesh.positions.iter().zip(&mesh.uvs).map(|(p, uv)| cells.distance(sheet, Vec3::from(*p).as_dvec3(), *uv));
     gaps.reduce(f64::max)

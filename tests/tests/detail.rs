@@ -259,7 +259,6 @@ fn what_cannot_be_carried_is_refused_with_the_reason() {
     };
     let shell = r#"structure: "shell", grid: (11, 1, 11), size: (0.25, 0.25), material: "hips""#;
     assert!(refused(r#"structure: "slamm", grid: (5, 2, 5), tearing: true, slits: [((0.2, 0.5), (0.8, 0.5))], material: "hips""#, "", (9, 9)).contains("open"));
-    assert!(refused(&format!("{shell}, outline: Disc(radius: 0.1)"), "", (9, 9)).contains("outline"));
     assert!(refused(&format!("{shell}, slits: [((0.2, 0.5), (0.8, 0.5))]"), "", (9, 9)).contains("open"));
     assert!(refused(&format!("{shell}, pins: [(region: Masses([3]))]"), "", (9, 9)).contains("number"));
     assert!(refused(&format!("{shell}, pins: [(region: Point(0.3, 0.5))]"), "", (9, 9)).contains("no mass at"));

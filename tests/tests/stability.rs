@@ -247,4 +247,12 @@ fn limits_follow_stiffness_mass_and_temperature() {
     println!("100 K up: {warm:.3}, 100 K down: {cold:.3} of the step");
     let root = 10.0_f64.sqrt();
     assert!((warm / root - 1.0).abs() < 0.05 && (cold * root - 1.0).abs() < 0.05, "{warm} {cold}");
+    // A shell's retardation is a time, which warmth leaves as it is: its limit is predicted, and not as the root.
+    for engine in [EngineKind::EulerCromer, EngineKind::EulerRichardson, EngineKind::Rk4] {
+        for jump in [-100.0, 100.0] {
+            let shell = Setting { structure: StructureKind::Shell, engine, jump, ..base };
+            let ratio = of(shell) / shell.predicted().unwrap_or_else(|e| panic!("{e}"));
+            assert!((ratio - 1.0).abs() < 0.05, "{engine}, {jump} K: {ratio}");
+        }
+    }
 }

@@ -157,11 +157,11 @@ fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, 
         SheetLayer::Top => sheet.layers.len().checked_sub(1)?,
         SheetLayer::Bottom => 0,
     };
-    // A sheet that is no rectangle, or not whole, is drawn by its own triangles, between which there is no spline.
-    let parts = if sheet.triangles.is_some() || sheet.open_count() > 0 {
-        1
-    } else {
-        pieces(sheet.layers.get(index)?, display.smoothing)
+    // A sheet that is not whole is drawn by its own triangles.
+    let parts = match &sheet.triangles {
+        _ if sheet.open_count() > 0 => 1,
+        Some(triangles) => halvings(triangles.len(), display.smoothing),
+        None => pieces(sheet.layers.get(index)?, display.smoothing),
     };
     Some((sheet.surface(index, parts)?, parts))
 }
@@ -171,6 +171,12 @@ fn pieces(layer: &Layer, wanted: u32) -> u32 {
     let cells = f64::from(layer.nx.saturating_sub(1)) * f64::from(layer.nz.saturating_sub(1));
     let most = (MOST_VERTICES / cells.max(1.0)).sqrt() as u32;
     wanted.clamp(1, 16).min(most.max(1))
+}
+
+/// Parts of the sides of so many triangles: those wanted, as far as sides are halved, or as many as leave it light enough to draw.
+fn halvings(triangles: usize, wanted: u32) -> u32 {
+    let light = |parts: &u32| triangles as f64 * f64::from(parts * parts) <= 2.0 * MOST_VERTICES;
+    [4, 2].into_iter().filter(|parts| *parts <= wanted).find(light).unwrap_or(1)
 }
 
 /// A mesh of the surface with the masses at `x`, world space, m.

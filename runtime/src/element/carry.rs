@@ -2,11 +2,76 @@
 //!
 //! What is held at places of a grid (rest curvatures, creep, strains that have set) is taken to those of another as the mean under a hat as
 //! wide as the coarser grid's cells. To a finer grid that is linear in between; to a coarser one what stands in a line, such as a fold, keeps
-//! its sum: an angle stays that angle. What is the same everywhere stays so.
+//! its sum: an angle stays that angle. What is the same everywhere stays so. Between meshes of triangles: `meshes`.
+
+mod meshes;
+
+pub use meshes::{Meshes, hats};
+
+/// From what to what.
+pub enum Carry<'a> {
+    /// Of a rectangle, or a lattice.
+    Grid(Grids),
+    /// Of a sheet with an outline, holes or cuts.
+    Mesh(Meshes<'a>),
+}
+
+/// What is held at places of the old sheet, as [`Carry::gather`] has it.
+pub enum Held<const K: usize> {
+    /// At masses or in the middles of cells.
+    Grid(Places<K>),
+    /// Of each triangle.
+    Mesh(Vec<Option<[f64; K]>>),
+}
+
+impl Carry<'_> {
+    /// What is held at `homes` of the old sheet: masses, or the first masses of cells if it is in their middles; triangles of a mesh.
+    pub fn gather<const K: usize>(&self, middle: bool, homes: impl Iterator<Item = (u32, [f64; K])>) -> Held<K> {
+        match self {
+            Self::Grid(grids) => {
+                let mut places = if middle { Places::cells(grids.from) } else { Places::masses(grids.from) };
+                for (home, value) in homes {
+                    let (i, j) = grids.row_of(home as usize);
+                    places.put(i, j, value);
+                }
+                Held::Grid(places)
+            }
+            Self::Mesh(meshes) => {
+                let mut each = vec![None; meshes.from.triangles.len()];
+                homes.for_each(|(home, value)| each[home as usize] = Some(value));
+                Held::Mesh(each)
+            }
+        }
+    }
+
+    /// What `values`, one a mass of the old sheet, come to at those of the new one.
+    pub fn at_masses(&self, values: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Grid(grids) => {
+                let places = self.gather(false, values.iter().enumerate().map(|(k, v)| (k as u32, [*v])));
+                let at = |k: u32| self.read(&places, k, false).map_or(0.0, |v| v[0]);
+                (0..(grids.to[0] * grids.to[1]) as u32).map(at).collect()
+            }
+            Self::Mesh(meshes) => {
+                let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
+                (0..meshes.to.positions.len()).map(|i| meshes.at_mass(&values, i)[0]).collect()
+            }
+        }
+    }
+
+    /// What `held` comes to at `home` of the new sheet; `None` where nothing is known.
+    pub fn read<const K: usize>(&self, held: &Held<K>, home: u32, middle: bool) -> Option<[f64; K]> {
+        match (self, held) {
+            (Self::Grid(grids), Held::Grid(places)) => grids.read(places, grids.place(home as usize, middle)),
+            (Self::Mesh(meshes), Held::Mesh(each)) => meshes.read(each, home as usize),
+            _ => None,
+        }
+    }
+}
 
 /// From a grid to another: masses along u and v of each.
 #[derive(Clone, Copy, Debug)]
-pub struct Carry {
+pub struct Grids {
     /// There were.
     pub from: [usize; 2],
     /// There are.
@@ -40,7 +105,7 @@ impl<const K: usize> Places<K> {
     }
 }
 
-impl Carry {
+impl Grids {
     /// Width of a cell of the coarser grid along `axis`, of the sheet.
     fn width(&self, axis: usize) -> f64 {
         1.0 / (self.from[axis].min(self.to[axis]) - 1) as f64
@@ -103,7 +168,7 @@ mod tests {
     use super::*;
 
     fn line(from: usize, to: usize, f: impl Fn(usize) -> Option<f64>) -> Vec<f64> {
-        let carry = Carry { from: [from, 3], to: [to, 3] };
+        let carry = Grids { from: [from, 3], to: [to, 3] };
         let mut values = Places::masses(carry.from);
         for j in 0..3 {
             (0..from).filter_map(|i| Some((i, f(i)?))).for_each(|(i, x)| values.put(i, j, [x]));

@@ -14,6 +14,7 @@
 //! and its energy is ½ ε_eᵀ G ε_e, G = A S⁻ᵀ C S⁻¹ (J), A its area and C the membrane stiffness (N/m), which may be
 //! orthotropic. Every strain is a quadratic of the positions, ½ (|d|² + |k|² - 1) with d and k linear.
 
+mod carry;
 mod creep;
 
 use std::collections::BTreeSet;
@@ -21,6 +22,7 @@ use std::collections::BTreeSet;
 use glam::DVec3;
 
 use self::creep::Creeping;
+use super::carry::Carry;
 use super::curvature::{CurvatureGroup, relaxation};
 use super::flow::Flows;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices};
@@ -548,6 +550,12 @@ impl Element for EdgeMembrane {
     fn settle(&mut self, x: &Vectors) {
         self.strain_stage(x);
         self.stress_of_work();
+    }
+
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+        if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.carry_strains(old, carry);
+        }
     }
 
     fn flows(&mut self) -> Option<&mut dyn Flows> {

@@ -1,5 +1,5 @@
 //! What is seen of a change of grid: a sheet that droops, that swings, that is creased, that is curled, and that lies on a box goes to a finer and
-//! to a coarser grid. Lattices droop, swing and lie on the box.
+//! to a coarser grid; of sheets of triangles a tag with a point, a hole and a slit, too. Lattices droop, swing and lie on the box.
 //!
 //! The *pop* is the largest distance between the drawn surfaces before and after, over the sheet's deflection: the furthest that the surface was from
 //! the plane nearest to it. `strain_ratio` is the energy of strain after over before, `rise` the largest energy of the next tenth of a second above that
@@ -7,7 +7,8 @@
 //! grid is, over the deflection: what one grid bends otherwise than the other.
 //!
 //! Rows of a triangular layer end half a cell from one another, and are drawn straight to a quarter of a cell from the sheet's ends. `pop` is where all
-//! rows have masses, `pop_with_ends` of all that both grids draw, and `outline_m` how far the drawn ends move along the sheet.
+//! rows have masses, `pop_with_ends` of all that both grids draw, and `outline_m` how far the drawn ends move along the sheet. Of sheets of triangles
+//! the places are compared that both meshes cover.
 
 use glam::{DMat3, DVec3};
 use serde_json::{Value, json};
@@ -17,6 +18,8 @@ use crate::World;
 use crate::error::InputError;
 use crate::lattice::StructureKind;
 use crate::lattice::calibrate::isotropic_rows;
+use crate::lattice::outline::locate::Locator;
+use crate::lattice::outline::{HoleSpec, Mesh, OutlineSpec};
 use crate::scene::{CreaseSpec, Region, Scene, Shape};
 use crate::sheet::Sheet;
 
@@ -41,7 +44,10 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut last = None;
     let is_shell = setup.structure == StructureKind::Shell;
     for from in GRIDS {
-        for (shape, make) in SHAPES.into_iter().filter(|(shape, _)| is_shell || !SHELL_ALONE.contains(shape)) {
+        let offered = |(shape, _): &(&str, Make)| {
+            (is_shell || !SHELL_ALONE.contains(shape)) && (setup.outlined || !OUTLINED_ALONE.contains(shape))
+        };
+        for (shape, make) in SHAPES.into_iter().filter(offered) {
             let mut runner = make(&Setup { grid: (from, from), ..setup.clone() })?;
             let start = runner.world.save();
             for to in GRIDS.into_iter().filter(|to| *to != from) {
@@ -68,9 +74,17 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
 
 type Make = fn(&Setup) -> Result<Runner, InputError>;
 
-const SHAPES: [(&str, Make); 5] =
-    [("droop", droop), ("swing", swing), ("crease", crease), ("curl", curl), ("box", on_box)];
+const SHAPES: [(&str, Make); 7] = [
+    ("droop", droop),
+    ("swing", swing),
+    ("crease", crease),
+    ("curl", curl),
+    ("box", on_box),
+    ("tag droops", tag_droops),
+    ("tag swings", tag_swings),
+];
 const SHELL_ALONE: [&str; 2] = ["crease", "curl"];
+const OUTLINED_ALONE: [&str; 2] = ["tag droops", "tag swings"];
 
 fn clamped(setup: &Setup) -> Scene {
     let mut scene = setup.scene();
@@ -110,6 +124,31 @@ fn curl(setup: &Setup) -> Result<Runner, InputError> {
     settled(setup, &scene)
 }
 
+/// A tag with a point, clamped along its straight end, with a round hole and a slit from its side.
+fn tag(setup: &Setup) -> Scene {
+    let mut scene = setup.scene();
+    let (sheet, l) = (&mut scene.sheets[0], setup.length);
+    sheet.size = (l, l);
+    let corners = [(-0.5, -0.5), (0.2, -0.5), (0.5, -0.1), (0.5, 0.1), (0.2, 0.5), (-0.5, 0.5)];
+    sheet.outline = Some(OutlineSpec::Polygon(corners.map(|(x, z)| (x * l, z * l)).to_vec()));
+    sheet.holes = vec![HoleSpec::Disc { centre: (0.15 * l, -0.1 * l), radius: 0.13 * l }];
+    sheet.cuts = vec![vec![(0.103 * l, 0.6 * l), (0.103 * l, 0.2 * l)]];
+    setup.clamp(&mut scene, Region::Left);
+    scene
+}
+
+/// It in equilibrium under its weight.
+fn tag_droops(setup: &Setup) -> Result<Runner, InputError> {
+    settled(setup, &tag(setup))
+}
+
+/// It on its way down from flat.
+fn tag_swings(setup: &Setup) -> Result<Runner, InputError> {
+    let mut runner = Runner::new(setup.world(&tag(setup))?);
+    runner.run(0.1, |_| true);
+    Ok(runner)
+}
+
 /// Lying on a box that is narrower than it.
 fn on_box(setup: &Setup) -> Result<Runner, InputError> {
     let mut scene = setup.scene();
@@ -124,6 +163,10 @@ fn on_box(setup: &Setup) -> Result<Runner, InputError> {
 /// The drawn surface, with the same vertices on every grid: between the masses of all rows, and as far as it is drawn. The two are one but
 /// for triangular layers.
 fn surfaces(sheet: &Sheet) -> [Vec<DVec3>; 2] {
+    if sheet.triangles.is_some() {
+        let drawn = of_triangles(sheet);
+        return [drawn.clone(), drawn];
+    }
     let half = 0.5 / (f64::from(GRIDS[0]) - 0.5);
     [half, 0.5 * half].map(|margin| drawn(sheet, margin))
 }
@@ -163,6 +206,31 @@ fn at_common_places(points: &[DVec3], columns: usize, uvs: &[[f32; 2]], margin: 
     (0..=PIECES).flat_map(|j| (0..=PIECES).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect()
 }
 
+/// The drawn triangles at places all over the box around them; not a number where there is none.
+fn of_triangles(sheet: &Sheet) -> Vec<DVec3> {
+    let drawn = sheet.surface(0, 4).map(|surface| surface.mesh(&sheet.x)).unwrap_or_default();
+    let places = drawn.uvs.iter().map(|p| p.map(f64::from)).collect();
+    let Ok(mesh) = Mesh::new(places, drawn.indices.iter().map(|[a, b, c]| [*a, *c, *b]).collect()) else {
+        return Vec::new();
+    };
+    let locator = Locator::new(&mesh);
+    let part = |k: u32| f64::from(k) / f64::from(PIECES);
+    let at = |i: u32, j: u32| {
+        let p = [part(i), part(j)];
+        let k = locator.find(p, p);
+        let weights = locator.weights(k, p);
+        if weights.iter().any(|w| *w < -1e-9) {
+            return DVec3::NAN;
+        }
+        mesh.triangles[k as usize]
+            .iter()
+            .zip(weights)
+            .map(|(v, w)| DVec3::from_array(drawn.positions[*v as usize].map(f64::from)) * w)
+            .sum()
+    };
+    (0..=PIECES).flat_map(|j| (0..=PIECES).map(move |i| (i, j))).map(|(i, j)| at(i, j)).collect()
+}
+
 /// How far the drawn ends of the sheet are from its own, m.
 fn inset(sheet: &Sheet) -> f64 {
     let triangular = sheet.structure.info().triangular;
@@ -171,9 +239,10 @@ fn inset(sheet: &Sheet) -> f64 {
 
 /// Largest distance of points from the plane nearest to them, m.
 fn deflection(points: &[DVec3]) -> f64 {
+    let points: Vec<DVec3> = points.iter().copied().filter(|p| p.is_finite()).collect();
     let centre = points.iter().sum::<DVec3>() / points.len().max(1) as f64;
     let mut spread = DMat3::ZERO;
-    for p in points {
+    for p in &points {
         let r = *p - centre;
         spread += DMat3::from_cols(r * r.x, r * r.y, r * r.z);
     }
@@ -187,7 +256,7 @@ fn deflection(points: &[DVec3]) -> f64 {
     points.iter().map(|p| (*p - centre).dot(normal).abs()).fold(0.0, f64::max)
 }
 
-/// Largest distance between two surfaces of the same vertices, m.
+/// Largest distance between two surfaces of the same vertices, m, of those that both have.
 fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max)
 }

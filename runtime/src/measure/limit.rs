@@ -188,7 +188,11 @@ impl Setting {
         }
         let still = Self { jump: 0.0, speed: 0.0, stiffness: self.stiffness * softness(self.jump), ..*self };
         let at_rest = World::new(&still.scene(1e-3))?;
-        Ok(longest_of_sheet(self.engine, &at_rest.sheets()[0]).unwrap_or(of_largest))
+        let sheet = &at_rest.sheets()[0];
+        // Warmth leaves the retardation time what the cold sheet's is; that of a sheet made so stiff is another.
+        let slower = tau / sheet.law().retardation.max(f64::MIN_POSITIVE);
+        let slower = if self.jump == 0.0 { 1.0 } else { slower };
+        Ok(longest_of_sheet(self.engine, sheet, slower).unwrap_or(of_largest))
     }
 
     /// The longest step (s) that it bears, by trial, near `guess`; none where the longest is borne. Of a throw no steps shorter than a
@@ -372,14 +376,15 @@ pub fn longest_step(engine: EngineKind, omega: f64, tau: f64) -> f64 {
     (0..=MOTIONS).map(|k| longest_of(engine, of(k), tau)).fold(f64::INFINITY, f64::min)
 }
 
-/// Longest step (s) of `engine` at which no vibration of `sheet` about where it is grows; none for one that has too many, or none.
-fn longest_of_sheet(engine: EngineKind, sheet: &Sheet) -> Option<f64> {
+/// Longest step (s) of `engine` at which no vibration of `sheet` about where it is grows, damped `slower` times as much as it is; none for one that
+/// has too many, or none.
+fn longest_of_sheet(engine: EngineKind, sheet: &Sheet, slower: f64) -> Option<f64> {
     let modes = sheet.damped_modes();
     let fastest = modes.last()?.squared;
     let fast = modes.iter().filter(|mode| mode.squared > fastest * SLOWEST * SLOWEST);
     fast.map(|mode| {
         let omega = mode.squared.sqrt();
-        longest_of(engine, omega, mode.rate / mode.squared)
+        longest_of(engine, omega, slower * mode.rate / mode.squared)
     })
     .reduce(f64::min)
 }

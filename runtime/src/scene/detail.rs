@@ -88,11 +88,8 @@ pub(super) fn check(s: &SheetSpec) -> Result<(), InputError> {
         }
         before = Some(level);
     }
-    let outlined = s.outline.is_some() || !s.holes.is_empty() || !s.cuts.is_empty();
     let reason = if s.file.is_some() {
         "does not go with a sheet from a file, which has its masses"
-    } else if outlined {
-        "is for rectangles: a sheet with an outline, holes or cuts has a mesh of its own"
     } else if s.sticky {
         "does not go with sticky: what sticks does so by its masses"
     } else if !s.slits.is_empty() {

@@ -1,5 +1,7 @@
 //! From a description to a sheet: generate or read the lattice, give springs their stiffness, place it, pin it.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::creases;
@@ -90,6 +92,7 @@ impl Sheet {
         scene_flow::of_material(spec, &sheet.material)?;
         let law = FlowLaw::new(&sheet.material, spec.creep, spec.plastic);
         sheet.elements = shell_elements(spec, &sheet, mesh.as_ref(), &law);
+        sheet.mesh = mesh.map(Arc::new);
         sheet.delivered = calibrated.as_ref().map(|c| c.delivered);
         if !sheet.elements.is_empty() {
             sheet.delivered = Some(1.0);
@@ -307,6 +310,8 @@ fn assemble(
         restitution: spec.restitution.unwrap_or(scene.contact.restitution),
         layers,
         triangles,
+        mesh: None,
+        first_mesh: None,
         uv,
         border: lattice.border,
         layer_of: lattice.layer_of,

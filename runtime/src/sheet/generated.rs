@@ -12,7 +12,7 @@ use crate::element::wall_spring::WallSprings;
 use crate::error::InputError;
 use crate::lattice::calibrate::{Clamped, Request, WallSpring, calibrate, default_gap};
 use crate::lattice::outline::{self, Outline};
-use crate::lattice::{Lattice, LatticeSpec, Layer, StructureKind, generate};
+use crate::lattice::{Lattice, LatticeSpec, Layer, StructureKind, generate, masses_of};
 use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
 
 /// Nearest that layers of a sheet on a coarser grid are, as a fraction of what calibration would choose there.
@@ -63,7 +63,7 @@ pub(super) fn generated(
     described: (u32, u32, u32),
 ) -> Result<Parts, InputError> {
     if spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty() {
-        return outlined(spec, material, base);
+        return outlined(spec, material, base, described);
     }
     if spec.springs == SpringLaw::Calibrated && spec.structure != StructureKind::Shell {
         return calibrated(spec, material, described);
@@ -88,10 +88,24 @@ pub(super) fn generated(
 }
 
 /// A shell of any outline: one layer, its masses those of a mesh of triangles.
-fn outlined(spec: &SheetSpec, material: &Material, base: &Path) -> Result<Parts, InputError> {
+fn outlined(
+    spec: &SheetSpec,
+    material: &Material,
+    base: &Path,
+    described: (u32, u32, u32),
+) -> Result<Parts, InputError> {
     let outline = Outline::new(spec.outline.as_ref(), &spec.holes, &spec.cuts, spec.size, base)?;
     let mesh = outline::mesh(&outline, (spec.grid.0, spec.grid.2))?;
     let n = mesh.positions.len();
+    let mut node_mass = spec.node_mass;
+    if spec.grid == described {
+        check_levels(spec, &outline)?;
+    } else if let Some(mass) = &mut node_mass {
+        // What the masses of rectangles are in is not what those of this outline are in.
+        let first = outline::mesh(&outline, (described.0, described.2))?.positions.len();
+        let rectangles = masses_of(spec.grid) as f64 / masses_of(described) as f64;
+        *mass *= rectangles * first as f64 / n as f64;
+    }
     let lattice = Lattice {
         positions: mesh.positions.iter().map(|[u, v]| DVec3::new(*u, 0.0, *v)).collect(),
         layer_of: vec![0; n],
@@ -99,11 +113,24 @@ fn outlined(spec: &SheetSpec, material: &Material, base: &Path) -> Result<Parts,
         layers: vec![Layer { first: 0, nx: n as u32, nz: 1, triangular: false }],
         ..Lattice::default()
     };
-    let each = |area: &f64| spec.node_mass.unwrap_or(area * material.areal_mass());
+    let each = |area: &f64| node_mass.unwrap_or(area * material.areal_mass());
     let mass = mesh.lumped.iter().map(each).collect();
     let mut parts = still(spec, lattice, Vec::new(), Vec::new(), mass);
     parts.mesh = Some(mesh);
     Ok(parts)
+}
+
+/// Refuses a level of detail that is too coarse for the outline.
+fn check_levels(spec: &SheetSpec, outline: &Outline) -> Result<(), InputError> {
+    for (i, level) in spec.detail.iter().flat_map(|d| &d.levels).enumerate() {
+        let fault = |e: InputError| {
+            let (columns, rows) = level.grid;
+            let problem = format!("{columns}x{rows} is too coarse: {}: {}", e.field, e.problem);
+            InputError::new(format!("detail.levels.{i}.grid"), problem)
+        };
+        outline::mesh(outline, level.grid).map_err(fault)?;
+    }
+    Ok(())
 }
 
 fn calibrated(spec: &SheetSpec, material: &Material, described: (u32, u32, u32)) -> Result<Parts, InputError> {

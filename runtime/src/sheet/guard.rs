@@ -5,7 +5,8 @@
 //!
 //!   ΔT + ΔV ≤ W,
 //!
-//! T and W of the masses that are free. Contact comes after the engine and is not in it.
+//! T and W of the masses that are free. Contact comes after the engine and is not in it: of a whole step the right side has what bodies and
+//! other sheets bring, besides.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -70,6 +71,14 @@ impl GuardState {
         self.level > 0 || self.limiting || self.own.is_some() || self.replace
     }
 
+    /// Takes the step in twice as many parts as now, at most `parts`; how many those are, none where that is exhausted.
+    pub fn shorten(&mut self, parts: u32) -> Option<u32> {
+        (2_u32 << self.level <= parts).then(|| {
+            self.level += 1;
+            1 << self.level
+        })
+    }
+
     /// Takes note of an alarm.
     pub fn alarmed(&mut self) {
         if std::mem::take(&mut self.eased) {
@@ -120,6 +129,8 @@ impl GuardState {
 pub(crate) struct Guard {
     pub policy: WhenUnstable,
     pub state: GuardState,
+    /// What the sheet had at the start of the world's step, or may have if its springs are held, J.
+    pub before: f64,
     /// Error that an adaptive engine of the sheet's may make, m.
     pub tolerance: f64,
     /// Made when it is first needed, and anew when the sheet has opened: the revision it is of.
@@ -175,6 +186,7 @@ impl Sheet {
             Box::new(Guard {
                 policy,
                 state,
+                before: 0.0,
                 tolerance,
                 limit: None,
                 start: Vectors::default(),
@@ -207,6 +219,11 @@ impl Sheet {
         let each = self.v.iter().zip(&self.mass).zip(&self.inverse_mass);
         let motion = each.filter(|(_, w)| **w > 0.0).map(|((v, m), _)| 0.5 * m * v.length_squared()).sum();
         Level { motion, elastic: energy::elastic(self) }
+    }
+
+    /// Energy of motion that it had at the start of the step, J.
+    pub(crate) fn energy_at_start(&self) -> f64 {
+        self.work.start.1.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
     }
 
     /// What gravity, applied forces and pressure have done to free masses on their way from `from`, J.
@@ -273,6 +290,22 @@ impl Sheet {
             }
         }
         true
+    }
+
+    /// Slows its turning as a whole until its energy of motion is `most` (J), or it turns no more: what an engine that has failed took it to
+    /// says little of how it turned.
+    pub(crate) fn slow_spin(&mut self, most: f64) {
+        let whole = self.whole_motion(&self.x, &self.v);
+        let turning = |i: usize| whole.spin.cross(self.x.get(i) - whole.centre);
+        let turns: f64 = (0..self.masses()).map(|i| 0.5 * self.mass[i] * turning(i).length_squared()).sum();
+        let excess = self.level().motion - most;
+        if excess > 0.0 && turns > 0.0 {
+            let less = 1.0 - (1.0 - excess / turns).max(0.0).sqrt();
+            for i in 0..self.masses() {
+                let slowed = self.v.get(i) - turning(i) * less;
+                self.v.set(i, slowed);
+            }
+        }
     }
 
     /// Takes the sheet from where it was at `start` as an engine has taken it to `end` (positions, velocities) in `dt` s, but with a `part`

@@ -69,8 +69,26 @@ impl Sheet {
         (stage.length, stage.h, stage.done, stage.failed, stage.by_mass) = (dt, dt, false, false, true);
         stage.free.clone_from(x);
         stage.velocity.clone_from(v);
+        self.go_to_start();
+    }
+
+    /// Goes back to where the step began.
+    pub(crate) fn go_to_start(&mut self) {
+        let Self { work, x, v, .. } = self;
         x.clone_from(&work.start.0);
         v.clone_from(&work.start.1);
+    }
+
+    /// Takes the start of the step for what was before.
+    pub(crate) fn take_start_for_before(&mut self) {
+        let Self { work, .. } = self;
+        work.x_before.clone_from(&work.start.0);
+        work.v_before.clone_from(&work.start.1);
+    }
+
+    /// Where the step began, m.
+    pub(crate) fn start_positions(&self) -> &Vectors {
+        &self.work.start.0
     }
 
     /// Goes back to the free motion, with what contact did to it.

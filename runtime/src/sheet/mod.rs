@@ -28,6 +28,7 @@ mod reaction;
 mod region;
 mod resample;
 pub mod slits;
+mod smooth;
 mod snapshot;
 pub(crate) mod stage;
 pub mod surface;
@@ -35,6 +36,8 @@ mod tears;
 pub(crate) mod trace;
 mod tuning;
 mod vectors;
+
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -67,6 +70,7 @@ use crate::element::{Element, Law};
 use crate::engine::{Engine, EngineKind};
 use crate::error::{InputError, check_range};
 use crate::heat::Heat;
+use crate::lattice::outline::Mesh;
 use crate::lattice::{Layer, StructureKind};
 use crate::scene::{Material, Tack};
 
@@ -135,6 +139,9 @@ pub struct Sheet {
     /// Triangles of a sheet that is no rectangle, counter-clockwise seen from its upper side; it then has one layer that is
     /// no grid.
     pub triangles: Option<Vec<[u32; 3]>>,
+    /// Its mesh, and that of the grid that its scene has, if it has gone to another.
+    mesh: Option<Arc<Mesh>>,
+    first_mesh: Option<((u32, u32), Arc<Mesh>)>,
     /// Place of each mass in the sheet, (u, v), 0 to 1 over the bottom layer.
     pub uv: Vec<(f64, f64)>,
     /// Masses on the outline of their layer.
@@ -269,8 +276,8 @@ impl Sheet {
             surface.keep(closed.into_iter().map(|t| t.map(|i| i - layer.first)).collect());
             return Some(surface);
         }
-        match &self.triangles {
-            Some(triangles) => (index == 0).then(|| Surface::of_triangles(triangles, &self.uv)),
+        match &self.mesh {
+            Some(mesh) => (index == 0).then(|| Surface::of_triangles(mesh, &self.uv, parts)),
             None => self.layers.get(index).map(|layer| Surface::folded(layer, &self.uv, parts, &self.folds)),
         }
     }

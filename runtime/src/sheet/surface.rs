@@ -3,14 +3,16 @@
 //! The smoothed surface is a tensor product of Catmull-Rom splines, which passes through every mass: the thesis smoothed
 //! with NURBS, which do not, and saw its surface sink into bodies that its masses lay on. Between masses a smooth surface
 //! can still dip below a sharp edge. Rows of a triangular layer are shifted by half a cell in turn; they are brought to
-//! common columns along their own splines first, so that the drawn outline is straight.
+//! common columns along their own splines first, so that the drawn outline is straight. Triangles of a mesh are halved (`smooth`).
 //!
 //! Every drawn vertex is a fixed combination of masses, worked out once; an update is a sparse product and allocates nothing.
 
 use glam::Vec3;
 
 use super::Vectors;
+use super::smooth::{Combination, halve};
 use crate::lattice::Layer;
+use crate::lattice::outline::Mesh;
 
 /// Triangles to draw, single precision.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,19 +47,19 @@ pub struct Folds {
     pub rows: Vec<u32>,
 }
 
-/// A weighted sum of masses.
-type Combination = Vec<(u32, f64)>;
-
 impl Surface {
-    /// Triangles between masses, flat; `uv` is the sheet's own.
-    pub fn of_triangles(triangles: &[[u32; 3]], uv: &[(f64, f64)]) -> Self {
-        Self {
-            first: (0..=uv.len() as u32).collect(),
-            masses: (0..uv.len() as u32).collect(),
-            weights: vec![1.0; uv.len()],
-            uvs: uv.iter().map(|(u, v)| [*u as f32, *v as f32]).collect(),
-            indices: triangles.to_vec(),
+    /// The triangles of a mesh, halved twice from 4 `parts` on and once from 2 (see `smooth`), and flat for 1; `uv` is the sheet's own.
+    pub fn of_triangles(mesh: &Mesh, uv: &[(f64, f64)], parts: u32) -> Self {
+        let mut vertices: Vec<Combination> = (0..uv.len() as u32).map(|i| vec![(i, 1.0)]).collect();
+        let mut drawn = std::borrow::Cow::Borrowed(mesh);
+        for _ in 0..parts.max(1).ilog2().min(2) {
+            let Some((finer, more)) = halve(&drawn, &vertices) else { break };
+            (drawn, vertices) = (std::borrow::Cow::Owned(finer), more);
         }
+        let mut surface = Self::from_combinations(vertices, uv);
+        // Counter-clockwise in (u, v) is clockwise seen from above.
+        surface.indices = drawn.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+        surface
     }
 
     /// Layer `layer` with `parts` spline pieces from one mass to the next (clamped to 1 to 16); 1 draws flat triangles

@@ -2,7 +2,8 @@
 //!
 //! An explicit engine's own step may gain no energy (`sheet/guard`). One that does is taken back, and again in parts, or with springs
 //! held to a limit; or the sheet stands for that step, and goes on with the implicit engine in the next; or it is frozen. Time without a
-//! further alarm eases what is done, notch by notch. All of it depends on the sheet alone, so that it is the same on any number of threads,
+//! further alarm eases what is done, notch by notch. Contact may gain it none either, but what bodies and other sheets bring: a sheet
+//! that ends a step with more is put back to where it began, slower, what it met goes on as if it were not there, and the same is done about it. All of it depends on the sheet alone, so that it is the same on any number of threads,
 //! and other sheets see nothing of it. Implicit engines watch their own steps ([`super::energy`]): where those give up, the sheet is frozen.
 
 use super::{Stage, is_unstable};
@@ -17,6 +18,10 @@ const SURPLUS: f64 = 0.5;
 const STILL: f64 = 5e-3;
 /// How often what the engine did is taken in a smaller part.
 const TRIALS: u32 = 4;
+/// Part of its speed that a sheet keeps which contact has given too much.
+const KEPT: f64 = 0.5;
+/// Parts of a step that a sheet is frozen after which is held to a limit, and which contact gives too much all the same.
+const LIMITED_PARTS: u32 = 16;
 
 /// Eases what is done where it is time, and changes engines that are to be changed; before the step of a world.
 pub(super) fn begin(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
@@ -40,6 +45,41 @@ pub(super) fn begin(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage
         }
         sheet.guard = Some(guard);
     }
+}
+
+/// Takes note of what a watched sheet of an explicit engine has of motion and strain, before its step.
+pub(super) fn open(sheet: &mut Sheet) {
+    if sheet.guard.is_some() && sheet.is_explicit() && sheet.status == Status::Awake {
+        let level = sheet.level().total();
+        if let Some(guard) = &mut sheet.guard {
+            guard.before = if guard.state.limiting { level.max(guard.state.energy) } else { level };
+        }
+    }
+}
+
+/// Judges the whole step of a watched sheet of an explicit engine that has touched something, contact and all, for which what it met could bring `brought` (J). Whether it
+/// was put back.
+pub(super) fn close(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, brought: f64) -> bool {
+    if !sheet.is_explicit() || sheet.status != Status::Awake {
+        return false;
+    }
+    let Some(mut guard) = sheet.guard.take() else { return false };
+    let sound = guard.state.replace || guard.is_sound_at_end(sheet, stage, brought);
+    if !sound {
+        sheet.take_start_for_before();
+        let seen = Alarm::of(sheet, stage.field.gravity, stage.dt);
+        guard.state.alarmed();
+        sheet.go_to_start();
+        guard.state.energy = sheet.level().total();
+        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
+        sheet.restart_engine();
+        match guard.next().or_else(|| guard.shorten_limited()) {
+            Some(handled) => touches.tell(stage.time, EventKind::Contained, Alarm { handled, ..seen }),
+            None => super::freeze(sheet, touches, stage.time, seen),
+        }
+    }
+    sheet.guard = Some(guard);
+    !sound
 }
 
 /// Lets the engine of a watched sheet take it on from `time` by up to `part` (s). Returns the time taken; none where the sheet is to
@@ -99,10 +139,7 @@ impl Guard {
     fn next(&mut self) -> Option<Handled> {
         let state = &mut self.state;
         match self.policy {
-            WhenUnstable::ReduceStep { parts } if 2_u32 << state.level <= parts => {
-                state.level += 1;
-                Some(Handled::StepReduced { parts: 1 << state.level })
-            }
+            WhenUnstable::ReduceStep { parts } => state.shorten(parts).map(|parts| Handled::StepReduced { parts }),
             WhenUnstable::Limit { strain } if !state.limiting => {
                 state.limiting = true;
                 Some(Handled::Limited { strain })
@@ -113,6 +150,26 @@ impl Guard {
             }
             _ => None,
         }
+    }
+
+    /// What to do next about contact with a sheet whose springs are held already.
+    fn shorten_limited(&mut self) -> Option<Handled> {
+        let limits = matches!(self.policy, WhenUnstable::Limit { .. });
+        limits.then(|| self.state.shorten(LIMITED_PARTS)).flatten().map(|parts| Handled::StepReduced { parts })
+    }
+
+    /// Whether the step of the world may stand.
+    fn is_sound_at_end(&mut self, sheet: &Sheet, stage: &Stage, brought: f64) -> bool {
+        if is_unstable(sheet) {
+            return false;
+        }
+        let still = 0.5 * sheet.total_mass() * STILL * STILL;
+        let work = sheet.work_since(sheet.start_positions(), &stage.field) + sheet.may_gain(&stage.field, stage.dt);
+        let after = sheet.level().total();
+        let gain = after - self.before - work - brought;
+        self.state.surplus = (self.state.surplus + gain).max(0.0);
+        // Written so that what is no number is not sound.
+        gain <= GAIN * (self.before + still) && self.state.surplus <= SURPLUS * (after + still)
     }
 
     /// Whether a step of `taken` s from `before` may stand.
@@ -155,13 +212,21 @@ impl Guard {
             if part < 1.0 {
                 sheet.carry_part(start, (&end.0, &end.1), taken, part);
             }
-            eased |= limit.apply(strain, &mut sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
-            let work = sheet.work_since(start, &stage.field) + sheet.may_gain(&stage.field, taken);
-            let allowed = self.state.energy + work;
+            // What brings springs to their limit bends the sheet: at last it stays as it is.
+            if part > 0.0 {
+                eased |= limit.apply(strain, &mut sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
+            }
+            let (earned, slack) =
+                (self.state.energy + sheet.work_since(start, &stage.field), sheet.may_gain(&stage.field, taken));
+            let allowed = earned + slack;
             let most = allowed - sheet.level().elastic;
             if most >= 0.0 || trial == TRIALS {
-                eased |= sheet.slow_down(most.max(0.0));
-                self.state.energy = sheet.level().total().min(allowed).max(0.0);
+                if sheet.slow_down(most.max(0.0)) {
+                    sheet.slow_spin(most.max(0.0));
+                    eased = true;
+                }
+                // What pins may bring in a step they may bring, but not in every step again.
+                self.state.energy = sheet.level().total().min(earned.max(slack)).max(0.0);
                 break;
             }
             (part, eased) = (if trial + 1 == TRIALS { 0.0 } else { 0.25 * part }, true);

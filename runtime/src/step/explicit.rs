@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::group::Find;
 use super::groups::{Claim, Shared};
 use super::near::{Near, skin};
-use super::{fly, land};
+use super::{contain, fly, land};
 use crate::contact::Group;
 use crate::contact::find::Scope;
 use crate::contact::rounds::{Look, Margins, solve_masses};
@@ -21,6 +21,8 @@ use crate::sheet::{Sheet, Status};
 
 /// Room around what a sheet sweeps, m: more than the margin of detection.
 const ROOM: f64 = 1e-3;
+/// Part of the energy of motion of a sheet as fast as a body that is led which that may bring in a step.
+const LED: f64 = 32.0;
 
 impl Shared<'_> {
     /// Steps the group of `members` of `sheets`; the first of `sheets` is number `first` of the world's.
@@ -39,12 +41,16 @@ impl Shared<'_> {
             return;
         };
         let index = *only as usize;
+        contain::open(&mut sheets[index]);
         let last = fly(&mut sheets[index], &mut touches[index], self.stage);
         if sheets[index].status != Status::Awake {
             return;
         }
         let near = self.is_near(&mut sheets[index]);
         if !(near && self.meet(sheets, touches, members, first, parallel, claims)) {
+            if sheets[index].work.touching.contains(&true) {
+                contain::close(&mut sheets[index], &mut touches[index], self.stage, 0.0);
+            }
             land(&mut sheets[index], &mut touches[index], self.stage, last);
         }
     }
@@ -52,6 +58,7 @@ impl Shared<'_> {
     fn fly_all(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], parallel: bool) {
         let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
             if members.binary_search(&(i as u32)).is_ok() {
+                contain::open(sheet);
                 fly(sheet, touches, self.stage);
             }
         };
@@ -128,15 +135,25 @@ impl Shared<'_> {
             sheet.end_contact((touched && unit.is_touched()).then_some(&unit.jump));
             sheet.work.unit = unit;
         });
+        let brought = brought(&group);
         let Group { sheets, movers, .. } = group;
+        let lone = idle && members.len() == 1;
+        let mut put_back = false;
+        if !lone {
+            for index in members.iter().map(|i| *i as usize) {
+                if !touched && !sheets[index].work.touching.contains(&true) {
+                    continue;
+                }
+                put_back |= contain::close(&mut sheets[index], &mut touches[index], self.stage, brought);
+            }
+        }
         let first_claim = claims.len();
-        if idle {
+        if idle || put_back {
             scratch.rest();
         } else {
             self.note(sheets, members, &scratch, &work);
             self.claim(&movers, &work, claims);
         }
-        let lone = idle && members.len() == 1;
         if !lone {
             for sheet in members.iter().map(|i| *i as usize) {
                 let work = &mut sheets[sheet].work;
@@ -176,6 +193,22 @@ impl Shared<'_> {
         }
         !near.is_idle(group)
     }
+}
+
+/// Energy that what the sheets of a group meet could bring one of them, J: all of the motion of bodies that give way and of the other sheets, and
+/// what bodies that are led push with; none where no sheet is watched.
+fn brought(group: &Group) -> f64 {
+    let sheets = || group.members.iter().map(|i| &group.sheets[*i as usize]);
+    if !sheets().any(|s| s.guard.is_some()) {
+        return 0.0;
+    }
+    let weight: f64 = sheets().map(Sheet::total_mass).sum();
+    let bodies = group
+        .movers
+        .iter()
+        .map(|m| if m.gives() { m.start.kinetic_energy() } else { weight * LED * m.start.velocity().length_squared() });
+    let others = if group.members.len() > 1 { sheets().map(Sheet::energy_at_start).sum() } else { 0.0 };
+    bodies.sum::<f64>() + others
 }
 
 /// Corners of the box that a sheet went through in the step, with `room` around it, m.

@@ -39,7 +39,7 @@ pub(super) fn take_grids(from: &mut Taker) -> Taken<Vec<Grid>> {
 
 impl World {
     /// Takes the sheet of that name to another grid, of `grid` masses along length and width (2 to 2000 each), with its shape, motion,
-    /// warmth and creases: at once, between two steps. Shells on a rectangle and lattices can; see `docs/detail.md`.
+    /// warmth and creases: at once, between two steps. Shells and lattices can; see `docs/detail.md`.
     ///
     /// # Errors
     /// When there is no such sheet, the grid is out of range, or the sheet cannot go to it; nothing is changed then.
@@ -48,8 +48,8 @@ impl World {
             return Err(InputError::new("sheet", format!("no sheet is named \"{name}\"")));
         };
         self.resample_index(index, grid).map_err(|e| {
-            let field = if e.field == "grid" { format!("sheets.{name}.grid") } else { e.field };
-            InputError::new(field, e.problem)
+            let field = format!("sheets.{name}.{}", e.field);
+            InputError { field, ..e }
         })
     }
 
@@ -76,6 +76,7 @@ impl World {
         let mut sheet = Sheet::build_at(&self.scene, index, grid)?;
         super::glue(&mut sheet, self.rigid.as_ref())?;
         sheet.name.clone_from(&self.sheets[index].name);
+        sheet.take_first_mesh_of(&self.sheets[index]);
         Ok(sheet)
     }
 

@@ -21,6 +21,17 @@ const OF_A_MASS: u64 = 48;
 /// Bytes before the checksum's own.
 const HEAD: usize = 8 + 4 + 8 + 4;
 
+/// Fewest masses that `sheet` can have on `grid`. How many triangles have of a box is not known before they are made: a strip has as many more
+/// as it is longer in cells, give or take what fits.
+fn fewest_masses(sheet: &Sheet, grid: Grid) -> u64 {
+    let own = grid_of(sheet);
+    if sheet.mesh().is_none() {
+        return u64::from(grid.0) * u64::from(grid.1);
+    }
+    let longer = f64::min(f64::from(grid.0) / f64::from(own.0), f64::from(grid.1) / f64::from(own.1));
+    (0.25 * longer.min(longer * longer) * sheet.masses() as f64) as u64
+}
+
 impl World {
     /// The whole world as bytes, for [`World::load`].
     pub fn save(&self) -> Vec<u8> {
@@ -83,7 +94,7 @@ impl World {
         let scene = from.sum().and_then(|_| from.sum()).map_err(other)?;
         let grids = take_grids(&mut from).map_err(other)?;
         let elsewhere = grids.iter().zip(&self.sheets).filter(|(grid, sheet)| grid_of(sheet) != **grid);
-        let masses: u64 = elsewhere.map(|((u, v), _)| u64::from(*u) * u64::from(*v)).sum();
+        let masses: u64 = elsewhere.map(|(grid, sheet)| fewest_masses(sheet, *grid)).sum();
         // Nothing is built for masses whose places cannot be in what follows.
         let there = masses.saturating_mul(OF_A_MASS) <= body.len() as u64;
         let ours = scene == self.make && grids.len() == self.sheets.len();

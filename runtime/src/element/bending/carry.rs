@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::Bending;
-use crate::element::carry::{Carry, Places};
+use crate::element::carry::Carry;
 
 /// Of one curvature: κ₀ that heat has set, its angle beyond that it was made with, hardening, arms.
 const HELD: usize = 7;
@@ -60,16 +60,13 @@ impl Bending {
             return;
         }
         for a in 0..3 {
-            let mut places = if a < 2 { Places::<HELD>::masses(carry.from) } else { Places::cells(carry.from) };
-            for (i, source) in old.source.iter().enumerate().filter(|(_, s)| !s.rows[a].is_empty()) {
-                let (column, row) = carry.row_of(source.home as usize);
-                places.put(column, row, old.held(i, a));
-            }
+            let known = old.source.iter().enumerate().filter(|(_, s)| !s.rows[a].is_empty());
+            let places = carry.gather(a == 2, known.map(|(i, s)| (s.home, old.held(i, a))));
             for i in 0..self.groups.len() {
                 let source = &self.source[i];
                 let known = !source.rows[a].is_empty();
-                let at = carry.place(source.home as usize, a == 2);
-                if let Some(held) = known.then(|| carry.read(&places, at)).flatten() {
+                let home = source.home;
+                if let Some(held) = known.then(|| carry.read(&places, home, a == 2)).flatten() {
                     self.put(i, a, held);
                 }
             }

@@ -1,18 +1,17 @@
 //! What the membrane of a grid holds, to another grid: strains that have set, and creep. What expansion makes is of the temperatures.
 
 use super::{CellMembrane, Warmed};
-use crate::element::carry::{Carry, Places};
+use crate::element::carry::Carry;
 
 /// Of the four edges and the shear of a cell: strain that has set, or without stress, and arms.
 const HELD: usize = 15;
 
 impl CellMembrane {
-    /// Calls `visit` with every cell's packet, lane, column and row.
-    fn for_each_cell(&self, mut visit: impl FnMut(usize, usize, [usize; 2])) {
+    /// Calls `visit` with every cell's packet, lane and first mass.
+    fn for_each_cell(&self, mut visit: impl FnMut(usize, usize, u32)) {
         for (index, p) in self.packets.iter().enumerate() {
             for l in 0..p.count {
-                let mass = p.first + l;
-                visit(index, l, [mass % self.cell.row, mass / self.cell.row]);
+                visit(index, l, (p.first + l) as u32);
             }
         }
     }
@@ -25,8 +24,8 @@ impl CellMembrane {
         if self.warmed.is_empty() {
             self.warmed = vec![Warmed::COLD; self.packets.len()];
         }
-        let mut places = Places::<HELD>::cells(carry.from);
-        old.for_each_cell(|index, l, [i, j]| {
+        let mut cells = Vec::new();
+        old.for_each_cell(|index, l, home| {
             let w = &old.warmed[index];
             let mut held = [0.0; HELD];
             for k in 0..5 {
@@ -36,12 +35,12 @@ impl CellMembrane {
             if let Some(creeping) = &old.creeping {
                 held = std::array::from_fn(|n| creeping.held(index, l)[n / 3][n % 3]);
             }
-            places.put(i, j, held);
+            cells.push((home, held));
         });
+        let places = carry.gather(true, cells.into_iter());
         let mut all = Vec::new();
-        self.for_each_cell(|index, l, [i, j]| {
-            let home = j * carry.to[0] + i;
-            all.extend(carry.read(&places, carry.place(home, true)).map(|held| (index, l, held)));
+        self.for_each_cell(|index, l, home| {
+            all.extend(carry.read(&places, home, true).map(|held| (index, l, held)));
         });
         for (index, l, held) in all {
             let w = &mut self.warmed[index];

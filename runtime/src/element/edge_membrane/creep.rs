@@ -12,7 +12,7 @@ use crate::sheet::Vectors;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Creeping {
     /// Of each edge.
-    strains: Vec<Strain>,
+    pub(super) strains: Vec<Strain>,
     /// G of each triangle at once, J.
     full: Vec<[[f64; 3]; 3]>,
     /// Stiffness of each triangle in the step, of that at once.
@@ -86,7 +86,7 @@ impl EdgeMembrane {
     }
 
     /// Makes the strain without stress of edge `e` what `creeping` says.
-    fn take_rest(&mut self, e: usize, creeping: &Creeping) {
+    pub(super) fn take_rest(&mut self, e: usize, creeping: &Creeping) {
         let strain = &mut self.strains[e];
         strain.unit = 1.0 + 2.0 * (creeping.warmth[e].1 + creeping.strains[e].rest);
     }

@@ -93,6 +93,12 @@ impl Mesh {
         0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]))
     }
 
+    /// Middle of triangle `k`, m.
+    pub fn middle_of(&self, k: usize) -> [f64; 2] {
+        let [a, b, c] = self.triangles[k].map(|v| self.positions[v as usize]);
+        [(a[0] + b[0] + c[0]) / 3.0, (a[1] + b[1] + c[1]) / 3.0]
+    }
+
     /// Area of all, m².
     pub fn total_area(&self) -> f64 {
         self.areas.iter().sum()

@@ -7,7 +7,7 @@
 //! - `nodes`: masses on the boundary and the cuts, a cell apart, corners kept, and `layer`: a row a cell beside them;
 //! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells where there is room;
 //! - `split`: masses doubled along cuts;
-//! - `mesh`: the result.
+//! - `mesh`: the result; `locate`: where a point is in it.
 //!
 //! What is smaller than a cell is refused (`features`), not lost.
 
@@ -15,6 +15,7 @@ mod cut;
 mod features;
 mod layer;
 mod line;
+pub mod locate;
 pub mod mesh;
 mod nodes;
 pub mod ring;

@@ -17,6 +17,8 @@ mod layers;
 mod loads;
 mod membrane;
 mod motion;
+mod outline;
+mod patch;
 mod pinned;
 mod rows;
 mod spline;
@@ -25,7 +27,7 @@ mod strain;
 mod walls;
 
 use super::{GuardState, Sheet, Status};
-use crate::element::carry::{Carry, Places};
+use crate::element::carry::{Carry, Grids, Meshes};
 use crate::error::InputError;
 use crate::heat::REFERENCE;
 use crate::scene::{Region, SheetSpec};
@@ -44,9 +46,6 @@ impl Sheet {
         let refused = |problem: &str| Err(InputError::new("grid", problem.to_owned()));
         if spec.file.is_some() {
             return refused("cannot change: the sheet is of a file, which has its masses");
-        }
-        if self.triangles.is_some() {
-            return refused("cannot change: the sheet has an outline, holes or cuts, and a mesh of its own");
         }
         if spec.sticky {
             return refused("cannot change: the sheet is sticky, and what it sticks by are its masses");
@@ -84,11 +83,18 @@ impl Sheet {
             // Of the sheet at rest, as it lies now.
             crate::step::skin(self);
         }
-        let carry = Carry { from: old.masses_along(), to: self.masses_along() };
+        let (from, to) = (old.mesh.clone(), self.mesh.clone());
+        let carry = match (&from, &to) {
+            (Some(from), Some(to)) => Carry::Mesh(Meshes::new(from, to)),
+            _ => Carry::Grid(Grids { from: old.masses_along(), to: self.masses_along() }),
+        };
         self.take_settings_of(old, tolerance)?;
         self.take_temperatures_of(old, &carry);
         self.release_pins(time);
-        self.take_motion_of(old, spec, time);
+        match &carry {
+            Carry::Mesh(meshes) => self.take_outline_of(old, spec, meshes, time),
+            Carry::Grid(_) => self.take_motion_of(old, spec, time),
+        }
         let own = (self.elements.len(), old.elements.len() - old.pulls.len());
         for (element, before) in self.elements[..own.0].iter_mut().zip(&old.elements[..own.1]) {
             element.carry(&**before, &carry);
@@ -96,13 +102,19 @@ impl Sheet {
         self.take_springs_of(old);
         self.take_walls_of(old, spec);
         self.bound_energy(old);
-        self.take_forces_of(old);
+        match &carry {
+            Carry::Mesh(meshes) => self.take_outline_forces_of(old, meshes),
+            Carry::Grid(_) => self.take_forces_of(old),
+        }
         for pull in old.pulls() {
             let (u, v) = pull.place(&old.uv);
             let index = self.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), pull.stiffness)?;
             self.pull(index, pull.target)?;
         }
-        self.take_touching_of(old);
+        match &carry {
+            Carry::Mesh(meshes) => self.take_outline_touching_of(old, meshes),
+            Carry::Grid(_) => self.take_touching_of(old),
+        }
         self.fit_step();
         (self.counters, self.quiet, self.status) = (old.counters, old.quiet, old.status);
         Ok(())
@@ -184,13 +196,7 @@ impl Sheet {
             let before: Vec<[f64; 1]> = before.iter().map(|t| [*t]).collect();
             return Layout::of(self).means(&Layout::of(old), &before).into_iter().map(|[t]| t).collect();
         }
-        let mut places = Places::masses(carry.from);
-        for (k, celsius) in before.iter().enumerate() {
-            let (i, j) = carry.row_of(k);
-            places.put(i, j, [*celsius]);
-        }
-        let at = |k: usize| carry.read(&places, carry.place(k, false)).map_or(REFERENCE, |t| t[0]);
-        (0..self.masses()).map(at).collect()
+        carry.at_masses(before)
     }
 
     /// Finds the longest step that an explicit engine bears on this grid.

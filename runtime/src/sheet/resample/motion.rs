@@ -5,15 +5,15 @@ use glam::{DMat3, DVec3};
 use super::super::{Sheet, Vectors};
 use super::spline::Surface;
 use super::strain::Mesh;
-use crate::element::carry::{Carry, Places};
+use crate::element::carry::{Carry, Grids, Meshes};
 use crate::lattice::StructureKind;
 use crate::scene::SheetSpec;
 
 /// Part of the sheet's length by which a pinned mass may be off its pin, for rounding.
-const OFF: f64 = 1e-9;
+pub(super) const OFF: f64 = 1e-9;
 
 impl Sheet {
-    fn mesh(&self) -> Mesh {
+    fn edges_of_grid(&self) -> Mesh {
         let [columns, rows] = self.masses_along();
         let spacing = (self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64);
         Mesh { columns, rows, spacing, triangular: false }
@@ -28,6 +28,10 @@ impl Sheet {
     pub fn places_at(&self, grid: (u32, u32)) -> std::borrow::Cow<'_, Vectors> {
         let [columns, rows] = self.masses_along();
         let to = (grid.0 as usize, grid.1 as usize);
+        if let Some((mesh, first)) = self.meshes_to(grid) {
+            let x: Vec<DVec3> = self.x.iter().collect();
+            return std::borrow::Cow::Owned(vectors(&self.patches(mesh, false).read(first, &x, [DVec3::ZERO; 2])));
+        }
         if to == (columns, rows) || !(self.is_grid() || self.is_lattice()) {
             return std::borrow::Cow::Borrowed(&self.x);
         }
@@ -47,6 +51,9 @@ impl Sheet {
     /// What `values`, one a mass, are at those places.
     pub fn values_at<'a>(&self, grid: (u32, u32), values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
         let (from, to) = (self.masses_along(), [grid.0 as usize, grid.1 as usize]);
+        if let Some((mesh, first)) = self.meshes_to(grid) {
+            return std::borrow::Cow::Owned(Carry::Mesh(Meshes::new(mesh, first)).at_masses(values));
+        }
         if from == to || !(self.is_grid() || self.is_lattice()) {
             return std::borrow::Cow::Borrowed(values);
         }
@@ -55,14 +62,7 @@ impl Sheet {
                 .layer_values_at(grid, values)
                 .map_or(std::borrow::Cow::Borrowed(values), std::borrow::Cow::Owned);
         }
-        let carry = Carry { from, to };
-        let mut places = Places::masses(from);
-        for (k, value) in values.iter().enumerate() {
-            let (i, j) = carry.row_of(k);
-            places.put(i, j, [*value]);
-        }
-        let at = |k: usize| carry.read(&places, carry.place(k, false)).map_or(0.0, |v| v[0]);
-        std::borrow::Cow::Owned((0..to[0] * to[1]).map(at).collect())
+        std::borrow::Cow::Owned(Carry::Grid(Grids { from, to }).at_masses(values))
     }
 
     /// Puts masses on the surface of `old`, as strained and moving as that.
@@ -70,7 +70,7 @@ impl Sheet {
         if self.structure != StructureKind::Shell {
             return self.take_layers_of(old, spec, time);
         }
-        let (before, now) = (old.mesh(), self.mesh());
+        let (before, now) = (old.edges_of_grid(), self.edges_of_grid());
         let surface = Surface {
             from: (before.columns, before.rows),
             to: (now.columns, now.rows),

@@ -11,13 +11,13 @@ use glam::DVec3;
 use super::spline::places;
 
 /// μ: what motion costs. In the middle between a stiff sheet's membrane, which follows within a millisecond, and its bending, which does not.
-const INERTIA: f64 = 1e-5;
+pub(super) const INERTIA: f64 = 1e-5;
 /// Rounds of Newton's method, steps of conjugate gradients in each, and the residual (of the first) that ends one.
-const ROUNDS: usize = 3;
+pub(super) const ROUNDS: usize = 3;
 const STEPS: usize = 120;
 const ENOUGH: f64 = 1e-4;
 /// Strain that is none.
-const NONE: f64 = 1e-10;
+pub(super) const NONE: f64 = 1e-10;
 
 /// A grid of masses with its spacings at rest, m.
 #[derive(Clone, Copy)]
@@ -218,31 +218,15 @@ impl Mesh {
 
     /// The same with masses that move as `allowed` leaves of each one's motion: a projection.
     pub fn answer_within(&self, x: &[DVec3], change: &Strains, allowed: impl Fn(usize, DVec3) -> DVec3) -> Vec<DVec3> {
-        let n = x.len();
         let scale = INERTIA / (self.spacing.0 * self.spacing.1);
         let free = |d: &mut [DVec3]| d.iter_mut().enumerate().for_each(|(i, d)| *d = allowed(i, *d));
-        let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
-        let (mut d, mut residual, mut image) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
-        self.back(x, change, &mut residual);
-        free(&mut residual);
-        let mut way = residual.clone();
-        let first = dot(&residual, &residual);
-        let mut size = first;
-        for _ in 0..STEPS {
-            if size <= ENOUGH * ENOUGH * first || size == 0.0 {
-                break;
-            }
-            self.back(x, &self.rates(x, &way), &mut image);
-            image.iter_mut().zip(&way).for_each(|(i, w)| *i += *w * scale);
-            free(&mut image);
-            let step = size / dot(&way, &image);
-            d.iter_mut().zip(&way).for_each(|(d, w)| *d += *w * step);
-            residual.iter_mut().zip(&image).for_each(|(r, i)| *r -= *i * step);
-            let next = dot(&residual, &residual);
-            way.iter_mut().zip(&residual).for_each(|(w, r)| *w = *r + *w * (next / size));
-            size = next;
-        }
-        d
+        let mut first = vec![DVec3::ZERO; x.len()];
+        self.back(x, change, &mut first);
+        let normal = |way: &[DVec3], image: &mut [DVec3]| {
+            self.back(x, &self.rates(x, way), image);
+            image.iter_mut().zip(way).for_each(|(i, w)| *i += *w * scale);
+        };
+        least(first, normal, free)
     }
 
     /// Moves masses at `x` so that their strains are as near to `wanted` as that brings them.
@@ -265,6 +249,35 @@ impl Mesh {
             v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
         }
     }
+}
+
+/// Conjugate gradients on the normal equations N d = `residual`, `normal` the product with N, in the motion that `free` leaves.
+pub(super) fn least(
+    mut residual: Vec<DVec3>,
+    normal: impl Fn(&[DVec3], &mut [DVec3]),
+    free: impl Fn(&mut [DVec3]),
+) -> Vec<DVec3> {
+    let n = residual.len();
+    let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+    let (mut d, mut image) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
+    free(&mut residual);
+    let mut way = residual.clone();
+    let first = dot(&residual, &residual);
+    let mut size = first;
+    for _ in 0..STEPS {
+        if size <= ENOUGH * ENOUGH * first || size == 0.0 {
+            break;
+        }
+        normal(&way, &mut image);
+        free(&mut image);
+        let step = size / dot(&way, &image);
+        d.iter_mut().zip(&way).for_each(|(d, w)| *d += *w * step);
+        residual.iter_mut().zip(&image).for_each(|(r, i)| *r -= *i * step);
+        let next = dot(&residual, &residual);
+        way.iter_mut().zip(&residual).for_each(|(w, r)| *w = *r + *w * (next / size));
+        size = next;
+    }
+    d
 }
 
 #[cfg(test)]

@@ -75,6 +75,7 @@ enum End {
     Frozen,
     Short(String),
     Refused(String),
+    Gained(String),
     Unstable(String),
     Broken(String),
 }
@@ -86,7 +87,7 @@ impl Scenes {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<u64> = (self.first..self.first + self.count).skip(which - 1).step_by(of).collect();
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
-        let (mut well, mut contained, mut frozen) = (0, 0, 0);
+        let (mut well, mut contained, mut frozen, mut gained) = (0, 0, 0, 0);
         let (mut short, mut refused, mut unstable, mut broken) = (0, 0, 0, 0);
         let count = mine.len();
         std::panic::set_hook(Box::new(|_| {}));
@@ -103,6 +104,7 @@ impl Scenes {
                 Ok(End::Frozen) => (&mut frozen, None),
                 Ok(End::Short(why)) => (&mut short, Some(why)),
                 Ok(End::Refused(why)) => (&mut refused, Some(why)),
+                Ok(End::Gained(why)) => (&mut gained, Some(why)),
                 Ok(End::Unstable(why)) => (&mut unstable, Some(why)),
                 Ok(End::Broken(why)) => (&mut broken, Some(why)),
                 Err(_) => (&mut broken, Some("panicked".to_owned())),
@@ -121,7 +123,7 @@ impl Scenes {
         let _ = std::panic::take_hook();
         bar.finish_and_clear();
         let summary = json!({
-            "scenes": count, "well": well, "contained": contained, "frozen": frozen, "cut_short": short, "refused": refused,
+            "scenes": count, "well": well, "contained": contained, "frozen": frozen, "gained_energy": gained, "cut_short": short, "refused": refused,
             "unstable": unstable, "broken": broken,
         });
         if self.json {
@@ -139,9 +141,18 @@ impl Scenes {
             Ok(world) => world,
             Err(e) => return End::Refused(e.to_string()),
         };
+        let most = MOST * could_have(&world, self.seconds);
         let start = ProcessTime::now();
         while world.time() < self.seconds - 0.5 * world.dt() {
             world.step();
+            for sheet in world.sheets() {
+                let energy = sheet.energy(DVec3::ZERO);
+                let own = energy.kinetic + energy.elastic;
+                if own > most {
+                    let why = format!("{} has {own:.3e} J at {:.4} s, of {most:.3e}", sheet.name, world.time());
+                    return End::Gained(why);
+                }
+            }
             if start.elapsed().as_secs_f64() > self.patience {
                 return End::Short(format!("cut short at {:.3} s", world.time()));
             }
@@ -160,6 +171,25 @@ impl Scenes {
             None => End::Well,
         }
     }
+}
+
+/// Energy of motion and strain beyond which a sheet has it from nowhere, over that of [`could_have`]. Scenes are drawn without regard to what lies within
+/// what: a sheet that begins in a body, or across another, may be thrown out of it with this much.
+const MOST: f64 = 100.0;
+/// Speed that whatever is led or pulled is taken to have, m/s.
+const LED: f64 = 3.0;
+
+/// What a sheet of a world could have by what there is, by falling for `seconds`, by wind and by what leads it, J.
+fn could_have(world: &World, seconds: f64) -> f64 {
+    let g = world.gravity().length();
+    let sheets: f64 = world.sheets().iter().map(sheetwork::sheet::Sheet::total_mass).sum();
+    let there: f64 = world.sheets().iter().map(|s| s.energy(DVec3::ZERO)).map(|e| e.kinetic + e.elastic).sum();
+    let states = || world.rigid().into_iter().flat_map(|r| (0..r.bodies().len()).filter_map(|i| r.state(i)));
+    let gives = states().filter(|b| b.mass().is_finite());
+    let (bodies, moving) = gives.fold((0.0, 0.0), |(m, e), b| (m + b.mass(), e + b.kinetic_energy()));
+    let fastest = states().map(|b| b.velocity().length_squared()).fold(LED * LED, f64::max);
+    let fall = g * (1.0 + 0.5 * g * seconds * seconds);
+    there + moving + (sheets + bodies) * fall + sheets * (fastest + world.air().wind.length_squared())
 }
 
 /// Random draws (splitmix64), the same for the same seed and number.
