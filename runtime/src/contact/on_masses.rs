@@ -216,7 +216,8 @@ impl Scratch {
         let left_open = self.left_open.binary_search(&contact.key).is_ok();
         let known = self.memory.near(&contact.key).filter(|_| !left_open);
         let is_unknown = self.memory.is_empty() || self.gaps.start[i] > FAR || (self.eager > 0.0 && known.is_none());
-        row.new = is_unknown && !left_open;
+        // A lone sheet that overlaps where a round left it open is in the way all the same; among several it would flicker.
+        row.new = is_unknown && (!left_open || group.members.len() == 1);
         row.eager = self.eager;
         row.idle = self.is_doubled(group, i);
         row.weigh(|block| self.joint.diagonal_of(group, block, h));

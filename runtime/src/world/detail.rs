@@ -17,10 +17,16 @@ use crate::lattice::masses_of;
 use crate::scene::{DetailSpec, Scene};
 use crate::sheet::{Sheet, Status};
 
-/// Part of the budget that refining may fill.
-const ROOM: f64 = 0.85;
+/// Part of the budget that is planned for, so that a step which costs more than those before it is within it all the same; and part that refining may
+/// fill.
+const PLANNED: f64 = 0.88;
+const ROOM: f64 = 0.6;
 /// How long a sheet stays as it is before it is refined, s.
 const DWELL: f64 = 0.5;
+/// A sheet that the budget makes coarser sooner than this after its last change was refined too early, and waits so much longer before it is again, s: a
+/// sheet that has just changed takes more solves than it did, and a change is a step's work itself.
+const SOON: f64 = 2.0;
+const PENALTY: f64 = 4.0;
 /// Changes in one step: to coarser grids, which are cheap, and to finer.
 const MOST: (usize, usize) = (8, 1);
 /// Part of a step's cost in the mean of the steps.
@@ -219,10 +225,11 @@ impl World {
         let mut work = std::mem::take(&mut detail.work);
         self.plan_levels(&detail, &mut work);
         self.find_changes(&detail, &mut work);
-        for (index, grid) in work.coarser.iter().chain(&work.finer) {
+        for (k, (index, grid)) in work.coarser.iter().chain(&work.finer).enumerate() {
             let state = &mut detail.sheets[*index];
             state.stays = self.resample_index(*index, *grid).is_err();
-            state.since = 0.0;
+            let too_early = k < work.coarser.len() && detail.budget.is_some() && state.since < SOON;
+            state.since = if too_early { -PENALTY } else { 0.0 };
         }
         detail.work = work;
         self.detail = Some(detail);
@@ -251,7 +258,7 @@ impl World {
             others -= state.cost(sheet, grid_of(sheet));
         }
         let budget = detail.budget.map_or(f64::INFINITY, |ms| ms * 1e6);
-        planner.plan(candidates, others, budget, tight);
+        planner.plan(candidates, others, PLANNED * budget, tight);
         planner.plan(candidates, others, ROOM * budget, roomy);
     }
 

@@ -59,7 +59,7 @@ enum Command {
     /// Set a parameter of a running game, from its next step on.
     #[cfg(feature = "link")]
     Set(link::Set),
-    /// Play, pause, step, reset, load, keep and restore a running game.
+    /// Play, pause, step, reset and load a running game, take a snapshot and go back to it.
     #[cfg(feature = "link")]
     Tell(link::Tell),
     /// Record a running game.

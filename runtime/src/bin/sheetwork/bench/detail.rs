@@ -21,6 +21,8 @@ use crate::{print_json, print_line};
 
 /// A frame, s.
 const FRAME: f64 = 1.0 / 60.0;
+/// Steps without levels that are seen before there is a budget.
+const SEEN: usize = 60;
 /// Part of what is new in the mean of what a step takes.
 const NEW: f64 = 0.05;
 /// Part of the run that the budget is given to be reached in.
@@ -98,8 +100,8 @@ impl Detail {
             idle.step(&mut whole);
             let before = mean.unwrap_or(taken);
             mean = Some(before + NEW * (taken - before));
-            if budget == 0.0 && without.0.len() == 10 {
-                budget = self.budget * before;
+            if budget == 0.0 && without.0.len() == SEEN {
+                budget = self.budget * without.part(0.5);
             }
             let grids = |world: &World| world.sheets().iter().map(|s| s.grid).collect::<Vec<_>>();
             let there = grids(&kept);

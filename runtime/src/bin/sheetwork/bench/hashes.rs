@@ -30,12 +30,17 @@ pub struct Hashes {
     /// Another `sheetwork`, of another build: it is asked for the same, and what differs is named.
     #[arg(long, value_name = "PROGRAM")]
     against: Option<PathBuf>,
+    /// Threads that the other steps on, if not as many.
+    #[arg(long, requires = "against")]
+    their_threads: Option<usize>,
 }
 
 impl Hashes {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         check_range("--steps", f64::from(self.steps), 1.0, 1e9, "")?;
-        check_range("--threads", self.threads as f64, 1.0, 1024.0, "")?;
+        for threads in std::iter::once(self.threads).chain(self.their_threads) {
+            check_range("--threads", threads as f64, 1.0, 1024.0, "")?;
+        }
         let names =
             if self.scenes.is_empty() { super::rollback::scenes_of(&self.folder)? } else { self.scenes.clone() };
         let (which, of) = self.shard.unwrap_or((1, 1));
@@ -64,12 +69,18 @@ impl Hashes {
 
     /// What another build says of a scene.
     fn asked(&self, program: &PathBuf, name: &str) -> Result<String, InputError> {
+        let threads = self.their_threads.unwrap_or(self.threads);
         let output = Command::new(program)
-            .args(["bench", "hashes", name, "--steps", &self.steps.to_string(), "--threads", &self.threads.to_string()])
+            .args(["bench", "hashes", name, "--steps", &self.steps.to_string(), "--threads", &threads.to_string()])
             .arg("--folder")
             .arg(&self.folder)
             .output()
             .map_err(|e| InputError::io(program, &e))?;
+        if !output.status.success() {
+            let said = String::from_utf8_lossy(&output.stderr);
+            let said = said.trim().lines().next().unwrap_or_default();
+            return Err(InputError::new("--against", format!("{} does not answer: {said}", program.display())));
+        }
         Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 }

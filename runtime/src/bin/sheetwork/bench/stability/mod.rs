@@ -63,6 +63,9 @@ impl Stability {
         let fits = |trial: &Trial| wanted(trial.sweep) && of_these(trial.setting.structure);
         // Numbered among what is chosen, so that shards of a choice can be merged.
         let chosen: Vec<Trial> = plan(self.quick).into_iter().filter(fits).collect();
+        if chosen.is_empty() {
+            return Err(InputError::new("--only", "nothing of the plan is left with these sweeps and structures"));
+        }
         let count = chosen.len();
         let mine: Vec<_> = chosen.into_iter().enumerate().skip(which - 1).step_by(of).collect();
         let bar = ProgressBar::new(mine.len() as u64);

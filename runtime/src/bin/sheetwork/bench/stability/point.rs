@@ -97,7 +97,12 @@ pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
 
 fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
     let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
-    let mut reader = csv::Reader::from_path(path).map_err(refused)?;
+    let text = std::fs::read(path).map_err(|e| InputError::io(path, &e))?;
+    // A number that is cut off is a number.
+    if text.last().is_some_and(|last| *last != b'\n') {
+        return Err(InputError::new("", "is cut off: its last line has no end").in_file(path));
+    }
+    let mut reader = csv::Reader::from_reader(text.as_slice());
     reader.deserialize().collect::<Result<Vec<Point>, _>>().map_err(refused)
 }
 
@@ -120,7 +125,6 @@ pub fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
         }
     }
     points.sort_by_key(|p| p.number);
-    points.dedup_by_key(|p| p.number);
     let Some(of) = points.first().map(|p| p.of) else {
         return Err(InputError::new("merge", "the folders hold no stability-I-of-N.csv with points"));
     };
@@ -128,6 +132,13 @@ pub fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
         return Err(InputError::new(
             "merge",
             "the files are of different plans: some of --quick, or of another --only, some not?",
+        ));
+    }
+    points.dedup();
+    if points.windows(2).any(|two| two[0].number == two[1].number) {
+        return Err(InputError::new(
+            "merge",
+            "a point is there twice, and not the same: shards of different builds or choices?",
         ));
     }
     if points.len() != of {
