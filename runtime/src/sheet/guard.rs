@@ -308,6 +308,23 @@ impl Sheet {
         }
     }
 
+    /// Has it move as it did when the part of the step began, but for `fallen` (m/s), where its motion as a whole has more than `most` (J): air pushes what has
+    /// failed with any force.
+    pub(crate) fn slow_drift(&mut self, most: f64, fallen: DVec3) {
+        if !self.pins.is_empty() || self.level().motion <= most {
+            return;
+        }
+        let total = self.total_mass();
+        let mean = |v: &Vectors| v.iter().zip(&self.mass).map(|(v, m)| v * *m).sum::<DVec3>() / total;
+        let (was, is) = (mean(&self.work.v_before) + fallen, mean(&self.v));
+        if is.length_squared() > was.length_squared() {
+            for i in 0..self.masses() {
+                let moved = self.v.get(i) + (was - is);
+                self.v.set(i, moved);
+            }
+        }
+    }
+
     /// Takes the sheet from where it was at `start` as an engine has taken it to `end` (positions, velocities) in `dt` s, but with a `part`
     /// (0 to 1) of what it did beyond moving the whole.
     pub(crate) fn carry_part(&mut self, start: &Vectors, end: (&Vectors, &Vectors), dt: f64, part: f64) {

@@ -223,6 +223,7 @@ impl Guard {
             if most >= 0.0 || trial == TRIALS {
                 if sheet.slow_down(most.max(0.0)) {
                     sheet.slow_spin(most.max(0.0));
+                    sheet.slow_drift(most.max(0.0), stage.field.gravity * taken);
                     eased = true;
                 }
                 // What pins may bring in a step they may bring, but not in every step again.
