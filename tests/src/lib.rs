@@ -31,6 +31,24 @@ pub fn shipped(name: &str) -> Scene {
     }
 }
 
+/// A world of this scene.
+///
+/// # Panics
+/// When the scene is not valid: a test must fail then.
+pub fn world_of(text: &str) -> World {
+    let world = Scene::parse(text).and_then(|scene| World::new(&scene));
+    world.unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Takes the first sheet of `world` to another grid.
+///
+/// # Panics
+/// When it cannot go there.
+pub fn resample(world: &mut World, grid: (u32, u32)) {
+    let name = world.sheets()[0].name.clone();
+    world.resample(&name, grid).unwrap_or_else(|e| panic!("{e}"));
+}
+
 /// Names of all scenes that come with the project, sorted.
 ///
 /// # Panics

@@ -4,18 +4,11 @@ use glam::DVec3;
 use sheetwork::World;
 use sheetwork::event::EventKind;
 use sheetwork::measure::{Setup, measure};
-use sheetwork::scene::Scene;
 use sheetwork::sheet::{Sheet, Status};
-use sheetwork_tests::{shipped, state_hash};
-
-fn world(text: &str) -> World {
-    let scene = Scene::parse(text).unwrap_or_else(|e| panic!("{e}"));
-    World::new(&scene).unwrap_or_else(|e| panic!("{e}"))
-}
+use sheetwork_tests::{resample, shipped, state_hash, world_of as world};
 
 fn to(world: &mut World, n: u32) {
-    let name = world.sheets()[0].name.clone();
-    world.resample(&name, (n, n)).unwrap_or_else(|e| panic!("{e}"));
+    resample(world, (n, n));
 }
 
 /// A clamped sheet of these fields, in air that stills it.

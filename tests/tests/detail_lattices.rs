@@ -4,19 +4,9 @@ use glam::DVec3;
 use sheetwork::World;
 use sheetwork::lattice::StructureKind;
 use sheetwork::measure::{Setup, measure};
-use sheetwork::scene::{Material, Scene, SpringLaw};
+use sheetwork::scene::{Material, SpringLaw};
 use sheetwork::sheet::{Sheet, Status};
-use sheetwork_tests::state_hash;
-
-fn world(text: &str) -> World {
-    let scene = Scene::parse(text).unwrap_or_else(|e| panic!("{e}"));
-    World::new(&scene).unwrap_or_else(|e| panic!("{e}"))
-}
-
-fn to(world: &mut World, grid: (u32, u32)) {
-    let name = world.sheets()[0].name.clone();
-    world.resample(&name, grid).unwrap_or_else(|e| panic!("{e}"));
-}
+use sheetwork_tests::{resample as to, state_hash, world_of as world};
 
 /// A sheet of these fields and springs that bend as the material does, clamped along its left edge.
 fn clamped(structure: &str, layers: u32, n: u32, more: &str) -> World {

@@ -5,18 +5,12 @@ use sheetwork::World;
 use sheetwork::measure::{Setup, measure};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
-use sheetwork_tests::state_hash;
+use sheetwork_tests::{resample, state_hash, world_of as world};
 
 const GRIDS: [u32; 3] = [11, 21, 41];
 
-fn world(text: &str) -> World {
-    let scene = Scene::parse(text).unwrap_or_else(|e| panic!("{e}"));
-    World::new(&scene).unwrap_or_else(|e| panic!("{e}"))
-}
-
 fn to(world: &mut World, n: u32) {
-    let name = world.sheets()[0].name.clone();
-    world.resample(&name, (n, n)).unwrap_or_else(|e| panic!("{e}"));
+    resample(world, (n, n));
 }
 
 /// A tag that is clamped along its straight end, with a hole, and with `more`.

@@ -23,7 +23,7 @@ use glam::DVec3;
 
 use self::creep::Creeping;
 use super::carry::Carry;
-use super::curvature::{CurvatureGroup, relaxation};
+use super::curvature::{CurvatureGroup, apply as product, dot, relaxation};
 use super::flow::Flows;
 use super::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices};
 use crate::kept::{Keeper, Taken, Taker};
@@ -580,14 +580,6 @@ fn gather(to: &mut Vec<(u32, f64)>, from: impl Iterator<Item = (u32, f64)>) {
             None => to.push((v, w)),
         }
     }
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn product(m: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
-    [dot(&m[0], v), dot(&m[1], v), dot(&m[2], v)]
 }
 
 /// Inverse; the directions of a triangle's three edges are never dependent.

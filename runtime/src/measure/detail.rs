@@ -98,6 +98,13 @@ fn settled(setup: &Setup, scene: &Scene) -> Result<Runner, InputError> {
     Ok(runner)
 }
 
+/// On its way down from flat.
+fn falling(setup: &Setup, scene: &Scene) -> Result<Runner, InputError> {
+    let mut runner = Runner::new(setup.world(scene)?);
+    runner.run(0.1, |_| true);
+    Ok(runner)
+}
+
 /// In equilibrium under its weight, clamped along one edge.
 fn droop(setup: &Setup) -> Result<Runner, InputError> {
     settled(setup, &clamped(setup))
@@ -105,9 +112,7 @@ fn droop(setup: &Setup) -> Result<Runner, InputError> {
 
 /// On its way down from flat.
 fn swing(setup: &Setup) -> Result<Runner, InputError> {
-    let mut runner = Runner::new(setup.world(&clamped(setup))?);
-    runner.run(0.1, |_| true);
-    Ok(runner)
+    falling(setup, &clamped(setup))
 }
 
 /// Creased by 60 degrees across its middle.
@@ -144,9 +149,7 @@ fn tag_droops(setup: &Setup) -> Result<Runner, InputError> {
 
 /// It on its way down from flat.
 fn tag_swings(setup: &Setup) -> Result<Runner, InputError> {
-    let mut runner = Runner::new(setup.world(&tag(setup))?);
-    runner.run(0.1, |_| true);
-    Ok(runner)
+    falling(setup, &tag(setup))
 }
 
 /// Lying on a box that is narrower than it.

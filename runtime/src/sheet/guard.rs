@@ -25,8 +25,8 @@ const QUIET: f64 = 0.25;
 const QUIET_MOST: f64 = 8.0;
 
 /// Part of the kinetic energy of the whole sheet at the speed of a pin that the pin may bring in a step: against the tension of a sheet
-/// as stiff as explicit engines bear it does work of about this size.
-const LED: f64 = 32.0;
+/// as stiff as explicit engines bear it does work of about this size. A body that is led, likewise.
+pub(crate) const LED: f64 = 32.0;
 
 /// How far a policy has gone.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -47,7 +47,7 @@ pub use energy::Energy;
 pub use equilibrium::Equilibrium;
 pub use estimate::DeliveredStiffness;
 pub use forces::Field;
-pub(crate) use guard::{GUARDED, Guard, GuardState, Level};
+pub(crate) use guard::{GUARDED, Guard, GuardState, LED, Level};
 pub use modes::Mode;
 pub use pins::Pins;
 pub use probe::Probe;

@@ -22,11 +22,7 @@ pub(super) type Combination = Vec<(u32, f64)>;
 /// `mesh` with its edges halved, and what each vertex of that is of `vertices`, which are those of `mesh`.
 pub(super) fn halve(mesh: &Mesh, vertices: &[Combination]) -> Option<(Mesh, Vec<Combination>)> {
     let n = mesh.positions.len();
-    let mut neighbours = vec![Vec::new(); n];
-    for [a, b] in mesh.edges.iter().map(|e| e.nodes) {
-        neighbours[a as usize].push(b);
-        neighbours[b as usize].push(a);
-    }
+    let neighbours = mesh.neighbours();
     let (mut positions, mut all) = (mesh.positions.clone(), vertices.to_vec());
     for edge in &mesh.edges {
         positions.push(mesh.middle(edge));

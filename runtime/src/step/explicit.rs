@@ -17,12 +17,10 @@ use crate::contact::Group;
 use crate::contact::find::Scope;
 use crate::contact::rounds::{Look, Margins, solve_masses};
 use crate::event::Touches;
-use crate::sheet::{Sheet, Status};
+use crate::sheet::{LED, Sheet, Status};
 
 /// Room around what a sheet sweeps, m: more than the margin of detection.
 const ROOM: f64 = 1e-3;
-/// Part of the energy of motion of a sheet as fast as a body that is led which that may bring in a step.
-const LED: f64 = 32.0;
 
 impl Shared<'_> {
     /// Steps the group of `members` of `sheets`; the first of `sheets` is number `first` of the world's.

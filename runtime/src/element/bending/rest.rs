@@ -10,7 +10,7 @@
 use glam::{DMat3, DVec3};
 
 use super::{Bending, Group, along, normal, times, times_scalar};
-use crate::element::curvature::CurvatureGroup;
+use crate::element::curvature::{CurvatureGroup, dot};
 use crate::element::flow::{FlowStep, Flows, Strain, Yield};
 use crate::element::{Geometric, NO_BLOCK, keep_matrices, set_rest, take_matrices};
 use crate::kept::{Keeper, Taken, Taker};
@@ -119,10 +119,6 @@ impl Rests {
         self.running = from.flag()?;
         Ok(())
     }
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 fn is_flat(rest: &[f64; 3]) -> bool {

@@ -93,6 +93,16 @@ impl Mesh {
         0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]))
     }
 
+    /// Masses that each has an edge with.
+    pub fn neighbours(&self) -> Vec<Vec<u32>> {
+        let mut all = vec![Vec::new(); self.positions.len()];
+        for [a, b] in self.edges.iter().map(|e| e.nodes) {
+            all[a as usize].push(b);
+            all[b as usize].push(a);
+        }
+        all
+    }
+
     /// Middle of triangle `k`, m.
     pub fn middle_of(&self, k: usize) -> [f64; 2] {
         let [a, b, c] = self.triangles[k].map(|v| self.positions[v as usize]);

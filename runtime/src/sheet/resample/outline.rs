@@ -94,11 +94,10 @@ impl Sheet {
 
     /// Moves masses so that edges are stretched as `old` is, as near as that goes.
     fn approach_stretch_of(&mut self, old: &Self, meshes: &Meshes) {
-        let Some(before) = old.edge_membrane() else { return };
-        let stretch = before.stretch(&old.x);
+        let Some(both) = old.edge_membrane().zip(self.edge_membrane()) else { return };
+        let wanted = read_stretch(both, meshes, &both.0.stretch(&old.x));
         for _ in 0..ROUNDS {
             let Some(now) = self.edge_membrane() else { return };
-            let wanted = read_stretch((before, now), meshes, &stretch);
             let change: Vec<f64> = wanted.iter().zip(now.stretch(&self.x)).map(|(wanted, own)| wanted - own).collect();
             if change.iter().all(|e| e.abs() < NONE) {
                 return;
@@ -133,6 +132,9 @@ impl Sheet {
     /// Each force to the corners of the triangle that it is in.
     pub(super) fn take_outline_forces_of(&mut self, old: &Self, meshes: &Meshes) {
         self.applied.clear();
+        if old.applied.max_squared() == 0.0 {
+            return;
+        }
         let locator = Locator::new(meshes.to);
         let sides = inward(meshes.from);
         for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {

@@ -59,11 +59,7 @@ struct Fit {
 impl<'a> Patches<'a> {
     /// Of `mesh`, whose cells have the size `cell` (m); `held` masses are pinned, and at `clamped` ones the slope is known.
     pub fn new(mesh: &'a Mesh, cell: [f64; 2], held: impl Fn(usize) -> bool, clamped: impl Fn(usize) -> bool) -> Self {
-        let mut neighbours = vec![Vec::new(); mesh.positions.len()];
-        for [a, b] in mesh.edges.iter().map(|e| e.nodes) {
-            neighbours[a as usize].push(b);
-            neighbours[b as usize].push(a);
-        }
+        let neighbours = mesh.neighbours();
         let is_deep = |i: usize| held(i) && neighbours[i].iter().all(|m| held(*m as usize));
         let deep: Vec<bool> = (0..neighbours.len()).map(is_deep).collect();
         let is_sloped = |i: usize| held(i) && !deep[i] && clamped(i);
