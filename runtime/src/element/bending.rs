@@ -17,6 +17,7 @@
 mod carry;
 mod keep;
 mod rest;
+mod turning;
 
 use glam::DVec3;
 
@@ -91,14 +92,14 @@ impl Bending {
     pub fn new(source: Vec<CurvatureGroup>, directions: &[DVec3]) -> Self {
         let mut all = Self::default();
         for group in &source {
-            all.push(group, directions, &[]);
+            all.push(group, directions);
         }
         all.source = source;
         all
     }
 
-    /// Adds a group, which is of the masses `also` too.
-    fn push(&mut self, source: &CurvatureGroup, directions: &[DVec3], also: &[u32]) {
+    /// Adds a group.
+    fn push(&mut self, source: &CurvatureGroup, directions: &[DVec3]) {
         let first = self.masses.len();
         let mut entries: Vec<(u32, [f64; 3])> = Vec::new();
         for (a, row) in source.rows.iter().enumerate() {
@@ -111,11 +112,6 @@ impl Bending {
                         entries.push((*mass, w));
                     }
                 }
-            }
-        }
-        for mass in also {
-            if entries.iter().all(|(m, _)| m != mass) {
-                entries.push((*mass, [0.0; 3]));
             }
         }
         // By mass, so that pairs are of the lower triangle.
@@ -283,6 +279,9 @@ impl Element for Bending {
                 masses[..p].iter().for_each(|b| visit(*a, *b));
             }
         }
+        if let Some(rests) = &self.rests {
+            rests.turning.couples(visit);
+        }
     }
 
     fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
@@ -297,6 +296,9 @@ impl Element for Bending {
         self.order.extend((0..self.pairs.len() as u32).filter(|i| self.pairs[*i as usize].block != NO_BLOCK));
         self.order.sort_by_key(|i| self.pairs[*i as usize].block);
         self.sum_constant();
+        if let Some(rests) = &mut self.rests {
+            rests.turning.bind(block);
+        }
     }
 
     fn set_law(&mut self, law: &Law) {
@@ -351,6 +353,9 @@ impl Element for Bending {
             let pairs = group.pairs.0 as usize..group.pairs.1 as usize;
             self.pairs[pairs].iter_mut().for_each(|p| p.value *= change);
         }
+        if let Some(rests) = &mut self.rests {
+            rests.look();
+        }
         self.sum_constant();
     }
 
@@ -368,7 +373,7 @@ impl Element for Bending {
     }
 
     fn energy(&self, x: &Vectors) -> f64 {
-        if let Some(rests) = &self.rests {
+        if let Some(rests) = self.rests.as_deref().filter(|r| !r.is_elastic()) {
             return self.rest_energy(x, rests);
         }
         if self.rest.is_empty() { self.stored::<false>(x) } else { self.stored::<true>(x) }

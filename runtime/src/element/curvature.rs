@@ -86,11 +86,13 @@ pub fn relaxation(d: &[[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
 }
 
 /// a · b.
+#[inline]
 pub(super) fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// m v.
+#[inline]
 pub(super) fn apply(m: &[[f64; 3]; 3], v: &[f64; 3]) -> [f64; 3] {
     [dot(&m[0], v), dot(&m[1], v), dot(&m[2], v)]
 }

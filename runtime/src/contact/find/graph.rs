@@ -47,6 +47,7 @@ pub(super) fn stays_graph(sheet: &SheetMotion, height: f64) -> bool {
 }
 
 /// Two sides of a triangle.
+#[inline(always)]
 fn sides(x: &Vectors, masses: [u32; 3]) -> [DVec3; 2] {
     let [a, b, c] = masses.map(|m| x.get(m as usize));
     [b - a, c - a]

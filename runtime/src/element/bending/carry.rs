@@ -71,5 +71,8 @@ impl Bending {
                 }
             }
         }
+        if let Some(rests) = &mut self.rests {
+            rests.look();
+        }
     }
 }

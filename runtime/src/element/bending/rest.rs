@@ -7,8 +7,11 @@
 //! k₀ is what a sheet is made with (creases, curl), what yields, and what creeps (see `flow`). A crease is an angle: where a grid bends by
 //! the angle φ between neighbouring cells, k₀ is 2 sin(φ/2)/h, and yield counts angles too.
 
+use std::f64::consts::FRAC_PI_2;
+
 use glam::{DMat3, DVec3};
 
+use super::turning::Turning;
 use super::{Bending, Group, along, normal, times, times_scalar};
 use crate::element::curvature::{CurvatureGroup, dot};
 use crate::element::flow::{FlowStep, Flows, Strain, Yield};
@@ -27,8 +30,8 @@ pub(super) struct Rests {
     full: Vec<[[f64; 3]; 3]>,
     /// Stiffness of each group in the step, of that at once.
     scale: Vec<f64>,
-    /// Places of the frame's masses in the entries of its group.
-    frame: Vec<[u32; 4]>,
+    /// Masses and couples of each group and its frame.
+    pub(super) turning: Turning,
     /// What creeps of each group; empty where nothing does.
     pub(super) strains: Vec<[Strain; 3]>,
     /// Shares of the arms.
@@ -39,8 +42,10 @@ pub(super) struct Rests {
     stiffness: f64,
     /// Whether a step is on its way.
     running: bool,
+    /// Whether k₀ is none anywhere: nothing here adds anything then, and none of it is worked out.
+    flat: bool,
     /// Room for a group's derivatives.
-    turning: Vec<DMat3>,
+    turns: Vec<DMat3>,
     coupled: Vec<f64>,
 }
 
@@ -99,6 +104,25 @@ impl Rests {
 }
 
 impl Rests {
+    /// Looks whether the sheet is at rest where it is flat: after each change of k₀.
+    pub fn look(&mut self) {
+        self.flat = self.rest.iter().all(is_flat);
+    }
+
+    /// More than the square of the moment (N) is of group `i` at rest where flat, with `curvature` (1/m): asin s is at most π/2 s, and a
+    /// matrix without negative eigenvalues has none above the sum of its diagonal.
+    fn most_moment_squared(&self, i: usize, g: &Group, source: &CurvatureGroup, curvature: &[DVec3; 3]) -> f64 {
+        let bent = |a: usize| curvature[a].length_squared() / (source.gain[a] * source.gain[a]);
+        let full = &self.full[i];
+        let largest = (full[0][0] + full[1][1] + full[2][2]) / (g.softness * source.area);
+        FRAC_PI_2 * FRAC_PI_2 * self.stiffness * largest * (bent(0) + bent(1) + bent(2))
+    }
+
+    /// Whether the energy is that of a sheet that is at rest where it is flat, and has no arms.
+    pub fn is_elastic(&self) -> bool {
+        self.flat && self.strains.is_empty()
+    }
+
     /// Keeps it for a snapshot.
     pub fn keep(&self, to: &mut Keeper) {
         self.rest.iter().for_each(|r| to.numbers(r));
@@ -117,6 +141,7 @@ impl Rests {
         self.strains.iter_mut().flatten().try_for_each(|s| s.take(from))?;
         from.numbers(&mut self.hardened)?;
         self.running = from.flag()?;
+        self.look();
         Ok(())
     }
 }
@@ -137,8 +162,7 @@ impl Bending {
     ) -> Self {
         let mut all = Self::default();
         for group in &source {
-            // The normal turns with the masses of the frame.
-            all.push(group, directions, &group.frame);
+            all.push(group, directions);
         }
         all.source = source;
         let n = all.groups.len();
@@ -147,9 +171,9 @@ impl Bending {
         rests.rest.resize(n, [0.0; 3]);
         rests.made = angles.to_vec();
         rests.made.resize(n, [0.0; 3]);
-        rests.frame = all.groups.iter().map(|g| frame_places(g, &all.masses)).collect();
-        let most = all.groups.iter().map(|g| (g.entries.1 - g.entries.0) as usize).max().unwrap_or(0);
-        rests.turning = vec![DMat3::ZERO; most];
+        rests.turning = Turning::new(&all);
+        let most = rests.turning.most();
+        rests.turns = vec![DMat3::ZERO; most];
         rests.coupled = vec![0.0; most];
         if let Some(share) = creeps {
             rests.share = share;
@@ -159,14 +183,16 @@ impl Bending {
         if yields {
             rests.hardened = vec![0.0; n];
         }
+        rests.look();
         all.rests = Some(Box::new(rests));
         all
     }
 
     /// Finds where the masses of the frames are in their groups.
     pub(super) fn find_frames(&mut self) {
-        if let Some(rests) = &mut self.rests {
-            rests.frame = self.groups.iter().map(|g| frame_places(g, &self.masses)).collect();
+        if let Some(mut rests) = self.rests.take() {
+            rests.turning.find_frames(self);
+            self.rests = Some(rests);
         }
     }
 
@@ -238,7 +264,7 @@ impl Bending {
 
     /// What rest curvatures add to the energy of the stage, J.
     pub(super) fn rest_potential(&self, x: &Vectors) -> f64 {
-        let Some(rests) = &self.rests else { return 0.0 };
+        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
         let bent = self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest));
         let one = |(g, rest): (&Group, &[f64; 3])| {
             let m = times_scalar(&g.stiffness, rest);
@@ -250,7 +276,7 @@ impl Bending {
 
     /// Adds `scale` times the gradient of [`Bending::rest_potential`].
     pub(super) fn add_rest_gradient(&self, x: &Vectors, scale: f64, to: &mut Vectors) {
-        let Some(rests) = &self.rests else { return };
+        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return };
         for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
             let Some(frame) = Frame::of(g, x) else { continue };
             let m = times_scalar(&g.stiffness, rest);
@@ -268,28 +294,24 @@ impl Bending {
 
     /// Adds the tangent of [`Bending::rest_potential`].
     pub(super) fn add_rest_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
-        let Some(mut rests) = self.rests.take() else { return };
-        let Rests { rest, frame: places, turning, coupled, .. } = &mut *rests;
-        for ((g, rest), places) in self.groups.iter().zip(rest).zip(places) {
-            let Some(frame) = Frame::of(g, x).filter(|_| !is_flat(rest)) else { continue };
+        let Some(mut rests) = self.rests.take_if(|r| !r.flat) else { return };
+        let Rests { rest, turning, turns, coupled, .. } = &mut *rests;
+        for (i, (g, rest)) in self.groups.iter().zip(rest).enumerate().filter(|(_, (_, rest))| !is_flat(rest)) {
+            let Some(frame) = Frame::of(g, x) else { continue };
             let m = times_scalar(&g.stiffness, rest);
-            let count = (g.entries.1 - g.entries.0) as usize;
-            for ((turning, coupled), (_, w)) in turning[..count].iter_mut().zip(coupled.iter_mut()).zip(self.entries(g))
-            {
-                *turning = DMat3::ZERO;
-                *coupled = dot(w, &m);
-            }
-            for (place, by) in places.iter().zip(frame.derivatives()) {
-                turning[*place as usize] += by;
+            turns[..turning.masses_of(i).len()].fill(DMat3::ZERO);
+            coupled.iter_mut().zip(turning.parts_of(i, &m)).for_each(|(to, part)| *to = part);
+            for (place, by) in turning.frame[i].iter().zip(frame.derivatives()) {
+                turns[*place as usize] += by;
             }
             let own = dot(rest, &m);
             let now = dot(&along(&self.curvature(g, x, &g.prescribed), frame.n), &m);
             let square = if geometric == Geometric::Clipped { now.max(own) } else { now };
-            for pair in self.pairs[g.pairs.0 as usize..g.pairs.1 as usize].iter().filter(|p| p.block != NO_BLOCK) {
-                let (p, q) = (pair.of.0 as usize, pair.of.1 as usize);
-                let (tp, tq) = (turning[p].transpose(), turning[q]);
+            for couple in turning.couples_of(i).iter().filter(|c| c.block != NO_BLOCK) {
+                let (p, q) = (couple.of.0 as usize, couple.of.1 as usize);
+                let (tp, tq) = (turns[p].transpose(), turns[q]);
                 let block = tp * tq * square - tq * coupled[p] - tp * coupled[q];
-                let at = pair.block as usize * 9;
+                let at = couple.block as usize * 9;
                 let by_rows = block.transpose().to_cols_array();
                 values[at..at + 9].iter_mut().zip(by_rows).for_each(|(to, from)| *to += from);
             }
@@ -299,7 +321,7 @@ impl Bending {
 
     /// Energy (J) of the turn of the normal that first order misses when `x` moves by `d`.
     pub(super) fn missed_turn(&self, x: &Vectors, d: &Vectors) -> f64 {
-        let Some(rests) = &self.rests else { return 0.0 };
+        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
         let mut missed = 0.0;
         for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
             let Some(frame) = Frame::of(g, x) else { continue };
@@ -314,13 +336,18 @@ impl Bending {
 
     /// Lets groups yield whose moment is too large, at `x`.
     fn yield_at(&self, x: &Vectors, law: &Yield, rests: &mut Rests) {
+        let within = law.moment * law.moment;
         for (i, g) in self.groups.iter().enumerate() {
             let source = &self.source[i];
-            let n = normal(g, x);
-            if n == DVec3::ZERO || source.area <= 0.0 {
+            let curvature = self.curvature(g, x, &g.prescribed);
+            if source.area <= 0.0 || (rests.flat && rests.most_moment_squared(i, g, source, &curvature) <= within) {
                 continue;
             }
-            let k = along(&self.curvature(g, x, &g.prescribed), n);
+            let n = normal(g, x);
+            if n == DVec3::ZERO {
+                continue;
+            }
+            let k = along(&curvature, n);
             let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.left()) };
             let bent = [0, 1, 2].map(|a| source.angle_of(a, k[a]));
             let made = [0, 1, 2].map(|a| source.angle_of(a, rest[a]));
@@ -347,6 +374,7 @@ impl Bending {
                 (0..3).for_each(|a| strains[a].move_rest(next[a] - rest[a], rests.share));
             }
             rests.rest[i] = next;
+            rests.flat = false;
         }
     }
 
@@ -359,12 +387,6 @@ impl Bending {
         };
         each.map(one).collect()
     }
-}
-
-/// Places of the masses of a group's frame in its entries.
-fn frame_places(g: &Group, masses: &[u32]) -> [u32; 4] {
-    let entries = &masses[g.entries.0 as usize..g.entries.1 as usize];
-    g.frame.map(|m| entries.iter().position(|e| *e == m).unwrap_or(0) as u32)
 }
 
 impl Flows for Bending {
@@ -380,6 +402,9 @@ impl Flows for Bending {
             (0..3).for_each(|a| strains[a].begin(k[a], *share, &decay));
             rest[i] = strains.map(|s| s.rest);
             changed |= std::mem::replace(&mut scale[i], decay.stiffness()) != decay.stiffness();
+        }
+        if !rests.strains.is_empty() {
+            rests.look();
         }
         self.rests = Some(rests);
         if changed {
@@ -415,6 +440,9 @@ impl Flows for Bending {
         }
         let changed = scale.iter().any(|s| *s != 1.0);
         scale.fill(1.0);
+        if !rests.strains.is_empty() {
+            rests.look();
+        }
         self.rests = Some(rests);
         if changed {
             self.rescale();
