@@ -151,6 +151,11 @@ impl Room {
 
     fn heat(&mut self, index: usize, sheet: &mut Sheet, moment: &Moment, span: f64) {
         sheet.begin_heat(moment.room.celsius);
+        // What is as warm as all around it stays so.
+        let is_even = sheet.heat.as_ref().is_some_and(|heat| heat.is_all_at(moment.room.celsius));
+        if is_even && !self.sources.iter().any(|s| s.is_at_work()) {
+            return sheet.follow_heat();
+        }
         let Some(mut heat) = sheet.heat.take() else { return };
         let body = heat.body(sheet);
         body.faces.turn(sheet);

@@ -240,6 +240,18 @@ impl Heat {
         self.body = None;
     }
 
+    /// Whether all of it is as warm as `celsius`, to the bit.
+    pub(super) fn is_all_at(&self, celsius: f64) -> bool {
+        self.nodes.iter().all(|t| *t == celsius)
+    }
+
+    /// Whether the sheet is as stiff and as large as at 20 °C, as it was built.
+    fn is_as_built(&self) -> bool {
+        !self.given
+            && self.compliance.iter().all(|c| *c == 1.0)
+            && self.expansion.iter().chain(&self.curl).all(|growth| *growth == 0.0)
+    }
+
     /// Whether some mass is another than stiffness was taken up at.
     fn has_moved(&self) -> bool {
         let mut all = self.nodes.iter().zip(&self.applied).zip(self.room.iter().cycle());
@@ -340,7 +352,12 @@ impl Sheet {
     /// Lets stiffness and size follow the temperatures, where those have moved on.
     pub(crate) fn follow_heat(&mut self) {
         let Some(mut heat) = self.heat.take_if(|h| h.has_moved()) else { return };
+        let was_as_built = heat.is_as_built();
         heat.apply();
+        if was_as_built && heat.is_as_built() {
+            self.heat = Some(heat);
+            return;
+        }
         self.warm_springs(&mut heat);
         let warmth = heat.warmth();
         self.elements.iter_mut().for_each(|e| e.warm(&self.x, &warmth));

@@ -59,6 +59,10 @@ impl Gun {
 }
 
 impl Source for Gun {
+    fn is_at_work(&self) -> bool {
+        self.spec.on
+    }
+
     fn give(&mut self, _index: usize, moment: &Moment, target: &mut Target) {
         if !self.spec.on {
             return;

@@ -266,8 +266,12 @@ fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
 }
 
 impl Source for Radiator {
+    fn is_at_work(&self) -> bool {
+        self.on && !self.faces.is_empty()
+    }
+
     fn give(&mut self, index: usize, moment: &Moment, target: &mut Target) {
-        if !self.on || self.faces.is_empty() {
+        if !self.is_at_work() {
             return;
         }
         self.look(index, moment, target);

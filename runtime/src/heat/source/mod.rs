@@ -121,6 +121,11 @@ pub trait Source: Send + Sync {
     /// What of its surroundings is another for it: an oven's are warm.
     fn surround(&self, _time: f64, _room: &mut Surroundings) {}
 
+    /// Whether it gives anything to a sheet that is as warm as its surroundings, or takes it.
+    fn is_at_work(&self) -> bool {
+        true
+    }
+
     /// Adds what sheet number `index` takes up.
     fn give(&mut self, index: usize, moment: &Moment, target: &mut Target);
 

@@ -32,6 +32,10 @@ impl Source for Oven {
         }
     }
 
+    fn is_at_work(&self) -> bool {
+        false
+    }
+
     fn give(&mut self, _index: usize, _moment: &Moment, _target: &mut Target) {}
 
     fn path(&self) -> String {

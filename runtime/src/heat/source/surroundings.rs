@@ -22,6 +22,10 @@ fn build(_scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
 struct Room;
 
 impl Source for Room {
+    fn is_at_work(&self) -> bool {
+        false
+    }
+
     fn give(&mut self, _index: usize, moment: &Moment, target: &mut Target) {
         let (walls, half) = (moment.room.fourth_power(), 0.5 * moment.room.convection);
         let radiation = target.emissivity() * STEFAN_BOLTZMANN;
