@@ -9,6 +9,7 @@
 use glam::{DMat3, DVec3};
 
 use crate::World;
+use crate::engine::implicit::newton::STILL;
 use crate::engine::{EngineKind, Forces};
 use crate::error::InputError;
 use crate::event::EventKind;
@@ -83,8 +84,10 @@ const LOOKS: u32 = 4;
 /// Energy over that at the start, and over that of earlier in the trial, beyond which a motion grows.
 const GROWN: f64 = 1e6;
 const GROWS: f64 = 1.5;
-/// Speed of a free sheet's masses at the start, m/s.
+/// Speed of a free sheet's masses at the start, m/s; and what implicit engines are tried with too, which let motion pass that is slower than
+/// [`STILL`].
 const WHISPER: f64 = 1e-7;
+const MURMUR: f64 = 10.0 * STILL;
 /// Simulated time of a throw, s, and the fewest and most steps of it.
 const THROW: f64 = 0.6;
 /// Steps beyond these are not tried, s.
@@ -235,9 +238,18 @@ impl Setting {
     /// # Errors
     /// When the setting is out of range.
     pub fn breaks(&self, dt: f64) -> Result<bool, InputError> {
-        let mut world = World::new(&self.scene(dt))?;
-        world.set_sleep(false);
-        Ok(if self.speed > 0.0 { throw_breaks(&mut world, dt) } else { whisper_grows(&mut world) })
+        let world = || {
+            let mut world = World::new(&self.scene(dt))?;
+            world.set_sleep(false);
+            Ok::<_, InputError>(world)
+        };
+        if self.speed > 0.0 {
+            return Ok(throw_breaks(&mut world()?, dt));
+        }
+        if !self.engine.info().implicit {
+            return Ok(whisper_grows(&mut world()?, WHISPER, 0.0));
+        }
+        Ok(whisper_grows(&mut world()?, WHISPER, STILL) || whisper_grows(&mut world()?, MURMUR, STILL))
     }
 }
 
@@ -281,18 +293,19 @@ fn throw_breaks(world: &mut World, dt: f64) -> bool {
     world.events().iter().any(|e| e.kind == EventKind::Contained)
 }
 
-/// Whether a small random motion of a free sheet grows.
-fn whisper_grows(world: &mut World) -> bool {
+/// Whether a small random motion of a free sheet, of `speed` m/s, grows beyond the energy of motion at `still` m/s.
+fn whisper_grows(world: &mut World, speed: f64, still: f64) -> bool {
     let mut draw = Draw::new(0, 7);
     for sheet in world.sheets_mut() {
         for i in 0..sheet.masses() {
             let v = DVec3::new(draw.between(-1.0, 1.0), draw.between(-1.0, 1.0), draw.between(-1.0, 1.0));
-            sheet.v.set(i, v * WHISPER);
+            sheet.v.set(i, v * speed);
         }
         stop_as_a_whole(sheet);
     }
     let energy = |world: &World| world.sheets()[0].energy(DVec3::ZERO).total;
     let begin = energy(world);
+    let floor = 0.5 * still * still * world.sheets()[0].total_mass();
     let (mut early, mut late) = (0.0_f64, 0.0_f64);
     for step in 0..STEPS {
         world.step();
@@ -303,7 +316,7 @@ fn whisper_grows(world: &mut World) -> bool {
             continue;
         }
         let now = energy(world);
-        if now.is_nan() || now >= GROWN * begin {
+        if now.is_nan() || now >= (GROWN * begin).max(floor) {
             return true;
         }
         match 4 * step / STEPS {
@@ -312,7 +325,7 @@ fn whisper_grows(world: &mut World) -> bool {
             _ => {}
         }
     }
-    late > GROWS * early
+    late > (GROWS * early).max(floor)
 }
 
 /// Takes from the velocities of equal masses what they move and turn as one: that neither grows nor dies away, and would hide what grows slowly.

@@ -19,7 +19,7 @@ const MIXED_STEPS: u32 = 9;
 /// Steps of the guarded descent.
 const DESCENT_STEPS: u32 = 15;
 /// A sheet this slow (m/s) carries no energy worth a further solve.
-const STILL: f64 = 1e-3;
+pub(crate) const STILL: f64 = 1e-3;
 
 /// What solving a stage took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
