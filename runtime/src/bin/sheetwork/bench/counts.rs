@@ -14,6 +14,7 @@ use serde_json::{Map, Value, json};
 use sheetwork::engine::EngineKind;
 use sheetwork::engine::linear::Path;
 use sheetwork::lattice::StructureKind;
+use sheetwork::link::{Link, LinkPlace};
 use sheetwork::scene::{
     BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
 };
@@ -21,11 +22,12 @@ use sheetwork::watch::{Phase, Watch};
 use sheetwork::{InputError, World};
 
 use super::hot_box::hot_box;
+use super::link::Game;
 use crate::{print_json, print_line};
 
 /// Steps of the shorter run, and by how many the longer is longer.
 const FIRST: u32 = 4;
-const MORE: u32 = 12;
+const MORE: u32 = 16;
 /// How this program was built.
 const BUILD: &str = if cfg!(debug_assertions) { "dev" } else { "release" };
 /// By how much a count may be off from one that is checked against.
@@ -57,10 +59,29 @@ struct Case {
     about: &'static str,
     scene: fn() -> Scene,
     sleep: bool,
-    each: fn(&mut World, &mut Vec<u8>),
+    each: fn(&mut Rig),
 }
 
-fn nothing(_: &mut World, _: &mut Vec<u8>) {}
+/// What a case has at hand.
+struct Rig {
+    game: Game,
+    bytes: Vec<u8>,
+    link: Option<Link>,
+}
+
+fn nothing(_: &mut Rig) {}
+
+/// A link that nobody reads; there is none where it cannot be served.
+fn exchange(rig: &mut Rig) {
+    if rig.link.is_none() {
+        let name = format!("counts-{}", std::process::id());
+        let place = LinkPlace::new(&name).ok();
+        rig.link = place.and_then(|place| Link::new(&place, &rig.game.0).ok());
+    }
+    if let Some(link) = &mut rig.link {
+        link.exchange(&mut rig.game, 0.0);
+    }
+}
 
 const fn case(name: &'static str, about: &'static str, scene: fn() -> Scene) -> Case {
     Case { name, about, scene, sleep: false, each: nothing }
@@ -113,20 +134,27 @@ const CASES: &[Case] = &[
         scene.sheets[0].when_unstable = WhenUnstable::ReduceStep { parts: 64 };
         scene
     }),
-    Case { name: "snapshots", about: "a snapshot every step", scene: plain, sleep: false, each: |w, b| w.save_into(b) },
+    Case {
+        name: "snapshots",
+        about: "a snapshot every step",
+        scene: plain,
+        sleep: false,
+        each: |rig| rig.game.0.save_into(&mut rig.bytes),
+    },
+    Case { name: "link_unread", about: "a link that nobody reads", scene: plain, sleep: false, each: exchange },
     Case {
         name: "watched",
         about: "buckling is looked for",
         scene: plain,
         sleep: false,
-        each: |w, _| w.watch_buckling(true),
+        each: |rig| rig.game.0.watch_buckling(true),
     },
     Case {
         name: "phases",
         about: "somebody is told which part of a step is under way",
         scene: plain,
         sleep: false,
-        each: |w, _| w.set_watch(Some(Arc::new(Nobody))),
+        each: |rig| rig.game.0.set_watch(Some(Arc::new(Nobody))),
     },
 ];
 
@@ -266,10 +294,10 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
         // Both runs alike: what is counted is what comes after.
         (0..60).for_each(|_| world.step());
     }
-    let mut room = Vec::new();
+    let mut rig = Rig { game: Game(world), bytes: Vec::new(), link: None };
     for _ in 0..steps {
-        (case.each)(&mut world, &mut room);
-        world.step();
+        (case.each)(&mut rig);
+        rig.game.0.step();
     }
     Ok(())
 }

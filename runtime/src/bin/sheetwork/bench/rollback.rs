@@ -19,8 +19,11 @@ use sheetwork::{InputError, World, check_range};
 use super::shard;
 use crate::{print_json, print_line};
 
-/// Times that a cost is measured.
+/// Times that a cost is measured, and that of going back.
 const TIMES: usize = 201;
+const TIMES_AGAIN: usize = 31;
+/// How far a game goes back, s: eight frames of 60 a second.
+const LATE: f64 = 8.0 / 60.0;
 
 #[derive(Args)]
 pub struct Rollback {
@@ -138,31 +141,42 @@ impl Rollback {
             });
             result?;
             let step = median(|| world.step());
+            let ticks = (LATE / scene.dt).round() as u32;
+            let mut room = Vec::new();
+            let again = median_of(TIMES_AGAIN, || {
+                // It is saved at each step, as a game does that may have to go back once more.
+                let _ = world.load(&bytes);
+                for _ in 0..ticks {
+                    world.save_into(&mut room);
+                    world.step();
+                }
+            });
             rows.push(json!({
                 "case": name, "masses": masses, "bytes": bytes.len(), "bytes_per_mass": bytes.len() as f64 / masses as f64,
-                "save_us": save, "load_us": load, "step_us": step,
+                "save_us": save, "load_us": load, "step_us": step, "again_ms": 1e-3 * again,
             }));
         }
         if self.json {
             print_json(&rows)?;
             return Ok(ExitCode::SUCCESS);
         }
-        let head = ["case", "masses", "bytes", "a mass", "save µs", "load µs", "step µs"];
+        let head = ["case", "masses", "bytes", "a mass", "save µs", "load µs", "step µs", "8 again ms"];
         print_line(&format!(
-            "{:<34} {:>7} {:>8} {:>7} {:>9} {:>9} {:>9}",
-            head[0], head[1], head[2], head[3], head[4], head[5], head[6]
+            "{:<34} {:>7} {:>8} {:>7} {:>9} {:>9} {:>9} {:>10}",
+            head[0], head[1], head[2], head[3], head[4], head[5], head[6], head[7]
         ))?;
         for row in rows {
             let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
             print_line(&format!(
-                "{:<34} {:>7} {:>8} {:>7.1} {:>9.1} {:>9.1} {:>9.1}",
+                "{:<34} {:>7} {:>8} {:>7.1} {:>9.1} {:>9.1} {:>9.1} {:>10.2}",
                 row["case"].as_str().unwrap_or_default(),
                 row["masses"],
                 row["bytes"],
                 number("bytes_per_mass"),
                 number("save_us"),
                 number("load_us"),
-                number("step_us")
+                number("step_us"),
+                number("again_ms")
             ))?;
         }
         Ok(ExitCode::SUCCESS)
@@ -227,13 +241,18 @@ fn costly() -> Vec<(&'static str, Scene, u32)> {
 }
 
 /// Median CPU time of `work`, µs.
-fn median(mut work: impl FnMut()) -> f64 {
-    let mut times = Vec::with_capacity(TIMES);
-    for _ in 0..TIMES {
+fn median(work: impl FnMut()) -> f64 {
+    median_of(TIMES, work)
+}
+
+/// The same, of so many times.
+fn median_of(count: usize, mut work: impl FnMut()) -> f64 {
+    let mut times = Vec::with_capacity(count);
+    for _ in 0..count {
         let start = ProcessTime::now();
         work();
         times.push(1e6 * start.elapsed().as_secs_f64());
     }
     times.sort_by(f64::total_cmp);
-    times[TIMES / 2]
+    times[count / 2]
 }
