@@ -203,12 +203,13 @@ fn placed(body: BodySpec, x: f64, y: f64) -> BodySpec {
 
 impl Counts {
     pub fn execute(self) -> Result<ExitCode, InputError> {
+        let unknown = self.cases.iter().find(|n| CASES.iter().all(|c| c.name != n.as_str()));
+        if let Some(name) = unknown {
+            let names: Vec<&str> = CASES.iter().map(|c| c.name).collect();
+            return Err(InputError::new("cases", format!("{name} is none of {}", names.join(", "))));
+        }
         let chosen: Vec<&Case> =
             CASES.iter().filter(|c| self.cases.is_empty() || self.cases.iter().any(|n| n == c.name)).collect();
-        if chosen.is_empty() {
-            let names: Vec<&str> = CASES.iter().map(|c| c.name).collect();
-            return Err(InputError::new("cases", format!("there are {}", names.join(", "))));
-        }
         if let Some(steps) = self.steps {
             return chosen.into_iter().try_for_each(|c| run(c, steps)).map(|()| ExitCode::SUCCESS);
         }
