@@ -28,7 +28,7 @@ use crate::contact::detect::deepest;
 use crate::contact::rigid::{BodyState, RigidView, RigidWorld};
 use crate::engine::EngineKind;
 use crate::error::{InputError, check_range};
-use crate::event::{Event, Touches};
+use crate::event::{Event, EventKind, Touches};
 use crate::heat::Room;
 use crate::scene::{Air, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
@@ -224,7 +224,13 @@ impl World {
 
     fn step_by(&mut self, dt: f64) {
         let now = self.time + 1e-9 * dt;
-        self.sheets.iter_mut().for_each(|s| s.release_pins(now));
+        for (sheet, touches) in self.sheets.iter_mut().zip(&mut self.touches) {
+            let slept = sheet.status == Status::Asleep;
+            sheet.release_pins(now);
+            if slept && sheet.status != Status::Asleep {
+                touches.events.push((self.time, EventKind::Woke, None));
+            }
+        }
         // Taken out for the step: the view borrows it while the sheets are changed.
         let mut rigid = self.rigid.take();
         if let Some(rigid) = &mut rigid {

@@ -238,6 +238,16 @@ fn a_ball_above_a_held_sheet_falls_freely_until_it_meets_it() {
     assert!((near.time() - 0.096).abs() < 0.02, "{}", near.time());
 }
 
+/// What bounces opens again within the step in which it met; it has met all the same.
+#[test]
+fn a_bounce_within_a_step_is_a_touch() {
+    let setup = Setup { height: 0.5, restitution: 0.8, ..Setup::default() };
+    let found = measured("bounce", &setup);
+    assert!(number(&found, "contacts") >= 441.0, "{found}");
+    assert!((number(&found, "rebound_ratio") - 0.64).abs() < 0.0064, "{found}");
+    assert_eq!(measured("impact", &Setup { speed: 20.0, ..Setup::default() })["met"], true);
+}
+
 /// A body that is led into a place where a sheet is held strains it without end: what is looked at for contact of the sheet with itself
 /// must not grow to all of it with all of it.
 #[test]

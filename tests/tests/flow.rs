@@ -6,6 +6,7 @@ use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
 use sheetwork::engine::{EngineKind, TABLE};
+use sheetwork::event::EventKind;
 use sheetwork::lattice::StructureKind;
 use sheetwork::lattice::outline::OutlineSpec;
 use sheetwork::measure::{Setup, measure};
@@ -386,6 +387,19 @@ fn pins_are_let_go_when_they_say_so() {
     world.advance(0.5);
     let fallen = -world.sheets()[0].centre_of_mass().y;
     assert!((fallen - 0.5 * 9.81 * 0.25).abs() < 1e-6, "{fallen}");
+}
+
+#[test]
+fn a_sheet_that_slept_in_its_pins_wakes_when_they_let_go() {
+    let mut scene = card((11, 7));
+    scene.gravity = DVec3::new(0.0, -9.81, 0.0);
+    scene.sheets[0].pins = vec![PinSpec { until: Some(1.0), ..PinSpec::held(Region::All) }];
+    let mut world = world(&scene);
+    world.set_sleep(true);
+    world.advance(1.25);
+    let kinds: Vec<EventKind> = world.events().iter().map(|e| e.kind).collect();
+    assert_eq!(kinds, [EventKind::AtRest, EventKind::Woke]);
+    assert!((world.events()[1].time_s - 1.0).abs() < 1e-6, "{}", world.events()[1].time_s);
 }
 
 /// Sheets that crease, yield and creep, side by side.

@@ -131,6 +131,8 @@ pub(crate) struct Scratch {
     pub strayed: bool,
     /// Whether the group is of explicit engines.
     pub(super) short_steps: bool,
+    /// What has been closed at the end of any stage of the step so far: sheet of the group, mass, part. What bounces is open again at its end.
+    pub met: Vec<[u32; 3]>,
 }
 
 /// How far apart the contacts of a round are.
@@ -550,6 +552,19 @@ impl Scratch {
     /// The force between the two sides of a contact in the last position solve, N; none where there was none.
     pub(super) fn force_of(&self, key: &Key) -> Option<DVec3> {
         self.memory.of(key).map(|r| r.position)
+    }
+
+    /// Notes what is closed at the end of a stage.
+    pub fn note_met(&mut self) {
+        let mut met = std::mem::take(&mut self.met);
+        self.closed(|contact, part| {
+            for side in [contact.a, contact.b] {
+                if let Side::Sheet { sheet, point } = side {
+                    met.extend(point.terms().map(|(mass, _)| [sheet, mass, part]));
+                }
+            }
+        });
+        self.met = met;
     }
 
     /// Calls `touched` for every contact that is closed, with the part of the group it is with.

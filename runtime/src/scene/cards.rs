@@ -131,7 +131,7 @@ impl Cards {
             Self::HouseAndBall => (
                 "house of cards and ball",
                 "A ball is thrown at a house of cards of three storeys, and it falls.",
-                "(eye: (0.25, 0.22, 0.5), target: (0, 0.1, 0))",
+                "(eye: (0.38, 0.25, 0.68), target: (0.1, 0.09, 0))",
                 "(6, 1, 5)",
                 4,
             ),
@@ -142,11 +142,13 @@ impl Cards {
             Self::HouseAndBall => (house(), "house-ball"),
         };
         let sheets: String = cards.iter().enumerate().map(|(i, card)| sheet(i, card, grid)).collect();
+        // Cards that the ball takes along slide far.
+        let right = if self == Self::HouseAndBall { 0.7 } else { 0.4 };
         let ball = if self == Self::HouseAndBall { BALL } else { "" };
         format!(
             "// {description}\n//\n// Made by `sheetwork generate --cards {flag}`.\n(\n    name: \"{name}\",\n    description: \
              \"{description}\",\n    engine: \"tr-bdf2\",\n    dt: 0.0166666666666667,\n    duration: {duration},\n    room: (x: \
-             (-0.4, 0.4), y: (0, 0.4), z: (-0.3, 0.3), grid: 0.02, back_wall: false),\n    contact: (friction: {FRICTION}, \
+             (-0.4, {right}), y: (0, 0.4), z: (-0.3, 0.3), grid: 0.02, back_wall: false),\n    contact: (friction: {FRICTION}, \
              restitution: 0.1),\n    sheets: [\n{sheets}    ],\n{ball}    camera: {camera},\n)\n"
         )
     }

@@ -82,11 +82,13 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     }
     if part.halvings >= scratch.expected {
         scratch.deepest = scratch.deepest.max(part.halvings);
+        let met = scratch.met.len();
         if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
             group.each(|sheet| sheet.end_flow());
             return;
         }
         scratch.counters.halved += 1;
+        scratch.met.truncate(met);
         group.each(|sheet| sheet.put_back());
         scratch.put_back(&mut group.movers);
     }
@@ -192,6 +194,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             if scratch.failed {
                 return false;
             }
+            scratch.note_met();
         }
         group.each(|sheet| {
             let unit = std::mem::take(&mut sheet.work.unit);

@@ -332,6 +332,7 @@ impl Shared<'_> {
         group.each(|sheet| limit(sheet, stage.dt));
         let Group { sheets, movers, .. } = group;
         self.note(sheets, members, &scratch, &work);
+        scratch.met.clear();
         stick(sheets, members, &scratch, self.surroundings, work.bodies());
         members.iter().for_each(|i| sheets[*i as usize].hold_no_more());
         self.finish(sheets, touches, members);
@@ -348,10 +349,12 @@ impl Shared<'_> {
         sheets[lead].work.near = Some(work);
     }
 
-    /// Notes which masses touch, and what.
+    /// Notes which masses touch, and what; and which have in the step, and bounced.
     pub fn note(&self, sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, work: &NearWork) {
+        let handle_of =
+            |part: u32| work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
         scratch.closed(|contact, part| {
-            let handle = work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
+            let handle = handle_of(part);
             for side in [contact.a, contact.b] {
                 if let Side::Sheet { sheet, point } = side {
                     let sheet = &mut sheets[members[sheet as usize] as usize];
@@ -365,6 +368,11 @@ impl Shared<'_> {
                 }
             }
         });
+        for [sheet, mass, part] in scratch.met.iter().copied() {
+            let sheet = &mut sheets[members[sheet as usize] as usize];
+            let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
+            sheet.work.met.extend(handle_of(part).filter(|_| !noted).map(|handle| (handle, mass)));
+        }
     }
 
     /// Says where the bodies that give way have come to.
