@@ -28,6 +28,9 @@ pub enum EventKind {
     Unstable,
     /// A sheet was about to go unstable and was dealt with as its `when_unstable` says.
     Contained,
+    /// Contact was given up in a part of a step, and not in the step before: for that part it went on as one stiff body with the free bodies that
+    /// it would have gone into, or stayed where it was.
+    GivenUp,
     /// It has been well for long enough to be stepped as before.
     Recovered,
     /// A sheet gave way: it buckled, snapped through or crumpled ([`crate::sheet::Buckle`]). Told of only where

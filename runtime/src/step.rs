@@ -13,6 +13,7 @@ mod explicit;
 pub(crate) mod group;
 pub(crate) mod groups;
 mod near;
+mod stiff;
 
 pub(crate) use near::{NearWork, skin};
 

@@ -132,7 +132,18 @@ fn every_choice_is_documented() {
     for part in ["Point", "Rect", "Masses", "File", "Part", "Polyhedron", "Box", "Ball"] {
         wanted.push(format!("`{part}("));
     }
-    for kind in ["first_contact", "slid_off", "flat", "at_rest", "woke", "unstable", "contained", "recovered", "torn"] {
+    for kind in [
+        "first_contact",
+        "slid_off",
+        "flat",
+        "at_rest",
+        "woke",
+        "unstable",
+        "contained",
+        "recovered",
+        "given_up",
+        "torn",
+    ] {
         wanted.push(format!("| `{kind}` |"));
     }
     let missing: Vec<_> = wanted.iter().filter(|w| !readme.contains(w.as_str())).collect();

@@ -179,6 +179,7 @@ pub(super) fn describe(event: &Event) -> String {
         EventKind::Woke => "wakes",
         EventKind::Unstable => "went unstable",
         EventKind::Contained => "was kept from going unstable",
+        EventKind::GivenUp => "went on without contact being solved for",
         EventKind::Recovered => "is stepped as before again",
         EventKind::Buckled => "buckles",
         EventKind::Resampled => "goes to another grid",

@@ -61,6 +61,8 @@ pub struct ContactCounters {
     pub factors: u64,
     /// Steps that were halved.
     pub halved: u64,
+    /// Parts of steps that contact was given up in: the sheets stayed where they were, or went on as one stiff body.
+    pub given_up: u64,
 }
 
 /// How positions were solved for.
@@ -80,7 +82,7 @@ pub(super) enum Solved {
 pub(crate) struct Scratch {
     /// What may touch in this round, and what does where it has come to, or may where contact moves things further.
     pub found: Found,
-    pub(super) seen: Found,
+    pub seen: Found,
     /// What of sheets has crossed in the rounds so far, and whether something has in the last.
     pub(super) crossing: Vec<Contact>,
     pub crossed: bool,
@@ -126,9 +128,14 @@ pub(crate) struct Scratch {
     pub deepest: u32,
     /// Whether the step has thrown a sheet about beyond help.
     pub runaway: bool,
+    /// Whether contact was given up in a part of this step, and whether it was in the step before.
+    pub gave_up: bool,
+    pub told: bool,
     /// Steps on end in which it has been brought back from that, and whether it has in this one.
     pub strays: u32,
     pub strayed: bool,
+    /// Which movers a sheet takes along that goes on as a stiff body.
+    pub along: Vec<bool>,
     /// Whether the group is of explicit engines.
     pub(super) short_steps: bool,
     /// What has been closed at the end of any stage of the step so far: sheet of the group, mass, part. What bounces is open again at its end.
@@ -178,7 +185,7 @@ impl Gaps {
 
 /// Which positions of a group a point is wanted at.
 #[derive(Clone, Copy)]
-pub(super) enum At {
+pub(crate) enum At {
     Start,
     Free,
 }
@@ -197,7 +204,7 @@ pub(super) fn place(group: &Group, side: &Side, at: At) -> DVec3 {
 }
 
 /// How far the sides of a contact are apart along its normal, m.
-pub(super) fn gap(group: &Group, contact: &Contact, at: At) -> f64 {
+pub(crate) fn gap(group: &Group, contact: &Contact, at: At) -> f64 {
     contact.normal.dot(place(group, &contact.a, at) - place(group, &contact.b, at)) - contact.offset
 }
 
@@ -258,10 +265,23 @@ impl Scratch {
         self.kept_memory[1].copy_from(&self.other);
         self.kept_movers.clear();
         self.kept_movers.extend_from_slice(movers);
+        self.along.resize(movers.len(), false);
+    }
+
+    /// Notes that contact is given up in a part of the step.
+    pub fn note_given_up(&mut self) {
+        self.counters.given_up += 1;
+        self.gave_up = true;
+    }
+
+    /// Changes `movers` for those that were kept.
+    pub fn swap_kept(&mut self, movers: &mut Vec<Mover>) {
+        std::mem::swap(movers, &mut self.kept_movers);
     }
 
     /// After a step in which nothing could touch.
     pub fn rest(&mut self) {
+        self.gave_up = false;
         self.found.forget();
         self.memory.clear();
         self.other.clear();
@@ -283,13 +303,13 @@ impl Scratch {
     /// Keeps for a snapshot what a step takes over from those before it.
     pub fn save(&self, to: &mut Keeper) {
         let flags = [self.single, self.alone, self.on_own, self.failed, self.last_resort, self.last];
-        flags.into_iter().chain([self.runaway, self.strayed, self.short_steps]).for_each(|f| to.flag(f));
+        flags.into_iter().chain([self.runaway, self.strayed, self.short_steps, self.gave_up]).for_each(|f| to.flag(f));
         for count in [self.stage as u32, self.expected, self.deepest, self.strays] {
             to.count(u64::from(count));
         }
         to.number(self.eager);
         let c = &self.counters;
-        for count in [c.rounds, c.contacts, c.most, c.unsettled, c.sweeps, c.newton, c.factors, c.halved] {
+        for count in [c.rounds, c.contacts, c.most, c.unsettled, c.sweeps, c.newton, c.factors, c.halved, c.given_up] {
             to.count(count);
         }
         self.memory.keep(to);
@@ -302,12 +322,13 @@ impl Scratch {
         (self.single, self.alone, self.on_own) = (from.flag()?, from.flag()?, from.flag()?);
         (self.failed, self.last_resort, self.last) = (from.flag()?, from.flag()?, from.flag()?);
         (self.runaway, self.strayed, self.short_steps) = (from.flag()?, from.flag()?, from.flag()?);
+        self.gave_up = from.flag()?;
         self.stage = from.index(2)? as usize;
         (self.expected, self.deepest, self.strays) = (from.small()?, from.small()?, from.small()?);
         self.eager = from.number()?;
         let c = &mut self.counters;
         let counts = [&mut c.rounds, &mut c.contacts, &mut c.most, &mut c.unsettled, &mut c.sweeps, &mut c.newton];
-        for count in counts.into_iter().chain([&mut c.factors, &mut c.halved]) {
+        for count in counts.into_iter().chain([&mut c.factors, &mut c.halved, &mut c.given_up]) {
             *count = from.count()?;
         }
         self.memory.take(from)?;

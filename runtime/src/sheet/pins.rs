@@ -205,6 +205,11 @@ impl Pins {
         self.groups.is_empty() && self.rails.is_empty() && self.glue.is_empty()
     }
 
+    /// Whether it holds the sheet by anything but glue on bodies that give way.
+    pub(crate) fn holds(&self) -> bool {
+        !self.rails.is_empty() || self.masses().next().is_some()
+    }
+
     /// All masses that are pinned in every direction, those led by bodies included.
     pub fn masses(&self) -> impl Iterator<Item = u32> + '_ {
         self.groups.iter().flat_map(|g| g.masses.iter().copied()).chain(self.led().map(|(_, mass, _)| mass))

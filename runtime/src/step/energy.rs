@@ -13,6 +13,7 @@ use crate::contact::Group;
 use crate::sheet::Field;
 
 use super::group::Part;
+use super::stiff::whole;
 
 /// Energy gained, as a fraction of what could be turned into motion at the start, beyond which a step is taken again.
 const GAIN: f64 = 0.1;
@@ -28,7 +29,7 @@ const LIFT_TOGETHER: f64 = 2e-3;
 /// sheets one would take the others with it, so those stay where they were.
 const RUNAWAY: f64 = 1e6;
 /// Part of its speed that a sheet keeps when it stays where it was, for want of a step that may stand.
-const KEPT: f64 = 0.5;
+pub(super) const KEPT: f64 = 0.5;
 /// Overlap with a body that a step may end with where its rounds did not come together, m.
 pub(super) const WITHIN: f64 = 3e-4;
 
@@ -38,6 +39,8 @@ pub(super) enum Verdict {
     Stands,
     /// It is to be taken again as two.
     Again,
+    /// It cannot be made so that it may stand.
+    Fails,
     /// What comes after need not be computed: the sheet is unstable.
     Runaway,
 }
@@ -93,8 +96,9 @@ impl Energies {
         (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
     }
 
-    /// Compares with those now. With `last`, the step is made so that it may stand.
-    pub fn judge(&self, group: &mut Group, field: &Field, last: bool) -> Verdict {
+    /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Of a sheet that is `loose` only what moves
+    /// against its motion as a whole is slowed: that has momentum.
+    pub fn judge(&self, group: &mut Group, field: &Field, last: bool, loose: bool) -> Verdict {
         let now = Self::of(group, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
         let gain = now.total() - self.total();
@@ -107,11 +111,23 @@ impl Energies {
         if group.members.len() == 1 && (gain.is_nan() || gain > RUNAWAY * free) {
             return Verdict::Runaway;
         }
-        if gain <= now.sheets {
+        if let Some(own) = loose.then(|| whole(group.sheet(0))).flatten() {
+            let within = now.sheets - own.kinetic_energy();
+            if gain > within {
+                return if last { Verdict::Fails } else { Verdict::Again };
+            }
+            let part = (1.0 - gain / within).sqrt();
+            group.each(|sheet| {
+                for i in 0..sheet.masses() {
+                    let along = own.velocity_at(sheet.x.get(i));
+                    sheet.v.set(i, along + (sheet.v.get(i) - along) * part);
+                }
+            });
+        } else if gain <= now.sheets {
             let part = (1.0 - gain / now.sheets).sqrt();
             group.each(|sheet| sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
         } else if last {
-            stay(group);
+            return Verdict::Fails;
         }
         Verdict::Stands
     }

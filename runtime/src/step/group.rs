@@ -5,6 +5,7 @@
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
 use super::energy::{Energies, Verdict, WITHIN, stay};
+use super::stiff::{go_on, is_loose};
 use super::{SLEEP_SPEED, SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::found::Found;
@@ -64,6 +65,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         if !std::mem::take(&mut scratch.strayed) {
             scratch.strays = 0;
         }
+        scratch.told = std::mem::take(&mut scratch.gave_up);
     } else if scratch.runaway {
         return;
     }
@@ -97,11 +99,19 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
 }
 
-/// Leaves a sheet that was thrown about beyond all measure where it was, unless it has been for too many steps on end.
-fn bring_back(group: &mut Group, scratch: &mut Scratch) {
+/// Gives a part of a step up: a sheet that nothing holds goes on as a stiff body, others stay where they were.
+fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+    scratch.note_given_up();
+    if !go_on(group, scratch, finder, part) {
+        stay(group);
+    }
+}
+
+/// Gives the part up in which a sheet was thrown about beyond all measure, unless it has been for too many steps on end.
+fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     scratch.strays += u32::from(!std::mem::replace(&mut scratch.strayed, true));
     if scratch.strays <= STRAYS {
-        stay(group);
+        give_up(group, scratch, finder, part);
         group.each(|sheet| sheet.work.stage.failed = false);
         return;
     }
@@ -115,11 +125,11 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch) {
     }
 }
 
-/// Leaves the sheets where they are in a part of a step; bodies go on as if there were none.
+/// Does without contact in a part of a step: where the sheets stay, bodies go on as if there were none.
 fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     finder.begin_stage(group, part.done, part.done + part.dt);
     finder.end_stage(group);
-    bring_back(group, scratch);
+    bring_back(group, scratch, finder, part);
     if scratch.runaway {
         group.each(|sheet| sheet.work.stage.astray = true);
     }
@@ -144,7 +154,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     scratch.last = last;
     scratch.last_resort = last || group.members.len() > 1;
     let before = Energies::before(group, part);
-    let (mut met, mut overlap, mut crossed) = (false, 0.0_f64, false);
+    let (mut met, mut overlap, mut crossed, mut loose) = (false, 0.0_f64, false, true);
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
     for k in 0..stages {
@@ -182,12 +192,13 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         }
         if group.members.iter().any(|i| group.sheets[*i as usize].work.stage.failed) {
             if last {
-                bring_back(group, scratch);
+                bring_back(group, scratch, finder, part);
             }
             return last;
         }
         let touched = matches!(rounds, Rounds::Touched | Rounds::Failed);
         met |= touched;
+        loose &= !touched || is_loose(group, scratch);
         if touched {
             group.each(|sheet| sheet.free_velocity(part.field));
             scratch.watched(|scratch| scratch.solve_velocities(group, h));
@@ -204,7 +215,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         });
         if group.members.len() == 1 && is_unstable(group.sheet(0)) {
             if last {
-                bring_back(group, scratch);
+                bring_back(group, scratch, finder, part);
             }
             return last;
         }
@@ -212,14 +223,31 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         at += length;
         group.each(|sheet| sheet.trace(|trace, x| trace.ends.push((at, x.clone()))));
     }
-    let verdict = before.filter(|_| met).map_or(Verdict::Stands, |before| before.judge(group, &part.field, last));
+    conclude(group, scratch, finder, part, (before, met, loose), (overlap, crossed))
+}
+
+/// Judges a part whose stages have been taken, with the energies `before` it, and gives it up where it may not stand; false when it is to be
+/// taken again.
+fn conclude(
+    group: &mut Group,
+    scratch: &mut Scratch,
+    finder: &mut dyn Find,
+    part: &Part,
+    (before, met, loose): (Option<Energies>, bool, bool),
+    (overlap, crossed): (f64, bool),
+) -> bool {
+    let last = scratch.last;
+    let judge = |before: Energies| before.judge(group, &part.field, last, loose);
+    let verdict = before.filter(|_| met).map_or(Verdict::Stands, judge);
     let gives = group.movers.iter().any(|m| m.gives());
-    let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands && !gives;
-    if crossed || within {
-        stay(group);
+    let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands;
+    if crossed || verdict == Verdict::Fails || within && !gives {
+        give_up(group, scratch, finder, part);
+    } else if within && loose && go_on(group, scratch, finder, part) {
+        scratch.note_given_up();
     }
     if verdict == Verdict::Runaway {
-        bring_back(group, scratch);
+        bring_back(group, scratch, finder, part);
         if scratch.runaway {
             group.each(|sheet| sheet.work.stage.astray = true);
         }

@@ -328,6 +328,11 @@ impl Shared<'_> {
             scratch.rest();
         } else {
             advance(&mut group, &mut scratch, &mut near, part);
+            if scratch.gave_up && !scratch.told {
+                members
+                    .iter()
+                    .for_each(|i| touches[*i as usize].events.push((stage.time + stage.dt, EventKind::GivenUp, None)));
+            }
         }
         group.each(|sheet| limit(sheet, stage.dt));
         let Group { sheets, movers, .. } = group;

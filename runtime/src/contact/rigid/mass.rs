@@ -57,6 +57,14 @@ impl MassProperties {
         Self { mass, principal: self.principal * (mass / self.mass), ..self }
     }
 
+    /// Those of a body whose inertia about its centre of mass, the origin, is `inertia` (kg m²). What has none about an axis, as masses on a
+    /// line, gets next to none.
+    pub fn of_inertia(mass: f64, inertia: DMat3) -> Self {
+        let (principal, axes) = principal_axes(inertia);
+        let least = f64::EPSILON * principal.max_element().max(f64::MIN_POSITIVE / f64::EPSILON);
+        Self { mass, centre: DVec3::ZERO, principal: principal.max(DVec3::splat(least)), axes }
+    }
+
     fn of_polyhedra(polyhedra: &[Polyhedron]) -> Option<Self> {
         // From a corner of the body's own: one far from its origin would otherwise lose its digits.
         let from = polyhedra.iter().find_map(|p| p.vertices.first().copied())?;
