@@ -7,6 +7,7 @@
 //!
 //! `cargo run -p bevy_sheetwork --example rollback`
 
+use std::process::ExitCode;
 use std::time::Instant;
 
 use bevy::prelude::*;
@@ -21,7 +22,12 @@ use history::{History, LATE, blow};
 #[derive(Resource, Default)]
 struct Cost(f64);
 
-fn main() {
+fn main() -> ExitCode {
+    // Windows come by X here, as Bevy is built for it.
+    if cfg!(target_os = "linux") && std::env::var_os("DISPLAY").is_none_or(|display| display.is_empty()) {
+        eprintln!("there is no display (DISPLAY is not set): the example wants a window");
+        return ExitCode::from(2);
+    }
     App::new()
         .add_plugins((DefaultPlugins, SheetworkPlugins))
         .insert_resource(ClearColor(Color::srgb(0.80, 0.83, 0.87)))
@@ -31,6 +37,7 @@ fn main() {
         .add_systems(FixedUpdate, play.before(SheetworkSet::Step))
         .add_systems(Update, say)
         .run();
+    ExitCode::SUCCESS
 }
 
 fn setup(mut commands: Commands) {

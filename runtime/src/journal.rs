@@ -301,12 +301,16 @@ impl Journal {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, InputError> {
         let bad = |problem: String| InputError::new("journal", problem);
         let none = || bad(format!("does not begin with \"{MAGIC}\": not a journal"));
-        let (magic, rest) = line_of(bytes).ok_or_else(none)?;
+        // A file that was cut off within its first line may still say what it is.
+        let (magic, rest) = line_of(bytes).unwrap_or((&bytes[..bytes.len().min(2 * MAGIC.len())], &[]));
         if magic != MAGIC.as_bytes() {
-            let other = std::str::from_utf8(magic).ok().and_then(|m| m.strip_prefix("sheetwork journal "));
-            return Err(
-                other.map_or_else(none, |v| bad(format!("is a journal of version {v}; this program reads version 1")))
-            );
+            let other = magic.strip_prefix(b"sheetwork journal ").unwrap_or_default();
+            let digits: String = other.iter().map(|b| char::from(*b)).take_while(char::is_ascii_digit).collect();
+            return Err(if digits.is_empty() || digits == "1" {
+                none()
+            } else {
+                bad(format!("is a journal of version {digits}; this program reads version 1"))
+            });
         }
         let (json, mut rest) = line_of(rest).ok_or_else(|| bad("ends within its header".into()))?;
         let header = serde_json::from_slice(json).map_err(|e| bad(format!("header: {e}")))?;

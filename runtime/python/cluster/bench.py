@@ -13,7 +13,11 @@ import subprocess
 import sys
 import tempfile
 
-from distributed import Client, LocalCluster, as_completed
+try:
+    from distributed import Client, LocalCluster, as_completed
+except ImportError:
+    print('this wants Dask, which is not installed: pip install "dask[distributed]"', file=sys.stderr)
+    sys.exit(2)
 
 
 def run_shard(binary, campaign, extra, index, count):

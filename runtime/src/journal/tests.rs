@@ -95,6 +95,10 @@ fn what_is_no_journal_is_refused() {
     says(b"", "not a journal");
     says(b"sheetwork recording 2\n", "not a journal");
     says(b"sheetwork journal 7\n{}\n", "version 7");
+    says(b"sheetwork journal 2", "version 2");
+    says(b"sheetwork journal 12, and no end of the line for a long way on", "version 12;");
+    says(b"sheetwork journal one\n{}\n", "not a journal");
+    says(b"sheetwork journal 1", "header");
     says(b"sheetwork journal 1\n{}\n", "header");
     says(&bytes[..bytes.len() - 1], "ends within part 1");
     let mut damaged = bytes.clone();

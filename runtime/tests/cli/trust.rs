@@ -24,11 +24,14 @@ fn a_journal_is_run_again_checked_and_gone_to() {
     }
     let there = place.json(&["replay", "a.journal", "--seek", "9"]);
     assert_eq!(there["steps"], 9);
-    place.refused(&["replay", "a.journal", "--seek", "100000"], &["is outside 0 to"]);
+    place.refused(&["replay", "a.journal", "--seek", "100000"], &["--seek", "is outside 0 to"]);
     let bytes = std::fs::read(place.path("a.journal")).expect("there");
     std::fs::write(place.path("cut.journal"), &bytes[..bytes.len() - 5]).expect("writable");
     place.refused(&["replay", "cut.journal"], &["cut.journal", "ends within part"]);
+    std::fs::write(place.path("later.journal"), "sheetwork journal 2\n{}\n").expect("writable");
+    place.refused(&["replay", "later.journal"], &["later.journal", "version 2", "reads version 1"]);
     place.refused(&["replay", "assets/scenes/curl.ron"], &["curl.ron", "not a journal"]);
+    place.refused(&["run", "assets/scenes/curl.ron", "--key-every", "0"], &["--key-every", "1 to"]);
     place.refused(&["run", "assets/scenes/curl.ron", "--at", "soon"], &["--at", "TIME:PATH=VALUE"]);
     place.refused(&["run", "assets/scenes/curl.ron", "--at", "0:no.such=1"], &["no.such"]);
 }
@@ -47,6 +50,8 @@ fn damaged_input_of_every_kind_is_read_or_refused() {
         assert!(count("read") >= 20 && count("refused") >= 100 && count("read") + count("refused") == 1500, "{row}");
     }
     place.refused(&["bench", "fuzz", "--reader", "tarot"], &["tarot", "snapshot"]);
+    place.refused(&["bench", "fuzz", "--count", "0"], &["--count", "1 to"]);
+    place.refused(&["bench", "fuzz", "--corpus", "nowhere"], &["--corpus", "no folder nowhere"]);
 }
 
 #[test]
@@ -60,6 +65,7 @@ fn random_scenes_hold_numbers_and_builds_can_be_compared() {
     let same = place.run(&["bench", "hashes", "wedge", "--steps", "20", "--threads", "2", "--against", program]);
     assert_eq!(same.status, Some(0), "{}", same.out);
     assert!(same.out.starts_with("wedge ") && same.out.trim_end().ends_with("same"), "{}", same.out);
+    place.refused(&["bench", "hashes", "wedge", "--steps", "2", "--against", "/bin/true"], &["gave no hashes"]);
 }
 
 #[test]
@@ -71,4 +77,5 @@ fn a_sheet_that_is_kicked_heated_and_cooled_keeps_its_place_and_its_memory() {
     assert!(number("rise_over_kick") < 0.02 && number("tip_drift_m") < 1e-4, "{day}");
     assert!(day["parts"][0]["warmest_c"].as_f64().is_some_and(|c| (c - 90.0).abs() < 1.0), "{day}");
     place.refused(&["bench", "day", "--hours", "0"], &["--hours", "h"]);
+    place.refused(&["bench", "day", "--masses", "1"], &["--masses", "3 to"]);
 }

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 
 use clap::Args;
 use serde_json::json;
-use sheetwork::InputError;
 use sheetwork::journal::Journal;
+use sheetwork::{InputError, check_range};
 
 use crate::{print_json, print_line};
 
@@ -34,6 +34,7 @@ impl Replay {
         let mut world = journal.world(self.base.as_deref())?;
         world.set_threads(self.threads)?;
         if let Some(step) = self.seek {
+            check_range("--seek", step as f64, 0.0, journal.len() as f64, "")?;
             journal.seek(&mut world, step)?;
             print_json(&world.report(0.0, &[]))?;
             return Ok(ExitCode::SUCCESS);

@@ -71,6 +71,7 @@ impl Run {
         if self.threads == 0 || self.threads > 1024 {
             return Err(InputError::new("--threads", format!("{} is outside 1 to 1024", self.threads)));
         }
+        check_range("--key-every", f64::from(self.key_every), 1.0, 1e6, "steps")?;
         world.set_threads(self.threads)?;
         world.set_sleep(!self.no_sleep);
         let report = self.step(&mut world)?;

@@ -42,7 +42,7 @@ pub struct Day {
     /// Engine.
     #[arg(long, default_value = "tr-bdf2")]
     engine: EngineKind,
-    /// Masses along the strip.
+    /// Masses along the strip, 3 to 1000; half as many across it.
     #[arg(long, default_value_t = 9)]
     masses: u32,
     /// Print JSON and nothing else.
@@ -81,6 +81,7 @@ impl Seen {
 impl Day {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         check_range("--hours", self.hours, 0.2, 1e4, "h")?;
+        check_range("--masses", f64::from(self.masses), 3.0, 1e3, "")?;
         let start = Instant::now();
         let mut world = World::new(&self.scene())?;
         world.set_sleep(false);

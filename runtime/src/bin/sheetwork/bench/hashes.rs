@@ -11,6 +11,9 @@ use sheetwork::{InputError, World, check_range};
 use super::shard;
 use crate::print_line;
 
+/// Digits of a hash.
+const DIGITS: usize = 16;
+
 #[derive(Args)]
 pub struct Hashes {
     /// Scenes by name, all of the folder if none.
@@ -46,7 +49,7 @@ impl Hashes {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mut differs = 0;
         for name in names.iter().skip(which - 1).step_by(of) {
-            let line = format!("{name} {:016x}", self.hash(name)?);
+            let line = format!("{name} {:0DIGITS$x}", self.hash(name)?);
             match &self.against {
                 None => print_line(&line)?,
                 Some(other) => {
@@ -81,6 +84,18 @@ impl Hashes {
             let said = said.trim().lines().next().unwrap_or_default();
             return Err(InputError::new("--against", format!("{} does not answer: {said}", program.display())));
         }
-        Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+        let theirs = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+        // Else what is no such program would only be another hash.
+        if is_hash_of(&theirs, name) {
+            Ok(theirs)
+        } else {
+            Err(InputError::new("--against", format!("{} gave no hashes", program.display())))
+        }
     }
+}
+
+/// Whether a line is what this program says of the scene `name`.
+fn is_hash_of(line: &str, name: &str) -> bool {
+    let hash = line.strip_prefix(name).and_then(|rest| rest.strip_prefix(' ')).unwrap_or_default();
+    hash.len() == DIGITS && hash.bytes().all(|b| b.is_ascii_hexdigit())
 }

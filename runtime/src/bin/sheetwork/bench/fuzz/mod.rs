@@ -16,7 +16,7 @@ use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::ProgressBar;
 use serde_json::json;
-use sheetwork::InputError;
+use sheetwork::{InputError, check_range};
 
 use self::mutate::{Dice, mutated};
 use self::readers::{READERS, Reader};
@@ -40,9 +40,9 @@ pub struct Fuzz {
     /// Seed of the changes.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Folder with a folder of inputs for each reader; the shipped files are beside it.
-    #[arg(long, default_value = "tests/corpus")]
-    corpus: PathBuf,
+    /// Folder with a folder of inputs for each reader; tests/corpus, if it is there, unless told otherwise.
+    #[arg(long)]
+    corpus: Option<PathBuf>,
     /// Folder of the shipped files.
     #[arg(long, default_value = "assets")]
     assets: PathBuf,
@@ -67,6 +67,10 @@ impl Fuzz {
             let problem = format!("no reader \"{wanted}\"; there are {}", names.join(", "));
             return Err(InputError::new("--reader", problem));
         }
+        check_range("--count", self.count as f64, 1.0, 1e12, "")?;
+        if let Some(folder) = self.corpus.as_ref().filter(|folder| !folder.is_dir()) {
+            return Err(InputError::new("--corpus", format!("there is no folder {}", folder.display())));
+        }
         std::panic::set_hook(Box::new(|info| {
             if let Ok(mut said) = SAID.lock() {
                 *said = info.to_string().replace('\n', ": ");
@@ -80,9 +84,9 @@ impl Fuzz {
                 print_line(&format!(
                     "{:<10} {:>9} inputs, {:>9} read, {:>9} refused, slowest {:.3} s",
                     reader.name,
-                    row["inputs"],
-                    row["read"],
-                    row["refused"],
+                    row["inputs"].to_string(),
+                    row["read"].to_string(),
+                    row["refused"].to_string(),
                     row["slowest_s"].as_f64().unwrap_or(0.0)
                 ))?;
                 for fault in row["faults"].as_array().into_iter().flatten() {
@@ -100,7 +104,8 @@ impl Fuzz {
 
     fn try_out(&self, reader: &Reader) -> Result<serde_json::Value, InputError> {
         let mut seeds = (reader.seeds)(&self.assets)?;
-        seeds.extend(corpus(&self.corpus.join(reader.name))?);
+        let kept = self.corpus.as_deref().unwrap_or(Path::new("tests/corpus"));
+        seeds.extend(corpus(&kept.join(reader.name))?);
         let mut tried = (reader.make)()?;
         let (which, of) = self.shard.unwrap_or((1, 1));
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(self.count) };
