@@ -87,9 +87,9 @@ pub(super) fn is_loose(group: &Group, scratch: &Scratch) -> bool {
 }
 
 /// Takes the only sheet of `group` from where it was at the start of `part` to its end, with what it would go into; false where there are
-/// several, or something holds it.
+/// several, or something holds it, or what does not give way is near: what has come to lie there is to come to rest.
 pub(super) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
-    if group.members.len() > 1 {
+    if !is_loose(group, scratch) {
         return false;
     }
     group.each(|sheet| sheet.put_back());
