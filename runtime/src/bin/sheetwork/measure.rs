@@ -268,3 +268,22 @@ fn changes(value: &Value) -> Option<Vec<String>> {
     lines.extend(rows.iter().map(|(shape, pops)| format!("{shape:<12}") + &cells(pops)));
     Some(lines)
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::changes;
+
+    #[test]
+    fn changes_of_grid_are_a_table() {
+        let row = |shape: &str, change: &str, pop: f64| json!({ "shape": shape, "change": change, "pop": pop });
+        let all =
+            json!([row("droop", "11 to 21", 0.0031), row("box", "11 to 21", 0.0085), row("droop", "21 to 11", 0.01)]);
+        let words = |line: &String| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>().join(" ");
+        let lines: Vec<String> = changes(&all).expect("a table").iter().map(words).collect();
+        assert_eq!(lines, ["pop, % 11 to 21 21 to 11", "droop 0.31 1.00", "box 0.85"]);
+        assert_eq!(changes(&json!([1.0, 2.0])), None);
+        assert_eq!(changes(&json!([])), None);
+    }
+}

@@ -14,6 +14,7 @@ use serde_json::{Map, Value, json};
 use sheetwork::engine::EngineKind;
 use sheetwork::engine::linear::Path;
 use sheetwork::lattice::StructureKind;
+#[cfg(feature = "link")]
 use sheetwork::link::{Link, LinkPlace};
 use sheetwork::scene::{
     BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
@@ -22,6 +23,7 @@ use sheetwork::watch::{Phase, Watch};
 use sheetwork::{InputError, World};
 
 use super::hot_box::hot_box;
+#[cfg(feature = "link")]
 use super::link::Game;
 use crate::{print_json, print_line};
 
@@ -66,12 +68,18 @@ struct Case {
 struct Rig {
     game: Game,
     bytes: Vec<u8>,
+    #[cfg(feature = "link")]
     link: Option<Link>,
 }
+
+/// A world, where there is no link to see it.
+#[cfg(not(feature = "link"))]
+struct Game(World);
 
 fn nothing(_: &mut Rig) {}
 
 /// A link that nobody reads; there is none where it cannot be served.
+#[cfg(feature = "link")]
 fn exchange(rig: &mut Rig) {
     if rig.link.is_none() {
         let name = format!("counts-{}", std::process::id());
@@ -141,6 +149,7 @@ const CASES: &[Case] = &[
         sleep: false,
         each: |rig| rig.game.0.save_into(&mut rig.bytes),
     },
+    #[cfg(feature = "link")]
     Case { name: "link_unread", about: "a link that nobody reads", scene: plain, sleep: false, each: exchange },
     Case {
         name: "watched",
@@ -295,7 +304,12 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
         // Both runs alike: what is counted is what comes after.
         (0..60).for_each(|_| world.step());
     }
-    let mut rig = Rig { game: Game(world), bytes: Vec::new(), link: None };
+    let mut rig = Rig {
+        game: Game(world),
+        bytes: Vec::new(),
+        #[cfg(feature = "link")]
+        link: None,
+    };
     for _ in 0..steps {
         (case.each)(&mut rig);
         rig.game.0.step();
@@ -303,17 +317,24 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Instructions of a run of `steps` steps, and the vector instructions that it had.
+/// Instructions of a run of `steps` steps, and the vector instructions that it had. Only those of the thread that steps: what keeps house for a
+/// link goes by the clock, and under callgrind a step takes long.
 fn counted(name: &str, steps: u32) -> Result<(f64, String), InputError> {
     let own = std::env::current_exe().map_err(|e| InputError::new("counts", e.to_string()))?;
+    let folder = std::env::temp_dir().join(format!("sheetwork-counts-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map_err(|e| InputError::io(&folder, &e))?;
     let output = Command::new("valgrind")
-        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .args(["--tool=callgrind", "--separate-threads=yes"])
+        .arg(format!("--callgrind-out-file={}", folder.join("thread").display()))
         .arg(own)
         .args(["bench", "counts", name, "--steps", &steps.to_string()])
-        .output()
-        .map_err(|e| InputError::new("valgrind", e.to_string()))?;
+        .output();
+    // One file a thread, from 01 on.
+    let first = std::fs::read_to_string(folder.join("thread-01")).unwrap_or_default();
+    let _ = std::fs::remove_dir_all(&folder);
+    let output = output.map_err(|e| InputError::new("valgrind", e.to_string()))?;
     let said = String::from_utf8_lossy(&output.stderr);
-    let count = said.lines().find_map(|l| l.split("Collected :").nth(1)?.trim().parse::<f64>().ok());
+    let count = first.lines().find_map(|l| l.strip_prefix("totals:")?.trim().parse::<f64>().ok());
     let kernels = String::from_utf8_lossy(&output.stdout).trim().to_owned();
     count.map(|count| (count, kernels)).ok_or_else(|| {
         InputError::new("valgrind", format!("did not count: {}", said.lines().last().unwrap_or_default()))

@@ -67,8 +67,8 @@ impl Rollback {
                 bar.suspend(|| {
                     print_line(&format!(
                         "{name:<20} {:>8} masses  {:>9} bytes  {}",
-                        row["masses"],
-                        row["bytes"],
+                        row["masses"].to_string(),
+                        row["bytes"].to_string(),
                         if row["equal"] == true { "equal".into() } else { row["differs"].to_string() }
                     ))
                 })?;
@@ -162,16 +162,16 @@ impl Rollback {
         }
         let head = ["case", "masses", "bytes", "a mass", "save µs", "load µs", "step µs", "8 frames again ms"];
         print_line(&format!(
-            "{:<34} {:>7} {:>8} {:>7} {:>9} {:>9} {:>9} {:>18}",
+            "{:<38} {:>7} {:>8} {:>7} {:>9} {:>9} {:>9} {:>18}",
             head[0], head[1], head[2], head[3], head[4], head[5], head[6], head[7]
         ))?;
         for row in rows {
             let number = |key: &str| row[key].as_f64().unwrap_or(f64::NAN);
             print_line(&format!(
-                "{:<34} {:>7} {:>8} {:>7.1} {:>9.1} {:>9.1} {:>9.1} {:>18.2}",
+                "{:<38} {:>7} {:>8} {:>7.1} {:>9.1} {:>9.1} {:>9.1} {:>18.2}",
                 row["case"].as_str().unwrap_or_default(),
-                row["masses"],
-                row["bytes"],
+                row["masses"].to_string(),
+                row["bytes"].to_string(),
                 number("bytes_per_mass"),
                 number("save_us"),
                 number("load_us"),

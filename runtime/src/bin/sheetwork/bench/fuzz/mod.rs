@@ -84,9 +84,9 @@ impl Fuzz {
                 print_line(&format!(
                     "{:<10} {:>9} inputs, {:>9} read, {:>9} refused, slowest {:.3} s",
                     reader.name,
-                    row["inputs"],
-                    row["read"],
-                    row["refused"],
+                    row["inputs"].to_string(),
+                    row["read"].to_string(),
+                    row["refused"].to_string(),
                     row["slowest_s"].as_f64().unwrap_or(0.0)
                 ))?;
                 for fault in row["faults"].as_array().into_iter().flatten() {
