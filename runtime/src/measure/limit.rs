@@ -8,7 +8,7 @@
 //!
 //! The Newton method of implicit engines lets motion pass that is slower than 1 mm/s (`STILL`). What its steps leave of that is no growth of the
 //! scheme, so that one breaks when motion comes to more energy than that of masses at this speed. Started with faster motion they leave a slow turn
-//! of the whole, or a bend, of up to some tens of times that energy, which comes and goes and does not go on growing: `docs/stability.md`.
+//! of the whole, or a bend, of up to two hundred times that energy, which may rise for a while and does not go on growing: `docs/stability.md`.
 
 use glam::{DMat3, DVec3};
 
