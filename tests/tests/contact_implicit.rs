@@ -248,6 +248,69 @@ fn a_bounce_within_a_step_is_a_touch() {
     assert_eq!(measured("impact", &Setup { speed: 20.0, ..Setup::default() })["met"], true);
 }
 
+/// A sheet of 0.2 m that lies at `height` (m) on a floor, under these bodies.
+fn on_the_floor(material: &str, height: f64, bodies: &str) -> World {
+    let text = format!(
+        r#"(engine: "tr-bdf2", dt: 0.016666666666666666, contact: (friction: 0.3, restitution: 0),
+            room: (x: (-1, 1), y: (0, 0.3), z: (-0.25, 0.25), back_wall: false),
+            sheets: [(structure: "shell", grid: (21, 1, 21), size: (0.2, 0.2), material: "{material}",
+                placement: (position: (0, {height}, 0)))],
+            bodies: [{bodies}])"#
+    );
+    world(&Scene::parse(&text).expect("valid"))
+}
+
+/// Seen in a frame that turns with the ball, the place where it touches the floor runs up its back, and the floor turns it on.
+#[test]
+fn a_ball_that_rolls_off_a_sheet_gains_what_the_drop_gives() {
+    let ball = r#"(name: "ball", shape: Ball(0.01), mass: 0.033, velocity: (-0.04, 0, 0), placement: (position: (-0.08, 0.0101, 0.02)))"#;
+    let mut world = on_the_floor("paper", 5e-5, ball);
+    let speed = |world: &World| world.body_state("ball").expect("there").velocity().with_y(0.0).length();
+    let mut rolls = 0.0;
+    while world.time() < 2.0 {
+        world.step();
+        let at = place(&world, "ball");
+        assert!(at.y > 0.01 - 2e-4, "{at} at {} s", world.time());
+        if at.x > -0.098 && world.time() > 0.1 {
+            rolls = speed(&world);
+            // Two sevenths of what it began with have gone into its spin; nothing brakes what rolls.
+            assert!((rolls - 0.04 / 1.4).abs() < 5e-4, "{rolls} m/s at {} s", world.time());
+        }
+    }
+    assert!(place(&world, "ball").x < -0.11, "{}", place(&world, "ball"));
+    // Down by 0.1 mm: m g h = 7/10 m v².
+    let most = (rolls * rolls + 9.81 * 1e-4 / 0.7).sqrt();
+    assert!(speed(&world) < 1.02 * most, "{} m/s, {most} at most", speed(&world));
+}
+
+/// Triangles beside the place where a ball touches are touched nearly as well: what they push leans.
+#[test]
+fn a_ball_and_a_box_on_a_sheet_stay_where_they_are_and_sleep() {
+    let bodies = |ball: DVec3, other: &str| {
+        let DVec3 { x, y, z } = ball;
+        format!("(name: \"ball\", shape: Ball(0.01), mass: 0.033, placement: (position: ({x}, {y}, {z}))), {other}")
+    };
+    let cube =
+        |y: f64| format!("(shape: Box((0.05, 0.05, 0.05)), mass: 0.1, placement: (position: (0.01, {y}, 0.01)))");
+    let second = "(shape: Ball(0.01), mass: 0.033, placement: (position: (0.043, 0.0102, -0.034)))";
+    let cases = [
+        ("paper", 1e-4, DVec3::new(-0.06, 0.05, 0.02), cube(0.0255)),
+        ("paper", 1e-4, DVec3::new(-0.0537, 0.0102, 0.0234), cube(0.0255)),
+        ("hips", 3e-4, DVec3::new(-0.06, 0.05, 0.02), cube(0.026)),
+        ("paper", 1e-4, DVec3::new(-0.06, 0.0102, 0.02), second.to_owned()),
+    ];
+    for (material, height, at, other) in cases {
+        let mut world = on_the_floor(material, height, &bodies(at, &other));
+        while world.time() < 2.0 {
+            world.step();
+            let now = place(&world, "ball");
+            assert!((now - at).with_y(0.0).length() < 1e-4, "{material}, {other}: {now} at {} s", world.time());
+        }
+        assert_eq!(world.sheets()[0].status, Status::Asleep, "{material}, {other}");
+        assert!(world.rigid().is_some_and(|r| r.is_quiet()), "{material}, {other}");
+    }
+}
+
 /// A body that is led into a place where a sheet is held strains it without end: what is looked at for contact of the sheet with itself
 /// must not grow to all of it with all of it.
 #[test]

@@ -85,6 +85,8 @@ pub(crate) struct Group<'a> {
     pub parallel: bool,
     /// How far bodies are brought out of one another in this step, and what lies on them with them, m.
     pub lift: f64,
+    /// How many bodies that give way touch another that does.
+    pub leaning: usize,
 }
 
 impl Group<'_> {
@@ -98,11 +100,10 @@ impl Group<'_> {
         &mut self.sheets[self.members[local as usize] as usize]
     }
 
-    /// How many things move in it by themselves, where one sheet and one body count as one: of more, some contact always changes how
-    /// it acts.
+    /// How many things move in it by themselves and on one another, where one sheet and the bodies that touch it alone count as one: of
+    /// more, some contact always changes how it acts.
     pub fn pieces(&self) -> usize {
-        let free = self.movers.iter().filter(|m| m.gives()).count();
-        self.members.len() + free.saturating_sub(1)
+        self.members.len() + self.leaning.saturating_sub(1)
     }
 
     /// How many masses it has.

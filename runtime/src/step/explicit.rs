@@ -108,7 +108,7 @@ impl Shared<'_> {
         let mut work = sheets[lead].work.near.take().unwrap_or_default();
         let movers = std::mem::take(&mut scratch.movers);
         scratch.watch.clone_from(self.stage.watch);
-        let mut group = Group { sheets, members, movers, parallel, lift: 0.0 };
+        let mut group = Group { sheets, members, movers, parallel, lift: 0.0, leaning: 0 };
         let mut near = Near {
             view: self.stage.view,
             surroundings: self.surroundings,

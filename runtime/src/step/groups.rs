@@ -304,7 +304,7 @@ impl Shared<'_> {
         let movers = std::mem::take(&mut scratch.movers);
         scratch.watch.clone_from(stage.watch);
         let (around, reach) = self.extent(sheets, members);
-        let mut group = Group { sheets, members, movers, parallel, lift: 0.0 };
+        let mut group = Group { sheets, members, movers, parallel, lift: 0.0, leaning: 0 };
         let mut near = Near {
             view: stage.view,
             surroundings: self.surroundings,

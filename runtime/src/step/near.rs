@@ -127,6 +127,7 @@ impl Near<'_> {
                 group.lift = group.lift.max(recovered(c));
             }
         }
+        group.leaning = leaning(bodies, self.body_contacts, self.surroundings);
         for part in parts.iter() {
             let body = self.surroundings.parts[*part as usize].body;
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
@@ -218,14 +219,24 @@ impl Near<'_> {
         }
     }
 
+    /// The point of the group's body `mover` with which body `index` touches another at the end of the stage, given the point of the start of
+    /// the step: that very point, or of a ball, which rolls over it, the one that has come to where it was.
+    fn point(&self, group: &Group, (mover, index): (u32, usize), at_start: DVec3, is_round: bool) -> Side {
+        let turned = || {
+            let there = self.surroundings.bodies[index].start.rotation() * at_start;
+            group.movers[mover as usize].free.rotation().conjugate() * there
+        };
+        Side::Body { body: mover, local: if is_round { turned() } else { at_start } }
+    }
+
     /// Adds contacts of bodies with each other, and glue.
     fn join(&self, group: &Group, found: &mut Found) {
         let mover = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
         for c in self.body_contacts {
             let (Some(a), Some(b)) = (mover(c.a), mover(c.b)) else { continue };
             found.contacts.push(Contact {
-                a: Side::Body { body: a, local: c.on_a },
-                b: Side::Body { body: b, local: c.on_b },
+                a: self.point(group, (a, c.a), c.on_a, c.round[0]),
+                b: self.point(group, (b, c.b), c.on_b, c.round[1]),
                 normal: c.normal,
                 offset: c.distance.min(0.0) + recovered(c),
                 key: [BODIES - (c.key[0] & 0xffff_ffff), c.key[1] ^ c.key[0].rotate_left(17)],
@@ -329,6 +340,13 @@ fn take_along(bodies: &mut Vec<u32>, contacts: &[BodyContact], surroundings: &Su
             }
         }
     }
+}
+
+/// How many of `bodies` that give way touch another that does.
+fn leaning(bodies: &[u32], contacts: &[BodyContact], surroundings: &Surroundings) -> usize {
+    let gives = |index: usize| surroundings.bodies[index].start.gives();
+    let leans = |index: usize| contacts.iter().any(|c| (c.a == index || c.b == index) && gives(c.a) && gives(c.b));
+    bodies.iter().filter(|index| leans(**index as usize)).count()
 }
 
 /// A body that a force (N) at `at` (m) has pulled for `span` s.

@@ -4,6 +4,8 @@
 //! Of a triangle that comes from afar the time at which it meets the ball is found by conservative advancement: with L no
 //! less than the fastest of its masses the distance falls by no more than L dt, so that a step of (d - r)/L passes nothing
 //! (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996, 2.3).
+//!
+//! All of it is seen from c in axes that do not turn: what rolls turns under a place that touches, and does not take it along.
 
 use glam::DVec3;
 
@@ -21,30 +23,90 @@ const ROUNDS: usize = 40;
 /// Cosine of the angle within which the direction at the end is the one at the base, only later.
 const SAME_SIDE: f64 = 0.8;
 
+/// What each triangle near a ball says of its own features, kept from call to call.
+#[derive(Default)]
+pub(super) struct Nearest {
+    /// Distance from the centre of what each row is of, m, where things were near before they moved.
+    rows: Vec<Option<f64>>,
+    /// Names of features of a triangle that has something nearer, and the distance of that.
+    surpassed: Vec<(u64, f64)>,
+}
+
 /// Rows of a ball with this centre and radius; returns how many triangles were looked at.
 pub(super) fn ball(
     meeting: &Meeting,
     local: &Local,
     tree: &SkinTree,
     (centre, radius): (DVec3, f64),
+    nearest: &mut Nearest,
     rows: &mut Vec<Contact>,
 ) -> u64 {
     let mut tests = 0;
     let reach = DVec3::splat(radius);
+    let first = rows.len();
+    nearest.rows.clear();
+    nearest.surpassed.clear();
     for t in tree.triangles_in(&meeting.swept(centre - reach, centre + reach)) {
         let triangle = &meeting.skin.triangles()[t as usize];
         tests += 1;
-        let places = local.of(triangle.masses).map(|x| x.map(|p| p - centre));
-        let Some((normal, weights)) = touch(places, radius, meeting) else { continue };
+        let places = meeting.in_axes_of_the_world(local.of(triangle.masses).map(|x| x.map(|p| p - centre)));
+        let Some(Touch { normal, weights, distance }) = touch(places, radius, meeting) else { continue };
+        let normal = meeting.at_end(normal);
         let (kind, index) = closest_feature(triangle, t, weights);
         let point = SheetPoint { masses: triangle.masses, weights };
-        rows.push(meeting.row((point, kind, index), (centre + normal * radius, Kind::Ball, 0), normal));
+        let row = meeting.row((point, kind, index), (centre + normal * radius, Kind::Ball, 0), normal);
+        nearest.note(meeting, triangle, row.key[0], distance);
+        rows.push(row);
     }
+    nearest.leave_out_surpassed(first, rows);
     tests
 }
 
-/// Normal and weights with which a triangle that moves past the origin touches a ball there.
-fn touch([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) -> Option<(DVec3, [f64; 3])> {
+impl Nearest {
+    /// Notes that `of` is what a triangle has nearest, at `distance` (m).
+    fn note(&mut self, meeting: &Meeting, triangle: &SkinTriangle, of: u64, distance: Option<f64>) {
+        self.rows.push(distance);
+        let masses = triangle.masses.map(|i| meeting.sheet_feature(Kind::Mass, i));
+        let edges = triangle.edges.map(|i| meeting.sheet_feature(Kind::SheetEdge, i));
+        if let Some(distance) = distance {
+            let others = masses.into_iter().chain(edges).filter(|feature| *feature != of);
+            self.surpassed.extend(others.map(|feature| (feature, distance)));
+        }
+    }
+
+    /// Leaves out of the rows from number `first` on those of an edge or a mass to which a triangle that it belongs to has something
+    /// nearer. A surface touches a ball where it is nearest to it on all sides; beside that place such a row says the same with a normal
+    /// that leans away from it, and where a ball rolls off, would push it on for as long as accuracy lets it.
+    fn leave_out_surpassed(&mut self, first: usize, rows: &mut Vec<Contact>) {
+        self.surpassed.sort_unstable_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
+        let least = |feature: u64| {
+            let at = self.surpassed.partition_point(|(name, _)| *name < feature);
+            self.surpassed.get(at).filter(|(name, _)| *name == feature).map(|(_, distance)| *distance)
+        };
+        let mut kept = first;
+        for (i, distance) in self.rows.iter().enumerate() {
+            let row = rows[first + i];
+            let is_surpassed = distance.is_some_and(|d| least(row.key[0]).is_some_and(|least| least < d));
+            if !is_surpassed {
+                rows[kept] = row;
+                kept += 1;
+            }
+        }
+        rows.truncate(kept);
+    }
+}
+
+/// Where a triangle touches a ball.
+struct Touch {
+    /// In the axes of the places.
+    normal: DVec3,
+    weights: [f64; 3],
+    /// Distance of the point from the centre, m, of a triangle that was near before it moved.
+    distance: Option<f64>,
+}
+
+/// How a triangle that moves past the origin touches a ball there.
+fn touch([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) -> Option<Touch> {
     let closest = |x: [DVec3; 3]| {
         let w = point_triangle(DVec3::ZERO, x);
         (at(x, w), w)
@@ -52,7 +114,8 @@ fn touch([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) ->
     let touching = radius + meeting.offset;
     let (there, there_weights) = closest(base);
     let near = meeting.limits(2.0 * radius).near();
-    let (direction, weights) = if there.length() <= radius + near {
+    let is_near = there.length() <= radius + near;
+    let (direction, weights) = if is_near {
         (there.try_normalize()?, there_weights)
     } else {
         let time = arrival(start, end, touching + meeting.margin)?;
@@ -64,7 +127,8 @@ fn touch([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) ->
     let first = base == start;
     let same = first && last.length() > 0.5 * radius && last.normalize_or_zero().dot(direction) > SAME_SIDE;
     let (normal, weights) = if same { (last.normalize_or_zero(), last_weights) } else { (direction, weights) };
-    (normal.dot(at(end, weights)) - touching <= meeting.margin).then_some((normal, weights))
+    let distance = is_near.then(|| if same { last.length() } else { there.length() });
+    (normal.dot(at(end, weights)) - touching <= meeting.margin).then_some(Touch { normal, weights, distance })
 }
 
 /// When a triangle comes as near to the origin as `reach` (m) on its way.

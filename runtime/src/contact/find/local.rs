@@ -100,6 +100,17 @@ impl<'a> Meeting<'a> {
         self.base.local_direction(direction)
     }
 
+    /// A direction of the world in the body's frame at the end.
+    pub fn at_end(&self, direction: DVec3) -> DVec3 {
+        self.end.local_direction(direction)
+    }
+
+    /// What is seen in the body's frame at the three times, in the world's axes: as from a point of the body that goes along with it
+    /// and does not turn.
+    pub fn in_axes_of_the_world<const N: usize>(&self, [start, base, end]: [[DVec3; N]; 3]) -> [[DVec3; N]; 3] {
+        [(start, &self.start), (base, &self.base), (end, &self.end)].map(|(x, frame)| x.map(|p| frame.direction(p)))
+    }
+
     /// From which directions an edge of the sheet can be touched at the base, in the body's frame.
     pub fn side_of(&self, edge: &SkinEdge, tree: &SkinTree, local: &Local) -> Facing {
         let sides = tree.edge_normals(edge.triangles).map(|n| self.at_base(n));
@@ -135,6 +146,11 @@ impl<'a> Meeting<'a> {
         own.placed(&self.start).joined(&own.placed(&self.end))
     }
 
+    /// The name of feature number `index` of the sheet.
+    pub fn sheet_feature(&self, kind: Kind, index: u32) -> u64 {
+        name(kind, self.sheet.1, index)
+    }
+
     /// The row of a point of the sheet (named by kind and number) against the point `local` of the body's feature, along the
     /// normal `normal` of the body's frame.
     pub fn row(
@@ -148,7 +164,7 @@ impl<'a> Meeting<'a> {
             b: Side::Body { body: self.body.0, local },
             normal: self.end.direction(normal),
             offset: self.offset,
-            key: [name(kind, self.sheet.1, index), name(body_kind, self.body.1, self.first + body_index)],
+            key: [self.sheet_feature(kind, index), name(body_kind, self.body.1, self.first + body_index)],
             friction: self.friction,
             restitution: self.restitution,
         }

@@ -139,6 +139,7 @@ pub struct Finder {
     /// Of each sheet of the problem.
     trees: Vec<SkinTree>,
     local: Local,
+    nearest: ball::Nearest,
     workspace: BvhWorkspace,
     order: Vec<(Key, u32)>,
     raw: Vec<Contact>,
@@ -297,8 +298,9 @@ impl Finder {
                     }
                     Solid::Ball { centre, radius } => {
                         tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
+                        let (ball, nearest) = ((*centre, *radius), &mut self.nearest);
                         self.counters.vertex_tests +=
-                            ball::ball(&meeting, &self.local, tree, (*centre, *radius), &mut self.raw);
+                            ball::ball(&meeting, &self.local, tree, ball, nearest, &mut self.raw);
                     }
                     Solid::Mesh(mesh) => {
                         tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);

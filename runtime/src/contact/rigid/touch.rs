@@ -21,6 +21,8 @@ pub struct BodyContact {
     pub on_a: DVec3,
     /// Where on b, in its frame, m.
     pub on_b: DVec3,
+    /// Whether a and b are balls there: they touch below their centres however they turn.
+    pub round: [bool; 2],
     /// From b to a, unit, in the world, at the start of the step.
     pub normal: DVec3,
     /// How far apart they were along it at the start of the step, m; negative inside one another.
@@ -42,6 +44,8 @@ pub(super) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion],
         if !of_a.start.gives() && !of_b.start.gives() {
             continue;
         }
+        let is_ball = |handle| inner.colliders.get(handle).is_some_and(|c| c.shape().as_ball().is_some());
+        let round = [pair.collider2, pair.collider1].map(is_ball);
         let name = |collider: u32, feature: u32| u64::from(collider) << 32 | u64::from(feature);
         for manifold in pair.solver_manifolds() {
             let normal = manifold.data.normal.as_dvec3().normalize_or_zero();
@@ -56,6 +60,7 @@ pub(super) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion],
                     b,
                     on_a,
                     on_b,
+                    round,
                     normal,
                     distance,
                     friction: f64::from(manifold.data.friction),
