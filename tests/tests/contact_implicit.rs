@@ -283,6 +283,22 @@ fn a_ball_that_rolls_off_a_sheet_gains_what_the_drop_gives() {
     assert!(speed(&world) < 1.02 * most, "{} m/s, {most} at most", speed(&world));
 }
 
+/// Somebody who puts a sheet where its middle is on the floor has it half of its thickness in; out of that it is lifted, and no energy is
+/// from nowhere.
+#[test]
+fn a_sheet_under_a_box_that_begins_in_the_floor_is_lifted_out() {
+    for height in [2e-4, 1e-4] {
+        let cube =
+            "(name: \"box\", shape: Box((0.05, 0.05, 0.05)), mass: 0.1, placement: (position: (0.01, 0.0257, 0.01)))";
+        let mut world = on_the_floor("hips", height, cube);
+        world.advance(2.0);
+        assert!(world.sheets()[0].status == Status::Asleep, "{height}");
+        let work = world.sheets()[0].contact_counters();
+        assert!(work.halved < 40 && world.unstable().is_none(), "{height}: {work:?}");
+        assert!(place(&world, "box").y > 0.0254, "{height}: {}", place(&world, "box"));
+    }
+}
+
 /// Triangles beside the place where a ball touches are touched nearly as well: what they push leans.
 #[test]
 fn a_ball_and_a_box_on_a_sheet_stay_where_they_are_and_sleep() {

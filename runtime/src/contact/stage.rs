@@ -429,6 +429,12 @@ impl Scratch {
         self.found.contacts.iter().any(|c| gap(group, c, At::Free) < -IMPACT && gap(group, c, At::Start) > IMPACT)
     }
 
+    /// How deep masses of the sheets were in surfaces where the stage began, m.
+    pub(crate) fn overlapped(&self, group: &Group) -> f64 {
+        let surfaces = self.found.contacts[..self.found.glue_from].iter().filter(|c| is_of_surface(&c.key));
+        surfaces.map(|c| -gap(group, c, At::Start)).fold(0.0, f64::max)
+    }
+
     /// A sheet that began deep within bodies with half of its masses or more, as it can only have been put there.
     pub(super) fn buried(&self, group: &Group) -> Option<u32> {
         let is_deep = |c: &&Contact| {

@@ -25,6 +25,8 @@ const STILL: f64 = 5e-3;
 const LIFT: f64 = 1e-4;
 /// The same for several sheets: each may be a few micrometres into the next, and a pile is lifted by all of them.
 const LIFT_TOGETHER: f64 = 2e-3;
+/// What overlapped at the start by more than contact leaves, and by no more than somebody may have put there, m, is lifted out of it.
+const OVERLAPS: (f64, f64) = (2e-5, 5e-4);
 /// The same beyond which a sheet is not to be helped: as one that begins deep within a body, and is thrown out of it. Of several
 /// sheets one would take the others with it, so those stay where they were.
 const RUNAWAY: f64 = 1e6;
@@ -94,6 +96,15 @@ impl Energies {
         };
         let blown = part.field.wind != glam::DVec3::ZERO;
         (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
+    }
+
+    /// Counts what lifts all of the group out of an overlap of `depth` (m) that the step began with.
+    pub fn lift_out(&mut self, group: &Group, field: &Field, depth: f64) {
+        if depth > OVERLAPS.0 {
+            let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
+            let bodies: f64 = group.movers.iter().filter(|m| m.gives()).map(|m| m.free.mass()).sum();
+            self.gravity += (sheets + bodies) * field.gravity.length() * depth.min(OVERLAPS.1);
+        }
     }
 
     /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Of a sheet that is `loose` only what moves

@@ -153,7 +153,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let last = part.halvings >= most_halvings(group.members.len(), scratch);
     scratch.last = last;
     scratch.last_resort = last || group.members.len() > 1;
-    let before = Energies::before(group, part);
+    let mut before = Energies::before(group, part);
     let (mut met, mut overlap, mut crossed, mut loose) = (false, 0.0_f64, false, true);
     let stages = group.sheets[*first as usize].stages();
     let mut at = part.done;
@@ -166,6 +166,9 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         let rounds = solve_rounds(group, scratch, part.field, h, |group, look, margins, found| {
             finder.find(group, look, margins, found);
         });
+        if let Some(before) = before.as_mut().filter(|_| k == 0) {
+            before.lift_out(group, &part.field, scratch.overlapped(group));
+        }
         match rounds {
             Rounds::Hopeless => return false,
             Rounds::Buried(sheet) => {
