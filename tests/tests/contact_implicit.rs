@@ -257,7 +257,9 @@ fn on_the_floor(material: &str, height: f64, bodies: &str) -> World {
                 placement: (position: (0, {height}, 0)))],
             bodies: [{bodies}])"#
     );
-    world(&Scene::parse(&text).expect("valid"))
+    let mut world = world(&Scene::parse(&text).expect("valid"));
+    world.set_sleep(true);
+    world
 }
 
 /// Seen in a frame that turns with the ball, the place where it touches the floor runs up its back, and the floor turns it on.

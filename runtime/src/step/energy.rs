@@ -98,9 +98,10 @@ impl Energies {
         (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
     }
 
-    /// Counts what lifts all of the group out of an overlap of `depth` (m) that the step began with.
+    /// Counts what lifts a lone sheet and what lies on it out of an overlap of `depth` (m) that the step began with; several are lifted by
+    /// [`LIFT_TOGETHER`] in any case.
     pub fn lift_out(&mut self, group: &Group, field: &Field, depth: f64) {
-        if depth > OVERLAPS.0 {
+        if depth > OVERLAPS.0 && group.members.len() == 1 {
             let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
             let bodies: f64 = group.movers.iter().filter(|m| m.gives()).map(|m| m.free.mass()).sum();
             self.gravity += (sheets + bodies) * field.gravity.length() * depth.min(OVERLAPS.1);

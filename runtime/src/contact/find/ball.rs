@@ -5,7 +5,9 @@
 //! less than the fastest of its masses the distance falls by no more than L dt, so that a step of (d - r)/L passes nothing
 //! (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996, 2.3).
 //!
-//! All of it is seen from c in axes that do not turn: what rolls turns under a place that touches, and does not take it along.
+//! All of it is seen from c in axes that do not turn: what rolls turns under a place that touches, and does not take it along. Among
+//! several sheets balls are seen as other bodies are, turning, until it is known why a house of cards that falls to one so seen may end with a
+//! card through another.
 
 use glam::DVec3;
 
@@ -38,7 +40,7 @@ pub(super) fn ball(
     local: &Local,
     tree: &SkinTree,
     (centre, radius): (DVec3, f64),
-    nearest: &mut Nearest,
+    (nearest, is_lone): (&mut Nearest, bool),
     rows: &mut Vec<Contact>,
 ) -> u64 {
     let mut tests = 0;
@@ -49,16 +51,21 @@ pub(super) fn ball(
     for t in tree.triangles_in(&meeting.swept(centre - reach, centre + reach)) {
         let triangle = &meeting.skin.triangles()[t as usize];
         tests += 1;
-        let places = meeting.in_axes_of_the_world(local.of(triangle.masses).map(|x| x.map(|p| p - centre)));
+        let seen = local.of(triangle.masses).map(|x| x.map(|p| p - centre));
+        let places = if is_lone { meeting.in_axes_of_the_world(seen) } else { seen };
         let Some(Touch { normal, weights, distance }) = touch(places, radius, meeting) else { continue };
-        let normal = meeting.at_end(normal);
+        let normal = if is_lone { meeting.at_end(normal) } else { normal };
         let (kind, index) = closest_feature(triangle, t, weights);
         let point = SheetPoint { masses: triangle.masses, weights };
         let row = meeting.row((point, kind, index), (centre + normal * radius, Kind::Ball, 0), normal);
-        nearest.note(meeting, triangle, row.key[0], distance);
+        if is_lone {
+            nearest.note(meeting, triangle, row.key[0], distance);
+        }
         rows.push(row);
     }
-    nearest.leave_out_surpassed(first, rows);
+    if is_lone {
+        nearest.leave_out_surpassed(first, rows);
+    }
     tests
 }
 

@@ -298,7 +298,8 @@ impl Finder {
                     }
                     Solid::Ball { centre, radius } => {
                         tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
-                        let (ball, nearest) = ((*centre, *radius), &mut self.nearest);
+                        let ball = (*centre, *radius);
+                        let nearest = (&mut self.nearest, problem.sheets.len() == 1);
                         self.counters.vertex_tests +=
                             ball::ball(&meeting, &self.local, tree, ball, nearest, &mut self.raw);
                     }
