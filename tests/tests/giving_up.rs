@@ -91,7 +91,7 @@ fn no_free_body_goes_through_a_free_foil_and_their_momentum_is_kept() {
 
 #[test]
 fn it_is_told_that_contact_is_given_up() {
-    let mut world = struck("Ball(0.02)", 10.0);
+    let mut world = struck("Ball(0.02)", 20.0);
     (0..STEPS).for_each(|_| world.step());
     let parts = world.sheets()[0].contact_counters().given_up;
     assert!(parts > 0, "this is to be too much for contact");
