@@ -7,6 +7,8 @@
 //!
 //! With α the part of the stage that a pair was apart, friction acts against 1-α of the tangential displacement, and the
 //! speed of approach at the impact is (1-α) that at the start plus α the free one at the end.
+//!
+//! Over 600 lines by a few: the state of the problem, what its solvers read of its contacts, and the two solves are one piece.
 
 use glam::{DMat3, DVec3};
 

@@ -13,6 +13,8 @@
 //! and what is square to both, and is all but along the normal. One that has not holds no κ₀ and computes nothing for it.
 //!
 //! A sheet that is made bent, or may stay bent by yield or creep, has its rest along the normal in `rest` instead.
+//!
+//! Over 600 lines by a few: what is kept apart of it (`rest`, `turning`, `carry`, `keep`) is; the groups and their sums are one piece.
 
 mod carry;
 mod keep;
