@@ -426,14 +426,21 @@ fn a_house_of_cards_stands_until_a_ball_hits_it() {
     assert!(world.unstable().is_none());
     assert!((top(&world) - start).abs() < 1e-4, "{start} m, then {} m", top(&world));
     assert!(world.sheets().iter().all(|s| s.status == Status::Asleep));
-    let ball = shipped("cards_house_ball").bodies.remove(0);
-    world.add_body(&ball).unwrap_or_else(|e| panic!("{e}"));
-    while world.time() < scene.duration + 1.5 {
-        world.step();
+    let stood = world.snapshot();
+    // What happens after a blow hangs on the last digit: three throws see more of it than one.
+    for times in [1.0, 0.97, 1.03] {
+        let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
+        world.restore(&stood).unwrap_or_else(|e| panic!("{e}"));
+        let mut ball = shipped("cards_house_ball").bodies.remove(0);
+        ball.velocity *= times;
+        world.add_body(&ball).unwrap_or_else(|e| panic!("{e}"));
+        while world.time() < scene.duration + 1.5 {
+            world.step();
+        }
+        assert!(world.unstable().is_none());
+        assert!(top(&world) < 0.7 * start, "the house has not fallen: {} m", top(&world));
+        // A card that went through another lies across it.
+        let overlap = between(world.sheets());
+        assert!(overlap < 3e-5, "{overlap} m after a throw of {times}");
     }
-    assert!(world.unstable().is_none());
-    assert!(top(&world) < 0.7 * start, "the house has not fallen: {} m", top(&world));
-    // A card that went through another lies across it.
-    let overlap = between(world.sheets());
-    assert!(overlap < 3e-5, "{overlap} m");
 }

@@ -24,6 +24,8 @@ pub(crate) struct Found {
     pub parts: Vec<u32>,
     /// Contacts from this number on are glue.
     pub glue_from: usize,
+    /// Whether two sheets go through one another, whatever the contacts say.
+    pub cut: bool,
 }
 
 impl Found {
@@ -32,6 +34,7 @@ impl Found {
         self.contacts.clear();
         self.parts.clear();
         self.glue_from = 0;
+        self.cut = false;
     }
 
     /// The contacts of sheets, which alone are in the order of their keys, and have parts.
@@ -154,7 +157,7 @@ impl Scratch {
     pub(super) fn note_crossed(&mut self, group: &Group) {
         let crossed = self.seen.of_sheets().iter().filter(|c| settled::has_crossed(group, c));
         let before = self.crossing.len();
-        self.crossed = false;
+        self.crossed = self.seen.cut;
         for contact in crossed {
             self.crossed = true;
             if !self.crossing[..before].iter().any(|c| c.key == contact.key) {

@@ -19,11 +19,10 @@ const ENOUGH: f64 = 6e-5;
 /// The same for several sheets, of which one or another is always in motion.
 const TOGETHER: f64 = 2e-4;
 
-/// The same of two sheets as a fraction of the distance at which they touch: what has gone in further may come out on the other
-/// side.
+/// The same of two sheets as a fraction of the distance at which they touch, and by how much more than at the start: what has gone in further
+/// may come out on the other side, and what a step leaves overlapping the next may not add to.
 const CROSSED: f64 = 0.3;
-/// Overlap as such a fraction that counts as none.
-const APART: f64 = 0.1;
+const DEEPER: f64 = 0.2;
 
 /// Rounds within which the finer limit is asked for.
 const SPARE: u32 = 5;
@@ -67,13 +66,14 @@ pub(super) fn deepest(group: &Group, contacts: &[Contact]) -> f64 {
     on_body.map(|c| overlap(group, c)).fold(0.0, f64::max)
 }
 
-/// Whether the sides of a contact of two sheets that were apart at the start of the stage have gone into one another by more than may
-/// be mended later, or through.
+/// Whether the sides of a contact of two sheets have gone into one another in the stage by more than may be mended later, or through. Those
+/// whose middles had passed one another before it are on the other side already.
 pub(super) fn has_crossed(group: &Group, contact: &Contact) -> bool {
     let start = |side: &Side| match side {
         Side::Sheet { sheet, point } => point.of(&group.sheet(*sheet).x),
         Side::Body { body, local } => group.movers[*body as usize].start.place(*local),
     };
     let was = contact.offset - contact.normal.dot(start(&contact.a) - start(&contact.b));
-    overlap(group, contact) > CROSSED * contact.offset && was < APART * contact.offset
+    let now = overlap(group, contact);
+    now > CROSSED * contact.offset && now > was.max(0.0) + DEEPER * contact.offset && was < contact.offset
 }

@@ -20,7 +20,7 @@ pub(super) const PACK: Case =
 
 pub(super) const HOUSE: Case = Case {
     name: "card-house",
-    about: "a house of cards that stands for 10 s, and then a ball: [--threads N]",
+    about: "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]",
     contact: true,
     run: house,
 };
@@ -30,6 +30,8 @@ const PATIENCE: f64 = 6.0;
 /// How long the house must stand, and what it is given to fall in, s.
 const STANDING: f64 = 10.0;
 const FALLING: f64 = 3.0;
+/// Steps from one look for cards that overlap in the fall to the next: a card that has gone through another stays so.
+const SEEN: u32 = 5;
 
 /// Time on the wall that steps took, which is what threads shorten.
 #[derive(Default)]
@@ -122,12 +124,16 @@ fn house(setup: &Setup) -> Result<Outcome, InputError> {
     let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, start));
     keys.extend(frames.keys());
     let thrown = Scene::parse(&Cards::HouseAndBall.text())?;
-    for ball in &thrown.bodies {
-        runner.world.add_body(ball)?;
+    for mut ball in thrown.bodies {
+        ball.velocity *= setup.throw;
+        runner.world.add_body(&ball)?;
     }
-    let mut falling = Frames::default();
+    let (mut falling, mut deepest) = (Frames::default(), 0.0_f64);
     while runner.world.time() < STANDING + FALLING && runner.world.unstable().is_none() {
         falling.step(&mut runner);
+        if falling.count.is_multiple_of(SEEN) {
+            deepest = deepest.max(between(runner.world.sheets()));
+        }
     }
     let (stands, left) = (stood > 0.98 * start, top(&runner.world));
     if let Value::Object(own) = json!({
@@ -138,7 +144,9 @@ fn house(setup: &Setup) -> Result<Outcome, InputError> {
         "stands": stands,
         "asleep_after_10_s": asleep,
         "overlap_after_10_s_m": overlap,
+        "throw": setup.throw,
         "top_after_ball_m": left,
+        "max_overlap_falling_m": deepest,
         "falls_to_the_ball": stands.then_some(left < 0.7 * start),
         "wall_ms_per_step_falling": falling.keys()["wall_ms_per_step"],
         "worst_wall_step_falling_ms": falling.keys()["worst_wall_step_ms"],

@@ -52,6 +52,8 @@ pub struct Setup {
     pub height: f64,
     /// Speed of a slide, m/s, 1e-3 to 100.
     pub speed: f64,
+    /// Speed of a ball over that of its scene, 0.1 to 3.
+    pub throw: f64,
     /// Rate of a spin, rad/s, 1e-3 to 1000.
     pub rate: f64,
     /// Step to rest instead of solving for equilibrium.
@@ -156,6 +158,7 @@ impl Default for Setup {
             restitution: 0.5,
             height: 0.2,
             speed: 1.0,
+            throw: 1.0,
             rate: 10.0,
             dynamic: false,
             outlined: false,
@@ -201,6 +204,7 @@ impl Setup {
         check_range("restitution", self.restitution, 0.0, 1.0, "")?;
         check_range("height", self.height, 1e-3, 1e3, "m")?;
         check_range("speed", self.speed, 1e-3, 100.0, "m/s")?;
+        check_range("throw", self.throw, 0.1, 3.0, "times the scene's speed")?;
         check_range("rate", self.rate, 1e-3, 1e3, "rad/s")?;
         check_range("modes", self.modes.into(), 1.0, 50.0, "modes")?;
         check_range("patch", self.patch, 1e-5, 100.0, "m")?;

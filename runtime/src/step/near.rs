@@ -160,6 +160,7 @@ impl Near<'_> {
             }
         }
         finder.use_threads(group.parallel);
+        finder.look_for_crossings(look == Look::Crossed);
         for member in group.members {
             let sheet = &group.sheets[*member as usize];
             let Some(skin) = &sheet.work.skin else { continue };
@@ -232,13 +233,11 @@ impl Near<'_> {
     /// Adds contacts of bodies with each other, and glue.
     fn join(&self, group: &Group, found: &mut Found) {
         let mover = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
-        // Among several sheets balls are seen turning (`find/ball`).
-        let is_lone = group.members.len() == 1;
         for c in self.body_contacts {
             let (Some(a), Some(b)) = (mover(c.a), mover(c.b)) else { continue };
             found.contacts.push(Contact {
-                a: self.point(group, (a, c.a), c.on_a, is_lone && c.round[0]),
-                b: self.point(group, (b, c.b), c.on_b, is_lone && c.round[1]),
+                a: self.point(group, (a, c.a), c.on_a, c.round[0]),
+                b: self.point(group, (b, c.b), c.on_b, c.round[1]),
                 normal: c.normal,
                 offset: c.distance.min(0.0) + recovered(c),
                 key: [BODIES - (c.key[0] & 0xffff_ffff), c.key[1] ^ c.key[0].rotate_left(17)],
@@ -286,6 +285,7 @@ impl Find for Near<'_> {
     fn find(&mut self, group: &Group, look: Look, margins: Margins, found: &mut Found) {
         let mut contacts = std::mem::take(&mut found.contacts);
         self.ask(group, look, margins, |finder, problem| finder.find(problem, &mut contacts));
+        found.cut = self.work.finder.has_cut();
         if !self.sheets_meet {
             contacts.retain(|c| !matches!((c.a, c.b), (Side::Sheet { .. }, Side::Sheet { .. })));
         }

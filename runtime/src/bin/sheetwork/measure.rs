@@ -77,6 +77,9 @@ pub struct Measure {
     /// Speed at the start, m/s (slide, impact).
     #[arg(long, default_value = "1", value_parser = speed)]
     speed: f64,
+    /// Speed of the ball over that of its scene, 0.1 to 3 (card-house).
+    #[arg(long, default_value = "1", value_parser = number)]
+    throw: f64,
     /// Rate of spin, rad/s (spin).
     #[arg(long, default_value = "10", value_parser = number)]
     rate: f64,
@@ -212,6 +215,7 @@ impl Measure {
             restitution: self.restitution.unwrap_or(if self.case == "bounce" { 0.5 } else { 0.0 }),
             height: self.height.unwrap_or(height),
             speed: self.speed,
+            throw: self.throw,
             rate: self.rate,
             dynamic: self.dynamic,
             outlined: self.outlined,

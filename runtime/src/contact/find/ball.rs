@@ -5,9 +5,7 @@
 //! less than the fastest of its masses the distance falls by no more than L dt, so that a step of (d - r)/L passes nothing
 //! (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996, 2.3).
 //!
-//! All of it is seen from c in axes that do not turn: what rolls turns under a place that touches, and does not take it along. Among
-//! several sheets balls are seen as other bodies are, turning, until it is known why a house of cards that falls to one so seen may end with a
-//! card through another.
+//! All of it is seen from c in axes that do not turn: what rolls turns under a place that touches, and does not take it along.
 
 use glam::DVec3;
 
@@ -40,7 +38,7 @@ pub(super) fn ball(
     local: &Local,
     tree: &SkinTree,
     (centre, radius): (DVec3, f64),
-    (nearest, is_lone): (&mut Nearest, bool),
+    nearest: &mut Nearest,
     rows: &mut Vec<Contact>,
 ) -> u64 {
     let mut tests = 0;
@@ -52,20 +50,16 @@ pub(super) fn ball(
         let triangle = &meeting.skin.triangles()[t as usize];
         tests += 1;
         let seen = local.of(triangle.masses).map(|x| x.map(|p| p - centre));
-        let places = if is_lone { meeting.in_axes_of_the_world(seen) } else { seen };
+        let places = meeting.in_axes_of_the_world(seen);
         let Some(Touch { normal, weights, distance }) = touch(places, radius, meeting) else { continue };
-        let normal = if is_lone { meeting.at_end(normal) } else { normal };
+        let normal = meeting.at_end(normal);
         let (kind, index) = closest_feature(triangle, t, weights);
         let point = SheetPoint { masses: triangle.masses, weights };
         let row = meeting.row((point, kind, index), (centre + normal * radius, Kind::Ball, 0), normal);
-        if is_lone {
-            nearest.note(meeting, triangle, row.key[0], distance);
-        }
+        nearest.note(meeting, triangle, row.key[0], distance);
         rows.push(row);
     }
-    if is_lone {
-        nearest.leave_out_surpassed(first, rows);
-    }
+    nearest.leave_out_surpassed(first, rows);
     tests
 }
 

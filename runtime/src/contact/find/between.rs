@@ -26,7 +26,23 @@ struct Meeting {
 #[derive(Default)]
 struct Share {
     rows: Vec<Contact>,
-    tests: u64,
+    seen: Seen,
+}
+
+/// What looking at some pairs of sheets has come to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Seen {
+    /// Pairs of boxes and of triangles looked at.
+    pub boxes: u64,
+    pub tests: u64,
+    /// Whether two sheets go through one another at the end that did not at the start.
+    pub cut: bool,
+}
+
+impl Seen {
+    fn and(self, other: Self) -> Self {
+        Self { boxes: self.boxes + other.boxes, tests: self.tests + other.tests, cut: self.cut || other.cut }
+    }
 }
 
 /// What is kept from call to call.
@@ -43,22 +59,23 @@ pub(super) struct Between {
 }
 
 impl Between {
-    /// Adds the rows of all sheets that meet nearer than `margin` (m) to `rows`; returns pairs of boxes and of triangles looked at.
+    /// Adds the rows of all sheets that meet nearer than `margin` (m) to `rows`, on threads if `parallel`. Where what `crosses` is looked for,
+    /// ridges at the end count too, and sheets that go through one another.
     pub fn find(
         &mut self,
         problem: &Problem,
         margin: f64,
         trees: &mut [SkinTree],
-        parallel: bool,
+        (parallel, crosses): (bool, bool),
         rows: &mut Vec<Contact>,
-    ) -> (u64, u64) {
+    ) -> Seen {
         let sheets = problem.sheets;
         let drift = Drift::of(sheets.iter().filter(|sheet| sheet.awake));
         self.meet(problem, margin, &drift);
         let refresh = |((tree, sheet), meets): ((&mut SkinTree, &SheetMotion), &bool)| {
             if *meets {
                 tree.refresh(sheet, &drift, half_room(sheet, margin));
-                tree.refresh_ridges(sheet);
+                tree.refresh_ridges(sheet, crosses);
             }
         };
         let parallel = parallel && self.meetings.len() > AT_A_TIME;
@@ -69,27 +86,34 @@ impl Between {
         let trees = &*trees;
         let work = |meeting: &Meeting, rows: &mut Vec<Contact>| {
             let Meeting { pair, around, coefficients } = *meeting;
-            let mut tests = 0;
+            let mut seen = Seen::default();
             if let Some(couple) = couple(sheets, trees, pair, margin, coefficients) {
                 for (p, q) in couple.a.tree.pairs_with(couple.b.tree, around) {
                     couple.triangles(p, q, rows);
-                    tests += 1;
+                    seen.tests += 1;
                 }
+                seen.cut = crosses && {
+                    let pairs = || couple.a.tree.pairs_with(couple.b.tree, around);
+                    pairs().any(|(p, q)| couple.cut(p, q, |sheet| sheet.end))
+                        && !pairs().any(|(p, q)| couple.cut(p, q, |sheet| sheet.start))
+                };
             }
-            tests
+            seen
         };
+        let all = Seen { boxes: self.near.len() as u64, ..Seen::default() };
         if !parallel {
-            return (self.near.len() as u64, self.meetings.iter().map(|meeting| work(meeting, rows)).sum());
+            return self.meetings.iter().fold(all, |seen, meeting| seen.and(work(meeting, rows)));
         }
         self.shares.resize_with(self.shares.len().max(self.meetings.len().div_ceil(AT_A_TIME)), Share::default);
         let parts = self.meetings.par_chunks(AT_A_TIME).zip(&mut self.shares);
         parts.for_each(|(meetings, share)| {
             share.rows.clear();
-            share.tests = meetings.iter().map(|meeting| work(meeting, &mut share.rows)).sum();
+            let Share { rows, seen } = share;
+            *seen = meetings.iter().fold(Seen::default(), |seen, meeting| seen.and(work(meeting, rows)));
         });
         let shares = &self.shares[..self.meetings.len().div_ceil(AT_A_TIME)];
         shares.iter().for_each(|share| rows.extend_from_slice(&share.rows));
-        (self.near.len() as u64, shares.iter().map(|share| share.tests).sum())
+        shares.iter().fold(all, |seen, share| seen.and(share.seen))
     }
 
     /// Which sheets sweep what others do.

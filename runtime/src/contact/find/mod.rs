@@ -136,6 +136,9 @@ pub struct Finder {
     between: Between,
     /// Whether threads of the pool it is called in may help.
     parallel: bool,
+    /// Whether what has crossed is looked for, and whether two sheets were found that go through one another.
+    crosses: bool,
+    cut: bool,
     /// Of each sheet of the problem.
     trees: Vec<SkinTree>,
     local: Local,
@@ -202,6 +205,17 @@ impl Finder {
         self.parallel = parallel;
     }
 
+    /// Looks also for what has crossed, or not: for edges of two sheets that are flat at the base and stand out at the end, as what bends in the
+    /// stage may go through what it lies on between its masses; and for sheets that go through one another, whatever rows say.
+    pub fn look_for_crossings(&mut self, crosses: bool) {
+        self.crosses = crosses;
+    }
+
+    /// Whether two sheets go through one another at the end that did not at the start, where that was looked for.
+    pub fn has_cut(&self) -> bool {
+        self.cut
+    }
+
     /// Begins a step in which nothing moves further than `reach` (m) from where it is at the start: finds which sheets and
     /// bodies can meet at all.
     pub fn begin(&mut self, problem: &Problem, reach: f64) {
@@ -262,6 +276,7 @@ impl Finder {
     /// Finds the contacts of a stage, in an order that depends on the problem alone, and puts them into `out`.
     pub fn find(&mut self, problem: &Problem, out: &mut Vec<Contact>) {
         self.raw.clear();
+        self.cut = false;
         self.trees.iter_mut().for_each(SkinTree::forget);
         self.against_bodies(problem);
         self.against_sheets(problem);
@@ -299,9 +314,8 @@ impl Finder {
                     Solid::Ball { centre, radius } => {
                         tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
                         let ball = (*centre, *radius);
-                        let nearest = (&mut self.nearest, problem.sheets.len() == 1);
                         self.counters.vertex_tests +=
-                            ball::ball(&meeting, &self.local, tree, ball, nearest, &mut self.raw);
+                            ball::ball(&meeting, &self.local, tree, ball, &mut self.nearest, &mut self.raw);
                     }
                     Solid::Mesh(mesh) => {
                         tree.refresh(sheet, &Drift::default(), sheet.skin.offset() + problem.margin);
@@ -320,9 +334,10 @@ impl Finder {
 
     fn against_sheets(&mut self, problem: &Problem) {
         let Some(margin) = problem.between.filter(|_| !self.between.near.is_empty()) else { return };
-        let (boxes, tests) = self.between.find(problem, margin, &mut self.trees, self.parallel, &mut self.raw);
-        self.counters.boxes += boxes;
-        self.counters.sheet_sheet_tests += tests;
+        let seen = self.between.find(problem, margin, &mut self.trees, (self.parallel, self.crosses), &mut self.raw);
+        self.counters.boxes += seen.boxes;
+        self.counters.sheet_sheet_tests += seen.tests;
+        self.cut = seen.cut;
     }
 
     fn against_themselves(&mut self, problem: &Problem) {
@@ -333,7 +348,7 @@ impl Finder {
                 |tree: &&mut SkinTree| !passes_over && !tree.stays_flat(sheet) && !stays_graph(sheet, tree.height());
             let Some(tree) = self.trees.get_mut(s).filter(folded) else { continue };
             tree.refresh(sheet, &Drift::of(std::iter::once(sheet)), half_room(sheet, margin));
-            tree.refresh_ridges(sheet);
+            tree.refresh_ridges(sheet, false);
             let coefficients = (problem.surfaces)(Pair::Sheets(s as u32, s as u32));
             let pair = (s as u32, s as u32);
             let Some(couple) = couple(problem.sheets, &self.trees, pair, margin, coefficients) else { continue };

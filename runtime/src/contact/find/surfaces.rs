@@ -13,7 +13,9 @@ use super::edges::{Crossing, Facing, NEARLY_PARALLEL, PARALLEL, above, on_edge};
 use super::keys::{Kind, name};
 use super::tree::{SkinTree, flanks};
 use super::{Limits, SheetMotion};
-use crate::contact::geometry::{barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment};
+use crate::contact::geometry::{
+    barycentric_along, edges_meet, point_meets_triangle, point_triangle, segment_segment, triangles_cut,
+};
 use crate::contact::row::{Contact, SheetPoint, Side};
 use crate::contact::skin::{NONE, SkinEdge, SkinTriangle};
 use crate::sheet::Vectors;
@@ -63,6 +65,21 @@ impl Party<'_> {
         let first = flanks.next().unwrap_or_default();
         let flanks = [first, flanks.next().unwrap_or(first)];
         Facing { sides: self.tree.edge_normals(edge.triangles), flanks, is_border: edge.is_border() }
+    }
+
+    /// How an edge faces at part `time` of the stage: what turns in it faces otherwise when it meets something than it did at the start.
+    fn facing_at(&self, edge: &SkinEdge, time: f64) -> Facing {
+        let place = |i: u32| self.sheet.start.get(i as usize).lerp(self.sheet.end.get(i as usize), time);
+        let [from, to] = edge.masses.map(place);
+        let along = (to - from).normalize_or(DVec3::X);
+        let each = edge.triangles.map(|t| (t != NONE).then(|| self.triangle(t).masses.map(place)));
+        let only = each[0].or(each[1]).unwrap_or([from; 3]);
+        let each = each.map(|corners| corners.unwrap_or(only));
+        Facing {
+            sides: each.map(|corners| unit_normal(corners).unwrap_or_default()),
+            flanks: each.map(|[a, b, c]| ((a + b + c) / 3.0 - from).reject_from_normalized(along).normalize_or_zero()),
+            is_border: edge.is_border(),
+        }
     }
 
     /// How far edge number `e` stands out against the direction `n`, m; infinite at the border.
@@ -132,6 +149,12 @@ impl Couple<'_> {
                 self.edges(e, f, p.size.max(q.size), rows);
             }
         }
+    }
+
+    /// Whether a triangle of each go through one another where the masses are at what `x` says.
+    pub fn cut(&self, ta: u32, tb: u32, x: impl for<'x> Fn(&SheetMotion<'x>) -> &'x Vectors) -> bool {
+        let corners = |party: &Party, t: u32| party.triangle(t).masses.map(|i| x(party.sheet).get(i as usize));
+        triangles_cut(corners(&self.a, ta), corners(&self.b, tb))
     }
 
     /// Whether features of these masses are neighbours in one sheet whose triangles are of this size, m.
@@ -359,29 +382,33 @@ impl Couple<'_> {
         }
         let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
         let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
-        self.stands_at_end(one, other, if side >= 0.0 { normal } else { -normal }, None)
+        let facing = || [self.a.facing(one.1), self.b.facing(other.1)];
+        self.stands_at_end(one, other, (if side >= 0.0 { normal } else { -normal }, facing), None)
     }
 
-    /// The row of two edges with this normal, if they stand out along it and come near at the end: where they then lie above each
-    /// other, or else at the parts `met`.
+    /// The row of two edges with this normal, if they stand out along it, facing so, and come near at the end: where they then lie
+    /// above each other, or else at the parts `met`.
     fn stands_at_end(
         &self,
         (number_a, edge_a): (u32, &SkinEdge),
         (number_b, edge_b): (u32, &SkinEdge),
-        normal: DVec3,
+        (normal, facing): (DVec3, impl Fn() -> [Facing; 2]),
         met: Option<(f64, f64)>,
     ) -> Option<Crossing> {
         let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
-        let facing = self.a.facing(edge_a).allows(normal) && self.b.facing(edge_b).allows(-normal);
         let out = self.a.stands_out(number_a, normal).min(self.b.stands_out(number_b, -normal));
-        if !facing || out < FLAT * self.limits.offset {
+        if out < FLAT * self.limits.offset {
             return None;
         }
         let (k, l) = above(e, f, normal).or(met)?;
         let gap = normal.dot(e[0].lerp(e[1], k) - f[0].lerp(f[1], l));
         let before = normal.dot(s[0].lerp(s[1], k) - u[0].lerp(u[1], l));
         let reach = self.limits.offset + self.limits.margin;
-        (gap <= reach && before >= -self.limits.deep).then_some(Crossing { normal, s: k, t: l })
+        let faces = || {
+            let [one, other] = facing();
+            one.allows(normal) && other.allows(-normal)
+        };
+        (gap <= reach && before >= -self.limits.deep && faces()).then_some(Crossing { normal, s: k, t: l })
     }
 
     /// How two edges touch that have come from far: as when they met on the way, or came near without that.
@@ -395,7 +422,8 @@ impl Couple<'_> {
             let approach = moved(s, e, hit.s) - moved(u, f, hit.t);
             let normal = if approach.dot(normal) <= 0.0 { normal } else { -normal };
             let met = (!self.is_self()).then_some((hit.s, hit.t));
-            return self.stands_at_end(one, other, normal, met);
+            let facing = || [self.a.facing_at(edge_a, hit.time), self.b.facing_at(edge_b, hit.time)];
+            return self.stands_at_end(one, other, (normal, facing), met);
         }
         let (k, l) = segment_segment(e, f);
         let gap = e[0].lerp(e[1], k) - f[0].lerp(f[1], l);
@@ -408,7 +436,8 @@ impl Couple<'_> {
         if side * before <= 0.0 {
             return None;
         }
-        self.stands_at_end(one, other, if side > 0.0 { normal } else { -normal }, None)
+        let facing = || [self.a.facing_at(edge_a, 1.0), self.b.facing_at(edge_b, 1.0)];
+        self.stands_at_end(one, other, (if side > 0.0 { normal } else { -normal }, facing), None)
     }
 
     /// The direction of two edges along `u` and `v`, of either sign; `None` for parallels.

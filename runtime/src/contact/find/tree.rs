@@ -211,21 +211,33 @@ impl SkinTree {
         }
     }
 
-    /// Brings the ridges to where the sheet is, once a call.
-    pub fn refresh_ridges(&mut self, sheet: &SheetMotion) {
+    /// Brings the ridges to where the sheet is, once a call; where it `bends`, of each the one at the end where that stands out further.
+    pub fn refresh_ridges(&mut self, sheet: &SheetMotion, bends: bool) {
         if std::mem::replace(&mut self.has_ridges, true) {
             return;
         }
-        for (middle, t) in self.middles.iter_mut().zip(sheet.skin.triangles()) {
-            *middle = t.masses.iter().map(|i| sheet.base.get(*i as usize)).sum::<DVec3>() / 3.0;
+        self.each_ridge(sheet.skin, sheet.base, |ridge, now| *ridge = now);
+        if bends {
+            self.each_ridge(sheet.skin, sheet.end, |ridge, now| {
+                if now.length_squared() > ridge.length_squared() {
+                    *ridge = now;
+                }
+            });
         }
-        for (ridge, edge) in self.ridges.iter_mut().zip(sheet.skin.edges()).filter(|(_, edge)| !edge.is_border()) {
-            let [a, b] = edge.masses.map(|i| sheet.base.get(i as usize));
+    }
+
+    /// Calls `take` with each ridge and what it is where the masses are at `x`.
+    fn each_ridge(&mut self, skin: &Skin, x: &Vectors, take: impl Fn(&mut DVec3, DVec3)) {
+        for (middle, t) in self.middles.iter_mut().zip(skin.triangles()) {
+            *middle = t.masses.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
+        }
+        for (ridge, edge) in self.ridges.iter_mut().zip(skin.edges()).filter(|(_, edge)| !edge.is_border()) {
+            let [a, b] = edge.masses.map(|i| x.get(i as usize));
             let [s, t] = edge.triangles.map(|t| self.middles[t as usize]);
             let (along, aside) = (b - a, s + t - 2.0 * a);
             // The middle of a triangle is a third of its height from the edge; over two triangles that fall away by h₁ and h₂
             // the edge stands out by (h₁ + h₂)/4 over the line between the middles of their other sides.
-            *ridge = 0.75 * (aside - along * (aside.dot(along) / along.length_squared()));
+            take(ridge, 0.75 * (aside - along * (aside.dot(along) / along.length_squared())));
         }
     }
 

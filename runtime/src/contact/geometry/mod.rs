@@ -3,8 +3,10 @@
 
 mod closest;
 mod cubic;
+mod cut;
 mod moving;
 
 pub use closest::{barycentric_along, point_segment, point_triangle, segment_segment};
 pub use cubic::{Roots, roots_in_unit_interval};
+pub use cut::triangles_cut;
 pub use moving::{EdgeImpact, PointImpact, edges_meet, point_meets_triangle};

@@ -148,3 +148,60 @@ fn flat_and_sleeping_sheets_look_at_no_triangles() {
     assert_eq!(count(&[asleep(&flat), asleep(&touching)]), 0);
     assert!(count(&[awake(&flat), asleep(&touching)]) > 0);
 }
+
+fn is_edge(side: &Side) -> bool {
+    matches!(side, Side::Sheet { point, .. } if point.weights.iter().filter(|w| **w > 0.0).count() == 2)
+}
+
+/// A corner that comes up under the border of a card which leans less in the end, and more at the start: which of its sides goes away from the
+/// border is to be told where they meet.
+#[test]
+fn borders_that_turn_in_the_stage_meet_as_they_then_lean() {
+    let cell = |x: [f64; 2], z: [f64; 2]| {
+        let mut v = Vectors::default();
+        [(0, 0), (1, 0), (0, 1), (1, 1)].iter().for_each(|(i, j)| v.push(DVec3::new(x[*i], 0.0, z[*j])));
+        v
+    };
+    let leaning = |x: &Vectors, degrees: f64, height: f64| {
+        mapped(x, |p| DQuat::from_rotation_z(f64::to_radians(degrees)) * p + up(height))
+    };
+    let (low, high) = (cell([0.0, 0.03], [-0.02, 0.02]), cell([-0.02, 0.02], [-0.004, 0.03]));
+    let (under, over) = (skin(2, &low), skin(2, &high));
+    let low = [leaning(&low, 36.0, 0.0), leaning(&low, 26.0, 0.0)];
+    let high = [leaning(&high, 32.0, 5e-3), leaning(&high, 29.0, -3e-4)];
+    let found = rows(&[moved(0, &under, &low[0], &low[1]), moved(1, &over, &high[0], &high[1])], &[]);
+    let crossed = |row: &&Contact| {
+        let [start, end] = [0, 1].map(|k| gap(row, &[&low[k], &high[k]], &[]));
+        is_edge(&row.a) && is_edge(&row.b) && start > 1e-3 && end < -2e-4
+    };
+    assert_eq!(found.iter().filter(crossed).count(), 1, "{found:#?}");
+}
+
+/// Two sheets that lie on each other fold along lines that cross between their masses.
+#[test]
+fn what_is_flat_and_folds_in_the_stage_is_seen_where_crossings_are_looked_for() {
+    let flat = square(5, 0.08);
+    let own = skin(5, &flat);
+    let start = shifted(&flat, DVec3::new(0.005, 2.0 * HALF + 1e-6, 0.01));
+    let fold = |x: &Vectors, height: &dyn Fn(DVec3) -> f64| mapped(x, |p| p + up(height(p)));
+    let below = fold(&flat, &|p| -0.2 * p.z.abs());
+    let above = fold(&start, &|p| 0.2 * (p.x - 0.005).abs() - 4e-4);
+    let through = fold(&start, &|p| 0.2 * (p.x - 0.005).abs() - 3.0 * HALF);
+    let look = |under: [&Vectors; 2], over: [&Vectors; 2], crossings: bool| {
+        let sheets = [moved(0, &own, under[0], under[1]), moved(1, &own, over[0], over[1])];
+        let problem =
+            Problem { sheets: &sheets, bodies: &[], margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
+        let mut finder = Finder::default();
+        finder.look_for_crossings(crossings);
+        finder.begin(&problem, 0.1);
+        let mut found = Vec::new();
+        finder.find(&problem, &mut found);
+        let edges = found.iter().filter(|row| is_edge(&row.a) && is_edge(&row.b)).count();
+        (edges, finder.has_cut())
+    };
+    assert_eq!(look([&flat, &below], [&start, &above], false), (0, false));
+    assert_eq!(look([&flat, &below], [&start, &above], true), (1, false));
+    assert!(look([&flat, &below], [&start, &through], true).1);
+    assert!(!look([&flat, &below], [&start, &through], false).1, "nobody asked");
+    assert!(!look([&below, &below], [&through, &through], true).1, "they began so");
+}
