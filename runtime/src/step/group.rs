@@ -167,7 +167,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             finder.find(group, look, margins, found);
         });
         if let Some(before) = before.as_mut().filter(|_| k == 0) {
-            before.lift_out(group, &part.field, scratch.overlapped(group));
+            before.lift_out(group, &part.field, (scratch.overlapped(group), scratch.found.parted(group)));
         }
         match rounds {
             Rounds::Hopeless => return false,
