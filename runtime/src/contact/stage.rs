@@ -94,7 +94,7 @@ pub(crate) struct Scratch {
     other: Memory,
     stage: usize,
     kept_memory: [Memory; 2],
-    kept_movers: Vec<Mover>,
+    pub kept_movers: Vec<Mover>,
     pub counters: ContactCounters,
     /// Who wants to know when contact is solved for.
     pub watch: Watched,

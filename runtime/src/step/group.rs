@@ -10,7 +10,8 @@ use super::{SLEEP_SPEED, SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::found::Found;
 use crate::contact::rounds::{Look, Margins, Rounds, solve_rounds};
-use crate::contact::stage::Scratch;
+use crate::contact::row::Contact;
+use crate::contact::stage::{At, Scratch, gap};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
@@ -24,6 +25,9 @@ const HALVINGS_TOGETHER: u32 = 4;
 /// Steps on end from which a sheet may be brought back that contact throws about beyond all measure: it may lie otherwise when what
 /// it touches has moved on. One that by then has come to rest there sleeps, held by contacts that contradict one another.
 const STRAYS: u32 = 10;
+
+/// Overlap that a body may add to that with a sheet which stays where it was, m: what contact leaves in any case.
+const GONE_IN: f64 = 2e-5;
 
 /// A part of a step.
 #[derive(Clone, Copy)]
@@ -104,6 +108,33 @@ fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     scratch.note_given_up();
     if !go_on(group, scratch, finder, part) {
         stay(group);
+        if group.members.len() == 1 {
+            keep_out(group, scratch, finder);
+        }
+    }
+}
+
+/// Has bodies that give way stay where they were, too, where going on has taken one of them into the lone sheet that stays: they went as the
+/// sheet would have let them had it moved. They keep the speeds they have come to.
+fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find) {
+    if !group.movers.iter().any(|m| m.gives()) {
+        return;
+    }
+    scratch.swap_kept(&mut group.movers);
+    for (mover, went) in group.movers.iter_mut().zip(&scratch.kept_movers) {
+        if !mover.gives() {
+            mover.start = went.start;
+        }
+        mover.begin(went.start);
+    }
+    group.each(|sheet| sheet.work.stage.free.clone_from(&sheet.x));
+    finder.find(group, Look::First, Margins::NARROW, &mut scratch.seen);
+    let Found { contacts, parts, .. } = &scratch.seen;
+    let goes_in = |c: &Contact| gap(group, c, At::Free) < gap(group, c, At::Start).min(0.0) - GONE_IN;
+    let clear = !contacts[..parts.len()].iter().any(goes_in);
+    for mover in &mut group.movers {
+        let end = mover.free;
+        mover.start = if clear { end } else { mover.start.with_velocity(end.velocity(), end.spin()) };
     }
 }
 
