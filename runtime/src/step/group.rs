@@ -29,6 +29,9 @@ const STRAYS: u32 = 10;
 /// Overlap that a body may add to that with a sheet which stays where it was, m: what contact leaves in any case.
 const GONE_IN: f64 = 2e-5;
 
+/// Overlap up to which a sheet may have come into a body where it was solved for as if there were none, m: what contact lets pass.
+const UNSEEN: f64 = 6e-5;
+
 /// A part of a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Part {
@@ -89,14 +92,21 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     if part.halvings >= scratch.expected {
         scratch.deepest = scratch.deepest.max(part.halvings);
         let met = scratch.met.len();
-        if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
+        let stands = attempt(group, scratch, finder, &part);
+        let ends = part.halvings >= most_halvings(group.members.len(), scratch);
+        // Several sheets go on from where they have come to.
+        if stands || ends && group.members.len() > 1 {
             group.each(|sheet| sheet.end_flow());
             return;
         }
-        scratch.counters.halved += 1;
         scratch.met.truncate(met);
         group.each(|sheet| sheet.put_back());
         scratch.put_back(&mut group.movers);
+        if ends {
+            end_early(group, scratch, finder, &part);
+            return;
+        }
+        scratch.counters.halved += 1;
     }
     let half = Part { dt: 0.5 * part.dt, halvings: part.halvings + 1, ..part };
     advance(group, scratch, finder, half);
@@ -156,10 +166,28 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, p
     }
 }
 
-/// Does without contact in a part of a step: where the sheets stay, bodies go on as if there were none.
-fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+/// Ends a part of which a shorter one was to be tried when it was begun, and now is not: the sheet has turned out to be folded on itself, or
+/// has taken all that a step may.
+fn end_early(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+    if scratch.is_spent() || !attempt(group, scratch, finder, part) {
+        group.each(|sheet| sheet.put_back());
+        scratch.put_back(&mut group.movers);
+        pass_by(group, finder, part);
+        give_up(group, scratch, finder, part);
+        group.each(|sheet| sheet.work.stage.failed = false);
+    }
+    group.each(|sheet| sheet.end_flow());
+}
+
+/// Takes the bodies of `group` through a part of a step as if there were no sheets.
+fn pass_by(group: &mut Group, finder: &mut dyn Find, part: &Part) {
     finder.begin_stage(group, part.done, part.done + part.dt);
     finder.end_stage(group);
+}
+
+/// Does without contact in a part of a step: where the sheets stay, bodies go on as if there were none.
+fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+    pass_by(group, finder, part);
     bring_back(group, scratch, finder, part);
     if scratch.runaway {
         group.each(|sheet| sheet.work.stage.astray = true);
@@ -216,9 +244,14 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             }),
             _ => {}
         }
-        if matches!(rounds, Rounds::Failed | Rounds::Open) {
+        // A lone sheet that was solved for by itself has come to another place than its rounds, and may be in something there.
+        let by_itself = rounds == Rounds::Unsettled && group.members.len() == 1;
+        if by_itself || matches!(rounds, Rounds::Failed | Rounds::Open) {
             overlap = overlap
                 .max(scratch.overlap(group, |group, found| finder.find(group, Look::Reached, Margins::NARROW, found)));
+            if by_itself && !last && overlap > UNSEEN {
+                return false;
+            }
         }
         crossed |= scratch.crossed;
         if crossed && !last {
