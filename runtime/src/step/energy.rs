@@ -106,13 +106,13 @@ impl Energies {
         }
     }
 
-    /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Of a sheet that is `loose` only what moves
-    /// against its motion as a whole is slowed: that has momentum.
-    pub fn judge(&self, group: &mut Group, field: &Field, last: bool, loose: bool) -> Verdict {
+    /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Where nothing was `met` a slight gain is the
+    /// engine's own, and stands. Of a sheet that is `loose` only what moves against its motion as a whole is slowed: that has momentum.
+    pub fn judge(&self, group: &mut Group, field: &Field, (last, met, loose): (bool, bool, bool)) -> Verdict {
         let now = Self::of(group, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
         let gain = now.total() - self.total();
-        if gain <= SLIGHT * free {
+        if gain <= if met { SLIGHT } else { GAIN } * free {
             return Verdict::Stands;
         }
         if gain > GAIN * free && !last {

@@ -304,8 +304,10 @@ fn conclude(
     (overlap, crossed): (f64, bool),
 ) -> bool {
     let last = scratch.last;
-    let judge = |before: Energies| before.judge(group, &part.field, last, loose);
-    let verdict = before.filter(|_| met).map_or(Verdict::Stands, judge);
+    // What swings after a blow goes around as large an arc as what is struck: a lone sheet is judged in free flight too.
+    let judged = met || group.members.len() == 1;
+    let judge = |before: Energies| before.judge(group, &part.field, (last, met, loose));
+    let verdict = before.filter(|_| judged).map_or(Verdict::Stands, judge);
     let gives = group.movers.iter().any(|m| m.gives());
     let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands;
     if crossed || verdict == Verdict::Fails || within && !gives {
