@@ -42,6 +42,12 @@ impl Found {
         &self.contacts[..self.parts.len()]
     }
 
+    /// By how much bodies that overlap are to be parted from where the stage began, m.
+    pub fn parted(&self, group: &Group) -> f64 {
+        let between = &self.contacts[self.parts.len()..self.glue_from];
+        between.iter().map(|c| -gap(group, c, At::Start)).fold(0.0, f64::max)
+    }
+
     /// Where the contact of a sheet with this key is, or would be put.
     fn place_of(&self, key: &Key) -> Result<usize, usize> {
         self.of_sheets().binary_search_by(|c| c.key.cmp(key))

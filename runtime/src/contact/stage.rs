@@ -94,7 +94,7 @@ pub(crate) struct Scratch {
     other: Memory,
     stage: usize,
     kept_memory: [Memory; 2],
-    kept_movers: Vec<Mover>,
+    pub kept_movers: Vec<Mover>,
     pub counters: ContactCounters,
     /// Who wants to know when contact is solved for.
     pub watch: Watched,
@@ -406,7 +406,7 @@ impl Scratch {
             let size = self.found.contacts.len() + group.masses();
             self.effort += (self.counters.factors - factors) * size as u64;
             settled
-                || self.alone && {
+                || group.members.len() == 1 && {
                     self.solved = Solved::OnForces;
                     self.positions_on_forces_after_all(group, h, rough)
                 }
@@ -556,7 +556,9 @@ impl Scratch {
                 Solved::OnForces => self.velocities_on_forces(group, h),
                 _ => {
                     self.velocities_on_masses(group, h)
-                        || self.alone && self.take_to_forces(group, h) && self.velocities_on_forces(group, h)
+                        || group.members.len() == 1
+                            && self.take_to_forces(group, h)
+                            && self.velocities_on_forces(group, h)
                 }
             };
             if settled || !self.last_resort || !self.alone {

@@ -72,9 +72,7 @@ impl Energies {
             all.still += mass * (0.5 * STILL * STILL + lift * field.gravity.length());
         }
         if group.lift > 0.0 {
-            let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
-            let bodies: f64 = group.movers.iter().filter(|m| m.gives()).map(|m| m.free.mass()).sum();
-            all.still += (sheets + bodies) * field.gravity.length() * group.lift;
+            all.still += weight(group, field) * group.lift;
         }
         for mover in group.movers.iter().filter(|m| m.gives()) {
             all.bodies += mover.start.kinetic_energy();
@@ -98,23 +96,23 @@ impl Energies {
         (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
     }
 
-    /// Counts what lifts a lone sheet and what lies on it out of an overlap of `depth` (m) that the step began with; several are lifted by
-    /// [`LIFT_TOGETHER`] in any case.
-    pub fn lift_out(&mut self, group: &Group, field: &Field, depth: f64) {
-        if depth > OVERLAPS.0 && group.members.len() == 1 {
-            let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
-            let bodies: f64 = group.movers.iter().filter(|m| m.gives()).map(|m| m.free.mass()).sum();
-            self.gravity += (sheets + bodies) * field.gravity.length() * depth.min(OVERLAPS.1);
+    /// Counts what lifts a lone sheet and what lies on it out of an overlap of `depth` (m) that the step began with, and bodies with what
+    /// lies on them out of one that is to be less by `parted` (m): that is taken back at once, however short the step. Several sheets are
+    /// lifted by [`LIFT_TOGETHER`] in any case.
+    pub fn lift_out(&mut self, group: &Group, field: &Field, (depth, parted): (f64, f64)) {
+        let depth = if depth > OVERLAPS.0 { depth.min(OVERLAPS.1) } else { 0.0 };
+        if depth + parted > 0.0 && group.members.len() == 1 {
+            self.gravity += weight(group, field) * (depth + parted);
         }
     }
 
-    /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Of a sheet that is `loose` only what moves
-    /// against its motion as a whole is slowed: that has momentum.
-    pub fn judge(&self, group: &mut Group, field: &Field, last: bool, loose: bool) -> Verdict {
+    /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Where nothing was `met` a slight gain is the
+    /// engine's own, and stands. Of a sheet that is `loose` only what moves against its motion as a whole is slowed: that has momentum.
+    pub fn judge(&self, group: &mut Group, field: &Field, (last, met, loose): (bool, bool, bool)) -> Verdict {
         let now = Self::of(group, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
         let gain = now.total() - self.total();
-        if gain <= SLIGHT * free {
+        if gain <= if met { SLIGHT } else { GAIN } * free {
             return Verdict::Stands;
         }
         if gain > GAIN * free && !last {
@@ -143,6 +141,13 @@ impl Energies {
         }
         Verdict::Stands
     }
+}
+
+/// Weight of a group's sheets, and of the bodies in it that give way, N.
+fn weight(group: &Group, field: &Field) -> f64 {
+    let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
+    let bodies: f64 = group.movers.iter().filter(|m| m.gives()).map(|m| m.free.mass()).sum();
+    (sheets + bodies) * field.gravity.length()
 }
 
 /// Leaves the sheets where they were at the start; bodies that give way go on.

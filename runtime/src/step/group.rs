@@ -10,7 +10,8 @@ use super::{SLEEP_SPEED, SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::found::Found;
 use crate::contact::rounds::{Look, Margins, Rounds, solve_rounds};
-use crate::contact::stage::Scratch;
+use crate::contact::row::Contact;
+use crate::contact::stage::{At, Scratch, gap};
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
@@ -24,6 +25,12 @@ const HALVINGS_TOGETHER: u32 = 4;
 /// Steps on end from which a sheet may be brought back that contact throws about beyond all measure: it may lie otherwise when what
 /// it touches has moved on. One that by then has come to rest there sleeps, held by contacts that contradict one another.
 const STRAYS: u32 = 10;
+
+/// Overlap that a body may add to that with a sheet which stays where it was, m: what contact leaves in any case.
+const GONE_IN: f64 = 2e-5;
+
+/// Overlap up to which a sheet may have come into a body where it was solved for as if there were none, m: what contact lets pass.
+const UNSEEN: f64 = 6e-5;
 
 /// A part of a step.
 #[derive(Clone, Copy)]
@@ -85,14 +92,21 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     if part.halvings >= scratch.expected {
         scratch.deepest = scratch.deepest.max(part.halvings);
         let met = scratch.met.len();
-        if attempt(group, scratch, finder, &part) || part.halvings >= most_halvings(group.members.len(), scratch) {
+        let stands = attempt(group, scratch, finder, &part);
+        let ends = part.halvings >= most_halvings(group.members.len(), scratch);
+        // Several sheets go on from where they have come to.
+        if stands || ends && group.members.len() > 1 {
             group.each(|sheet| sheet.end_flow());
             return;
         }
-        scratch.counters.halved += 1;
         scratch.met.truncate(met);
         group.each(|sheet| sheet.put_back());
         scratch.put_back(&mut group.movers);
+        if ends {
+            end_early(group, scratch, finder, &part);
+            return;
+        }
+        scratch.counters.halved += 1;
     }
     let half = Part { dt: 0.5 * part.dt, halvings: part.halvings + 1, ..part };
     advance(group, scratch, finder, half);
@@ -104,6 +118,33 @@ fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     scratch.note_given_up();
     if !go_on(group, scratch, finder, part) {
         stay(group);
+        if group.members.len() == 1 {
+            keep_out(group, scratch, finder);
+        }
+    }
+}
+
+/// Has bodies that give way stay where they were, too, where going on has taken one of them into the lone sheet that stays: they went as the
+/// sheet would have let them had it moved. They keep the speeds they have come to.
+fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find) {
+    if !group.movers.iter().any(|m| m.gives()) {
+        return;
+    }
+    scratch.swap_kept(&mut group.movers);
+    for (mover, went) in group.movers.iter_mut().zip(&scratch.kept_movers) {
+        if !mover.gives() {
+            mover.start = went.start;
+        }
+        mover.begin(went.start);
+    }
+    group.each(|sheet| sheet.work.stage.free.clone_from(&sheet.x));
+    finder.find(group, Look::First, Margins::NARROW, &mut scratch.seen);
+    let Found { contacts, parts, .. } = &scratch.seen;
+    let goes_in = |c: &Contact| gap(group, c, At::Free) < gap(group, c, At::Start).min(0.0) - GONE_IN;
+    let clear = !contacts[..parts.len()].iter().any(goes_in);
+    for mover in &mut group.movers {
+        let end = mover.free;
+        mover.start = if clear { end } else { mover.start.with_velocity(end.velocity(), end.spin()) };
     }
 }
 
@@ -125,10 +166,28 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, p
     }
 }
 
-/// Does without contact in a part of a step: where the sheets stay, bodies go on as if there were none.
-fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+/// Ends a part of which a shorter one was to be tried when it was begun, and now is not: the sheet has turned out to be folded on itself, or
+/// has taken all that a step may.
+fn end_early(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+    if scratch.is_spent() || !attempt(group, scratch, finder, part) {
+        group.each(|sheet| sheet.put_back());
+        scratch.put_back(&mut group.movers);
+        pass_by(group, finder, part);
+        give_up(group, scratch, finder, part);
+        group.each(|sheet| sheet.work.stage.failed = false);
+    }
+    group.each(|sheet| sheet.end_flow());
+}
+
+/// Takes the bodies of `group` through a part of a step as if there were no sheets.
+fn pass_by(group: &mut Group, finder: &mut dyn Find, part: &Part) {
     finder.begin_stage(group, part.done, part.done + part.dt);
     finder.end_stage(group);
+}
+
+/// Does without contact in a part of a step: where the sheets stay, bodies go on as if there were none.
+fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
+    pass_by(group, finder, part);
     bring_back(group, scratch, finder, part);
     if scratch.runaway {
         group.each(|sheet| sheet.work.stage.astray = true);
@@ -167,7 +226,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             finder.find(group, look, margins, found);
         });
         if let Some(before) = before.as_mut().filter(|_| k == 0) {
-            before.lift_out(group, &part.field, scratch.overlapped(group));
+            before.lift_out(group, &part.field, (scratch.overlapped(group), scratch.found.parted(group)));
         }
         match rounds {
             Rounds::Hopeless => return false,
@@ -185,9 +244,14 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             }),
             _ => {}
         }
-        if matches!(rounds, Rounds::Failed | Rounds::Open) {
+        // A lone sheet that was solved for by itself has come to another place than its rounds, and may be in something there.
+        let by_itself = rounds == Rounds::Unsettled && group.members.len() == 1;
+        if by_itself || matches!(rounds, Rounds::Failed | Rounds::Open) {
             overlap = overlap
                 .max(scratch.overlap(group, |group, found| finder.find(group, Look::Reached, Margins::NARROW, found)));
+            if by_itself && !last && overlap > UNSEEN {
+                return false;
+            }
         }
         crossed |= scratch.crossed;
         if crossed && !last {
@@ -240,8 +304,10 @@ fn conclude(
     (overlap, crossed): (f64, bool),
 ) -> bool {
     let last = scratch.last;
-    let judge = |before: Energies| before.judge(group, &part.field, last, loose);
-    let verdict = before.filter(|_| met).map_or(Verdict::Stands, judge);
+    // What swings after a blow goes around as large an arc as what is struck: a lone sheet is judged in free flight too.
+    let judged = met || group.members.len() == 1;
+    let judge = |before: Energies| before.judge(group, &part.field, (last, met, loose));
+    let verdict = before.filter(|_| judged).map_or(Verdict::Stands, judge);
     let gives = group.movers.iter().any(|m| m.gives());
     let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands;
     if crossed || verdict == Verdict::Fails || within && !gives {

@@ -10,6 +10,7 @@
 use glam::DVec3;
 
 use super::corners::at;
+use super::edges::SLIPS;
 use super::keys::Kind;
 use super::local::{Local, Meeting};
 use super::tree::SkinTree;
@@ -22,6 +23,9 @@ const ROUNDS: usize = 40;
 
 /// Cosine of the angle within which the direction at the end is the one at the base, only later.
 const SAME_SIDE: f64 = 0.8;
+
+/// What is no further from touching rests on the ball, m.
+const RESTS: f64 = 2e-5;
 
 /// What each triangle near a ball says of its own features, kept from call to call.
 #[derive(Default)]
@@ -126,7 +130,11 @@ fn touch([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) ->
     let (last, last_weights) = closest(end);
     // A round of contact before this one knows better where the triangle will be than its motion without contact does.
     let first = base == start;
-    let same = first && last.length() > 0.5 * radius && last.normalize_or_zero().dot(direction) > SAME_SIDE;
+    // A sheet under strain goes far into the ball without contact, and is nearest to its centre elsewhere there: what rests is held where it
+    // rests, and finds again the force that it had there.
+    let slid = || (at(end, there_weights) - there).reject_from(there).length();
+    let rests = there.length() - touching < RESTS && slid() < SLIPS;
+    let same = first && !rests && last.length() > 0.5 * radius && last.normalize_or_zero().dot(direction) > SAME_SIDE;
     let (normal, weights) = if same { (last.normalize_or_zero(), last_weights) } else { (direction, weights) };
     let distance = is_near.then(|| if same { last.length() } else { there.length() });
     (normal.dot(at(end, weights)) - touching <= meeting.margin).then_some(Touch { normal, weights, distance })
