@@ -125,14 +125,14 @@ impl Cards {
                 "house of cards",
                 "Fifteen playing cards stand as a house of three storeys, by friction alone.",
                 "(eye: (0.24, 0.2, 0.47), target: (0, 0.13, 0))",
-                "(6, 1, 5)",
+                "(5, 1, 3)",
                 10,
             ),
             Self::HouseAndBall => (
                 "house of cards and ball",
                 "A ball is thrown at a house of cards of three storeys, and it falls.",
                 "(eye: (0.38, 0.25, 0.68), target: (0.1, 0.09, 0))",
-                "(6, 1, 5)",
+                "(5, 1, 3)",
                 4,
             ),
         };
