@@ -27,8 +27,7 @@ fn time_of(world: &World, kind: EventKind, body: &str) -> Option<f64> {
 fn every_scene_ends_well() {
     let names = all_shipped();
     assert!(names.len() >= 12, "{names:?}");
-    // What the ball does to the house takes minutes; how it begins is tested with the contact of implicit engines.
-    for name in names.into_iter().filter(|name| name != "cards_house_ball") {
+    for name in names {
         let (world, deepest) = played(&name);
         let rests = world.is_quiet();
         println!(

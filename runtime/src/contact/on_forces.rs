@@ -162,9 +162,9 @@ impl Scratch {
         few.picker.activate();
     }
 
-    /// Puts to the solver on forces the contacts that were solved for on the masses; false where they are too many.
+    /// Puts to the solver on forces the contacts of one sheet that were solved for on the masses; false where they are too many.
     pub(super) fn take_to_forces(&mut self, group: &mut Group, h: f64) -> bool {
-        if self.chosen.len() > at_once::MOST {
+        if self.chosen.len() > at_once::MOST || group.members.len() > 1 {
             return false;
         }
         let mut few = std::mem::take(&mut self.few);

@@ -556,9 +556,7 @@ impl Scratch {
                 Solved::OnForces => self.velocities_on_forces(group, h),
                 _ => {
                     self.velocities_on_masses(group, h)
-                        || group.members.len() == 1
-                            && self.take_to_forces(group, h)
-                            && self.velocities_on_forces(group, h)
+                        || self.take_to_forces(group, h) && self.velocities_on_forces(group, h)
                 }
             };
             if settled || !self.last_resort || !self.alone {
