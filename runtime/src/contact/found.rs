@@ -86,6 +86,27 @@ impl Found {
         parts.truncate(kept);
     }
 
+    /// Leaves out contacts of masses with the body that they are glued to, as `is_glued` says of a sheet's mass and a body: the glue says where
+    /// they are, and what holds and what pushes there would go on against each other for ever.
+    pub fn leave_out_glued(&mut self, is_glued: impl Fn(u32, u32, u32) -> bool) {
+        let holds = |contact: &Contact| match (&contact.a, &contact.b) {
+            (Side::Sheet { sheet, point }, Side::Body { body, .. }) => {
+                point.terms().any(|(mass, _)| is_glued(*sheet, mass, *body))
+            }
+            _ => false,
+        };
+        let Self { contacts, parts, .. } = self;
+        let mut kept = 0;
+        for i in 0..contacts.len() {
+            if !holds(&contacts[i]) {
+                (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
+                kept += 1;
+            }
+        }
+        contacts.truncate(kept);
+        parts.truncate(kept);
+    }
+
     /// Leaves out of two contacts that push the same places against each other, where no place is right for both, the one that overlapped by more
     /// at the start: a needle that is touched from within, the underside of a body on a floor, an edge of a fold that is seen from behind. No
     /// force puts both apart. One that has held before is right, whatever a sheet that turns in a stage says of its start.

@@ -189,7 +189,10 @@ impl Scratch {
         let (mut few, mut primal) = (std::mem::take(&mut self.few), std::mem::take(&mut self.primal));
         let mut begun = 0;
         let mut settled = true;
-        for _ in 0..PASSES {
+        for pass in 0..PASSES {
+            if pass > 0 {
+                self.activate(&mut few, &mut primal, group, h);
+            }
             for (k, i) in self.chosen.iter().map(|i| *i as usize).enumerate().skip(begun) {
                 let row = &mut primal.rows[k];
                 let u = self.velocity_of(group, i, &row.frame);
@@ -212,7 +215,6 @@ impl Scratch {
             if few.picker.new.is_empty() {
                 break;
             }
-            self.activate(&mut few, &mut primal, group, h);
         }
         self.remember_velocities(&primal);
         (self.few, self.primal) = (few, primal);

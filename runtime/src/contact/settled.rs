@@ -10,8 +10,10 @@ use glam::DVec3;
 use super::delassus::Group;
 use super::row::{Contact, Side};
 
-/// A stage that moved no mass further than this left no contact elsewhere than it was solved for, m.
+/// A stage that moved no mass further than this left no contact elsewhere than it was solved for, m; and of several sheets, which go into one
+/// another little by little where what stages leave is not looked at.
 const STILL: f64 = 2e-5;
+const STILL_TOGETHER: f64 = 2e-6;
 
 /// Overlap that is let pass, m: as long as there are rounds to spare, and then.
 const FINE: f64 = 1e-5;
@@ -40,7 +42,8 @@ pub(super) fn allowed(round: u32, sheets: usize, stalled: bool) -> f64 {
 
 /// Whether the stage has moved some mass by enough to look again.
 pub(super) fn has_moved(group: &Group) -> bool {
-    group.members.iter().any(|i| group.sheets[*i as usize].has_moved(STILL))
+    let still = if group.members.len() > 1 { STILL_TOGETHER } else { STILL };
+    group.members.iter().any(|i| group.sheets[*i as usize].has_moved(still))
 }
 
 /// Where a side is where the rounds have come to.

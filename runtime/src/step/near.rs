@@ -308,6 +308,11 @@ impl Find for Near<'_> {
         }
         if group.members.iter().any(|i| !group.sheets[*i as usize].pins.is_empty()) {
             found.leave_out_jammed(group);
+            let body_of = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok();
+            found.leave_out_glued(|sheet, mass, body| {
+                let mut glued = group.sheet(sheet).pins.glued();
+                glued.any(|(m, index, _)| m == mass && body_of(index) == Some(body as usize))
+            });
         }
         self.join(group, found);
     }
