@@ -428,7 +428,7 @@ fn a_house_of_cards_stands_until_a_ball_hits_it() {
     assert!(world.sheets().iter().all(|s| s.status == Status::Asleep));
     let stood = world.snapshot();
     // What happens after a blow hangs on the last digit: three throws see more of it than one.
-    for times in [1.0, 0.97, 1.03] {
+    for (times, most) in [(1.0, 3e-5), (0.97, 1e-4), (1.03, 1e-4)] {
         let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
         world.restore(&stood).unwrap_or_else(|e| panic!("{e}"));
         let mut ball = shipped("cards_house_ball").bodies.remove(0);
@@ -439,9 +439,9 @@ fn a_house_of_cards_stands_until_a_ball_hits_it() {
         }
         assert!(world.unstable().is_none());
         assert!(top(&world) < 0.7 * start, "the house has not fallen: {} m", top(&world));
-        // A card that went through another lies across it, and overlaps it by all of its thickness; steps let a third of that pass in motion.
+        // A card that went through another lies across it, and overlaps it by all of its thickness. In motion steps let a third of that pass.
         let overlap = between(world.sheets());
-        assert!(overlap < 1e-4, "{overlap} m after a throw of {times}");
+        assert!(overlap < most, "{overlap} m after a throw of {times}");
     }
 }
 

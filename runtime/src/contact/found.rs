@@ -7,9 +7,10 @@ use super::delassus::Group;
 use super::dual::ACCURACY;
 use super::find::is_of_ball;
 use super::memory::Memory;
+use super::places::{At, gap, moved, place};
 use super::row::{Contact, Key, Side};
 use super::settled;
-use super::stage::{At, Scratch, gap, moved, place};
+use super::stage::Scratch;
 
 /// Overlap at the start of a stage that no stage before has left, m.
 const BEGUN: f64 = 2e-5;
@@ -60,6 +61,20 @@ impl Found {
         self.glue_from += 1;
     }
 
+    /// Keeps the contacts, all of them of sheets, of which `keeps` says so.
+    fn retain(&mut self, keeps: impl Fn(&Contact) -> bool) {
+        let Self { contacts, parts, .. } = self;
+        let mut kept = 0;
+        for i in 0..contacts.len() {
+            if keeps(&contacts[i]) {
+                (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
+                kept += 1;
+            }
+        }
+        contacts.truncate(kept);
+        parts.truncate(kept);
+    }
+
     /// Leaves out what overlaps and cannot give: masses that are held inside a body that is held, too. No force parts them, and a
     /// solve that tried would not end. Those that only touch stay: they may stick, and hold when their pins are taken away.
     pub fn leave_out_jammed(&mut self, group: &Group) {
@@ -70,20 +85,7 @@ impl Found {
             }
             Side::Body { body, .. } => !group.movers[*body as usize].gives(),
         };
-        let Self { contacts, parts, .. } = self;
-        let mut kept = 0;
-        for i in 0..contacts.len() {
-            let Contact { a, b, normal, offset, .. } = &contacts[i];
-            let is_jammed = fixed(a)
-                && fixed(b)
-                && normal.dot(place(group, a, At::Free) - place(group, b, At::Free)) < offset - ACCURACY;
-            if !is_jammed {
-                (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
-                kept += 1;
-            }
-        }
-        contacts.truncate(kept);
-        parts.truncate(kept);
+        self.retain(|contact| !(fixed(&contact.a) && fixed(&contact.b) && gap(group, contact, At::Free) < -ACCURACY));
     }
 
     /// Leaves out contacts of masses with the body that they are glued to, as `is_glued` says of a sheet's mass and a body: the glue says where
@@ -95,16 +97,7 @@ impl Found {
             }
             _ => false,
         };
-        let Self { contacts, parts, .. } = self;
-        let mut kept = 0;
-        for i in 0..contacts.len() {
-            if !holds(&contacts[i]) {
-                (contacts[kept], parts[kept]) = (contacts[i], parts[i]);
-                kept += 1;
-            }
-        }
-        contacts.truncate(kept);
-        parts.truncate(kept);
+        self.retain(|contact| !holds(contact));
     }
 
     /// Leaves out of two contacts that push the same places against each other, where no place is right for both, the one that overlapped by more

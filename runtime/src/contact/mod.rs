@@ -4,7 +4,7 @@
 //! puts apart what would overlap and solves for velocities, by `primal`: on the forces of few contacts (`on_forces`, with the operator
 //! of `delassus`) or on the displacements of masses and bodies (`on_masses`), and where that does not settle by `at_once`. Where masses answer
 //! each for itself, sweeps do (`dual`).
-//! `coulomb` is friction at one contact. Contact knows of a sheet its positions, velocities, masses and how its tangent answers a
+//! `places` says where the sides of a contact are; `coulomb` is friction at one. Contact knows of a sheet its positions, velocities, masses and how its tangent answers a
 //! force, and no springs.
 //!
 //! Masses of explicit engines meet bodies that do not give way each for itself (`detect`, `response`; thesis 4.6 and appendix B), with who
@@ -33,6 +33,7 @@ mod on_forces;
 mod on_masses;
 pub mod penetration;
 mod pick;
+pub(crate) mod places;
 mod primal;
 pub mod response;
 pub mod rigid;

@@ -9,8 +9,9 @@ use super::at_once::{self, AtOnce};
 use super::delassus::{Group, frame_of};
 use super::on_masses::solve_counted;
 use super::pick::Picker;
+use super::places::jumped;
 use super::primal::{Accuracy, OnForces, Primal};
-use super::stage::{ContactCounters, Scratch, Solved, jumped};
+use super::stage::{ContactCounters, Scratch, Solved};
 
 /// Block rows for each contact, from which on it is for `on_masses`: W is dense in the contacts of a sheet.
 const FEW: usize = 7;

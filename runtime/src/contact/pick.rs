@@ -3,8 +3,9 @@
 
 use glam::DVec3;
 
+use super::places::Gaps;
 use super::row::{Contact, Side};
-use super::stage::{Gaps, Scratch};
+use super::stage::Scratch;
 
 /// Contacts of a pair picked at a time, at least.
 const FEW: usize = 6;

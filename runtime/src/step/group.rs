@@ -9,9 +9,10 @@ use super::stiff::{go_on, is_loose};
 use super::{SLEEP_SPEED, SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::found::Found;
+use crate::contact::places::{At, gap};
 use crate::contact::rounds::{Look, Margins, Rounds, solve_rounds};
 use crate::contact::row::Contact;
-use crate::contact::stage::{At, Scratch, gap};
+use crate::contact::stage::Scratch;
 use crate::sheet::Field;
 
 /// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle

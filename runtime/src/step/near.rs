@@ -9,11 +9,11 @@ use crate::contact::find::{BodyMotion, FindCounters, Finder, Pair, Problem, Scop
 use crate::contact::found::Found;
 use crate::contact::frame::RigidFrame;
 use crate::contact::mover::{Mover, frame};
+use crate::contact::places::mass_point;
 use crate::contact::rigid::{BodyContact, BodyState, RigidView};
 use crate::contact::rounds::{Look, Margins};
 use crate::contact::row::{Contact, Side};
 use crate::contact::skin::Skin;
-use crate::contact::stage::mass_point;
 use crate::contact::stick::on_bodies;
 use crate::contact::surroundings::Surroundings;
 use crate::kept::{Keeper, Taken, Taker};

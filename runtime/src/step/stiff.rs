@@ -12,10 +12,11 @@ use glam::{DMat3, DVec3};
 use super::energy::KEPT;
 use super::group::{Find, Part};
 use crate::contact::Group;
+use crate::contact::places::{At, gap};
 use crate::contact::rigid::{BodyState, MassProperties};
 use crate::contact::rounds::{Look, Margins};
 use crate::contact::row::Side;
-use crate::contact::stage::{At, Scratch, gap};
+use crate::contact::stage::Scratch;
 use crate::sheet::Sheet;
 
 /// Overlap that a way as one body may add to one that there is, m: rounding.
