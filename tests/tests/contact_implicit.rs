@@ -238,6 +238,29 @@ fn a_ball_above_a_held_sheet_falls_freely_until_it_meets_it() {
     assert!((near.time() - 0.096).abs() < 0.02, "{}", near.time());
 }
 
+/// Triangles that lie ahead of it come near with their sides first, along normals that lean against it.
+#[test]
+fn a_ball_slides_along_a_flat_sheet_at_any_speed_and_friction_makes_it_roll() {
+    for (speed, friction, end) in
+        [(1.0, 0.0, 1.0), (2.0, 0.0, 2.0), (3.0, 0.0, 3.0), (20.0, 0.0, 20.0), (3.0, 0.3, 15.0 / 7.0)]
+    {
+        let text = format!(
+            r#"(engine: "tr-bdf2", dt: 0.016666666666666666, contact: (friction: {friction}, restitution: 0),
+                sheets: [(structure: "shell", grid: (401, 1, 5), size: (8, 0.08), material: "hips", pins: [(region: All)])],
+                bodies: [(name: "ball", shape: Ball(0.012), density: 1000, velocity: ({speed}, 0, 0),
+                    placement: (position: (-3.9, 0.01255, 0)))])"#
+        );
+        let mut world = world(&Scene::parse(&text).expect("valid"));
+        let mut up = 0.0_f64;
+        for _ in 0..22 {
+            world.step();
+            up = up.max(world.body_state("ball").expect("a ball").velocity().y);
+        }
+        let along = world.body_state("ball").expect("a ball").velocity().x;
+        assert!(up < 0.05 && (along / end - 1.0).abs() < 0.01, "{speed} {friction}: {up} up, {along} along");
+    }
+}
+
 /// What bounces opens again within the step in which it met; it has met all the same.
 #[test]
 fn a_bounce_within_a_step_is_a_touch() {

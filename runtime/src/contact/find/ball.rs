@@ -5,6 +5,9 @@
 //! less than the fastest of its masses the distance falls by no more than L dt, so that a step of (d - r)/L passes nothing
 //! (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996, 2.3).
 //!
+//! It then counts only if c is in the region of the feature that it meets: a triangle of a flat sheet ahead of a ball that goes
+//! along it comes near with its side or its corner first, along a normal that leans against the ball, while the ball is over another.
+//!
 //! All of it is seen from c in axes that do not turn: what rolls turns under a place that touches, and does not take it along.
 
 use glam::DVec3;
@@ -16,7 +19,7 @@ use super::local::{Local, Meeting};
 use super::tree::SkinTree;
 use crate::contact::geometry::point_triangle;
 use crate::contact::row::{Contact, SheetPoint};
-use crate::contact::skin::SkinTriangle;
+use crate::contact::skin::{NONE, SkinTriangle};
 
 /// Steps of the advancement; each takes off most of the distance.
 const ROUNDS: usize = 40;
@@ -26,6 +29,12 @@ const SAME_SIDE: f64 = 0.8;
 
 /// What is no further from touching rests on the ball, m.
 const RESTS: f64 = 2e-5;
+
+/// Part of a distance by which another is less that is: rounding.
+const LESS: f64 = 1e-9;
+
+/// Most triangles looked at around a mass.
+const FAN: usize = 64;
 
 /// What each triangle near a ball says of its own features, kept from call to call.
 #[derive(Default)]
@@ -55,12 +64,26 @@ pub(super) fn ball(
         tests += 1;
         let seen = local.of(triangle.masses).map(|x| x.map(|p| p - centre));
         let places = meeting.in_axes_of_the_world(seen);
-        let Some(Touch { normal, weights, distance }) = touch(places, radius, meeting) else { continue };
-        let normal = meeting.at_end(normal);
+        let mut is_nearest = |touch: &Touch| {
+            let nearer = |other: u32| {
+                let seen = local.of(meeting.skin.triangles()[other as usize].masses).map(|x| x.map(|p| p - centre));
+                let [start, base, end] = meeting.in_axes_of_the_world(seen);
+                tests += 1;
+                let there = touch.seen.map_or(base, |time| between(start, end, time));
+                closest(there).0.length() < touch.distance * (1.0 - LESS)
+            };
+            !around(meeting, t, closest_feature(triangle, t, touch.weights), nearer)
+        };
+        let touches = touches(places, radius, meeting);
+        let Some(Touch { normal, weights, distance, near, .. }) = touches.into_iter().flatten().find(&mut is_nearest)
+        else {
+            continue;
+        };
         let (kind, index) = closest_feature(triangle, t, weights);
+        let normal = meeting.at_end(normal);
         let point = SheetPoint { masses: triangle.masses, weights };
         let row = meeting.row((point, kind, index), (centre + normal * radius, Kind::Ball, 0), normal);
-        nearest.note(meeting, triangle, row.key[0], distance);
+        nearest.note(meeting, triangle, row.key[0], near.then_some(distance));
         rows.push(row);
     }
     nearest.leave_out_surpassed(first, rows);
@@ -106,38 +129,91 @@ struct Touch {
     /// In the axes of the places.
     normal: DVec3,
     weights: [f64; 3],
-    /// Distance of the point from the centre, m, of a triangle that was near before it moved.
-    distance: Option<f64>,
+    /// Distance of the point from the centre, m.
+    distance: f64,
+    /// Whether it was near before it moved.
+    near: bool,
+    /// The part of its way at which it is like that; none for where it was at the base.
+    seen: Option<f64>,
 }
 
-/// How a triangle that moves past the origin touches a ball there.
-fn touch([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) -> Option<Touch> {
-    let closest = |x: [DVec3; 3]| {
-        let w = point_triangle(DVec3::ZERO, x);
-        (at(x, w), w)
+/// The point of a triangle that is closest to the origin, and its weights.
+fn closest(x: [DVec3; 3]) -> (DVec3, [f64; 3]) {
+    let w = point_triangle(DVec3::ZERO, x);
+    (at(x, w), w)
+}
+
+fn between(start: [DVec3; 3], end: [DVec3; 3], time: f64) -> [DVec3; 3] {
+    [0, 1, 2].map(|i: usize| start[i].lerp(end[i], time))
+}
+
+/// Whether `is` is true of a triangle that shares the feature of triangle number `t` that is touched.
+fn around(meeting: &Meeting, t: u32, (kind, index): (Kind, u32), mut is: impl FnMut(u32) -> bool) -> bool {
+    let (triangles, edges) = (meeting.skin.triangles(), meeting.skin.edges());
+    let across = |edge: u32, from: u32| {
+        let [a, b] = edges[edge as usize].triangles;
+        Some(if a == from { b } else { a }).filter(|other| *other != NONE)
     };
+    match kind {
+        Kind::SheetEdge => across(index, t).is_some_and(is),
+        Kind::Mass => {
+            let sides = triangles[t as usize].edges.into_iter().filter(|e| edges[*e as usize].masses.contains(&index));
+            // From one side around the mass, and from the other where the border ended that.
+            for first in sides {
+                let (mut from, mut through) = (t, first);
+                for _ in 0..FAN {
+                    let Some(next) = across(through, from) else { break };
+                    if next == t {
+                        return false;
+                    }
+                    if is(next) {
+                        return true;
+                    }
+                    let mut on = triangles[next as usize].edges.into_iter();
+                    let Some(out) = on.find(|e| *e != through && edges[*e as usize].masses.contains(&index)) else {
+                        break;
+                    };
+                    (from, through) = (next, out);
+                }
+            }
+            false
+        }
+        _ => false,
+    }
+}
+
+/// How a triangle that moves past the origin touches a ball there: as it is at the end, and, where something else is nearer then, as it came.
+fn touches([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) -> [Option<Touch>; 2] {
     let touching = radius + meeting.offset;
     let (there, there_weights) = closest(base);
-    let near = meeting.limits(2.0 * radius).near();
-    let is_near = there.length() <= radius + near;
-    let (direction, weights) = if is_near {
-        (there.try_normalize()?, there_weights)
+    let is_near = there.length() <= radius + meeting.limits(2.0 * radius).near();
+    let arrived = if is_near {
+        there.try_normalize().map(|n| (n, there_weights, there.length(), None))
     } else {
-        let time = arrival(start, end, touching + meeting.margin)?;
-        let (p, w) = closest([0, 1, 2].map(|i: usize| start[i].lerp(end[i], time)));
-        (p.try_normalize()?, w)
+        arrival(start, end, touching + meeting.margin).and_then(|time| {
+            let (p, weights) = closest(between(start, end, time));
+            p.try_normalize().map(|n| (n, weights, p.length(), Some(time)))
+        })
     };
-    let (last, last_weights) = closest(end);
+    let arrived =
+        arrived.map(|(normal, weights, distance, seen)| Touch { normal, weights, distance, near: is_near, seen });
+    let Some(arrived) = arrived else { return [None, None] };
+    let (last, weights) = closest(end);
+    let distance = last.length();
     // A round of contact before this one knows better where the triangle will be than its motion without contact does.
     let first = base == start;
     // A sheet under strain goes far into the ball without contact, and is nearest to its centre elsewhere there: what rests is held where it
     // rests, and finds again the force that it had there.
     let slid = || (at(end, there_weights) - there).reject_from(there).length();
     let rests = there.length() - touching < RESTS && slid() < SLIPS;
-    let same = first && !rests && last.length() > 0.5 * radius && last.normalize_or_zero().dot(direction) > SAME_SIDE;
-    let (normal, weights) = if same { (last.normalize_or_zero(), last_weights) } else { (direction, weights) };
-    let distance = is_near.then(|| if same { last.length() } else { there.length() });
-    (normal.dot(at(end, weights)) - touching <= meeting.margin).then_some(Touch { normal, weights, distance })
+    let normal = last.normalize_or_zero();
+    let same = first && !rests && distance > 0.5 * radius && normal.dot(arrived.normal) > SAME_SIDE;
+    let at_end = same.then_some(Touch { normal, weights, distance, near: is_near, seen: Some(1.0) });
+    let closes = |touch: &Touch| touch.normal.dot(at(end, touch.weights)) - touching <= meeting.margin;
+    if at_end.as_ref().is_some_and(|touch| !closes(touch)) {
+        return [None, None];
+    }
+    [at_end, Some(arrived).filter(closes)]
 }
 
 /// When a triangle comes as near to the origin as `reach` (m) on its way.
@@ -145,8 +221,7 @@ fn arrival(start: [DVec3; 3], end: [DVec3; 3], reach: f64) -> Option<f64> {
     let speed = (0..3).map(|i| start[i].distance(end[i])).fold(0.0, f64::max);
     let mut time = 0.0;
     for _ in 0..ROUNDS {
-        let x = [0, 1, 2].map(|i: usize| start[i].lerp(end[i], time));
-        let room = at(x, point_triangle(DVec3::ZERO, x)).length() - reach;
+        let room = closest(between(start, end, time)).0.length() - reach;
         if room <= 1e-6 * reach {
             return Some(time);
         }
