@@ -97,5 +97,5 @@ fn take_motion(from: &mut Taker) -> Taken<Motion> {
     };
     let (start, end) = (BodyState::taken(from)?, BodyState::taken(from)?);
     let (asleep, claimed, pushed) = (from.flag()?, from.flag()?, from.flag()?);
-    Ok(Motion { kind, start, end, asleep, quiet: from.number()?, claimed, pushed, extent: from.number()? })
+    Ok(Motion { kind, start, from: start, end, asleep, quiet: from.number()?, claimed, pushed, extent: from.number()? })
 }

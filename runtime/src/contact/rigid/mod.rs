@@ -5,9 +5,12 @@
 
 mod keep;
 mod mass;
+mod parts;
+mod roll;
 mod shape;
 mod state;
 mod step;
+mod strike;
 mod touch;
 mod view;
 
@@ -22,6 +25,7 @@ pub use state::BodyState;
 pub use touch::BodyContact;
 pub use view::RigidView;
 
+use self::roll::Rolling;
 use self::shape::{is_convex, polyhedra_of, shapes_of};
 use self::step::Motion;
 use self::view::Owners;
@@ -72,6 +76,7 @@ pub struct RigidWorld {
     contacts: Vec<BodyContact>,
     /// Scratch of falling asleep.
     groups: Vec<usize>,
+    rolling: Rolling,
 }
 
 impl RigidWorld {
@@ -89,6 +94,7 @@ impl RigidWorld {
             sleep: true,
             contacts: Vec::new(),
             groups: Vec::new(),
+            rolling: Rolling::default(),
         };
         world.inner.gravity = Vector::ZERO;
         for (index, spec) in scene.bodies.iter().enumerate() {
@@ -137,8 +143,8 @@ impl RigidWorld {
         let mut colliders = Vec::new();
         for (index, shape) in shapes.into_iter().enumerate() {
             let mark = if polyhedra.get(index).is_some_and(is_convex) { CONVEX } else { 0 };
-            let hooks =
-                if spec.material.is_some() { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
+            let is_asked = spec.material.is_some() || motion.is_free();
+            let hooks = if is_asked { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
             let collider = ColliderBuilder::new(shape).friction(friction).restitution(restitution).user_data(mark);
             // Its mass is the body's, in f64, and not of its own.
             colliders.push(self.inner.insert_collider(collider.density(0.0).active_hooks(hooks), Some(handle)));
@@ -174,6 +180,7 @@ impl RigidWorld {
         // Contacts that are looked at anew in every step. Friction stays as Rapier has it: its other model, with friction at
         // each point of a contact, brakes a sliding box by a tenth too little.
         p.contact_recycling = false;
+        self.owners.reach = p.prediction_distance();
     }
 
     /// Takes these pairs of materials from the next step on, and wakes all bodies.
@@ -190,6 +197,14 @@ impl RigidWorld {
     /// Colliders of body `index`.
     pub(crate) fn colliders(&self, index: usize) -> &[ColliderHandle] {
         self.bodies.get(index).map_or(&[], |b| &b.colliders)
+    }
+
+    /// Radius (m) of body `index` if it is a ball.
+    fn radius(&self, index: usize) -> Option<f64> {
+        match self.bodies.get(index)?.shape {
+            Shape::Ball(radius) => Some(radius),
+            _ => None,
+        }
     }
 
     /// Index of the body of that name.
@@ -293,6 +308,7 @@ fn motion_of(spec: &BodySpec, polyhedra: &[Polyhedron]) -> Result<Motion, InputE
     let mut motion = Motion {
         kind: if spec.path.is_empty() { Kind::Standing } else { Kind::Path },
         start: BodyState::standing(origin, rotation),
+        from: BodyState::standing(origin, rotation),
         end: BodyState::standing(origin, rotation),
         asleep: false,
         quiet: 0.0,
@@ -309,7 +325,7 @@ fn motion_of(spec: &BodySpec, polyhedra: &[Polyhedron]) -> Result<Motion, InputE
         let spread = spread.with_mass(mass);
         motion.kind = Kind::Free;
         motion.end = BodyState::new(spread, origin, rotation, spec.velocity, spec.spin);
-        motion.start = motion.end;
+        (motion.start, motion.from) = (motion.end, motion.end);
         motion.extent = match spec.shape {
             Shape::Ball(radius) => radius,
             _ => polyhedra.iter().flat_map(|p| &p.vertices).map(|p| p.distance(spread.centre)).fold(0.0, f64::max),

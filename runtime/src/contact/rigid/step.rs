@@ -4,6 +4,9 @@
 //! freely, and takes the flight of its own state (`state`), which is exact; one that was pushed takes what Rapier made of it.
 //! One that the sheets push is claimed by their solver after the step, which says where it really went.
 //!
+//! What moves fast enough to be deep in something by the end of a step is taken through it in parts (`parts`), and bounces off what does not give
+//! way as its restitution says (`strike`). A ball with nothing but such things around it is not Rapier's at all (`roll`).
+//!
 //! Bodies that touch one another fall asleep together when each has kept still (slower than [`SLEEP_SPEED`] for
 //! [`SLEEP_TIME`]) and one of them lies on something that does not move. What sleeps stays to the bit where it is, until
 //! something that moves touches it.
@@ -11,9 +14,10 @@
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
+use super::roll::{Rolling, Wall};
 use super::state::BodyState;
 use super::touch::{self, BodyContact};
-use super::{Kind, RigidWorld, pose_of};
+use super::{Kind, RigidWorld, parts, pose_of};
 use crate::step::{SLEEP_SPEED, SLEEP_TIME};
 
 /// A body that touches a sleeping one wakes it above this speed, m/s.
@@ -25,6 +29,8 @@ pub(super) struct Motion {
     /// At the start and at the end of the last step.
     pub start: BodyState,
     pub end: BodyState,
+    /// At the start of the last part of that step.
+    pub from: BodyState,
     pub asleep: bool,
     /// How long it has been still, s.
     pub quiet: f64,
@@ -62,17 +68,48 @@ impl RigidWorld {
         }
         self.lead(t, dt);
         self.inner.gravity = g.as_vec3();
-        self.inner.integration_parameters.dt = dt as f32;
-        self.inner.step_with_events(&self.owners, &());
-        if self.motions.iter().any(Motion::is_free) {
-            touch::collect(&self.inner, &self.owners, &self.motions, &mut self.contacts);
-            for index in 0..self.motions.len() {
-                if self.motions[index].is_free() {
-                    self.adopt(index, dt, g);
-                }
-            }
+        let has_free = self.motions.iter().any(Motion::is_free);
+        let (mut done, mut number) = (0.0, 0);
+        while done < dt {
+            let part = if has_free { self.next_part((done, dt), number, g) } else { dt };
+            self.take_part((done, part, dt), g);
+            done = if part < dt - done { done + part } else { dt };
+            number += 1;
+        }
+        if has_free {
+            self.look_ahead(0.0);
+            (0..self.motions.len()).for_each(|index| self.note_rest(index, dt));
             if self.sleep {
                 self.fall_asleep(dt);
+            }
+        }
+    }
+
+    /// Takes a part of a step of `dt` s that begins `done` s after the step does.
+    fn take_part(&mut self, (done, part, dt): (f64, f64, f64), g: DVec3) {
+        let is_last = part >= dt - done;
+        for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
+            match motion.kind {
+                Kind::Standing => {}
+                Kind::Free => motion.from = motion.end,
+                Kind::Path | Kind::Sent(_) => {
+                    let to = if is_last { motion.end } else { motion.start.fly(done + part, DVec3::ZERO) };
+                    if let Some(rigid) = self.inner.bodies.get_mut(body.handle) {
+                        let pose = Pose::from_parts(to.origin().as_vec3(), to.rotation().as_quat());
+                        rigid.set_next_kinematic_position(pose);
+                    }
+                }
+            }
+        }
+        let p = &mut self.inner.integration_parameters;
+        // Impulses to begin with are those of the part before, which may have been longer.
+        p.warmstart_coefficient = (part as f32 / p.dt).min(1.0);
+        p.dt = part as f32;
+        self.inner.step_with_events(&self.owners, &());
+        touch::collect(&self.inner, &self.owners, &self.motions, &mut self.contacts);
+        for index in 0..self.motions.len() {
+            if self.motions[index].is_free() {
+                self.adopt(index, (done, part, dt), g);
             }
         }
     }
@@ -86,47 +123,130 @@ impl RigidWorld {
                 Kind::Sent(to) => to.take().unwrap_or((motion.end.origin(), motion.end.rotation())),
             };
             (motion.start, motion.end) = motion.end.led(to.0, to.1, dt);
-            if let Some(rigid) = self.inner.bodies.get_mut(body.handle) {
-                rigid.set_next_kinematic_position(Pose::from_parts(to.0.as_vec3(), to.1.as_quat()));
-            }
         }
     }
 
-    /// Takes over what the step did to body `index`, which moves freely.
-    fn adopt(&mut self, index: usize, dt: f64, g: DVec3) {
+    /// Takes over what a part of `part` s of a step of `dt` s that begins `done` s after it did to body `index`, which moves freely.
+    fn adopt(&mut self, index: usize, (done, part, dt): (f64, f64, f64), g: DVec3) {
         let push = self.push_on(index);
         let disturbed = self.motions[index].asleep && self.is_disturbed(index);
-        let substeps = self.inner.integration_parameters.num_solver_iterations as f64;
-        let Some(rigid) = self.inner.bodies.get(self.bodies[index].handle) else { return };
         let motion = &mut self.motions[index];
-        motion.pushed = push;
         if motion.asleep && !disturbed {
+            motion.pushed |= push;
             self.write(index);
             return;
         }
         motion.asleep = false;
-        let (origin, rotation) = f64_pose(rigid);
-        let flown = motion.start.fly(dt, g);
-        let end = if push {
-            let (velocity, spin) = (rigid.linvel().as_dvec3(), rigid.angvel().as_dvec3());
-            BodyState::new(*flown.mass_properties(), origin, rotation, velocity, spin)
-        } else {
-            // Rapier's own flight: the velocity first, in equal substeps.
-            let fall = g * (0.5 * dt * dt * (1.0 + 1.0 / substeps));
-            let centre = motion.start.centre() + motion.start.velocity() * dt + fall;
-            let there = origin + rotation * flown.mass_properties().centre;
-            let size = there.abs().max_element() + motion.extent + centre.distance(motion.start.centre());
-            // Stopped short of something it would have passed through.
-            let stopped = there.distance(centre) > 1e-5 * size;
-            if stopped { flown.displaced(there - flown.centre(), DVec3::ZERO) } else { flown }
+        let flown = motion.from.fly(part, g);
+        let alone = self.is_among_walls(index);
+        let (end, pushed) = match self.radius(index).filter(|_| alone) {
+            Some(radius) => {
+                let rolled = self.roll(index, radius, (done, part), g);
+                (rolled.unwrap_or(flown), rolled.is_some())
+            }
+            None => {
+                let strikes = push && alone && part <= dt * parts::STRIKE;
+                let bounced = if strikes { self.bounced(index, part, g) } else { None };
+                (bounced.or_else(|| self.moved(index, part, g, push)).unwrap_or(flown), push)
+            }
         };
-        let gone = end.centre().distance(motion.start.centre());
-        let turned = (end.rotation() * motion.start.rotation().conjugate()).to_scaled_axis().length();
+        let motion = &mut self.motions[index];
+        motion.pushed |= pushed;
+        motion.end = end;
+        self.write(index);
+    }
+
+    /// Where Rapier has taken body `index` in a part of a step, which has `pushed` it; `None` where it flew freely.
+    fn moved(&self, index: usize, part: f64, g: DVec3, pushed: bool) -> Option<BodyState> {
+        let rigid = self.inner.bodies.get(self.bodies[index].handle)?;
+        let from = &self.motions[index].from;
+        let (origin, rotation) = f64_pose(rigid);
+        if pushed {
+            let (velocity, spin) = (rigid.linvel().as_dvec3(), rigid.angvel().as_dvec3());
+            return Some(BodyState::new(*from.mass_properties(), origin, rotation, velocity, spin));
+        }
+        // Rapier's own flight: the velocity first, in equal substeps.
+        let substeps = self.inner.integration_parameters.num_solver_iterations as f64;
+        let fall = g * (0.5 * part * part * (1.0 + 1.0 / substeps));
+        let centre = from.centre() + from.velocity() * part + fall;
+        let there = origin + rotation * from.mass_properties().centre;
+        let size = there.abs().max_element() + self.motions[index].extent + centre.distance(from.centre());
+        // Stopped short of something it would have passed through.
+        let stopped = there.distance(centre) > 1e-5 * size;
+        let flown = from.fly(part, g);
+        stopped.then(|| flown.displaced(there - flown.centre(), DVec3::ZERO))
+    }
+
+    /// Whether nothing that moves freely is near body `index`.
+    fn is_among_walls(&self, index: usize) -> bool {
+        let mut of = self.contacts.iter().filter(|c| c.a == index || c.b == index);
+        of.all(|c| !(self.motions[c.a].is_free() && self.motions[c.b].is_free()))
+    }
+
+    /// Takes the ball `index` through a part of the step among what does not give way; `None` where it touches nothing.
+    fn roll(&mut self, index: usize, radius: f64, (done, part): (f64, f64), g: DVec3) -> Option<BodyState> {
+        let mut rolling = std::mem::take(&mut self.rolling);
+        rolling.walls.clear();
+        let from = self.motions[index].from;
+        let own = self.bodies[index].colliders.first().copied();
+        let way = (from.velocity().length() + g.length() * part) * part;
+        let ours = own.and_then(|handle| self.inner.colliders.get(handle));
+        for (body, collider) in self.walls_near(index, way) {
+            let Some((a, b)) = ours.zip(self.inner.colliders.get(collider)) else { continue };
+            let mean = |a: f32, b: f32| 0.5 * (f64::from(a) + f64::from(b));
+            let combined = (mean(a.friction(), b.friction()), mean(a.restitution(), b.restitution()));
+            let name = |index: usize| self.bodies[index].material.as_deref().unwrap_or_default();
+            let (friction, restitution) = self.owners.contact.between((name(index), name(body)), combined);
+            let (convex, over) = (parts::is_convex(b), self.motions[body].start);
+            rolling.walls.push(Wall { body, collider, friction, restitution, convex, over });
+        }
+        let end = rolling.roll(&self.inner.colliders, &from, radius, (done, part), g);
+        if let Some(own) = own.filter(|_| end.is_some()) {
+            self.note_touched(index, own, radius, &rolling);
+        }
+        self.rolling = rolling;
+        end
+    }
+
+    /// Adds what ball `index` has touched to the contacts, where Rapier has not seen it coming.
+    fn note_touched(&mut self, index: usize, own: ColliderHandle, radius: f64, rolling: &Rolling) {
+        let start = self.motions[index].start;
+        for gap in &rolling.touched {
+            let wall = &rolling.walls[gap.wall];
+            let is_known = |c: &BodyContact| (c.a == index && c.b == wall.body) || (c.b == index && c.a == wall.body);
+            if self.contacts.iter().any(is_known) {
+                continue;
+            }
+            let (on_a, on_b) = (start.local(start.centre() - gap.normal * radius), gap.place);
+            let is_ball = self.inner.colliders.get(wall.collider).is_some_and(|c| c.shape().as_ball().is_some());
+            self.contacts.push(BodyContact {
+                a: index,
+                b: wall.body,
+                on_a,
+                on_b,
+                round: [true, is_ball],
+                normal: gap.normal,
+                distance: (start.place(on_a) - wall.over.place(on_b)).dot(gap.normal),
+                friction: wall.friction,
+                restitution: wall.restitution,
+                key: [touch::name(own, 0), touch::name(wall.collider, 0)],
+            });
+            touch::sort(&mut self.contacts);
+        }
+    }
+
+    /// Notes for how long body `index` has kept still, which a step of `dt` s has moved.
+    fn note_rest(&mut self, index: usize, dt: f64) {
+        let motion = &mut self.motions[index];
+        if !motion.is_free() || motion.asleep {
+            return;
+        }
+        let (start, end) = (&motion.start, &motion.end);
+        let gone = end.centre().distance(start.centre());
+        let turned = (end.rotation() * start.rotation().conjugate()).to_scaled_axis().length();
         let turned = turned.min(std::f64::consts::TAU - turned);
         let still = gone + turned * motion.extent < SLEEP_SPEED * dt;
         motion.quiet = if still { motion.quiet + dt } else { 0.0 };
-        motion.end = end;
-        self.write(index);
     }
 
     /// Whether Rapier's contacts pushed body `index` in the last step.
@@ -151,8 +271,8 @@ impl RigidWorld {
     }
 
     /// Distance within which what touches is told from what is only near, m.
-    fn reach_of_rest(&self) -> f64 {
-        f64::from(self.inner.integration_parameters.prediction_distance())
+    pub(super) fn reach_of_rest(&self) -> f64 {
+        f64::from(self.owners.reach)
     }
 
     /// Puts to sleep the groups of touching bodies that have all kept still and lie on something that does not move.

@@ -243,3 +243,78 @@ fn a_fast_body_does_not_pass_through_a_thin_wall() {
     run(&mut world, 0.5, DVec3::ZERO);
     assert!(state(&world, "a").centre().x < 0.0, "{:?}", state(&world, "a"));
 }
+
+/// Depth of the lowest point of body 1 in the floor at the end of each step, at most, m; and its energy over that of the start, at most.
+fn deepest(world: &mut RigidWorld, seconds: f64, reach: impl Fn(&BodyState) -> f64) -> (f64, f64) {
+    let energy = |s: &BodyState| s.kinetic_energy() + s.gravity_energy(G);
+    let first = energy(world.state(1).expect("there"));
+    let (mut depth, mut most) = (0.0_f64, 0.0_f64);
+    for i in 0..(seconds / DT).round() as u32 {
+        world.step(f64::from(i) * DT, DT, G);
+        let state = world.state(1).expect("there");
+        depth = depth.max(reach(state) - state.centre().y);
+        most = most.max(energy(state) / first);
+    }
+    (depth, most)
+}
+
+#[test]
+fn what_comes_down_fast_stays_above_the_floor_and_bounces_as_its_restitution_says() {
+    for speed in [0.5, 2.0, 5.0, 20.0] {
+        let text = |shape: &str, spin: &str| {
+            format!(
+                "(contact: (friction: 0.3, restitution: 0.5), bodies: [{FLOOR}, (name: \"a\", shape: {shape}, density: 1000,
+                    placement: (position: (0, 0.1, 0)), velocity: (0, -{speed}, 0), spin: {spin})])"
+            )
+        };
+        let half = DVec3::new(0.015, 0.01, 0.02);
+        let low = |s: &BodyState| {
+            let up = s.rotation().conjugate() * DVec3::Y;
+            half.dot(up.abs())
+        };
+        // Until it has bounced once, it has.
+        let landed = (speed * speed + 2.0 * 9.81 * 0.09_f64).sqrt();
+        for (shape, spin) in [("Ball(0.012)", "(0, 0, 0)"), ("Box((0.03, 0.02, 0.04))", "(0, 0, 0)")] {
+            let mut world = world(&text(shape, spin));
+            let round = shape.starts_with("Ball");
+            let reach = |s: &BodyState| if round { 0.012 } else { low(s) };
+            let mut up = 0.0_f64;
+            for i in 0..60 {
+                world.step(f64::from(i) * DT, DT, G);
+                let state = state(&world, "a");
+                assert!(
+                    reach(&state) - state.centre().y < 5e-4,
+                    "{shape} {speed}: {:e}",
+                    reach(&state) - state.centre().y
+                );
+                if up == 0.0 && state.velocity().y > 0.0 {
+                    // What it had at the floor, by its energy now.
+                    up = (state.velocity().y.powi(2) + 2.0 * 9.81 * (state.centre().y - reach(&state))).sqrt();
+                }
+            }
+            assert!((up / (0.5 * landed) - 1.0).abs() < 0.1, "{shape} {speed}: {up} of {landed}");
+        }
+        for spin in ["(30, 20, -50)", "(1, 2, 3)", "(200, 0, 100)"] {
+            let (depth, energy) = deepest(&mut world(&text("Box((0.03, 0.02, 0.04))", spin)), 1.0, low);
+            assert!(depth < 5e-4 && energy < 1.0 + 1e-6, "{spin} {speed}: {depth:e} {energy}");
+        }
+    }
+}
+
+#[test]
+fn a_ball_rolls_on_and_a_sliding_one_ends_rolling_at_five_sevenths() {
+    let ball = |velocity: &str, spin: &str| {
+        let mut world = world(&format!(
+            "(contact: (friction: 0.3, restitution: 0.5), bodies: [{FLOOR}, (name: \"a\", shape: Ball(0.012), density: 1000,
+                placement: (position: (0, 0.012, 0)), velocity: {velocity}, spin: {spin})])"
+        ));
+        let (depth, _) = deepest(&mut world, 1.0, |_| 0.012);
+        assert!(depth < 1e-6, "{depth:e}");
+        state(&world, "a")
+    };
+    let rolling = ball("(3, 0, 0)", "(0, 0, -250)");
+    assert!((rolling.velocity().x - 3.0).abs() < 1e-6 && (rolling.centre().x - 3.0).abs() < 1e-3, "{rolling:?}");
+    let slid = ball("(3, 0, 0)", "(0, 0, 0)");
+    assert!((slid.velocity().x / (3.0 * 5.0 / 7.0) - 1.0).abs() < 1e-6, "{slid:?}");
+    assert!((slid.velocity().x + slid.spin().z * 0.012).abs() < 1e-6, "{slid:?}");
+}

@@ -4,7 +4,7 @@
 //! n·(x_a - x_b) (m) can be taken at any other place of the two.
 
 use glam::DVec3;
-use rapier3d::prelude::PhysicsWorld;
+use rapier3d::prelude::{ColliderHandle, PhysicsWorld};
 
 use super::super::row::Key;
 use super::Motion;
@@ -35,25 +35,30 @@ pub struct BodyContact {
     pub key: Key,
 }
 
-/// Fills `list` with the contacts of Rapier's last step; motions still hold the start of that step.
+/// Adds to `list` the contacts that Rapier has found in its last part of a step, of pairs that are not in it; motions still hold the start of
+/// that part.
 pub(super) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion], list: &mut Vec<BodyContact>) {
-    list.clear();
+    let known = list.len();
     for pair in inner.narrow_phase.contact_pairs() {
         let (Some(b), Some(a)) = (owners.of(pair.collider1), owners.of(pair.collider2)) else { continue };
         let (Some(of_a), Some(of_b)) = (motions.get(a), motions.get(b)) else { continue };
         if !of_a.start.gives() && !of_b.start.gives() {
             continue;
         }
+        if list[..known].iter().any(|c| (c.a, c.b) == (a, b) || (c.b, c.a) == (a, b)) {
+            continue;
+        }
         let is_ball = |handle| inner.colliders.get(handle).is_some_and(|c| c.shape().as_ball().is_some());
         let round = [pair.collider2, pair.collider1].map(is_ball);
-        let name = |collider: u32, feature: u32| u64::from(collider) << 32 | u64::from(feature);
         for manifold in pair.solver_manifolds() {
             let normal = manifold.data.normal.as_dvec3().normalize_or_zero();
-            if normal == DVec3::ZERO {
+            let is_near = manifold.points.iter().any(|point| point.dist <= owners.reach);
+            if normal == DVec3::ZERO || !is_near {
                 continue;
             }
             for point in &manifold.points {
-                let (on_b, on_a) = (point.local_p1.as_dvec3(), point.local_p2.as_dvec3());
+                let on_b = at_start(of_b, point.local_p1.as_dvec3(), round[1]);
+                let on_a = at_start(of_a, point.local_p2.as_dvec3(), round[0]);
                 let distance = (of_a.start.place(on_a) - of_b.start.place(on_b)).dot(normal);
                 list.push(BodyContact {
                     a,
@@ -65,14 +70,30 @@ pub(super) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion],
                     distance,
                     friction: f64::from(manifold.data.friction),
                     restitution: f64::from(manifold.data.restitution),
-                    key: [
-                        name(pair.collider2.into_raw_parts().0, point.fid2.0),
-                        name(pair.collider1.into_raw_parts().0, point.fid1.0),
-                    ],
+                    key: [name(pair.collider2, point.fid2.0), name(pair.collider1, point.fid1.0)],
                 });
             }
         }
     }
+    sort(list);
+}
+
+/// The point of a body that has the part of a ball at the start of the step that the point `at` had at the start of its last part; of others
+/// that point.
+fn at_start(motion: &Motion, at: DVec3, is_round: bool) -> DVec3 {
+    if !is_round || motion.from.rotation() == motion.start.rotation() {
+        return at;
+    }
+    motion.start.rotation().conjugate() * (motion.from.rotation() * at)
+}
+
+/// The name of a feature of a collider.
+pub(super) fn name(collider: ColliderHandle, feature: u32) -> u64 {
+    u64::from(collider.into_raw_parts().0) << 32 | u64::from(feature)
+}
+
+/// Puts contacts in an order that depends on nothing else.
+pub(super) fn sort(list: &mut [BodyContact]) {
     // Points that agree in all of this are the same point: their order does not matter.
     list.sort_unstable_by(|p, q| {
         let by_place = p.on_a.x.total_cmp(&q.on_a.x).then(p.on_a.y.total_cmp(&q.on_a.y));

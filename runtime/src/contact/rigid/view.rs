@@ -13,19 +13,20 @@ pub(crate) const CONVEX: u128 = 0x636f_6e76_6578;
 const NOBODY: u32 = u32::MAX;
 
 /// Which body each collider of the world's own belongs to, what bodies are made of, and what pairs of materials have.
-#[derive(Default)]
 pub(crate) struct Owners {
     /// By the index of a collider.
     body: Vec<u32>,
     /// By the index of a body; empty for one that does not say.
     material: Vec<String>,
     pub contact: ContactDefaults,
+    /// How near two bodies must be somewhere to have anything to do with one another, m, however far Rapier looks.
+    pub reach: Real,
 }
 
 impl Owners {
     /// No bodies, in a scene with these coefficients.
     pub fn new(contact: ContactDefaults) -> Self {
-        Self { contact, ..Self::default() }
+        Self { body: Vec::new(), material: Vec::new(), contact, reach: Real::MAX }
     }
 
     /// Forgets all bodies.
@@ -53,7 +54,7 @@ impl Owners {
         body.filter(|b| *b != NOBODY).map(|b| b as usize)
     }
 
-    fn material_of(&self, collider: ColliderHandle) -> &str {
+    pub(super) fn material_of(&self, collider: ColliderHandle) -> &str {
         self.of(collider).and_then(|b| self.material.get(b)).map_or("", String::as_str)
     }
 }
@@ -61,6 +62,9 @@ impl Owners {
 /// Rapier asks these what two bodies have together.
 impl PhysicsHooks for Owners {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
+        if context.solver_contacts.iter().all(|c| c.dist > self.reach) {
+            context.solver_contacts.clear();
+        }
         let materials = (self.material_of(context.collider1), self.material_of(context.collider2));
         let combined = (f64::from(*context.friction), f64::from(*context.restitution));
         let (friction, restitution) = self.contact.between(materials, combined);
