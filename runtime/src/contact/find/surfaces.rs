@@ -376,14 +376,18 @@ impl Couple<'_> {
         (k, l): (f64, f64),
     ) -> Option<Crossing> {
         let ([s, b, _], [u, c, _]) = (self.a.of(one.1.masses), self.b.of(other.1.masses));
-        let normal = self.normal((one.1, b[1] - b[0]), (other.1, c[1] - c[0]))?;
-        if gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SIDE {
-            return None;
-        }
         let before = s[0].lerp(s[1], k) - u[0].lerp(u[1], l);
-        let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
         let facing = || [self.a.facing(one.1), self.b.facing(other.1)];
-        self.stands_at_end(one, other, (if side >= 0.0 { normal } else { -normal }, facing), None)
+        let beside = |normal: DVec3| gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + SIDE;
+        let normal = self.normal((one.1, b[1] - b[0]), (other.1, c[1] - c[0]));
+        let usual = normal.filter(|normal| !beside(*normal)).and_then(|normal| {
+            let side = if normal.dot(gap).abs() > SIDE { normal.dot(gap) } else { normal.dot(before) };
+            self.stands_at_end(one, other, (if side >= 0.0 { normal } else { -normal }, facing), None)
+        });
+        usual.or_else(|| {
+            let normal = self.head_on((one.1, b[1] - b[0]), (other.1, c[1] - c[0]), [gap, before], facing)?;
+            self.stands_at_end(one, other, (normal, facing), Some((k, l)))
+        })
     }
 
     /// The row of two edges with this normal, if they stand out along it, facing so, and come near at the end: where they then lie
@@ -417,13 +421,19 @@ impl Couple<'_> {
         let ([s, _, e], [u, _, f]) = (self.a.of(edge_a.masses), self.b.of(edge_b.masses));
         if let Some(hit) = edges_meet([s[0], s[1], u[0], u[1]], [e[0], e[1], f[0], f[1]], TOUCH) {
             let there = |x: [DVec3; 2], y: [DVec3; 2]| x[1].lerp(y[1], hit.time) - x[0].lerp(y[0], hit.time);
-            let normal = self.normal((edge_a, there(s, e)), (edge_b, there(u, f)))?;
+            let (along_a, along_b) = (there(s, e), there(u, f));
             let moved = |x: [DVec3; 2], y: [DVec3; 2], w: f64| y[0].lerp(y[1], w) - x[0].lerp(x[1], w);
             let approach = moved(s, e, hit.s) - moved(u, f, hit.t);
-            let normal = if approach.dot(normal) <= 0.0 { normal } else { -normal };
             let met = (!self.is_self()).then_some((hit.s, hit.t));
             let facing = || [self.a.facing_at(edge_a, hit.time), self.b.facing_at(edge_b, hit.time)];
-            return self.stands_at_end(one, other, (normal, facing), met);
+            let usual = self.normal((edge_a, along_a), (edge_b, along_b)).and_then(|normal| {
+                let normal = if approach.dot(normal) <= 0.0 { normal } else { -normal };
+                self.stands_at_end(one, other, (normal, facing), met)
+            });
+            return usual.or_else(|| {
+                let normal = self.head_on((edge_a, along_a), (edge_b, along_b), [-approach], facing)?;
+                self.stands_at_end(one, other, (normal, facing), met)
+            });
         }
         let (k, l) = segment_segment(e, f);
         let gap = e[0].lerp(e[1], k) - f[0].lerp(f[1], l);
@@ -438,6 +448,29 @@ impl Couple<'_> {
         }
         let facing = || [self.a.facing_at(edge_a, 1.0), self.b.facing_at(edge_b, 1.0)];
         self.stands_at_end(one, other, (if side > 0.0 { normal } else { -normal }, facing), None)
+    }
+
+    /// The direction in which two borders along `u` and `v` part that run nearly side by side and whose sheets go away from each other, where
+    /// their sheets' own normals do not say it: that of the first of `gaps` that is not too short to have one, or else out of both sheets.
+    fn head_on<const N: usize>(
+        &self,
+        (edge_a, u): (&SkinEdge, DVec3),
+        (edge_b, v): (&SkinEdge, DVec3),
+        gaps: [DVec3; N],
+        facing: impl Fn() -> [Facing; 2],
+    ) -> Option<DVec3> {
+        let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
+        let is_askew = (PARALLEL..NEARLY_PARALLEL).contains(&u.cross(v).length());
+        if self.is_self() || !is_askew || !edge_a.is_border() || !edge_b.is_border() {
+            return None;
+        }
+        let least = INSIDE * self.limits.offset;
+        let apart = gaps.into_iter().map(|gap| gap.reject_from_normalized(u)).find(|gap| gap.length() > least);
+        let outward = || {
+            let [one, other] = facing();
+            (one.flanks[0] - other.flanks[0]).reject_from_normalized(u)
+        };
+        apart.unwrap_or_else(outward).try_normalize()
     }
 
     /// The direction of two edges along `u` and `v`, of either sign; `None` for parallels.

@@ -205,3 +205,30 @@ fn what_is_flat_and_folds_in_the_stage_is_seen_where_crossings_are_looked_for() 
     assert!(!look([&flat, &below], [&start, &through], false).1, "nobody asked");
     assert!(!look([&below, &below], [&through, &through], true).1, "they began so");
 }
+
+/// Two cards that lean away from each other meet border to border, four degrees askew: neither card's own normal says along what.
+#[test]
+fn borders_that_run_nearly_side_by_side_meet_head_on() {
+    let card = |into: DVec3| {
+        let mut v = Vectors::default();
+        [(0.0, -1.0), (1.0, -1.0), (0.0, 1.0), (1.0, 1.0)]
+            .iter()
+            .for_each(|(along, across)| v.push(into * (0.02 * along) + DVec3::Z * (0.016 * across)));
+        v
+    };
+    let apart = DVec3::new(0.8, 0.6, 0.0);
+    let (right, left) = (card(DVec3::new(0.8, -0.6, 0.0)), card(DVec3::new(-0.9, -0.4, 0.0).normalize()));
+    let (one, other) = (skin(2, &right), skin(2, &left));
+    let askew = mapped(&left, |p| DQuat::from_axis_angle(apart, 0.07) * p);
+    for (from, to) in [(2.0 * HALF + 1e-4, 2.0 * HALF - 1e-4), (1.4 * HALF, HALF), (5e-3, -5e-3)] {
+        let [start, end] = [from, to].map(|distance| shifted(&askew, -apart * distance));
+        let found = rows(&[moved(0, &one, &right, &right), moved(1, &other, &start, &end)], &[]);
+        let mut edges = found.iter().filter(|row| is_edge(&row.a) && is_edge(&row.b));
+        let row = edges.next().expect("a row of the borders");
+        assert!(row.normal.dot(apart) > 0.99, "{row:?}");
+        assert!(
+            (gap(row, &[&right, &end], &[]) - (to - 2.0 * HALF)).abs() < 2e-5 * (1.0 + 1e3 * (from - to).abs()),
+            "{row:?}"
+        );
+    }
+}
