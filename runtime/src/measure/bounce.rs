@@ -41,7 +41,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         Flight { last_height: setup.height, last_rise: 0.0, heights: Vec::new(), kept: None, highest: 0.0, met: false };
     // Fall, and twice the rise of each rebound.
     let e = setup.restitution;
-    let fall = (2.0 * setup.height / setup.gravity.max(1e-9)).sqrt();
+    let fall = setup.fall(setup.height)?;
     let duration = fall * (1.05 + 2.0 * (e + e * e + e * e * e)) + 0.3 * fall + 0.05;
     runner.run(duration.min(1e3), |world| {
         watch.see(world);

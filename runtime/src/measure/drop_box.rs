@@ -29,7 +29,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     scene.sheets[0].probes.extend(places.map(|(name, uv)| (name.to_owned(), uv)));
     let mut runner = Runner::new(setup.sleepy_world(&scene)?);
     let mut watch = Watch::new(&runner.world);
-    let fall = (2.0 * setup.height / setup.gravity.max(1e-9)).sqrt();
+    let fall = setup.fall(setup.height)?;
     runner.run((fall + PATIENCE).min(1e3), |world| {
         watch.see(world);
         !watch.asleep()

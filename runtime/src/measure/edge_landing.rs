@@ -96,7 +96,7 @@ fn land(setup: &Setup) -> Result<Landing, InputError> {
     // The centre falls from where it is to where it lies flat.
     let half = setup.half_thickness()?;
     let scale = runner.world.sheets().first().map_or(0.0, |s| watch::fall(&runner.world, s.centre_of_mass().y - half));
-    let fall = (2.0 * height / setup.gravity.max(1e-9)).sqrt();
+    let fall = setup.fall(height)?;
     let (mut met, mut rebound, mut speed) = (false, 0.0_f64, 0.0_f64);
     runner.run((fall + WATCHED).min(1e3), |world| {
         watch.see(world);

@@ -14,6 +14,9 @@ use crate::scene::{
 };
 use crate::sheet::Sheet;
 
+/// Least gravity of what falls, lies or slides, m/s²: with none nothing comes down.
+const LEAST_GRAVITY: f64 = 0.01;
+
 /// Shortest step, s.
 const SHORTEST: f64 = 1e-7;
 
@@ -274,6 +277,22 @@ impl Setup {
         }
     }
 
+    /// Gravity, m/s², where what is measured needs one.
+    ///
+    /// # Errors
+    /// One of less than 0.01 m/s².
+    pub(crate) fn pull(&self) -> Result<f64, InputError> {
+        check_range("gravity", self.gravity, LEAST_GRAVITY, 1e3, "m/s²").map(|()| self.gravity)
+    }
+
+    /// Time of a fall from `height` (m), s.
+    ///
+    /// # Errors
+    /// Those of [`Setup::pull`].
+    pub(crate) fn fall(&self, height: f64) -> Result<f64, InputError> {
+        Ok((2.0 * height / self.pull()?).sqrt())
+    }
+
     /// Distance from the masses of the sheet at which it touches, m.
     pub(crate) fn half_thickness(&self) -> Result<f64, InputError> {
         Ok(half_thickness(&Sheet::build(&self.scene(), 0)?))
@@ -349,5 +368,21 @@ impl Setup {
         };
         // √(1+ζ²) - ζ, without the cancellation.
         undamped / ((1.0 + damping * damping).sqrt() + damping)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Setup;
+    use crate::measure::measure;
+
+    #[test]
+    fn what_falls_needs_a_gravity() {
+        let setup = Setup { gravity: 0.0, ..Setup::default() };
+        for case in ["drop-box", "bounce", "edge-landing", "weight"] {
+            let told = measure(case, &setup).unwrap_err().to_string();
+            assert!(told.contains("gravity") && told.contains("m/s²"), "{case}: {told}");
+        }
+        assert!(Setup::default().fall(4.905).is_ok_and(|time| (time - 1.0).abs() < 1e-12));
     }
 }

@@ -34,6 +34,7 @@ const WIDEST: f64 = 0.8;
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     // A box that lies over a held edge is carried by the pins past the sheet.
     check_range("box", setup.box_side, 1e-3, WIDEST * setup.length, "m")?;
+    let gravity = setup.pull()?;
     let floor = on_the_floor(setup)?;
     let mut runner = Runner::new(bridge(setup)?);
     let mut watch = Watch::new(&runner.world);
@@ -42,7 +43,6 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         watch.see(world);
         true
     });
-    let gravity = setup.gravity;
     let (time, before) = (runner.world.time(), box_momentum(&runner.world));
     let mut pins = Vec::new();
     runner.run(MEASURED, |world| {

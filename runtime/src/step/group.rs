@@ -119,14 +119,12 @@ fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     scratch.note_given_up();
     if !go_on(group, scratch, finder, part) {
         stay(group);
-        if group.members.len() == 1 {
-            keep_out(group, scratch, finder);
-        }
+        keep_out(group, scratch, finder);
     }
 }
 
-/// Has bodies that give way stay where they were, too, where going on has taken one of them into the lone sheet that stays: they went as the
-/// sheet would have let them had it moved. They keep the speeds they have come to.
+/// Has bodies that give way stay where they were, too, where going on has taken one of them into a sheet that stays: they went as the
+/// sheets would have let them had they moved. They keep the speeds they have come to.
 fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find) {
     if !group.movers.iter().any(|m| m.gives()) {
         return;

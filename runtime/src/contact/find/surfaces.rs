@@ -32,6 +32,9 @@ const SIDE: f64 = 1e-7;
 /// Fraction of an edge from its end up to which it is as good as the mass there.
 const ENDS: f64 = 0.02;
 
+/// Cosine between normals below which a row along the one does not say what a row along the other does.
+const ALONG: f64 = 0.9;
+
 /// Motion within a stage beyond this fraction of the offset takes features past others that were near.
 const SWIFT: f64 = 0.5;
 
@@ -110,6 +113,12 @@ impl Party<'_> {
             let inward = (middle(x) - from).reject_from_normalized((to - from).normalize_or(DVec3::X));
             inward.dot(place - from) < 0.0
         })
+    }
+
+    /// Whether a mass at `place` is met by the surface at `edge`, and much as along `normal`.
+    fn meets_along(&self, edge: &SkinEdge, place: [DVec3; 2], normal: DVec3) -> bool {
+        let is_along = |side: &DVec3| side.dot(normal).abs() > ALONG;
+        !self.ends_before(edge, place) && self.tree.edge_normals(edge.triangles).iter().any(is_along)
     }
 
     /// Middles of the triangles at an edge, seen from it, m.
@@ -340,9 +349,9 @@ impl Couple<'_> {
         }
         let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b)) else { return };
         let near_end = |x: f64| !(ENDS..=1.0 - ENDS).contains(&x);
-        // At its end an edge is its mass, which has rows of its own over the other sheet, but not beside it.
-        if near_end(found.s) && !self.b.ends_before(edge_b, self.a.tip(edge_a, found.s))
-            || near_end(found.t) && !self.a.ends_before(edge_a, self.b.tip(edge_b, found.t))
+        // At its end an edge is its mass, which has rows of its own over the other sheet, along the normal of that; but not beside it.
+        if near_end(found.s) && self.b.meets_along(edge_b, self.a.tip(edge_a, found.s), found.normal)
+            || near_end(found.t) && self.a.meets_along(edge_a, self.b.tip(edge_b, found.t), found.normal)
         {
             return;
         }
@@ -450,8 +459,8 @@ impl Couple<'_> {
         self.stands_at_end(one, other, (if side > 0.0 { normal } else { -normal }, facing), None)
     }
 
-    /// The direction in which two borders along `u` and `v` part that run nearly side by side and whose sheets go away from each other, where
-    /// their sheets' own normals do not say it: that of the first of `gaps` that is not too short to have one, or else out of both sheets.
+    /// The direction in which two borders or ridges along `u` and `v` part that run nearly side by side, where their sheets' own normals do not
+    /// say it: that of the first of `gaps` that is not too short to have one, or else, of two borders, out of both sheets.
     fn head_on<const N: usize>(
         &self,
         (edge_a, u): (&SkinEdge, DVec3),
@@ -461,16 +470,17 @@ impl Couple<'_> {
     ) -> Option<DVec3> {
         let (u, v) = (u.normalize_or_zero(), v.normalize_or_zero());
         let is_askew = (PARALLEL..NEARLY_PARALLEL).contains(&u.cross(v).length());
-        if self.is_self() || !is_askew || !edge_a.is_border() || !edge_b.is_border() {
+        if self.is_self() || !is_askew {
             return None;
         }
+        let both_end = edge_a.is_border() && edge_b.is_border();
         let least = INSIDE * self.limits.offset;
         let apart = gaps.into_iter().map(|gap| gap.reject_from_normalized(u)).find(|gap| gap.length() > least);
         let outward = || {
             let [one, other] = facing();
             (one.flanks[0] - other.flanks[0]).reject_from_normalized(u)
         };
-        apart.unwrap_or_else(outward).try_normalize()
+        apart.or_else(|| both_end.then(outward))?.try_normalize()
     }
 
     /// The direction of two edges along `u` and `v`, of either sign; `None` for parallels.

@@ -232,3 +232,23 @@ fn borders_that_run_nearly_side_by_side_meet_head_on() {
         );
     }
 }
+
+/// The border of a card lies on that of another, 0.6 mm from its corner: that is met by the card's face, along another normal.
+#[test]
+fn borders_that_meet_near_an_end_meet_along_their_own_normal() {
+    let card = |at: DVec3, into: DVec3, along: DVec3| {
+        let mut v = Vectors::default();
+        for (j, i) in [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)] {
+            v.push(at + into * (0.04 * i) + along * (0.03 * j));
+        }
+        v
+    };
+    let lying = card(DVec3::ZERO, DVec3::X, -DVec3::Z);
+    let up = DVec3::new(-0.8, 0.6, 0.0);
+    let leaning = card(DVec3::new(6e-4, 2.0 * HALF + 1e-5, -0.03 + 4e-4), up, DVec3::Z);
+    let end = shifted(&leaning, DVec3::Y * -1e-4);
+    let (under, over) = (skin(2, &lying), skin(2, &leaning));
+    let found = rows(&[moved(0, &under, &lying, &lying), moved(1, &over, &leaning, &end)], &[]);
+    let holds = |row: &&Contact| is_edge(&row.a) && is_edge(&row.b) && row.normal.y.abs() > 0.99;
+    assert!(found.iter().any(|row| holds(&row)), "{found:#?}");
+}
