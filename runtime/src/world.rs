@@ -243,7 +243,7 @@ impl World {
         self.step_heat(view.as_ref(), rigid.as_ref(), dt);
         if let Some(rigid) = &mut rigid {
             for claim in &self.groups.claims {
-                rigid.claim(claim.body, claim.end);
+                rigid.claim(claim.body, rigid.resisted(claim.body, &claim.end, &claim.support, self.gravity, dt));
                 if claim.sleeps {
                     rigid.freeze(claim.body);
                 }

@@ -20,6 +20,7 @@ use super::mover::Mover;
 use super::on_forces::Few;
 use super::places::{At, Gaps, gap, place, velocity};
 use super::primal::{Joint, Primal};
+use super::rigid::Support;
 use super::row::{Contact, Key, Side};
 use super::settled;
 use crate::kept::{Keeper, Taken, Taker};
@@ -482,6 +483,24 @@ impl Scratch {
             }
         });
         self.met = met;
+    }
+
+    /// What body number `body` of a group of `movers` lies on.
+    pub fn support_of(&self, body: u32, movers: &[Mover]) -> Support {
+        let mut support = Support::default();
+        let is_it = |side: &Side| matches!(side, Side::Body { body: other, .. } if *other == body);
+        let spin_of = |side: &Side| match side {
+            Side::Body { body, .. } => movers.get(*body as usize).map_or(DVec3::ZERO, |mover| mover.start.spin()),
+            Side::Sheet { .. } => DVec3::ZERO,
+        };
+        self.closed(|contact, _| {
+            if is_it(&contact.a) {
+                support.add(contact.normal, contact.friction, spin_of(&contact.b));
+            } else if is_it(&contact.b) {
+                support.add(-contact.normal, contact.friction, spin_of(&contact.a));
+            }
+        });
+        support
     }
 
     /// Calls `touched` for every contact that is closed, with the part of the group it is with.

@@ -150,7 +150,7 @@ impl Shared<'_> {
             scratch.rest();
         } else {
             self.note(sheets, members, &scratch, &work);
-            self.claim(&movers, &work, claims);
+            self.claim(&movers, &work, &scratch, claims);
         }
         if !lone {
             for sheet in members.iter().map(|i| *i as usize) {

@@ -13,7 +13,7 @@ use super::near::{Near, NearWork, skin};
 use super::{SLEEP_SPEED, SLEEP_TIME, Stage, contain, give_up, is_still, is_unstable, size_work};
 use crate::contact::Group;
 use crate::contact::mover::Mover;
-use crate::contact::rigid::{BodyContact, BodyState, RigidWorld};
+use crate::contact::rigid::{BodyContact, BodyState, RigidWorld, Support};
 use crate::contact::row::Side;
 use crate::contact::stage::Scratch;
 use crate::contact::stick::stick;
@@ -31,6 +31,8 @@ const GROWING: u32 = 4;
 pub(crate) struct Claim {
     pub body: usize,
     pub end: BodyState,
+    /// What it lies on there.
+    pub support: Support,
     /// Whether it came to rest with its group.
     pub sleeps: bool,
 }
@@ -344,7 +346,7 @@ impl Shared<'_> {
         let first_claim = claims.len();
         // Bodies that no sheet can have met go where Rapier takes them.
         if !is_idle {
-            self.claim(&movers, &work, claims);
+            self.claim(&movers, &work, &scratch, claims);
         }
         if stage.sleep {
             self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
@@ -381,11 +383,12 @@ impl Shared<'_> {
     }
 
     /// Says where the bodies that give way have come to.
-    pub fn claim(&self, movers: &[Mover], work: &NearWork, claims: &mut Vec<Claim>) {
-        for (mover, index) in movers.iter().zip(work.bodies()) {
+    pub fn claim(&self, movers: &[Mover], work: &NearWork, scratch: &Scratch, claims: &mut Vec<Claim>) {
+        for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
             if let Some(own) = over.own.filter(|_| mover.gives()) {
-                claims.push(Claim { body: own as usize, end: mover.start, sleeps: false });
+                let support = scratch.support_of(number as u32, movers);
+                claims.push(Claim { body: own as usize, end: mover.start, support, sleeps: false });
             }
         }
     }
@@ -446,7 +449,7 @@ impl Shared<'_> {
             sheet.quiet = if held && is_still(sheet, dt) { sheet.quiet + dt } else { 0.0 };
             all &= sheet.quiet >= SLEEP_TIME;
         }
-        let slow = |c: &Claim| c.end.velocity().length() < SLEEP_SPEED && c.end.spin().length() < 10.0 * SLEEP_SPEED;
+        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.end.reach() < SLEEP_SPEED;
         if !all || !claims.iter().all(slow) {
             return;
         }

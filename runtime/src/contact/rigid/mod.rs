@@ -6,6 +6,7 @@
 mod keep;
 mod mass;
 mod parts;
+mod resist;
 mod roll;
 mod shape;
 mod state;
@@ -21,6 +22,7 @@ use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
 pub use mass::MassProperties;
+pub(crate) use resist::Support;
 pub use state::BodyState;
 pub use touch::BodyContact;
 pub use view::RigidView;

@@ -14,6 +14,7 @@
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
+use super::resist::Support;
 use super::roll::{Rolling, Wall};
 use super::state::BodyState;
 use super::touch::{self, BodyContact};
@@ -150,10 +151,21 @@ impl RigidWorld {
                 (bounced.or_else(|| self.moved(index, part, g, push)).unwrap_or(flown), push)
             }
         };
+        let end = if pushed { self.resisted(index, &end, &self.support_of(index), g, part) } else { end };
         let motion = &mut self.motions[index];
         motion.pushed |= pushed;
         motion.end = end;
         self.write(index);
+    }
+
+    /// What body `index` lies on.
+    fn support_of(&self, index: usize) -> Support {
+        let mut support = Support::default();
+        for c in self.contacts.iter().filter(|c| (c.a == index || c.b == index) && c.distance < self.reach_of_rest()) {
+            let (normal, other) = if c.a == index { (c.normal, c.b) } else { (-c.normal, c.a) };
+            support.add(normal, c.friction, self.motions[other].start.spin());
+        }
+        support
     }
 
     /// Where Rapier has taken body `index` in a part of a step, which has `pushed` it; `None` where it flew freely.
@@ -316,6 +328,11 @@ impl RigidWorld {
             lies |= c.distance < self.reach_of_rest();
         }
         all_still && lies
+    }
+
+    /// The motion `end` of body `index` with what `support` takes from it in `dt` s, in the gravity `g` (m/s²).
+    pub(crate) fn resisted(&self, index: usize, end: &BodyState, support: &Support, g: DVec3, dt: f64) -> BodyState {
+        self.radius(index).map_or(*end, |radius| support.resist(end, radius, g, dt))
     }
 
     /// Says where body `index`, which moves freely, really is at the end of the step; sheets have pushed it. Of other bodies
