@@ -69,6 +69,19 @@ fn sheets_from_300_mpa_to_steel_come_to_rest_on_a_box() {
     }
 }
 
+/// Whether it can meet anything at all is looked up by boxes: those hold its thickness, however short the step and weak the pull.
+#[test]
+fn a_thick_plate_rests_on_a_box_in_any_step_and_gravity() {
+    for (thickness, dt, gravity) in [(0.01, None, 9.81), (0.004, Some(1e-3), 9.81), (0.004, None, 0.1)] {
+        let material = Material { thickness, ..Setup::default().material };
+        let setup = Setup { grid: (11, 11), height: 0.005, material, dt, gravity, ..Setup::default() };
+        let found = measured("drop-box", &setup);
+        let what = format!("{thickness} m, {dt:?}, {gravity} m/s²: {found}");
+        assert!(number(&found, "max_penetration_m") < 1e-5 && number(&found, "energy_gain") < 1e-9, "{what}");
+        assert!(number(&found, "at_rest_s") < 1.0, "{what}");
+    }
+}
+
 /// Restitution and friction of landings.
 const COEFFICIENTS: [(f64, f64); 3] = [(0.0, 0.1), (0.4, 0.5), (0.8, 1.0)];
 

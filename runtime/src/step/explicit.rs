@@ -174,7 +174,8 @@ impl Shared<'_> {
         let mut travel = 0.0_f64;
         for sheet in group.members.iter().map(|i| &group.sheets[*i as usize]) {
             if let Some((low, high)) = sheet.x.bounds() {
-                around = (around.0.min(low), around.1.max(high));
+                let offset = sheet.contact_offset();
+                around = (around.0.min(low - offset), around.1.max(high + offset));
             }
             travel = travel.max(sheet.travel());
         }

@@ -393,13 +393,14 @@ impl Shared<'_> {
         }
     }
 
-    /// Box around the group, and how far anything in it may go.
+    /// Box around the group, thickness included, and how far anything in it may go.
     fn extent(&self, sheets: &[Sheet], members: &[u32]) -> ((DVec3, DVec3), f64) {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut speed = 0.0_f64;
         for sheet in members.iter().map(|i| &sheets[*i as usize]) {
             if let Some((low, high)) = sheet.x.bounds() {
-                around = (around.0.min(low), around.1.max(high));
+                let offset = sheet.contact_offset();
+                around = (around.0.min(low - offset), around.1.max(high + offset));
             }
             speed = speed.max(sheet.max_speed());
         }
