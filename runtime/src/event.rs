@@ -31,6 +31,8 @@ pub enum EventKind {
     /// Contact was given up in a part of a step, and not in the step before: for that part it went on as one stiff body with the free bodies that
     /// it would have gone into, or stayed where it was.
     GivenUp,
+    /// It was found to go through another sheet, as where it was put there: contact between the two is left out until they are apart.
+    Crossing,
     /// It has been well for long enough to be stepped as before.
     Recovered,
     /// A sheet gave way: it buckled, snapped through or crumpled ([`crate::sheet::Buckle`]). Told of only where

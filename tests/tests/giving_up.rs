@@ -99,3 +99,47 @@ fn it_is_told_that_contact_is_given_up() {
     assert!(told > 0 && told <= parts, "{told} events of {parts} parts");
     assert!(world.events().iter().all(|e| e.kind != EventKind::GivenUp || e.sheet == "foil"));
 }
+
+/// Two cards put through one another: no motion parts them. They are told of and pass, and meet again once they are apart.
+#[test]
+fn sheets_put_through_one_another_pass_until_they_are_apart() {
+    let card = |name: &str, rotation: &str, pins: &str| {
+        format!(
+            r#"(name: "{name}", structure: "shell", grid: (7, 1, 5), size: (0.088, 0.063), pins: [{pins}],
+                material: (young: 3e9, poisson: 0.35, density: 850, thickness: 3e-4),
+                placement: (position: (0, 0.1, 0), rotation: {rotation}))"#
+        )
+    };
+    let crossed = |held: &str| {
+        world_of(&format!(
+            r#"(engine: "tr-bdf2", dt: 0.0166666666666667, sheets: [{}, {}], bodies: [(name: "floor", shape: HalfSpace)])"#,
+            card("held", "(0, 0, 0)", held),
+            card("other", "(70, 30, 0)", "")
+        ))
+    };
+    let told = |world: &World, kind: EventKind| world.events().iter().filter(|e| e.kind == kind).count();
+    // Both fall, and lie on the floor through one another.
+    let mut world = crossed("");
+    let start = world.energy().total;
+    for _ in 0..180 {
+        world.step();
+        assert!(world.energy().total < start + 1e-9, "they gain energy");
+    }
+    assert_eq!((told(&world, EventKind::Crossing), told(&world, EventKind::GivenUp)), (2, 0));
+    assert!(world.unstable().is_none() && world.sheets().iter().all(|s| s.x.iter().all(|p| p.y > 1e-4)));
+    // One is held: the other falls out of it, and lands on it when it is put above.
+    let mut world = crossed("(region: Left, clamp: true)");
+    (0..30).for_each(|_| world.step());
+    let height = |world: &World, i: usize| world.sheets()[i].centre_of_mass().y;
+    assert!(height(&world, 0) - height(&world, 1) > 0.05, "it has not come out");
+    assert_eq!((told(&world, EventKind::Crossing), told(&world, EventKind::GivenUp)), (2, 0));
+    let sheet = world.sheet_mut("other").expect("there");
+    for i in 0..sheet.masses() {
+        let p = sheet.x.get(i);
+        sheet.x.set(i, DVec3::new(p.x, 0.12, p.z));
+        sheet.v.set(i, DVec3::ZERO);
+    }
+    (0..60).for_each(|_| world.step());
+    assert!(height(&world, 1) > height(&world, 0), "it has gone through");
+    assert_eq!(told(&world, EventKind::Crossing), 2);
+}

@@ -180,6 +180,7 @@ pub(super) fn describe(event: &Event) -> String {
         EventKind::Unstable => "went unstable",
         EventKind::Contained => "was kept from going unstable",
         EventKind::GivenUp => "went on without contact being solved for",
+        EventKind::Crossing => "goes through another sheet, and will until they are apart",
         EventKind::Recovered => "is stepped as before again",
         EventKind::Buckled => "buckles",
         EventKind::Resampled => "goes to another grid",

@@ -133,6 +133,8 @@ pub(crate) struct Scratch {
     pub told: bool,
     /// Steps on end in which it has been brought back from that, and whether it has in this one.
     pub strays: u32,
+    /// Steps on end in which contact was given up.
+    pub stuck: u32,
     pub strayed: bool,
     /// Which movers a sheet takes along that goes on as a stiff body.
     pub along: Vec<bool>,
@@ -195,7 +197,7 @@ impl Scratch {
     pub fn save(&self, to: &mut Keeper) {
         let flags = [self.single, self.alone, self.on_own, self.failed, self.last_resort, self.last];
         flags.into_iter().chain([self.runaway, self.strayed, self.short_steps, self.gave_up]).for_each(|f| to.flag(f));
-        for count in [self.stage as u32, self.expected, self.deepest, self.strays] {
+        for count in [self.stage as u32, self.expected, self.deepest, self.strays, self.stuck] {
             to.count(u64::from(count));
         }
         to.number(self.eager);
@@ -216,6 +218,7 @@ impl Scratch {
         self.gave_up = from.flag()?;
         self.stage = from.index(2)? as usize;
         (self.expected, self.deepest, self.strays) = (from.small()?, from.small()?, from.small()?);
+        self.stuck = from.small()?;
         self.eager = from.number()?;
         let c = &mut self.counters;
         let counts = [&mut c.rounds, &mut c.contacts, &mut c.most, &mut c.unsettled, &mut c.sweeps, &mut c.newton];

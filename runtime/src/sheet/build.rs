@@ -9,7 +9,7 @@ use super::drag::Drag;
 use super::flow::Flow;
 use super::generated::{Calibrated, cuts, generated};
 use super::tears::Tears;
-use super::{Counters, Pins, Probe, Sheet, Status, Vectors, Work, region};
+use super::{Counters, Crossing, Pins, Probe, Sheet, Status, Vectors, Work, region};
 use crate::contact::through_thickness::Stack;
 use crate::element::Element;
 use crate::element::bending::Bending;
@@ -317,6 +317,7 @@ fn assemble(
         layer_of: lattice.layer_of,
         probes,
         status: Status::Awake,
+        crossing: Crossing::Unknown,
         counters: Counters::default(),
         inverse_mass: mass.iter().map(|m| 1.0 / m).collect(),
         mass,

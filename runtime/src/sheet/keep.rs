@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use super::{Field, GuardState, Sheet, Status, System};
+use super::{Crossing, Field, GuardState, Sheet, Status, System};
 use crate::contact::skin::Skin;
 use crate::contact::stage::Scratch;
 use crate::contact::stick::Stuck;
@@ -112,6 +112,7 @@ impl Sheet {
         to.count(skin.map_or(0, |make| 1 + u64::from(make)));
         self.pins.keep(to);
         keep_status(&self.status, to);
+        to.byte(self.crossing as u8);
         to.numbers(&[self.quiet, self.drag.pressure]);
         let c = &self.counters;
         [c.accepted, c.rejected, c.evaluations, c.guarded, c.contacts].into_iter().for_each(|n| to.count(n));
@@ -154,6 +155,13 @@ impl Sheet {
             self.hold_pinned();
         }
         let status = take_status(from)?;
+        let crossing = match from.byte()? {
+            0 => Crossing::Unknown,
+            1 => Crossing::No,
+            2 => Crossing::Seen,
+            3 => Crossing::Told,
+            _ => return Err(Cut),
+        };
         (self.quiet, self.drag.pressure) = (from.number()?, from.number()?);
         let c = &mut self.counters;
         let counts = [&mut c.accepted, &mut c.rejected, &mut c.evaluations, &mut c.guarded, &mut c.contacts];
@@ -188,7 +196,7 @@ impl Sheet {
             self.watch.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
         }
         // Taking up the rest may have woken it.
-        (self.status, self.quiet) = (status, quiet);
+        (self.status, self.crossing, self.quiet) = (status, crossing, quiet);
         Ok(())
     }
 

@@ -101,6 +101,21 @@ pub enum Status {
     },
 }
 
+/// Whether a sheet goes through another, as one may that was put there: no motion parts the two, since what is on the one side of a triangle is
+/// on the other side of its neighbour, and contact between them is left out until they are apart.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Crossing {
+    /// Not known: to be looked for before the next step.
+    #[default]
+    Unknown,
+    /// It does not.
+    No,
+    /// It does, which is still to be told.
+    Seen,
+    /// It does.
+    Told,
+}
+
 /// Counts of what a sheet's stepping has done so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counters {
@@ -152,6 +167,8 @@ pub struct Sheet {
     pub probes: Vec<Probe>,
     /// Whether it moves, sleeps or was stopped.
     pub status: Status,
+    /// Whether it goes through another sheet.
+    pub(crate) crossing: Crossing,
     /// What stepping has done.
     pub counters: Counters,
     pub(crate) mass: Vec<f64>,
@@ -475,8 +492,16 @@ impl Sheet {
     pub fn wake(&mut self) {
         self.quiet = 0.0;
         self.work.clearance.forget();
+        self.doubt_apart();
         if matches!(self.status, Status::Asleep | Status::Frozen { .. }) {
             self.status = Status::Awake;
+        }
+    }
+
+    /// Has it looked before the next step whether it goes through another sheet.
+    pub(crate) fn doubt_apart(&mut self) {
+        if self.crossing == Crossing::No {
+            self.crossing = Crossing::Unknown;
         }
     }
 

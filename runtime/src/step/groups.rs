@@ -19,13 +19,16 @@ use crate::contact::stage::Scratch;
 use crate::contact::stick::stick;
 use crate::contact::surroundings::Surroundings;
 use crate::event::{EventKind, Recorder, Touches};
-use crate::sheet::{Sheet, Status};
+use crate::sheet::{Crossing, Sheet, Status};
 use crate::watch::Phase;
 
 /// Room beyond what speeds say, m.
 const ROOM: f64 = 1e-3;
 /// Rounds of letting groups grow by their largest speed.
 const GROWING: u32 = 4;
+
+/// Steps on end in which contact is given up after which it is looked whether sheets have come to go through one another.
+const STUCK: u32 = 20;
 
 /// What a step did to a body of the world's own that moves freely.
 pub(crate) struct Claim {
@@ -336,6 +339,11 @@ impl Shared<'_> {
                     .for_each(|i| touches[*i as usize].events.push((stage.time + stage.dt, EventKind::GivenUp, None)));
             }
         }
+        scratch.stuck = if scratch.gave_up { scratch.stuck + 1 } else { 0 };
+        if scratch.stuck >= STUCK {
+            scratch.stuck = 0;
+            group.each(Sheet::doubt_apart);
+        }
         group.each(|sheet| limit(sheet, stage.dt));
         let Group { sheets, movers, .. } = group;
         self.note(sheets, members, &scratch, &work);
@@ -420,6 +428,10 @@ impl Shared<'_> {
             if is_unstable(sheet) || std::mem::take(&mut sheet.work.stage.failed) {
                 give_up(sheet, &mut touches[i], stage, stage.dt);
                 continue;
+            }
+            if sheet.crossing == Crossing::Seen {
+                sheet.crossing = Crossing::Told;
+                touches[i].events.push((stage.time, EventKind::Crossing, None));
             }
             if !sheet.pins.is_empty() {
                 sheet.pins.place(stage.time + stage.dt, &mut sheet.x);

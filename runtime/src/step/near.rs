@@ -17,7 +17,7 @@ use crate::contact::skin::Skin;
 use crate::contact::stick::on_bodies;
 use crate::contact::surroundings::Surroundings;
 use crate::kept::{Keeper, Taken, Taker};
-use crate::sheet::{Sheet, Vectors};
+use crate::sheet::{Crossing, Sheet, Vectors};
 use crate::watch::{Phase, Watched};
 
 /// Key of glue, and of contacts between bodies: detection's are below.
@@ -40,6 +40,8 @@ pub(crate) struct NearWork {
     body_motions: Vec<BodyMotion<'static>>,
     /// Where contact moves the masses of the group's sheet, m.
     moved: Vectors,
+    /// Sheets of the group that go through one another.
+    crossing: Vec<u32>,
 }
 
 impl NearWork {
@@ -133,6 +135,31 @@ impl Near<'_> {
             of_part.push(bodies.binary_search(&body).unwrap_or(0) as u32);
         }
         self.ask(group, Look::First, Margins::NARROW, |finder, problem| finder.begin(problem, reach));
+        let in_doubt = |i: &u32| group.sheets[*i as usize].crossing != Crossing::No;
+        if self.sheets_meet && group.members.iter().any(in_doubt) {
+            self.leave_out_crossing(group);
+        }
+    }
+
+    /// Leaves out contact between sheets that go through one another, of those of which it is not known that they do not.
+    fn leave_out_crossing(&mut self, group: &mut Group) {
+        let mut crossing = std::mem::take(&mut self.work.crossing);
+        crossing.clear();
+        let in_doubt = |local: u32| group.sheet(local).crossing != Crossing::No;
+        if group.members.len() > 1 {
+            self.ask(group, Look::First, Margins::NARROW, |finder, problem| {
+                finder.leave_out_crossing(problem, in_doubt, &mut crossing);
+            });
+        }
+        for (local, member) in group.members.iter().enumerate() {
+            let sheet = &mut group.sheets[*member as usize];
+            sheet.crossing = match sheet.crossing {
+                _ if !crossing.contains(&(local as u32)) => Crossing::No,
+                Crossing::Told => Crossing::Told,
+                _ => Crossing::Seen,
+            };
+        }
+        self.work.crossing = crossing;
     }
 
     /// Whether nothing can touch in this step.

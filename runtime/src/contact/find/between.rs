@@ -116,6 +116,38 @@ impl Between {
         shares.iter().fold(all, |seen, share| seen.and(share.seen))
     }
 
+    /// Leaves out the pairs of sheets that go through one another at the start, as far as `is_in_doubt` asks for one of the two, and writes
+    /// them to `crossing`.
+    pub fn leave_out_crossing(
+        &mut self,
+        problem: &Problem,
+        trees: &mut [SkinTree],
+        is_in_doubt: impl Fn(u32) -> bool,
+        crossing: &mut Vec<u32>,
+    ) {
+        let (sheets, drift) = (problem.sheets, Drift::default());
+        self.near.retain(|&(s, t)| {
+            if !is_in_doubt(s) && !is_in_doubt(t) {
+                return true;
+            }
+            for i in [s, t] {
+                let Some((sheet, tree)) = sheets.get(i as usize).zip(trees.get_mut(i as usize)) else { return true };
+                tree.refresh(sheet, &drift, half_room(sheet, 0.0));
+            }
+            let (Some(couple), Some(other)) = (couple(sheets, trees, (s, t), 0.0, (0.0, 0.0)), sheets.get(t as usize))
+            else {
+                return true;
+            };
+            let around = Cuboid::swept(other, &drift).grown(couple.limits.offset);
+            let mut pairs = couple.a.tree.pairs_with(couple.b.tree, around).into_iter();
+            let crosses = pairs.any(|(p, q)| couple.cut(p, q, |sheet| sheet.start));
+            if crosses {
+                crossing.extend([s, t]);
+            }
+            !crosses
+        });
+    }
+
     /// Which sheets sweep what others do.
     fn meet(&mut self, problem: &Problem, margin: f64, drift: &Drift) {
         let sheets = problem.sheets;

@@ -258,6 +258,18 @@ impl Finder {
         }
     }
 
+    /// Leaves out for this step what two sheets may do to one another that go through each other at its start, as far as `is_in_doubt` asks
+    /// for one of them, by its place in the problem; their places are written to `crossing`.
+    pub fn leave_out_crossing(
+        &mut self,
+        problem: &Problem,
+        is_in_doubt: impl Fn(u32) -> bool,
+        crossing: &mut Vec<u32>,
+    ) {
+        self.trees.iter_mut().for_each(SkinTree::forget);
+        self.between.leave_out_crossing(problem, &mut self.trees, is_in_doubt, crossing);
+    }
+
     /// Whether nothing can meet in this step: no pair is near, and no sheet is folded enough to meet itself.
     pub fn is_idle(&self) -> bool {
         self.near.is_empty() && self.between.near.is_empty() && !self.folds()
