@@ -33,6 +33,9 @@ const GONE_IN: f64 = 2e-5;
 /// Overlap up to which a sheet may have come into a body where it was solved for as if there were none, m: what contact lets pass.
 const UNSEEN: f64 = 6e-5;
 
+/// Overlap with a body up to which several sheets go on from rounds that did not settle while a shorter step may do better, m.
+const GONE_DEEP: f64 = 1e-4;
+
 /// A part of a step.
 #[derive(Clone, Copy)]
 pub(crate) struct Part {
@@ -248,7 +251,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         if by_itself || matches!(rounds, Rounds::Failed | Rounds::Open) {
             overlap = overlap
                 .max(scratch.overlap(group, |group, found| finder.find(group, Look::Reached, Margins::NARROW, found)));
-            if by_itself && !last && overlap > UNSEEN {
+            if !last && overlap > if by_itself { UNSEEN } else { GONE_DEEP } {
                 return false;
             }
         }

@@ -97,7 +97,11 @@ fn closes(
     let height = |x: [DVec3; 3]| normal.dot(at(x, w) - corner.place);
     // What would stay clear without contact, contact elsewhere may have pushed in.
     let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
-    let was_apart = || height(start) >= -limits.deep || was_in_front(corner, start, limits);
+    let was_apart = || {
+        height(start) >= -limits.deep
+            || was_in_front(corner, start, limits)
+            || was_on_that_side(corner, normal, [start, base], limits)
+    };
     (gap <= limits.margin && was_apart()).then_some((normal, w))
 }
 
@@ -106,6 +110,14 @@ fn closes(
 fn was_in_front(corner: &Corner, start: [DVec3; 3], limits: &Limits) -> bool {
     let gap = at(start, point_triangle(corner.place, start)) - corner.place;
     facing(corner, start).is_some_and(|normal| normal.dot(gap) >= -limits.deep)
+}
+
+/// Whether the corner was at the start on the side of the triangle that `normal` leads away from at the base: seen from a body that a blow has
+/// turned by much in the stage, neither plane tells.
+fn was_on_that_side(corner: &Corner, normal: DVec3, [start, base]: [[DVec3; 3]; 2], limits: &Limits) -> bool {
+    let upwards = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+    let away = if normal.dot(upwards(base)) < 0.0 { -upwards(start) } else { upwards(start) };
+    away.dot(at(start, point_triangle(corner.place, start)) - corner.place) >= -limits.deep
 }
 
 /// The normal of a triangle that was far, and where it met.
