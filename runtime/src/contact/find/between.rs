@@ -139,7 +139,7 @@ impl Between {
                 return true;
             };
             let around = Cuboid::swept(other, &drift).grown(couple.limits.offset);
-            let mut pairs = couple.a.tree.pairs_with(couple.b.tree, around).into_iter();
+            let mut pairs = couple.a.tree.pairs_with(couple.b.tree, around);
             let crosses = pairs.any(|(p, q)| couple.cut(p, q, |sheet| sheet.start));
             if crosses {
                 crossing.extend([s, t]);
