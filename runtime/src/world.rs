@@ -243,7 +243,7 @@ impl World {
         self.step_heat(view.as_ref(), rigid.as_ref(), dt);
         if let Some(rigid) = &mut rigid {
             for claim in &self.groups.claims {
-                rigid.claim(claim.body, rigid.resisted(claim.body, &claim.end, &claim.support, self.gravity, dt));
+                rigid.claim(claim.body, claim.end);
                 if claim.sleeps {
                     rigid.freeze(claim.body);
                 }
@@ -340,7 +340,10 @@ impl World {
 
     /// The sheet of that name, to be changed between steps.
     pub fn sheet_mut(&mut self, name: &str) -> Option<&mut Sheet> {
-        self.sheets.iter_mut().find(|s| s.name == name)
+        let sheet = self.sheets.iter_mut().find(|s| s.name == name)?;
+        // It may be put through another.
+        sheet.doubt_apart();
+        Some(sheet)
     }
 
     /// Adds a sheet and returns its name: the description's, made unique with a number where it is taken.

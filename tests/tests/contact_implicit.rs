@@ -449,6 +449,11 @@ fn a_pack_of_cards_comes_to_rest_and_no_card_is_within_another() {
     assert!(number(&found, "overlap_ratio") < 0.1, "{found}");
     assert!(number(&found, "energy_gain") <= ENERGY, "{found}");
     assert!(number(&found, "asleep_s") < 4.0, "{found}");
+    // Some forty contacts of a card with the next hold it; borders that pass over one another add none, which only slanted ones could be.
+    let mut world = world(&shipped("cards_pack"));
+    world.advance(0.1);
+    let most = world.report(0.0, &[]).sheets.iter().map(|s| s.contact_work.most).max();
+    assert!(most.is_some_and(|most| (1..2500).contains(&most)), "{most:?}");
 }
 
 #[test]

@@ -32,6 +32,9 @@ pub(crate) struct BodyOver {
     /// Its number in the world's own list, where it is one of those.
     pub own: Option<u32>,
     pub asleep: bool,
+    /// Distance of its furthest point from its centre of mass, and its radius if it is a ball, m; of the world's own.
+    pub extent: f64,
+    pub ball: Option<f64>,
 }
 
 impl BodyOver {
@@ -64,7 +67,8 @@ impl Surroundings {
             for index in 0..rigid.bodies().len() {
                 let (Some(start), Some(end)) = (rigid.start(index), rigid.state(index)) else { continue };
                 let asleep = rigid.is_asleep(index);
-                self.bodies.push(BodyOver { start: *start, end: *end, own: Some(index as u32), asleep });
+                let (extent, ball) = (rigid.extent(index), rigid.radius(index));
+                self.bodies.push(BodyOver { start: *start, end: *end, own: Some(index as u32), asleep, extent, ball });
             }
         }
         let own = self.bodies.len();
@@ -124,7 +128,7 @@ fn lent(view: &RigidView, collider: &Collider, dt: f64) -> BodyOver {
         (b.linvel().as_dvec3() + spin.cross(origin - b.center_of_mass().as_dvec3()), spin)
     });
     let end = BodyState::standing(origin, rotation).with_velocity(velocity, spin);
-    BodyOver { start: end.fly(-dt, DVec3::ZERO), end, own: None, asleep: false }
+    BodyOver { start: end.fly(-dt, DVec3::ZERO), end, own: None, asleep: false, extent: 0.0, ball: None }
 }
 
 /// Frame `inner` in the axes of `outer`; exactly none for two that are one but for rounding to single precision.

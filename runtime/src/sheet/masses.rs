@@ -28,11 +28,16 @@ impl Sheet {
     }
 
     /// Corners of the box around its surface, m.
-    pub(crate) fn surroundings(&mut self) -> (DVec3, DVec3) {
-        self.work.resting = None;
+    pub(crate) fn box_around(&self) -> (DVec3, DVec3) {
         let (low, high) = self.x.bounds().unwrap_or_default();
         let offset = self.contact_offset();
         (low - offset, high + offset)
+    }
+
+    /// The same, of a sheet that moves.
+    pub(crate) fn surroundings(&mut self) -> (DVec3, DVec3) {
+        self.work.resting = None;
+        self.box_around()
     }
 
     /// The same of a sheet that does not move: looked for once. One that somebody has put elsewhere is looked at again.

@@ -173,10 +173,8 @@ impl Shared<'_> {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
         for sheet in group.members.iter().map(|i| &group.sheets[*i as usize]) {
-            if let Some((low, high)) = sheet.x.bounds() {
-                let offset = sheet.contact_offset();
-                around = (around.0.min(low - offset), around.1.max(high + offset));
-            }
+            let (low, high) = sheet.box_around();
+            around = (around.0.min(low), around.1.max(high));
             travel = travel.max(sheet.travel());
         }
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());

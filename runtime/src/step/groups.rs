@@ -13,7 +13,7 @@ use super::near::{Near, NearWork, skin};
 use super::{SLEEP_SPEED, SLEEP_TIME, Stage, contain, give_up, is_still, is_unstable, size_work};
 use crate::contact::Group;
 use crate::contact::mover::Mover;
-use crate::contact::rigid::{BodyContact, BodyState, RigidWorld, Support};
+use crate::contact::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::contact::row::Side;
 use crate::contact::stage::Scratch;
 use crate::contact::stick::stick;
@@ -34,8 +34,8 @@ const STUCK: u32 = 20;
 pub(crate) struct Claim {
     pub body: usize,
     pub end: BodyState,
-    /// What it lies on there.
-    pub support: Support,
+    /// Distance of its furthest point from its centre of mass, m.
+    pub extent: f64,
     /// Whether it came to rest with its group.
     pub sleeps: bool,
 }
@@ -395,8 +395,10 @@ impl Shared<'_> {
         for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
             if let Some(own) = over.own.filter(|_| mover.gives()) {
-                let support = scratch.support_of(number as u32, movers);
-                claims.push(Claim { body: own as usize, end: mover.start, support, sleeps: false });
+                let pull = self.stage.field.gravity * self.stage.dt;
+                let resist = |radius| scratch.support_of(number as u32, movers).resist(&mover.start, radius, pull);
+                let end = over.ball.map_or(mover.start, resist);
+                claims.push(Claim { body: own as usize, end, extent: over.extent, sleeps: false });
             }
         }
     }
@@ -406,10 +408,8 @@ impl Shared<'_> {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut speed = 0.0_f64;
         for sheet in members.iter().map(|i| &sheets[*i as usize]) {
-            if let Some((low, high)) = sheet.x.bounds() {
-                let offset = sheet.contact_offset();
-                around = (around.0.min(low - offset), around.1.max(high + offset));
-            }
+            let (low, high) = sheet.box_around();
+            around = (around.0.min(low), around.1.max(high));
             speed = speed.max(sheet.max_speed());
         }
         // A body in reach may hit the sheets and so set their speed.
@@ -462,7 +462,7 @@ impl Shared<'_> {
             sheet.quiet = if held && is_still(sheet, dt) { sheet.quiet + dt } else { 0.0 };
             all &= sheet.quiet >= SLEEP_TIME;
         }
-        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.end.reach() < SLEEP_SPEED;
+        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP_SPEED;
         if !all || !claims.iter().all(slow) {
             return;
         }

@@ -35,6 +35,9 @@ const ENDS: f64 = 0.02;
 /// Cosine between normals below which a row along the one does not say what a row along the other does.
 const ALONG: f64 = 0.9;
 
+/// Fraction of the offset by which one sheet is above another that it lies over.
+const OVER: f64 = 0.8;
+
 /// Motion within a stage beyond this fraction of the offset takes features past others that were near.
 const SWIFT: f64 = 0.5;
 
@@ -164,6 +167,12 @@ impl Couple<'_> {
     pub fn cut(&self, ta: u32, tb: u32, x: impl for<'x> Fn(&SheetMotion<'x>) -> &'x Vectors) -> bool {
         let corners = |party: &Party, t: u32| party.triangle(t).masses.map(|i| x(party.sheet).get(i as usize));
         triangles_cut(corners(&self.a, ta), corners(&self.b, tb))
+    }
+
+    /// The same at the start for triangles of two sheets, the first of which is moved by `by` (m).
+    pub fn cut_when_moved(&self, ta: u32, tb: u32, by: DVec3) -> bool {
+        let corners = |party: &Party, t: u32| party.triangle(t).masses.map(|i| party.sheet.start.get(i as usize));
+        triangles_cut(corners(&self.a, ta).map(|x| x + by), corners(&self.b, tb))
     }
 
     /// Whether features of these masses are neighbours in one sheet whose triangles are of this size, m.
@@ -476,6 +485,14 @@ impl Couple<'_> {
         let both_end = edge_a.is_border() && edge_b.is_border();
         let least = INSIDE * self.limits.offset;
         let apart = gaps.into_iter().map(|gap| gap.reject_from_normalized(u)).find(|gap| gap.length() > least);
+        // Sheets that lie one over the other have rows of their masses there, and one aslant to those only contradicts them.
+        let lies_over = |gap: &DVec3| {
+            let [one, other] = facing();
+            one.sides[0].dot(other.sides[0]).abs() > ALONG && gap.dot(one.sides[0]).abs() > OVER * self.limits.offset
+        };
+        if apart.as_ref().is_some_and(lies_over) {
+            return None;
+        }
         let outward = || {
             let [one, other] = facing();
             (one.flanks[0] - other.flanks[0]).reject_from_normalized(u)

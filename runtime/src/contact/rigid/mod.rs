@@ -202,11 +202,16 @@ impl RigidWorld {
     }
 
     /// Radius (m) of body `index` if it is a ball.
-    fn radius(&self, index: usize) -> Option<f64> {
+    pub fn radius(&self, index: usize) -> Option<f64> {
         match self.bodies.get(index)?.shape {
             Shape::Ball(radius) => Some(radius),
             _ => None,
         }
+    }
+
+    /// Distance (m) of the furthest point of body `index` from its centre of mass; 0 for one that is not moved by what it meets.
+    pub fn extent(&self, index: usize) -> f64 {
+        self.motions.get(index).map_or(0.0, |motion| motion.extent)
     }
 
     /// Index of the body of that name.

@@ -9,7 +9,7 @@
 //! (Johnson, Contact Mechanics, 1985, 8.4 and 9.1; the disc of even pressure.) N is taken to be the weight m |g·n|, which is what it is
 //! where balls come to rest. A ball that rolls loses 5/7 C g, one that spins 5/3 μ A g/r.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::state::BodyState;
 
@@ -38,20 +38,26 @@ impl Support {
         self.count += 1;
     }
 
-    /// The motion `end` of a ball of radius `radius` (m) with what `dt` s on this take from its spin, in the gravity `g` (m/s²).
-    pub fn resist(&self, end: &BodyState, radius: f64, g: DVec3, dt: f64) -> BodyState {
-        let Some(normal) = self.normal.try_normalize() else { return *end };
-        let pressed = (-g.dot(normal)).max(0.0) * end.mass() * dt;
+    /// The motion of a ball of radius `radius` (m) with what this takes from its spin while gravity gives it `pull` (m/s).
+    pub fn resist(&self, ball: &BodyState, radius: f64, pull: DVec3) -> BodyState {
+        let spin = self.slowed(ball.spin(), (ball.mass(), radius, &ball.inverse_inertia()), pull);
+        ball.with_velocity(ball.velocity(), spin)
+    }
+
+    /// What this leaves of the spin (rad/s) of a ball of that mass (kg), radius (m) and I⁻¹ while gravity gives it `pull` (m/s).
+    pub fn slowed(&self, spin: DVec3, (mass, radius, inverse_inertia): (f64, f64, &DMat3), pull: DVec3) -> DVec3 {
+        let Some(normal) = self.normal.try_normalize() else { return spin };
+        let pressed = (-pull.dot(normal)).max(0.0) * mass;
         let count = f64::from(self.count);
         let (friction, ground) = (self.friction / count, self.spin / count);
-        let yields = |axis: DVec3| (end.inverse_inertia() * axis).dot(axis);
-        let spin = end.spin() - ground;
+        let yields = |axis: DVec3| (*inverse_inertia * axis).dot(axis);
+        let spin = spin - ground;
         let drilling = spin.dot(normal);
         let rolling = spin - normal * drilling;
         let brake = (2.0 / 3.0) * friction * PATCH * radius * pressed * yields(normal);
         let kept = drilling - drilling.clamp(-brake, brake);
         let slower = ROLLING * radius * pressed * yields(rolling.normalize_or_zero());
         let rolls = rolling - rolling.clamp_length_max(slower);
-        end.with_velocity(end.velocity(), ground + normal * kept + rolls)
+        ground + normal * kept + rolls
     }
 }

@@ -13,6 +13,7 @@
 use glam::{DMat3, DVec3};
 use rapier3d::prelude::*;
 
+use super::resist::Support;
 use super::state::BodyState;
 
 /// What is nearer touches, m.
@@ -182,10 +183,17 @@ impl Rolling {
         motion
     }
 
-    /// Velocities after gravity has given `pull` (m/s), of which what lies below takes back what it can.
+    /// Velocities after gravity has given `pull` (m/s), of which what lies below takes back what it can; and so it does of the spin.
     fn carried(&self, ball: &Ball, motion: (DVec3, DVec3), pull: DVec3) -> (DVec3, DVec3) {
         let below = |gap: &&Gap| ball.slip(gap, motion).dot(gap.normal) < STAYS;
-        let mut now = (motion.0 + pull, motion.1);
+        let mut support = Support::default();
+        for gap in self.touching.iter().filter(below) {
+            let wall = &self.walls[gap.wall];
+            support.add(gap.normal, wall.friction, wall.over.spin());
+        }
+        // Before friction, which so sees to it that what rolls goes on rolling.
+        let spin = support.slowed(motion.1, (ball.mass, ball.radius, &ball.inverse_inertia), pull);
+        let mut now = (motion.0 + pull, spin);
         let mut held = [(0.0, DVec3::ZERO); 8];
         for _ in 0..PASSES {
             for (gap, (push, friction)) in self.touching.iter().filter(below).zip(&mut held) {

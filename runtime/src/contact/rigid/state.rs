@@ -191,12 +191,6 @@ impl BodyState {
         DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
     }
 
-    /// A length beyond which nothing of a body of common shape is from the centre of mass: twice its largest radius of gyration, m; 0 for a body
-    /// that is not pushed.
-    pub fn reach(&self) -> f64 {
-        if self.gives() { 2.0 * (self.spread.principal.max_element() / self.spread.mass).sqrt() } else { 0.0 }
-    }
-
     /// Momentum m v, kg m/s; zero for a body that is not pushed.
     pub fn momentum(&self) -> DVec3 {
         if self.gives() { self.velocity * self.spread.mass } else { DVec3::ZERO }

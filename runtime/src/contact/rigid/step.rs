@@ -148,10 +148,11 @@ impl RigidWorld {
             None => {
                 let strikes = push && alone && part <= dt * parts::STRIKE;
                 let bounced = if strikes { self.bounced(index, part, g) } else { None };
-                (bounced.or_else(|| self.moved(index, part, g, push)).unwrap_or(flown), push)
+                let end = bounced.or_else(|| self.moved(index, part, g, push)).unwrap_or(flown);
+                let ball = self.radius(index).filter(|_| push);
+                (ball.map_or(end, |radius| self.support_of(index).resist(&end, radius, g * part)), push)
             }
         };
-        let end = if pushed { self.resisted(index, &end, &self.support_of(index), g, part) } else { end };
         let motion = &mut self.motions[index];
         motion.pushed |= pushed;
         motion.end = end;
@@ -328,11 +329,6 @@ impl RigidWorld {
             lies |= c.distance < self.reach_of_rest();
         }
         all_still && lies
-    }
-
-    /// The motion `end` of body `index` with what `support` takes from it in `dt` s, in the gravity `g` (m/s²).
-    pub(crate) fn resisted(&self, index: usize, end: &BodyState, support: &Support, g: DVec3, dt: f64) -> BodyState {
-        self.radius(index).map_or(*end, |radius| support.resist(end, radius, g, dt))
     }
 
     /// Says where body `index`, which moves freely, really is at the end of the step; sheets have pushed it. Of other bodies

@@ -252,3 +252,24 @@ fn borders_that_meet_near_an_end_meet_along_their_own_normal() {
     let holds = |row: &&Contact| is_edge(&row.a) && is_edge(&row.b) && row.normal.y.abs() > 0.99;
     assert!(found.iter().any(|row| holds(&row)), "{found:#?}");
 }
+
+/// Cards of a pack lie over one another with their borders nearly side by side: their masses hold them, and no row of the borders is aslant.
+#[test]
+fn borders_of_cards_that_lie_one_over_the_other_are_not_met_aslant() {
+    let card = |yaw: f64, at: DVec3| {
+        let mut v = Vectors::default();
+        for (x, z) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            v.push(at + DQuat::from_rotation_y(yaw) * DVec3::new(0.044 * x, 0.0, 0.0315 * z));
+        }
+        v
+    };
+    let lower = card(0.0, DVec3::ZERO);
+    for aside in [DVec3::ZERO, DVec3::new(4e-4, 0.0, -3e-4), DVec3::new(-2e-3, 0.0, 1e-3)] {
+        let upper = card(0.03, aside + DVec3::Y * (2.0 * HALF + 1e-6));
+        let end = shifted(&upper, DVec3::Y * -1e-4);
+        let (under, over) = (skin(2, &lower), skin(2, &upper));
+        let found = rows(&[moved(0, &under, &lower, &lower), moved(1, &over, &upper, &end)], &[]);
+        let mut edges = found.iter().filter(|row| is_edge(&row.a) && is_edge(&row.b));
+        assert!(!found.is_empty() && edges.all(|row| row.normal.y.abs() > 0.999), "{found:#?}");
+    }
+}
