@@ -62,6 +62,11 @@ pub trait Engine: Send + Sync {
         None
     }
 
+    /// What [`EngineInfo::drift`] is in the next step, of `dt` s, where that depends on the steps before.
+    fn drift(&self, _dt: f64) -> Option<f64> {
+        None
+    }
+
     /// Sets the position error (m) an adaptive scheme may make in a step; others ignore it.
     fn set_tolerance(&mut self, _tolerance: f64) {}
 

@@ -99,6 +99,11 @@ impl Sheet {
         self.engine.staged().map_or(0, |s| s.stages())
     }
 
+    /// Weight θ of an acceleration in the displacement of a step of `dt` s, as its engine has it: see [`crate::engine::EngineInfo::drift`].
+    pub(crate) fn drift(&self, dt: f64) -> f64 {
+        self.engine.drift(dt).unwrap_or(self.engine_kind.info().drift)
+    }
+
     /// Begins stage `k` of a step of `dt` s.
     pub(crate) fn prepare_stage(&mut self, field: Field, k: usize, dt: f64) {
         self.with_scheme(field, |problem, scheme, stage, (x, v)| {
