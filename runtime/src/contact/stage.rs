@@ -335,7 +335,10 @@ impl Scratch {
             let Side::Sheet { sheet, point } = &c.a else { return false };
             let sheet = group.sheet(*sheet);
             // Of a mass in a surface: corners and edges can be far behind one another's planes and yet apart.
-            gap(group, c, At::Start) < -BURIED * sheet.spread
+            let depth = -gap(group, c, At::Start);
+            // What a body passes is behind its far side at the start, and not any more once it has gone by.
+            depth > BURIED * sheet.spread
+                && -gap(group, c, At::Free) > 0.5 * depth
                 && is_of_surface(&c.key)
                 && point.terms().all(|(i, _)| !sheet.is_held(i as usize))
         };

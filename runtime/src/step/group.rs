@@ -6,7 +6,7 @@
 
 use super::energy::{Energies, Verdict, WITHIN, stay};
 use super::stiff::{go_on, is_loose};
-use super::{SLEEP_SPEED, SLEEP_TIME, is_unstable};
+use super::{SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::found::Found;
 use crate::contact::places::{At, gap};
@@ -24,8 +24,9 @@ const HALVINGS_FOLDED: u32 = 4;
 const HALVINGS_TOGETHER: u32 = 4;
 
 /// Steps on end from which a sheet may be brought back that contact throws about beyond all measure: it may lie otherwise when what
-/// it touches has moved on. One that by then has come to rest there sleeps, held by contacts that contradict one another.
+/// it touches has moved on. One that by then is slower than this (m/s) sleeps there, held by contacts that contradict one another.
 const STRAYS: u32 = 10;
+const ALL_BUT_STILL: f64 = 1e-2;
 
 /// Overlap that a body may add to that with a sheet which stays where it was, m: what contact leaves in any case.
 const GONE_IN: f64 = 2e-5;
@@ -159,7 +160,7 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, p
         return;
     }
     group.each(|sheet| sheet.put_back());
-    let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < SLEEP_SPEED);
+    let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < ALL_BUT_STILL);
     if slow && !scratch.found.contacts.is_empty() {
         stay(group);
         group.each(|sheet| (sheet.work.stage.failed, sheet.quiet) = (false, SLEEP_TIME));

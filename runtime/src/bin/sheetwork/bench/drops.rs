@@ -7,6 +7,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::InputError;
+use sheetwork::engine::EngineKind;
 use sheetwork::measure::drops::{Drop, throw};
 
 use super::shard;
@@ -26,6 +27,9 @@ pub struct Drops {
     /// Draw number to begin with.
     #[arg(long, default_value = "0")]
     first: u64,
+    /// Engine, an implicit one.
+    #[arg(long, default_value = "tr-bdf2")]
+    engine: EngineKind,
     /// Folder for drops.csv, or drops-I-of-N.csv.
     #[arg(long, default_value = "sheetwork-out/drops")]
     out: PathBuf,
@@ -41,7 +45,7 @@ impl Drops {
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
         let mut drops = Vec::with_capacity(mine.len());
         for index in mine {
-            drops.push(throw(self.seed, index)?);
+            drops.push(throw(self.seed, index, self.engine)?);
             bar.inc(1);
         }
         bar.finish_and_clear();
