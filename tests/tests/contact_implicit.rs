@@ -10,7 +10,7 @@ use sheetwork::measure::overlap::between;
 use sheetwork::measure::{Setup, measure};
 use sheetwork::scene::{Material, Scene};
 use sheetwork::sheet::Status;
-use sheetwork_tests::{shipped, world};
+use sheetwork_tests::{shipped, world, world_of};
 
 /// Energy may rise by this over its start, relative to what the situation brings: rounding.
 const ENERGY: f64 = 1e-9;
@@ -154,6 +154,21 @@ fn a_sliding_sheet_stops_after_v_squared_over_two_mu_g() {
         println!("{speed} m/s, μ {friction}: {got:.6} against {wanted:.6} m");
         assert!((got / wanted - 1.0).abs() < 0.005, "{speed}, {friction}: {found}");
     }
+}
+
+/// Rows of the masses below with the border above would stop it at every line of the mesh.
+#[test]
+fn a_card_glides_over_another_as_over_a_plane() {
+    let mut world = world_of(
+        r#"(engine: "tr-bdf2", dt: 0.0166666666666667, contact: (friction: 0, restitution: 0),
+        sheets: [(name: "under", structure: "shell", grid: (13, 1, 9), size: (0.3, 0.2), material: "card", pins: [(region: All)]),
+            (name: "over", structure: "shell", grid: (9, 1, 7), size: (0.1, 0.07), material: "card", velocity: (0.3, 0, 0),
+                placement: (position: (-0.09, 0.0006, 0.003), rotation: (0, 12, 0)))])"#,
+    );
+    let start = world.sheets()[1].centre_of_mass();
+    world.advance(0.5);
+    let gone = world.sheets()[1].centre_of_mass() - start;
+    assert!((gone.x / 0.15 - 1.0).abs() < 0.01 && gone.z.abs() < 1e-3, "{gone} for 0.15 m");
 }
 
 #[test]

@@ -4,11 +4,12 @@
 //!
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
-use super::energy::{Energies, Verdict, WITHIN, stay};
+use super::energy::{Energies, KEPT, Verdict, WITHIN, stay};
 use super::stiff::{go_on, is_loose};
 use super::{SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::found::Found;
+use crate::contact::mover::Mover;
 use crate::contact::places::{At, gap};
 use crate::contact::rounds::{Look, Margins, Rounds, solve_rounds};
 use crate::contact::row::Contact;
@@ -30,6 +31,9 @@ const ALL_BUT_STILL: f64 = 1e-2;
 
 /// Overlap that a body may add to that with a sheet which stays where it was, m: what contact leaves in any case.
 const GONE_IN: f64 = 2e-5;
+
+/// What contact may lift a body by in a part that is given up, m.
+const LIFTS: f64 = 1e-6;
 
 /// Overlap up to which a sheet may have come into a body where it was solved for as if there were none, m: what contact lets pass.
 const UNSEEN: f64 = 6e-5;
@@ -123,17 +127,26 @@ fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     scratch.note_given_up();
     if !go_on(group, scratch, finder, part) {
         stay(group);
-        keep_out(group, scratch, finder);
+        keep_out(group, scratch, finder, part);
     }
 }
 
 /// Has bodies that give way stay where they were, too, where going on has taken one of them into a sheet that stays: they went as the
-/// sheets would have let them had they moved. They keep the speeds they have come to.
-fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find) {
+/// sheets would have let them had they moved. They keep the speeds they have come to; but where a solve that did not settle has given them
+/// energy from nowhere they stay as the sheets do.
+fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     if !group.movers.iter().any(|m| m.gives()) {
         return;
     }
     scratch.swap_kept(&mut group.movers);
+    if gains(group, &scratch.kept_movers, &part.field) {
+        for (mover, went) in group.movers.iter_mut().zip(&scratch.kept_movers) {
+            let (v, w) = (mover.start.velocity() * KEPT, mover.start.spin() * KEPT);
+            mover.start = if mover.gives() { mover.start.with_velocity(v, w) } else { went.start };
+            mover.begin(mover.start);
+        }
+        return;
+    }
     for (mover, went) in group.movers.iter_mut().zip(&scratch.kept_movers) {
         if !mover.gives() {
             mover.start = went.start;
@@ -151,6 +164,21 @@ fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find) {
     }
 }
 
+/// Whether the bodies of `group` that `went` on have more energy than they, and the sheets, which now stay, could have given them.
+fn gains(group: &Group, went: &[Mover], field: &Field) -> bool {
+    let sheets = group.members.iter().map(|i| group.sheets[*i as usize].energy(field.gravity));
+    // Sheets that stay have lost part of their speed.
+    let mut had: f64 = sheets.map(|energy| energy.kinetic / (KEPT * KEPT) + energy.elastic).sum();
+    let mut have = 0.0;
+    for (mover, went) in group.movers.iter().zip(went).filter(|(mover, _)| mover.gives()) {
+        had += mover.start.kinetic_energy() + mover.start.gravity_energy(field.gravity);
+        have += went.start.kinetic_energy() + went.start.gravity_energy(field.gravity);
+        // Of a body that is all but still: what contact is accurate to.
+        had += mover.start.mass() * LIFTS * field.gravity.length();
+    }
+    have > had || have.is_nan()
+}
+
 /// Gives the part up in which a sheet was thrown about beyond all measure, unless it has been for too many steps on end.
 fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     scratch.strays += u32::from(!std::mem::replace(&mut scratch.strayed, true));
@@ -160,6 +188,7 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, p
         return;
     }
     group.each(|sheet| sheet.put_back());
+    scratch.put_back(&mut group.movers);
     let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < ALL_BUT_STILL);
     if slow && !scratch.found.contacts.is_empty() {
         stay(group);

@@ -259,7 +259,7 @@ impl Couple<'_> {
         if gap.length() > self.limits.near() {
             return afar();
         }
-        let near = self.point_nearby((base, gap, w), (on, q, b), (start, end), (s, e));
+        let near = self.point_nearby((of, mass), (base, gap, w), (on, q, b), (start, end), (s, e));
         near.or_else(|| if self.is_swift() { afar() } else { None })
     }
 
@@ -272,6 +272,7 @@ impl Couple<'_> {
     /// The same of a point that is near at the base: at `base`, with `gap` from where weights `w` are of the triangle at `b`.
     fn point_nearby(
         &self,
+        (of, mass): (&Party, u32),
         (base, gap, w): (DVec3, DVec3, [f64; 3]),
         (on, q, b): (&Party, &SkinTriangle, [DVec3; 3]),
         (start, end): (DVec3, DVec3),
@@ -298,6 +299,11 @@ impl Couple<'_> {
             return None;
         }
         let direction = gap.normalize_or_zero();
+        // Of a mass within a sheet the surface around it says along what it can be met: a row aslant to that would stop what slides over it.
+        let is_within = !of.sheet.skin.on_border(mass);
+        if is_within && direction.dot(of.tree.mass_normal(mass as usize)).abs() < ALONG {
+            return None;
+        }
         let w_end = point_triangle(end, e);
         let last = (end - at(e, w_end)).normalize_or_zero();
         let w = if last.dot(direction) > 0.8 { w_end } else { w };
