@@ -348,6 +348,15 @@ impl Find for Near<'_> {
         self.join(group, found);
     }
 
+    fn spin(&self, group: &Group) -> f64 {
+        let spin = |part: u32| {
+            let of = self.surroundings.parts.get(self.work.part(part)? as usize)?;
+            let mover = group.movers.get(*self.work.of_part.get(part as usize)? as usize)?;
+            (mover.gives() && of.features.has_corners()).then(|| mover.start.spin().length())
+        };
+        self.work.finder.near_bodies().filter_map(spin).fold(0.0, f64::max)
+    }
+
     fn end_stage(&mut self, group: &mut Group) {
         group.movers.iter_mut().for_each(|mover| mover.start = mover.end());
     }

@@ -65,6 +65,11 @@ impl Features {
     pub fn solids(&self) -> &[(u32, Solid)] {
         &self.solids
     }
+
+    /// Whether it has corners and edges, which a ball or a half space has not.
+    pub fn has_corners(&self) -> bool {
+        self.solids.iter().any(|(_, solid)| matches!(solid, Solid::Mesh(_)))
+    }
 }
 
 impl Solid {

@@ -275,6 +275,11 @@ impl Finder {
         self.near.is_empty() && self.between.near.is_empty() && !self.folds()
     }
 
+    /// Bodies that may meet a sheet in this step, by their place in the problem of its beginning; one may come up several times.
+    pub fn near_bodies(&self) -> impl Iterator<Item = u32> {
+        self.near.iter().map(|(_, body)| *body)
+    }
+
     /// Whether some sheet is folded enough to meet itself in this step.
     pub fn folds(&self) -> bool {
         !self.trees.iter().all(|t| t.looks_flat() || self.passes_over(t))
