@@ -25,6 +25,8 @@ const OF_DEPTH: f64 = 5e-5;
 /// The same of several sheets, and the most that it makes of it, m.
 const OF_DEPTH_TOGETHER: f64 = 1e-2;
 const COARSEST: f64 = 1e-5;
+/// So many sheets are few.
+const FEW: usize = 4;
 /// Times that contacts are chosen.
 const GROWING: u32 = 2;
 /// Rows that one thread makes at a time.
@@ -181,7 +183,7 @@ impl Scratch {
 
     /// How accurate a solve for `sheets` sheets is to be: what would go in deeply need not be put apart as finely.
     pub(super) fn accuracy(&self, rough: bool, sheets: usize) -> Accuracy {
-        let accuracy = accuracy(rough, sheets);
+        let accuracy = accuracy(rough, sheets, self.deepest == 0);
         let deepest = self.gaps.free.iter().fold(0.0_f64, |deepest, gap| deepest.max(-gap));
         let room = if sheets > 1 { (OF_DEPTH_TOGETHER * deepest).min(COARSEST) } else { OF_DEPTH * deepest };
         Accuracy { gap: accuracy.gap.max(room), ..accuracy }
@@ -309,11 +311,13 @@ impl Scratch {
     }
 }
 
-/// How accurate a solve for `sheets` sheets is to be in any case.
-fn accuracy(rough: bool, sheets: usize) -> Accuracy {
+/// How accurate a solve for `sheets` sheets is to be in any case; `calm` where the step has not been halved.
+fn accuracy(rough: bool, sheets: usize, calm: bool) -> Accuracy {
     match rough {
         true if sheets > 1 => Accuracy::ROUGH_TOGETHER,
         true => Accuracy::ROUGH,
+        false if sheets > 1 && calm && sheets <= FEW => Accuracy::TOGETHER_FEW,
+        false if sheets > 1 && calm => Accuracy::TOGETHER_CALM,
         false if sheets > 1 => Accuracy::TOGETHER,
         false => Accuracy::FINE,
     }

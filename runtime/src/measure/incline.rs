@@ -1,6 +1,6 @@
 //! A sheet laid on an incline of angle φ with friction μ: it stays while tan φ <= μ, else a = g (sin φ - μ cos φ).
 //!
-//! It is laid at the distance at which it touches, at rest. The acceleration is the slope of a least-squares line through the
+//! It is laid at the distance at which it touches, at rest, on a plane or on a sheet that is held. The acceleration is the slope of a least-squares line through the
 //! velocity of the centre of mass, itself taken from where the centre went; creep is the speed of the bottom layer over the last half
 //! of the time, and again once it sleeps.
 
@@ -8,7 +8,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::watch::{self, Watch};
-use super::{Case, Outcome, Runner, Setup, plane};
+use super::{Case, Outcome, Runner, Setup, ground};
 use crate::World;
 use crate::error::InputError;
 use crate::lattice::Layer;
@@ -46,18 +46,21 @@ impl Times {
         let layered = setup.structure.info().layers.1 > 1 || !implicit;
         Self { settling: if layered { explicit } else { 0.0 }, before: half, measured: half }
     }
+
+    /// How far a sheet slides in them, m.
+    fn way(&self, setup: &Setup) -> f64 {
+        0.5 * expected(setup) * (self.before + self.measured).powi(2)
+    }
 }
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
     let tilt = Placement { position: DVec3::ZERO, rotation: DVec3::new(0.0, 0.0, -setup.angle) };
-    let normal = tilt.quaternion() * DVec3::Y;
     let down = tilt.quaternion() * DVec3::X;
-    scene.bodies.push(plane("incline", tilt));
-    scene.sheets[0].placement = Placement { position: normal * setup.half_thickness()?, ..tilt };
+    let times = Times::of(setup, setup.world(&scene)?.dt());
+    ground::lay(setup, &mut scene, tilt, times.way(setup))?;
     let mut runner = Runner::new(setup.world(&scene)?);
     let mut watch = Watch::new(&runner.world);
-    let times = Times::of(setup, runner.world.dt());
     let mut see = |world: &World| {
         watch.see(world);
         true

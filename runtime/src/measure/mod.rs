@@ -22,6 +22,7 @@ mod energy;
 mod fold;
 mod free_fall;
 mod frequency;
+mod ground;
 mod harmonic;
 mod hole;
 mod impact;

@@ -83,6 +83,8 @@ pub struct Setup {
     pub corner: bool,
     /// Land with the surface on the ridge of a wedge and not with an edge on the floor.
     pub edge_of_body: bool,
+    /// Lie and slide on a sheet that is held everywhere and not on a plane.
+    pub on_sheet: bool,
     /// How often to halve the step and measure again, 0 to 6.
     pub refine: u32,
     /// Threads that step several sheets, 1 to 256.
@@ -175,6 +177,7 @@ impl Default for Setup {
             sheets: 5,
             corner: false,
             edge_of_body: false,
+            on_sheet: false,
             refine: 0,
             threads: 1,
             thermal: Thermal::default(),

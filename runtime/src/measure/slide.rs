@@ -1,10 +1,10 @@
-//! A sheet sliding on a floor with friction μ from speed v stops after d = v²/(2 μ g).
+//! A sheet sliding on a floor, or on a sheet that is held, with friction μ from speed v stops after d = v²/(2 μ g).
 
 use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::watch::{self, Watch};
-use super::{Case, Outcome, Runner, Setup, plane};
+use super::{Case, Outcome, Runner, Setup, ground};
 use crate::error::InputError;
 use crate::scene::Placement;
 
@@ -16,13 +16,13 @@ const STOPPED: f64 = 1e-4;
 
 fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = setup.scene();
-    scene.bodies.push(plane("floor", Placement::default()));
-    scene.sheets[0].placement.position = DVec3::new(0.0, setup.half_thickness()?, 0.0);
+    let deceleration = setup.friction * setup.gravity;
+    let expected = (deceleration > 0.0).then(|| setup.speed * setup.speed / (2.0 * deceleration));
+    ground::lay(setup, &mut scene, Placement::default(), expected.unwrap_or(setup.speed))?;
     scene.sheets[0].velocity = DVec3::new(setup.speed, 0.0, 0.0);
     let mut runner = Runner::new(setup.world(&scene)?);
     let mut watch = Watch::new(&runner.world);
     let start = runner.world.sheets()[0].centre_of_mass().x;
-    let deceleration = setup.friction * setup.gravity;
     let time = if deceleration > 0.0 { setup.speed / deceleration } else { 1.0 };
     let mut stopped = false;
     runner.run((1.2 * time + 2.0 * runner.world.dt()).min(100.0), |world| {
@@ -32,7 +32,6 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
         !stopped
     });
     let distance = runner.world.sheets()[0].centre_of_mass().x - start;
-    let expected = (deceleration > 0.0).then(|| setup.speed * setup.speed / (2.0 * deceleration));
     let scale = watch::energy_of_speed(&runner.world, setup.speed);
     let mut keys = watch.keys(&runner.world, scale);
     if let Value::Object(own) = json!({

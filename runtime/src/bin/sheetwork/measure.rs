@@ -113,6 +113,9 @@ pub struct Measure {
     /// Land with the surface on a wedge's ridge, with --corner on a needle's tip (edge-landing).
     #[arg(long)]
     edge_of_body: bool,
+    /// Lie on a sheet that is held everywhere and not on a plane (incline, slide).
+    #[arg(long)]
+    on_sheet: bool,
     /// Halve the step so often and measure the rebound again (edge-landing).
     #[arg(long, default_value = "0")]
     refine: u32,
@@ -229,6 +232,7 @@ impl Measure {
             sheets: self.sheets,
             corner: self.corner,
             edge_of_body: self.edge_of_body,
+            on_sheet: self.on_sheet,
             refine: self.refine,
             threads: self.threads,
             thermal: self.heat.thermal(),

@@ -298,11 +298,15 @@ impl Couple<'_> {
         if gap.length() < 0.1 * self.limits.offset || !self.ends_here(on, q, w, gap) {
             return None;
         }
-        let direction = gap.normalize_or_zero();
-        // Of a mass within a sheet the surface around it says along what it can be met: a row aslant to that would stop what slides over it.
-        let is_within = !of.sheet.skin.on_border(mass);
-        if is_within && direction.dot(of.tree.mass_normal(mass as usize)).abs() < ALONG {
-            return None;
+        let mut direction = gap.normalize_or_zero();
+        // Of a mass within a sheet the surface around it says along what it is met: a row aslant to that would stop what slides over it.
+        if !of.sheet.skin.on_border(mass) {
+            let across = of.tree.mass_normal(mass as usize);
+            let cosine = direction.dot(across);
+            if cosine.abs() < ALONG {
+                return None;
+            }
+            direction = across * cosine.signum();
         }
         let w_end = point_triangle(end, e);
         let last = (end - at(e, w_end)).normalize_or_zero();
