@@ -115,7 +115,8 @@ impl Found {
             (Side::Sheet { sheet, point }, Side::Sheet { sheet: also, point: there }) => {
                 sheet == also && point.terms().any(|(i, _)| there.terms().any(|(j, _)| i == j))
             }
-            (Side::Body { body, .. }, Side::Body { body: also, .. }) => stands(*body) && stands(*also),
+            // Of one body the two are of its two sides, and no motion of it helps either.
+            (Side::Body { body, .. }, Side::Body { body: also, .. }) => body == also || stands(*body) && stands(*also),
             _ => false,
         };
         let opposes = |one: &Contact, other: &Contact| {
