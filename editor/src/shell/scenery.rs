@@ -28,6 +28,9 @@ const SHEET_COLOURS: [(f32, f32, f32); 6] = [
     (0.72, 0.22, 0.42),
 ];
 
+/// How dark the sheets of one material are in turn, of 1: those that lie on one another can be told apart.
+const SHADES: [f32; 4] = [1.0, 0.80, 0.90, 0.70];
+
 /// Everything that belongs to a world hangs on this; it carries the scale and how far aside the world is shown. `0` says which of those that are
 /// compared.
 #[derive(Component)]
@@ -133,8 +136,10 @@ pub fn mix_paints(
         heater: materials.add(matt(Color::srgb(0.42, 0.43, 0.45))),
         coloured: materials.add(StandardMaterial { reflectance: 0.35, ..sheet.clone() }),
         sheets: SHEET_COLOURS
-            .map(|(r, g, b)| materials.add(StandardMaterial { base_color: Color::srgb(r, g, b), ..sheet.clone() }))
-            .to_vec(),
+            .iter()
+            .flat_map(|(r, g, b)| SHADES.map(|shade| Color::srgb(r * shade, g * shade, b * shade)))
+            .map(|base_color| materials.add(StandardMaterial { base_color, ..sheet.clone() }))
+            .collect(),
         dot: materials.add(glowing(Color::srgb(0.16, 0.18, 0.22))),
         touching: materials.add(glowing(Color::srgb(1.0, 0.80, 0.15))),
         round: meshes.add(shapes::dot()),
@@ -251,17 +256,22 @@ fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display)
     Some((SheetPart { world, index, surface, triangles, clearing, layer, smooth, opening, coloured, values }, mesh))
 }
 
-/// What sheet `index` is painted with: white for colours of its own, else a colour for each material of the scene.
+/// What sheet `index` is painted with: white for colours of its own, else a colour for each material of the scene, in the shades of which its
+/// sheets take turns.
 fn paint_of(paints: &Paints, session: &Session, index: usize, coloured: bool) -> Handle<StandardMaterial> {
+    // Materials, and how many sheets of each there are so far.
     let mut kinds = Vec::new();
     let numbers = session.scene().sheets.iter().map(|spec| {
-        kinds.iter().position(|kind| *kind == &spec.material).unwrap_or_else(|| {
-            kinds.push(&spec.material);
+        let number = kinds.iter().position(|(kind, _)| *kind == &spec.material).unwrap_or_else(|| {
+            kinds.push((&spec.material, 0));
             kinds.len() - 1
-        })
+        });
+        kinds[number].1 += 1;
+        (number, kinds[number].1 - 1)
     });
-    let number = numbers.take(index + 1).last().unwrap_or(0);
-    let paint = if coloured { Some(&paints.coloured) } else { paints.sheets.get(number % SHEET_COLOURS.len()) };
+    let (number, before) = numbers.take(index + 1).last().unwrap_or_default();
+    let shade = SHADES.len() * (number % SHEET_COLOURS.len()) + before % SHADES.len();
+    let paint = if coloured { Some(&paints.coloured) } else { paints.sheets.get(shade) };
     paint.cloned().unwrap_or_default()
 }
 
