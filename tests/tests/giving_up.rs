@@ -91,7 +91,7 @@ fn no_free_body_goes_through_a_free_foil_and_their_momentum_is_kept() {
 
 #[test]
 fn it_is_told_that_contact_is_given_up() {
-    let mut world = struck("Ball(0.02)", 20.0);
+    let mut world = struck("Ball(0.004)", 20.0);
     (0..STEPS).for_each(|_| world.step());
     let parts = world.sheets()[0].contact_counters().given_up;
     assert!(parts > 0, "this is to be too much for contact");
@@ -155,8 +155,8 @@ fn sheets_put_through_one_another_pass_until_they_are_apart() {
     assert_eq!(told(&world, EventKind::Crossing), 4);
 }
 
-/// A pyramid that falls on paper on the floor, and on paper that is held around: it comes to lie so that no step is short enough, and once shot
-/// off at hundreds of metres a second.
+/// A pyramid that falls on a sheet on the floor, and on one that is held around: no step was short enough for how it came to lie, and it shot off at
+/// hundreds of metres a second. For two that fly in none is still.
 #[test]
 fn what_contact_is_given_up_for_gives_no_body_energy() {
     let pyramid = |half: f64| {
@@ -167,22 +167,24 @@ fn what_contact_is_given_up_for_gives_no_body_energy() {
         )
     };
     let cases = [
-        (0.008, "(0.0148, 0.3, -0.0239)", "(212.6, 278.7, 138.1)", "", 27),
-        (0.004, "(0.011, 0.1, 0.007)", "(172, 10, 4)", "(region: Border)", 20),
+        (0.008, "paper", "(0.0148, 0.3, -0.0239)", "(212.6, 278.7, 138.1)", 0.0, 0.0006, 27),
+        (0.004, "paper", "(0.011, 0.1, 0.007)", "(172, 10, 4)", 0.0, 0.0, 20),
+        (0.004, "paper", "(-0.017, 0.1852, 0.0373)", "(14.8, 161.8, 127.2)", 12.5, 0.05, 30),
+        (0.004, "aluminium-foil", "(0.0193, 0.1454, 0.0072)", "(88.2, 50.2, 36.9)", 2.4, 0.05, 30),
     ];
     let mut given_up = 0;
-    for (half, position, rotation, pins, steps) in cases {
-        let height = if pins.is_empty() { 0.0006 } else { 0.0 };
-        let room = if pins.is_empty() {
+    for (half, material, position, rotation, speed, height, steps) in cases {
+        let pins = if height == 0.0006 { "" } else { "(region: Border)" };
+        let room = if height > 0.0 {
             "room: (x: (-0.4, 0.4), y: (0, 0.4), z: (-0.3, 0.3), grid: 0.02, back_wall: false),"
         } else {
             ""
         };
         let mut world = world_of(&format!(
             r#"(engine: "tr-bdf2", dt: 0.0166666666666667, contact: (friction: 0.3, restitution: 0.1), {room}
-            sheets: [(name: "s", structure: "shell", grid: (15, 1, 15), size: (0.2, 0.2), material: "paper", pins: [{pins}],
+            sheets: [(name: "s", structure: "shell", grid: (15, 1, 15), size: (0.2, 0.2), material: "{material}", pins: [{pins}],
                 placement: (position: (0, {height}, 0)))],
-            bodies: [(name: "b", shape: {}, mass: 0.004, placement: (position: {position}, rotation: {rotation}))])"#,
+            bodies: [(name: "b", shape: {}, mass: 0.004, velocity: (0, -{speed:?}, 0), placement: (position: {position}, rotation: {rotation}))])"#,
             pyramid(half)
         ));
         let start = world.energy().total;

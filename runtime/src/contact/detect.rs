@@ -5,9 +5,12 @@
 //! `clearance`) are taken into its frame, met with its shape (`target`) and turned back (`response`). Impacts are then
 //! shared between layers (`through_thickness`), and masses that met two bodies are freed of both.
 
+use std::f64::consts::TAU;
+
 use glam::DVec3;
 use rapier3d::math::Real;
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
+use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody};
 
 use super::SKIN;
@@ -260,12 +263,61 @@ pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
     for (_, collider) in view.query().intersect_aabb_conservative(Aabb::new(low.as_vec3(), high.as_vec3())) {
         let frame = Frame::of(collider.position());
         for p in sheet.x.iter() {
+            let local = frame.local(p);
             // Of Parry's projections this is the one that knows the inside of an oriented mesh.
-            let (projection, _) = collider.shape().project_local_point_and_get_feature(frame.local(p));
-            if projection.is_inside {
-                deepest = deepest.max(frame.world(projection.point).distance(p));
+            let (projection, _) = collider.shape().project_local_point_and_get_feature(local);
+            let depth = frame.world(projection.point).distance(p);
+            if projection.is_inside && depth > deepest && is_within(collider.shape(), local.as_dvec3()) {
+                deepest = depth;
             }
         }
     }
     deepest
+}
+
+/// Whether `p` is within a solid whose projections say so: a polyhedron is to wind around it, which is that the solid angles of its triangles seen
+/// from there add up to 4π, and from outside to nothing. By itself Parry takes what is near a sharp corner to be inside where it is not.
+/// (Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983.)
+fn is_within(shape: &dyn Shape, p: DVec3) -> bool {
+    let (vertices, triangles) = match shape.as_typed_shape() {
+        TypedShape::TriMesh(mesh) => (mesh.vertices().to_vec(), mesh.indices().to_vec()),
+        TypedShape::ConvexPolyhedron(solid) => solid.to_trimesh(),
+        _ => return true,
+    };
+    let angle = |triangle: &[u32; 3]| {
+        let [a, b, c] = triangle.map(|i| vertices[i as usize].as_dvec3() - p);
+        let (x, y, z) = (a.length(), b.length(), c.length());
+        let volume = a.dot(b.cross(c));
+        2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y)
+    };
+    triangles.iter().map(angle).sum::<f64>().abs() > TAU
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::bodies::pyramid;
+    use rapier3d::prelude::{SharedShape, TriMeshFlags};
+
+    /// A slender pyramid is where projections err: what is beside its tip they may take to be within.
+    #[test]
+    fn what_is_beside_a_needles_tip_is_not_within_it() {
+        let needle = pyramid(0.016, 0.05);
+        let vertices: Vec<_> = needle.vertices.iter().map(|p| p.as_vec3()).collect();
+        let triangles = needle.triangulate();
+        let mesh = SharedShape::trimesh_with_flags(vertices.clone(), triangles.clone(), TriMeshFlags::ORIENTED);
+        let shapes = [mesh.expect("closed"), SharedShape::convex_mesh(vertices, &triangles).expect("convex")];
+        let steps = |n: i32, scale: f64| (0..=n).map(move |k| scale * (f64::from(k) + 0.37) / f64::from(n));
+        let mut within = [0, 0];
+        for (x, y, z) in steps(12, 0.024).flat_map(|x| {
+            steps(12, 0.06).flat_map(move |y| steps(12, 0.024).map(move |z| (x - 0.012, y - 0.005, z - 0.012)))
+        }) {
+            let inside = y > 0.0 && x.abs().max(z.abs()) < 0.008 * (1.0 - y / 0.05);
+            for (shape, count) in shapes.iter().zip(&mut within) {
+                assert_eq!(is_within(&*shape.0, DVec3::new(x, y, z)), inside, "({x}, {y}, {z})");
+                *count += u32::from(inside);
+            }
+        }
+        assert!(within[0] > 100, "{within:?}");
+    }
 }
