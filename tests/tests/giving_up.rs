@@ -167,14 +167,14 @@ fn what_contact_is_given_up_for_gives_no_body_energy() {
         )
     };
     let cases = [
-        (0.008, "paper", "(0.0148, 0.3, -0.0239)", "(212.6, 278.7, 138.1)", 0.0, 0.0006, 27),
-        (0.004, "paper", "(0.011, 0.1, 0.007)", "(172, 10, 4)", 0.0, 0.0, 20),
-        (0.004, "paper", "(-0.017, 0.1852, 0.0373)", "(14.8, 161.8, 127.2)", 12.5, 0.05, 30),
-        (0.004, "aluminium-foil", "(0.0193, 0.1454, 0.0072)", "(88.2, 50.2, 36.9)", 2.4, 0.05, 30),
+        (0.008, "paper", "(0.0148, 0.3, -0.0239)", "(212.6, 278.7, 138.1)", 0.0, 0.0006, false, 27),
+        (0.004, "paper", "(0.011, 0.1, 0.007)", "(172, 10, 4)", 0.0, 0.0, true, 20),
+        (0.004, "paper", "(-0.017, 0.1852, 0.0373)", "(14.8, 161.8, 127.2)", 12.5, 0.05, true, 30),
+        (0.004, "aluminium-foil", "(0.0193, 0.1454, 0.0072)", "(88.2, 50.2, 36.9)", 2.4, 0.05, true, 30),
     ];
     let mut given_up = 0;
-    for (half, material, position, rotation, speed, height, steps) in cases {
-        let pins = if height == 0.0006 { "" } else { "(region: Border)" };
+    for (half, material, position, rotation, speed, height, is_held, steps) in cases {
+        let pins = if is_held { "(region: Border)" } else { "" };
         let room = if height > 0.0 {
             "room: (x: (-0.4, 0.4), y: (0, 0.4), z: (-0.3, 0.3), grid: 0.02, back_wall: false),"
         } else {

@@ -11,7 +11,7 @@ use glam::DVec3;
 use rapier3d::math::Real;
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::{Shape, TypedShape};
-use rapier3d::prelude::{ColliderHandle, RigidBody};
+use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
 use super::SKIN;
 use super::clearance::{First, Leg};
@@ -279,18 +279,21 @@ pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
 /// from there add up to 4π, and from outside to nothing. By itself Parry takes what is near a sharp corner to be inside where it is not.
 /// (Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983.)
 fn is_within(shape: &dyn Shape, p: DVec3) -> bool {
-    let (vertices, triangles) = match shape.as_typed_shape() {
-        TypedShape::TriMesh(mesh) => (mesh.vertices().to_vec(), mesh.indices().to_vec()),
-        TypedShape::ConvexPolyhedron(solid) => solid.to_trimesh(),
-        _ => return true,
-    };
-    let angle = |triangle: &[u32; 3]| {
-        let [a, b, c] = triangle.map(|i| vertices[i as usize].as_dvec3() - p);
+    let angle = |corners: [Vector; 3]| {
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p);
         let (x, y, z) = (a.length(), b.length(), c.length());
         let volume = a.dot(b.cross(c));
         2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y)
     };
-    triangles.iter().map(angle).sum::<f64>().abs() > TAU
+    let around: f64 = match shape.as_typed_shape() {
+        TypedShape::TriMesh(mesh) => mesh.triangles().map(|t| angle([t.a, t.b, t.c])).sum(),
+        TypedShape::ConvexPolyhedron(solid) => {
+            let (vertices, triangles) = solid.to_trimesh();
+            triangles.iter().map(|t| angle(t.map(|i| vertices[i as usize]))).sum()
+        }
+        _ => return true,
+    };
+    around.abs() > TAU
 }
 
 #[cfg(test)]

@@ -93,8 +93,7 @@ pub(crate) struct Accuracy {
     pub inside: Inside,
     /// Times that the limits of friction follow the normal forces, at most.
     pub updates: u32,
-    /// Steps after which forces are found from within in any case: of one sheet that lies loosely around a needle with half of its contacts about
-    /// to slide, fewer failed where as many again would have done, and a step that is halved costs more.
+    /// Steps after which forces are found from within in any case.
     pub patience: u32,
     /// Whether to take braced steps where much changes: surer to come near, slower to get there.
     pub braced: bool,
@@ -112,6 +111,7 @@ impl Accuracy {
         balance_inside: 1e-3,
         inside: Inside::FINE,
         updates: 5,
+        // With 20 a sheet that lies loosely around a needle, half of its contacts about to slide, failed where 30 do; what is halved costs more.
         patience: 40,
         braced: false,
     };

@@ -1,5 +1,7 @@
 //! The same problems solved on the masses and on the forces: the answers must be one, and Coulomb's law.
 
+use std::ops::Range;
+
 use glam::{DMat3, DVec2, DVec3};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -19,6 +21,8 @@ struct Chain {
 }
 
 const BLOCKS: u32 = 6;
+
+type Drawn = ([f64; 6], [[f64; 3]; 6], [[f64; 3]; 5], [[f64; 3]; 5], f64);
 
 impl Chain {
     /// A mass of 1 at each block, joined to the next by a spring of stiffness `along` in its direction and a tenth across it.
@@ -147,19 +151,24 @@ fn agrees(mut chain: Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f
     Ok(())
 }
 
-#[test]
-fn masses_and_forces_give_one_answer_and_coulombs_law() {
+/// Draws of springs and their directions, of normals, gaps and friction: the same every time.
+fn draws(friction: Range<f64>) -> (TestRunner, impl Strategy<Value = Drawn>) {
     let config = ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() };
-    // The same draws every time.
-    let mut runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
+    let runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
     let vector = || prop::array::uniform3(-1.0..1.0_f64);
-    let draws = (
+    let drawn = (
         prop::array::uniform6(1.0..100.0_f64),
         prop::array::uniform6(vector()),
         prop::array::uniform5(vector()),
         prop::array::uniform5(vector()),
-        0.0..0.4_f64,
+        friction,
     );
+    (runner, drawn)
+}
+
+#[test]
+fn masses_and_forces_give_one_answer_and_coulombs_law() {
+    let (mut runner, draws) = draws(0.0..0.4);
     let done = runner.run(&draws, |(along, directions, normals, gaps, friction)| {
         agrees(Chain::new(along, directions), &normals, &gaps, friction)
     });
@@ -169,16 +178,7 @@ fn masses_and_forces_give_one_answer_and_coulombs_law() {
 /// With friction as high as this, limits that follow the normal forces all the way overshoot in a part of the problems, and do not settle.
 #[test]
 fn limits_of_friction_that_overshoot_settle() {
-    let mut runner =
-        TestRunner::new_with_rng(ProptestConfig::default(), TestRng::deterministic_rng(RngAlgorithm::ChaCha));
-    let vector = || prop::array::uniform3(-1.0..1.0_f64);
-    let draws = (
-        prop::array::uniform6(1.0..100.0_f64),
-        prop::array::uniform6(vector()),
-        prop::array::uniform5(vector()),
-        prop::array::uniform5(vector()),
-        0.5..1.0_f64,
-    );
+    let (mut runner, draws) = draws(0.5..1.0);
     let accuracy = Accuracy { gap: 1e-10, balance: 1e-10, updates: 12, patience: 60, ..Accuracy::FINE };
     let (mut settled, mut kept) = (0, 0);
     for _ in 0..300 {
