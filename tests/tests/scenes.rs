@@ -2,6 +2,7 @@
 
 use sheetwork::World;
 use sheetwork::event::EventKind;
+use sheetwork::scene::Scene;
 use sheetwork::sheet::Status;
 use sheetwork_tests::{all_shipped, shipped};
 
@@ -123,4 +124,27 @@ fn restitution_makes_the_sheet_bounce() {
             .fold(f64::NEG_INFINITY, f64::max)
     };
     assert!(airborne("flat_floor_e01") > airborne("flat_floor_e0") + 1e-5);
+}
+
+/// What bounces off within a step has touched the sheet then, on whatever the sheet lies.
+#[test]
+fn a_ball_that_bounces_off_a_sheet_asleep_on_the_floor_has_touched_it() {
+    let text = r#"(
+        engine: "tr-bdf2", dt: 0.0166666666666667, duration: 2.2,
+        room: (x: (-1, 1), y: (0, 30), z: (-1, 1), back_wall: false), contact: (friction: 0.4, restitution: 0.3),
+        sheets: [(name: "sheet", structure: "shell", grid: (15, 1, 15), size: (0.25, 0.25), material: "hips",
+            placement: (position: (0, 0.001, 0)))],
+        bodies: [(name: "ball", shape: Ball(0.01), mass: 0.01, placement: (position: (0, 20, 0)))],
+    )"#;
+    let scene = Scene::parse(text).unwrap_or_else(|e| panic!("{e}"));
+    let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
+    while world.time() < scene.duration {
+        world.step();
+    }
+    assert!(time_of(&world, EventKind::AtRest, "").is_some_and(|at| at < 1.9), "it sleeps before the ball comes");
+    // √(2 · 20 m/g), to a step or two.
+    let first = time_of(&world, EventKind::FirstContact, "ball").expect("the ball meets it");
+    assert!((first - (40.0_f64 / 9.81).sqrt()).abs() < 0.04, "{first} s");
+    let away = world.body_state("ball").expect("it is there").velocity().y;
+    assert!((4.0..7.0).contains(&away), "0.3 of 19.8 m/s, less what it has fallen since: {away} m/s");
 }

@@ -260,6 +260,8 @@ pub(crate) struct Work {
     pub trace: Option<Box<trace::Trace>>,
     /// Colliders that masses touched in this step.
     pub met: Vec<(rapier3d::prelude::ColliderHandle, u32)>,
+    /// How many of them are of what touched at the end of the step.
+    pub met_at_end: usize,
 }
 
 impl Sheet {

@@ -383,10 +383,20 @@ impl Shared<'_> {
                 }
             }
         });
+        for i in members {
+            let work = &mut sheets[*i as usize].work;
+            work.met_at_end = work.met.len();
+        }
         for [sheet, mass, part] in scratch.met.iter().copied() {
-            let sheet = &mut sheets[members[sheet as usize] as usize];
-            let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
-            sheet.work.met.extend(handle_of(part).filter(|_| !noted).map(|handle| (handle, mass)));
+            let work = &mut sheets[members[sheet as usize] as usize].work;
+            let noted = std::mem::replace(&mut work.touching[mass as usize], true);
+            let Some(handle) = handle_of(part) else { continue };
+            // What lies on a floor may have met something else that has gone again.
+            let (at_end, before) = work.met.split_at(work.met_at_end);
+            let is_new = || !at_end.iter().any(|(known, _)| *known == handle) && !before.contains(&(handle, mass));
+            if !noted || is_new() {
+                work.met.push((handle, mass));
+            }
         }
     }
 
