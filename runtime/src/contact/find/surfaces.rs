@@ -41,6 +41,9 @@ const OVER: f64 = 0.8;
 /// Motion within a stage beyond this fraction of the offset takes features past others that were near.
 const SWIFT: f64 = 0.5;
 
+/// Features of one sheet that are nearer at rest than so many triangles are kin.
+const KIN: f64 = 4.0;
+
 /// A ridge that stands out less than this fraction of the touching distance is flat.
 const FLAT: f64 = 0.02;
 
@@ -177,9 +180,18 @@ impl Couple<'_> {
 
     /// Whether features of these masses are neighbours in one sheet whose triangles are of this size, m.
     fn neighbours(&self, p: &[u32], q: &[u32], size: f64) -> bool {
+        self.is_self() && self.rest_nearer(p, q, self.limits.offset + size)
+    }
+
+    /// Whether features of these masses are of one sheet and of one stretch of it, where it bends without touching itself.
+    fn kin(&self, p: &[u32], q: &[u32], size: f64) -> bool {
+        self.is_self() && self.rest_nearer(p, q, KIN * (self.limits.offset + size))
+    }
+
+    /// Whether some of these masses of one sheet are nearer than `reach` (m) at rest.
+    fn rest_nearer(&self, p: &[u32], q: &[u32], reach: f64) -> bool {
         let skin = self.a.sheet.skin;
-        let reach = self.limits.offset + size;
-        self.is_self() && p.iter().any(|i| q.iter().any(|j| i == j || skin.rest_distance(*i, *j) < reach))
+        p.iter().any(|i| q.iter().any(|j| i == j || skin.rest_distance(*i, *j) < reach))
     }
 
     fn points(
@@ -260,13 +272,13 @@ impl Couple<'_> {
             return afar();
         }
         let near = self.point_nearby((of, mass), (base, gap, w), (on, q, b), (start, end), (s, e));
-        near.or_else(|| if self.is_swift() { afar() } else { None })
+        near.or_else(|| if self.is_swift(|| self.kin(&[mass], &q.masses, q.size)) { afar() } else { None })
     }
 
-    /// Whether two sheets may pass each other between the start and the end where they are near at the base. Within one sheet
-    /// neighbours do nothing else, and rows for that hold more than they keep apart.
-    fn is_swift(&self) -> bool {
-        !self.is_self() && self.a.tree.travel + self.b.tree.travel > SWIFT * self.limits.offset
+    /// Whether features may pass each other between the start and the end where they are near at the base. Within one sheet `kin` do nothing
+    /// else, and rows for that hold more than they keep apart.
+    fn is_swift(&self, kin: impl Fn() -> bool) -> bool {
+        self.a.tree.travel + self.b.tree.travel > SWIFT * self.limits.offset && !kin()
     }
 
     /// The same of a point that is near at the base: at `base`, with `gap` from where weights `w` are of the triangle at `b`.
@@ -392,7 +404,11 @@ impl Couple<'_> {
             return afar();
         }
         let near = self.edges_nearby(one, other, gap, (k, l));
-        near.or_else(|| if self.is_swift() { afar() } else { None })
+        let size = |party: &Party, edge: &SkinEdge| {
+            edge.triangles.into_iter().filter(|t| *t != NONE).map(|t| party.triangle(t).size).fold(0.0, f64::max)
+        };
+        let kin = || self.kin(&one.1.masses, &other.1.masses, size(&self.a, one.1).max(size(&self.b, other.1)));
+        near.or_else(|| if self.is_swift(kin) { afar() } else { None })
     }
 
     /// How two edges touch that are near at the base: apart by `gap` at parts `k` and `l` of them.
