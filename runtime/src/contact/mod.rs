@@ -27,6 +27,7 @@ pub mod find;
 pub(crate) mod found;
 pub mod frame;
 pub mod geometry;
+mod glue;
 mod memory;
 pub(crate) mod mover;
 mod on_forces;

@@ -217,10 +217,11 @@ fn move_freely(group: &mut Group, field: Field) -> bool {
 
 /// Takes every sheet to where its round has come to; returns how many times what is let pass the strain of the worst is off.
 fn accept(group: &mut Group, field: Field, touched: bool) -> f64 {
+    let lone = group.members.len() == 1;
     group.each(|sheet| {
         let unit = std::mem::take(&mut sheet.work.unit);
         let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
-        sheet.accept(field, contact);
+        sheet.accept(field, contact, lone);
         sheet.work.unit = unit;
     });
     stages(group).filter(|stage| !stage.done).map(|stage| stage.excess).fold(0.0, f64::max)

@@ -29,6 +29,11 @@ impl Sheet {
         Ok(())
     }
 
+    /// Whether any of its masses are glued to a body that moves freely.
+    pub(crate) fn is_glued(&self) -> bool {
+        self.pins.glued().next().is_some()
+    }
+
     /// Masses that are glued to bodies that move freely: mass, index of the body, place in the body's frame (m).
     pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
         self.pins.glued()

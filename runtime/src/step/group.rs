@@ -5,7 +5,7 @@
 //! A step whose rounds do not come together is taken back and halved, a few times over.
 
 use super::energy::{Energies, KEPT, Verdict, WITHIN, stay};
-use super::stiff::{go_on, is_loose};
+use super::stiff::{go_on, is_loose, whole};
 use super::{SLEEP_TIME, is_unstable};
 use crate::contact::Group;
 use crate::contact::found::Found;
@@ -260,7 +260,14 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     let mut at = part.done;
     for k in 0..stages {
         scratch.begin_stage(k);
-        group.each(|sheet| sheet.prepare_stage(part.field, k, part.dt));
+        group.each(|sheet| {
+            sheet.prepare_stage(part.field, k, part.dt);
+            if sheet.is_glued()
+                && let Some(own) = whole(sheet)
+            {
+                sheet.begin_turned(part.field, &own);
+            }
+        });
         let lead = &group.sheet(0).work.stage;
         let (length, h) = (lead.length, lead.h);
         finder.begin_stage(group, at, at + length);
@@ -310,6 +317,7 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
         loose &= !touched || is_loose(group, scratch);
         if touched {
             group.each(|sheet| sheet.free_velocity(part.field));
+            scratch.turn_back(group, h);
             scratch.watched(|scratch| scratch.solve_velocities(group, h));
             if scratch.failed {
                 return false;

@@ -50,6 +50,8 @@ const ON_FORCES: u32 = 20;
 const LEAST_PART: f64 = 0.1;
 /// Steps after which what is out of balance need only be less than [`Accuracy::balance_late`].
 const LATE: u32 = 3;
+/// How much more a gap of glue counts: two rows of a stiff sheet that are held a micrometre apart pull by newtons.
+const HOLDS: f64 = 100.0;
 /// By how much friction may miss its limit, as a fraction of that.
 const STICKS: f64 = 1e-3;
 /// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
@@ -397,7 +399,8 @@ impl Primal {
         let each = self.rows.iter().zip(&self.u).zip(&self.states).map(|((row, u), state)| {
             let slip = if state.rubs == Rubs::Sticks { slips * u.y.abs().max(u.z.abs()) } else { 0.0 };
             let gap = if state.pushes { u.x.abs() } else { (-u.x).max(0.0) };
-            if row.idle { 0.0 } else { gap.max(slip) }
+            let counts = if row.law == Law::Glue { HOLDS } else { 1.0 };
+            if row.idle { 0.0 } else { counts * gap.max(slip) }
         });
         each.fold(0.0, f64::max)
     }

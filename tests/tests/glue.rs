@@ -1,0 +1,69 @@
+//! Sheets glued to bodies that move freely, with implicit engines: momentum, angular momentum and energy of the pair, without gravity and air.
+
+use glam::DVec3;
+use sheetwork::World;
+use sheetwork::scene::Scene;
+use sheetwork_tests::world;
+
+/// A strip of HIPS, 12 by 6 cm, whose `region` is glued to a box of 0.1 kg that spins with `spin` (rad/s), in steps of 1/`rate` s. Both begin as
+/// one stiff body that spins about the box's centre.
+fn on_a_drum(region: &str, spin: DVec3, rate: f64) -> World {
+    let ([x, y, z], arm) = (spin.to_array(), DVec3::new(0.081, 0.0, 0.0));
+    let [u, v, w] = spin.cross(arm).to_array();
+    let text = format!(
+        r#"(
+            engine: "tr-bdf2", dt: {}, duration: 1, gravity: (0, 0, 0), air: (factor: 1),
+            room: (x: (-10, 10), y: (-10, 10), z: (-10, 10)),
+            sheets: [(name: "strip", structure: "shell", grid: (13, 1, 7), size: (0.12, 0.06), material: "hips",
+                velocity: ({u}, {v}, {w}), spin: ({x}, {y}, {z}), pins: [(region: {region}, body: "drum")])],
+            bodies: [(name: "drum", shape: Box((0.04, 0.06, 0.04)), mass: 0.1, spin: ({x}, {y}, {z}),
+                placement: (position: (-0.081, 0, 0)))],
+        )"#,
+        1.0 / rate
+    );
+    world(&Scene::parse(&text).unwrap_or_else(|e| panic!("{e}")))
+}
+
+/// Momentum (kg m/s), angular momentum about the origin (kg m²/s) and energy (J) of strip and drum.
+fn kept(world: &World) -> (DVec3, DVec3, f64) {
+    let (sheet, body) = (&world.sheets()[0], world.body_state("drum").expect("it is there"));
+    let about: DVec3 = (0..sheet.masses()).map(|i| sheet.x.get(i).cross(sheet.v.get(i)) * sheet.mass(i)).sum();
+    let energy = sheet.energy(DVec3::ZERO).total + body.kinetic_energy();
+    (sheet.momentum() + body.momentum(), about + body.angular_momentum(DVec3::ZERO), energy)
+}
+
+/// Largest relative change of momentum and of angular momentum in `time` s, and how the energy has changed.
+fn changes(mut world: World, time: f64) -> (f64, f64, f64) {
+    let (p, l, e) = kept(&world);
+    let (mut momentum, mut turning) = (0.0_f64, 0.0_f64);
+    while world.time() < time - 1e-9 {
+        world.step();
+        let (now, about, _) = kept(&world);
+        momentum = momentum.max(now.distance(p) / p.length());
+        turning = turning.max(about.distance(l) / l.length());
+    }
+    assert!(world.unstable().is_none());
+    (momentum, turning, kept(&world).2 / e)
+}
+
+#[test]
+fn a_strip_glued_to_a_drum_turns_with_it_and_keeps_its_spin() {
+    for spin in [DVec3::Z * 10.0, DVec3::Y * 10.0, DVec3::new(3.0, 4.0, 8.0)] {
+        let mut lost = Vec::new();
+        for rate in [60.0, 240.0] {
+            let (momentum, turning, energy) = changes(on_a_drum("Rect((0, 0.1), (0, 1))", spin, rate), 0.5);
+            println!("{spin}, 1/{rate} s: momentum {momentum:.1e}, angular momentum {turning:.4}, energy {energy:.4}");
+            assert!(momentum < 1e-8, "{spin}, {rate}: {momentum:e}");
+            assert!((0.9..1.0 + 1e-3).contains(&energy), "{spin}, {rate}: {energy}");
+            lost.push(turning);
+        }
+        assert!(lost[0] < 0.03 && lost[1] < 0.01 && lost[1] < 0.5 * lost[0], "{spin}: {lost:?}");
+    }
+}
+
+#[test]
+fn a_strip_glued_by_a_row_swings_and_keeps_its_spin() {
+    let (momentum, turning, energy) = changes(on_a_drum("Rect((0, 0.01), (0, 1))", DVec3::Z * 10.0, 60.0), 0.5);
+    println!("momentum {momentum:.1e}, angular momentum {turning:.4}, energy {energy:.4}");
+    assert!(momentum < 1e-8 && turning < 0.03 && energy < 1.0 + 1e-3, "{momentum} {turning} {energy}");
+}
