@@ -24,12 +24,17 @@ fn on_a_drum(region: &str, spin: DVec3, rate: f64) -> World {
     world(&Scene::parse(&text).unwrap_or_else(|e| panic!("{e}")))
 }
 
-/// Momentum (kg m/s), angular momentum about the origin (kg m²/s) and energy (J) of strip and drum.
+/// Momentum (kg m/s), angular momentum about the origin (kg m²/s) and energy (J) of strips and drum.
 fn kept(world: &World) -> (DVec3, DVec3, f64) {
-    let (sheet, body) = (&world.sheets()[0], world.body_state("drum").expect("it is there"));
-    let about: DVec3 = (0..sheet.masses()).map(|i| sheet.x.get(i).cross(sheet.v.get(i)) * sheet.mass(i)).sum();
-    let energy = sheet.energy(DVec3::ZERO).total + body.kinetic_energy();
-    (sheet.momentum() + body.momentum(), about + body.angular_momentum(DVec3::ZERO), energy)
+    let body = world.body_state("drum").expect("it is there");
+    let (mut momentum, mut about) = (body.momentum(), body.angular_momentum(DVec3::ZERO));
+    let mut energy = body.kinetic_energy();
+    for sheet in world.sheets() {
+        momentum += sheet.momentum();
+        about += (0..sheet.masses()).map(|i| sheet.x.get(i).cross(sheet.v.get(i)) * sheet.mass(i)).sum::<DVec3>();
+        energy += sheet.energy(DVec3::ZERO).total;
+    }
+    (momentum, about, energy)
 }
 
 /// Largest relative change of momentum and of angular momentum in `time` s, and how the energy has changed.
@@ -66,4 +71,46 @@ fn a_strip_glued_by_a_row_swings_and_keeps_its_spin() {
     let (momentum, turning, energy) = changes(on_a_drum("Rect((0, 0.01), (0, 1))", DVec3::Z * 10.0, 60.0), 0.5);
     println!("momentum {momentum:.1e}, angular momentum {turning:.4}, energy {energy:.4}");
     assert!(momentum < 1e-8 && turning < 0.03 && energy < 1.0 + 1e-3, "{momentum} {turning} {energy}");
+}
+
+/// A strip and a body apart from it, which the glue joins as by a stiff and massless bar.
+#[test]
+fn a_body_far_from_what_is_glued_to_it_pulls_and_is_pulled() {
+    let text = r#"(
+        engine: "tr-bdf2", dt: 0.0166666666666667, duration: 1, gravity: (0, 0, 0), air: (factor: 1),
+        room: (x: (-10, 10), y: (-10, 10), z: (-10, 10)),
+        sheets: [(name: "strip", structure: "shell", grid: (13, 1, 7), size: (0.12, 0.06), material: "hips",
+            pins: [(region: Rect((0, 0.1), (0, 1)), body: "drum")])],
+        bodies: [(name: "drum", shape: Box((0.04, 0.06, 0.04)), mass: 0.1, velocity: (0.5, 0.3, 0),
+            placement: (position: (-0.5, 0, 0)))],
+    )"#;
+    let (momentum, turning, energy) = changes(world(&Scene::parse(text).unwrap_or_else(|e| panic!("{e}"))), 0.5);
+    println!("momentum {momentum:.1e}, angular momentum {turning:.4}, energy {energy:.4}");
+    assert!(momentum < 1e-8 && turning < 0.03 && energy < 1.0 + 1e-3, "{momentum} {turning} {energy}");
+}
+
+/// Two strips on one drum, which go through their steps together.
+#[test]
+fn two_strips_on_a_drum_keep_its_spin() {
+    let strip = |name: &str, side: f64, region: &str| {
+        format!(
+            r#"(name: "{name}", structure: "shell", grid: (13, 1, 7), size: (0.12, 0.06), material: "hips",
+                placement: (position: ({x}, 0, 0)), velocity: (0, {v}, 0.1), spin: (0, 0, 10), pins: [(region: {region}, body: "drum")])"#,
+            x = 0.081 * side,
+            v = 0.81 * side
+        )
+    };
+    let text = format!(
+        r#"(
+            engine: "tr-bdf2", dt: 0.0166666666666667, duration: 1, gravity: (0, 0, 0), air: (factor: 1),
+            room: (x: (-10, 10), y: (-10, 10), z: (-10, 10)),
+            sheets: [{}, {}],
+            bodies: [(name: "drum", shape: Box((0.04, 0.06, 0.04)), mass: 0.1, spin: (0, 0, 10), velocity: (0, 0, 0.1))],
+        )"#,
+        strip("right", 1.0, "Rect((0, 0.1), (0, 1))"),
+        strip("left", -1.0, "Rect((0.9, 1), (0, 1))")
+    );
+    let (momentum, turning, energy) = changes(world(&Scene::parse(&text).unwrap_or_else(|e| panic!("{e}"))), 0.5);
+    println!("momentum {momentum:.1e}, angular momentum {turning:.4}, energy {energy:.4}");
+    assert!(momentum < 1e-6 && turning < 0.05 && energy < 1.0 + 1e-3, "{momentum} {turning} {energy}");
 }

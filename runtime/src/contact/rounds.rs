@@ -160,7 +160,7 @@ pub(crate) fn solve_rounds(
             return Rounds::Failed;
         };
         met |= touched;
-        let worst = accept(group, field, touched);
+        let worst = accept(group, field, touched, scratch.single && group.pieces() == 1);
         let soon = sheets > 1 && round + 1 == PATIENCE && worst > HOPELESS_SOON;
         if (soon || round >= PATIENCE && worst > HOPELESS) && met && !scratch.last {
             return Rounds::Hopeless;
@@ -215,13 +215,12 @@ fn move_freely(group: &mut Group, field: Field) -> bool {
     stages(group).all(|stage| !stage.failed)
 }
 
-/// Takes every sheet to where its round has come to; returns how many times what is let pass the strain of the worst is off.
-fn accept(group: &mut Group, field: Field, touched: bool) -> f64 {
-    let lone = group.members.len() == 1;
+/// Takes every sheet to where its round has come to, `firm` where one sheet is held by what it is glued to; returns how many times what is let pass the strain of the worst is off.
+fn accept(group: &mut Group, field: Field, touched: bool, firm: bool) -> f64 {
     group.each(|sheet| {
         let unit = std::mem::take(&mut sheet.work.unit);
         let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
-        sheet.accept(field, contact, lone);
+        sheet.accept(field, contact, firm);
         sheet.work.unit = unit;
     });
     stages(group).filter(|stage| !stage.done).map(|stage| stage.excess).fold(0.0, f64::max)

@@ -18,7 +18,7 @@ use crate::engine::linear::{HalfSolutions, Loads};
 
 /// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
 const MISSED: [f64; 2] = [1e-4, 1e-2];
-/// The same of a lone sheet that is glued to a body which moves freely. What turns by φ in a round mispredicts φ⁴, and what holds two rows of a
+/// The same of a lone sheet, not folded, that is glued to a body which moves freely. What turns by φ in a round mispredicts φ⁴, and what holds two rows of a
 /// stiff sheet at their distance, hundreds of newtons, is off by φ: at the 0.01 rad that others let pass a strip on a drum lost a fifth of its
 /// angular momentum in a step.
 const MISSED_GLUED: f64 = 1e-12;
@@ -36,7 +36,8 @@ pub(crate) struct StageWork {
     pub free: Vectors,
     /// Whether another round would change nothing that matters.
     pub done: bool,
-    /// Energy of mispredicted strain in the last round, over what is let pass.
+    /// Energy of mispredicted strain in the last round, J, and over what is let pass.
+    missed: f64,
     pub excess: f64,
     /// Whether it could not be solved for.
     pub failed: bool,
@@ -127,6 +128,7 @@ impl Sheet {
             stage.reference = back.min(ahead);
             stage.scale = problem.inertial(&problem_stage, x).max(problem.kinetic_at(STILL)).max(pressed);
             stage.done = false;
+            stage.missed = f64::INFINITY;
             stage.failed = false;
             stage.length = scheme.length(k, dt);
             stage.h = 1.0 / problem_stage.per_time;
@@ -167,10 +169,11 @@ impl Sheet {
     }
 
     /// Takes up the free motion, and the displacement by contact (m) where there was some. The stage is done when
-    /// this was near enough to what the solve had predicted; a `lone` sheet is no group's.
-    pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, lone: bool) {
+    /// this was near enough to what the solve had predicted; nearer if what glue holds is
+    /// to be `firm`, as long as that helps.
+    pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
         let passes = match contact {
-            Some(_) if lone && self.is_glued() => MISSED_GLUED,
+            Some(_) if firm && self.is_glued() => MISSED_GLUED,
             _ => MISSED[usize::from(contact.is_some())],
         };
         self.with_scheme(field, |problem, scheme, stage, _| {
@@ -181,8 +184,9 @@ impl Sheet {
             let missed = problem.predict(&stage.iterate, &stage.d);
             stage.iterate.add_scaled(1.0, &stage.d);
             let limit = passes * stage.scale;
-            let near = missed <= limit;
-            stage.excess = missed / limit;
+            let stalls = missed > 0.5 * stage.missed && missed <= MISSED[1] * stage.scale;
+            let near = missed <= limit || stalls;
+            (stage.missed, stage.excess) = (missed, missed / limit);
             stage.done = match contact {
                 Some(_) => near,
                 None => {

@@ -157,7 +157,7 @@ impl Groups {
             self.reach.push(if over.asleep { 0.0 } else { speed * stage.dt + fall });
         }
         self.wake(sheets, touches, stage);
-        self.join(sheets.len(), body_contacts, stage.sheets_meet);
+        self.join(sheets, body_contacts, stage.sheets_meet);
     }
 
     fn meet(&self, a: usize, b: usize) -> bool {
@@ -165,7 +165,7 @@ impl Groups {
         (self.low[a] - room).cmple(self.high[b]).all() && (self.low[b] - room).cmple(self.high[a]).all()
     }
 
-    /// Wakes sleeping sheets that a led pin moves, or near which something moves.
+    /// Wakes sleeping sheets that a led pin moves or a body that they are glued to, or near which something moves.
     fn wake(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
         let count = sheets.len();
         let mut woken = true;
@@ -179,7 +179,8 @@ impl Groups {
                 let moving = self.active.iter().map(|j| *j as usize).take_while(|j| *j < count);
                 let by_sheet = || moving.clone().any(|j| self.meet(i, j));
                 let body = |b: usize| self.surroundings.bodies[b].moves() && self.meet(i, count + b);
-                if led || by_sheet() || (0..self.surroundings.bodies.len()).any(body) {
+                let held = || sheets[i].pins.glued().any(|(_, b, _)| self.surroundings.bodies[b].moves());
+                if led || held() || by_sheet() || (0..self.surroundings.bodies.len()).any(body) {
                     sheets[i].wake();
                     touches[i].events.push((stage.time, EventKind::Woke, None));
                     self.takes_part[i] = true;
@@ -192,9 +193,9 @@ impl Groups {
         }
     }
 
-    /// Joins what may touch.
-    fn join(&mut self, sheets: usize, body_contacts: &[BodyContact], sheets_meet: bool) {
-        let count = self.low.len();
+    /// Joins what may touch, and what is glued together.
+    fn join(&mut self, all: &[Sheet], body_contacts: &[BodyContact], sheets_meet: bool) {
+        let (sheets, count) = (all.len(), self.low.len());
         self.root.clear();
         self.root.extend(0..count as u32);
         self.sizes.clear();
@@ -208,6 +209,11 @@ impl Groups {
             }
         }
         let active = std::mem::take(&mut self.active);
+        for i in active.iter().map(|i| *i as usize).take_while(|i| *i < sheets) {
+            for (_, body, _) in all[i].pins.glued() {
+                unite(&mut self.root, i, sheets + body);
+            }
+        }
         for _ in 0..GROWING {
             let mut grown = false;
             for (k, a) in active.iter().map(|a| *a as usize).enumerate() {
@@ -392,8 +398,8 @@ impl Shared<'_> {
             let noted = std::mem::replace(&mut work.touching[mass as usize], true);
             let Some(handle) = handle_of(part) else { continue };
             // What lies on a floor may have met something else that has gone again.
-            let (at_end, before) = work.met.split_at(work.met_at_end);
-            let is_new = || !at_end.iter().any(|(known, _)| *known == handle) && !before.contains(&(handle, mass));
+            let (at_end, added) = work.met.split_at(work.met_at_end);
+            let is_new = || !at_end.iter().any(|(known, _)| *known == handle) && !added.contains(&(handle, mass));
             if !noted || is_new() {
                 work.met.push((handle, mass));
             }

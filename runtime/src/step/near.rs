@@ -281,7 +281,7 @@ impl Near<'_> {
                     b: Side::Body { body, local: place },
                     normal: DVec3::Y,
                     offset: 0.0,
-                    key: [GLUE, u64::from(self.first + member) << 32 | u64::from(mass)],
+                    key: [GLUE, (u64::from(self.first + member) << 32 | u64::from(mass)) ^ (index as u64) << 48],
                     friction: 0.0,
                     restitution: 0.0,
                 });

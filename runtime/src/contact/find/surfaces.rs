@@ -41,7 +41,7 @@ const OVER: f64 = 0.8;
 /// Motion within a stage beyond this fraction of the offset takes features past others that were near.
 const SWIFT: f64 = 0.5;
 
-/// Features of one sheet that are nearer at rest than so many triangles are kin.
+/// Features of one sheet are kin up to so many times the distance at rest at which they are neighbours.
 const KIN: f64 = 4.0;
 
 /// A ridge that stands out less than this fraction of the touching distance is flat.
@@ -378,7 +378,7 @@ impl Couple<'_> {
         if !close || self.neighbours(&edge_a.masses, &edge_b.masses, size) {
             return;
         }
-        let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b)) else { return };
+        let Some(found) = self.crossing((number_a, edge_a), (number_b, edge_b), size) else { return };
         let near_end = |x: f64| !(ENDS..=1.0 - ENDS).contains(&x);
         // At its end an edge is its mass, which has rows of its own over the other sheet, along the normal of that; but not beside it.
         if near_end(found.s) && self.b.meets_along(edge_b, self.a.tip(edge_a, found.s), found.normal)
@@ -391,8 +391,8 @@ impl Couple<'_> {
         rows.push(self.row((&self.a, p, kind_a, index_a), (&self.b, q, kind_b, index_b), found.normal));
     }
 
-    /// How two edges touch.
-    fn crossing(&self, one: (u32, &SkinEdge), other: (u32, &SkinEdge)) -> Option<Crossing> {
+    /// How two edges touch, of triangles of this `size`, m.
+    fn crossing(&self, one: (u32, &SkinEdge), other: (u32, &SkinEdge), size: f64) -> Option<Crossing> {
         let ([_, b, _], [_, c, _]) = (self.a.of(one.1.masses), self.b.of(other.1.masses));
         let (k, l) = segment_segment(b, c);
         let gap = b[0].lerp(b[1], k) - c[0].lerp(c[1], l);
@@ -404,10 +404,7 @@ impl Couple<'_> {
             return afar();
         }
         let near = self.edges_nearby(one, other, gap, (k, l));
-        let size = |party: &Party, edge: &SkinEdge| {
-            edge.triangles.into_iter().filter(|t| *t != NONE).map(|t| party.triangle(t).size).fold(0.0, f64::max)
-        };
-        let kin = || self.kin(&one.1.masses, &other.1.masses, size(&self.a, one.1).max(size(&self.b, other.1)));
+        let kin = || self.kin(&one.1.masses, &other.1.masses, size);
         near.or_else(|| if self.is_swift(kin) { afar() } else { None })
     }
 

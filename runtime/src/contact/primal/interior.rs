@@ -111,6 +111,11 @@ impl Primal {
         self.factored.clear();
         fine &= inner.mean(self) <= ENOUGH * first && inner.missed(self).max(inner.unturned(self)) <= MISS_ENOUGH;
         fine &= inner.unbalanced(self, space) <= accuracy.balance_inside;
+        for (p, (row, u)) in self.force.iter_mut().zip(self.rows.iter().zip(&self.u)) {
+            if row.law == Law::Glue {
+                *p -= row.stiffness * self.stiffer * *u;
+            }
+        }
         self.interior = inner;
         fine
     }

@@ -397,10 +397,12 @@ impl Primal {
     /// By how much gaps and slips that should be none are missed, m; slips count `slips` times.
     fn missed(&self, slips: f64) -> f64 {
         let each = self.rows.iter().zip(&self.u).zip(&self.states).map(|((row, u), state)| {
+            if row.law == Law::Glue {
+                return HOLDS * u.abs().max_element();
+            }
             let slip = if state.rubs == Rubs::Sticks { slips * u.y.abs().max(u.z.abs()) } else { 0.0 };
             let gap = if state.pushes { u.x.abs() } else { (-u.x).max(0.0) };
-            let counts = if row.law == Law::Glue { HOLDS } else { 1.0 };
-            if row.idle { 0.0 } else { counts * gap.max(slip) }
+            if row.idle { 0.0 } else { gap.max(slip) }
         });
         each.fold(0.0, f64::max)
     }
