@@ -29,7 +29,7 @@ pub struct Quality {
 
 impl Quality {
     /// For pictures to be shown.
-    pub const BEST: Self = Self { msaa: Msaa::Sample4, shadows: 2048 };
+    pub const BEST: Self = Self { msaa: Msaa::Sample4, shadows: 4096 };
     /// For a window with a graphics processor.
     pub const WINDOW: Self = Self { msaa: Msaa::Sample4, shadows: 2048 };
     /// For a window drawn by the processor.
@@ -49,6 +49,9 @@ pub const MOST_SEEN: usize = MOST_BESIDE + 1;
 
 /// How far apart worlds are that are compared, drawn units along x: each is behind the others' backdrops.
 const APART: f32 = 1.05 * BACKDROP;
+
+/// How far from the target shadows are drawn, drawn units: the content is about one across.
+const SHADOWED: f32 = 1.5;
 
 /// Radius of the ball behind everything, drawn units.
 const BACKDROP: f32 = 400.0;
@@ -226,12 +229,13 @@ pub fn move_camera(
     for (which, mut transform) in &mut backdrops {
         transform.translation = moved(which.0).translation;
     }
-    // The shadow map covers what is near the target, at whatever distance that is looked at.
+    // The shadow map covers what is near the target, at whatever distance that is looked at, and little else: texels that show the room are not
+    // there for the outline of a shadow.
     let distance = camera.distance * scale.0;
     if (distance / *shadowed - 1.0).abs() > 0.05 || !(distance / *shadowed).is_finite() {
         *shadowed = distance;
         for mut config in &mut shadows {
-            let (near, far) = (0.05 * distance, 1.5 * distance + 1.5);
+            let (near, far) = ((distance - SHADOWED).max(0.05 * distance), distance + SHADOWED);
             *config = CascadeShadowConfigBuilder {
                 num_cascades: 1,
                 minimum_distance: near,

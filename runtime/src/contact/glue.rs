@@ -29,7 +29,9 @@ impl Scratch {
             let mut twist = DVec3::ZERO;
             for contact in glue {
                 let Side::Body { body, local } = contact.b else { continue };
-                if let Some(force) = self.force_of(&contact.key).filter(|_| body as usize == number) {
+                if body as usize == number
+                    && let Some(force) = self.force_of(&contact.key)
+                {
                     let arm = mover.free.place(local) - mover.free.centre();
                     twist += mover.free.spin().cross(arm).cross(force);
                 }

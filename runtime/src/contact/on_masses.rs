@@ -183,6 +183,7 @@ impl Scratch {
 
     /// How accurate a solve for `sheets` sheets is to be: what would go in deeply need not be put apart as finely.
     pub(super) fn accuracy(&self, rough: bool, sheets: usize) -> Accuracy {
+        let sheets = if self.is_glue_alone() { 1 } else { sheets };
         let accuracy = accuracy(rough, sheets, self.deepest == 0);
         let deepest = self.gaps.free.iter().fold(0.0_f64, |deepest, gap| deepest.max(-gap));
         let room = if sheets > 1 { (OF_DEPTH_TOGETHER * deepest).min(COARSEST) } else { OF_DEPTH * deepest };

@@ -160,7 +160,8 @@ pub(crate) fn solve_rounds(
             return Rounds::Failed;
         };
         met |= touched;
-        let worst = accept(group, field, touched, scratch.single && group.pieces() == 1);
+        let firm = scratch.is_glue_alone() || scratch.single && group.pieces() == 1;
+        let worst = accept(group, field, touched, firm);
         let soon = sheets > 1 && round + 1 == PATIENCE && worst > HOPELESS_SOON;
         if (soon || round >= PATIENCE && worst > HOPELESS) && met && !scratch.last {
             return Rounds::Hopeless;
@@ -197,7 +198,7 @@ pub(crate) fn solve_rounds(
 
 /// How many rounds there may be, whether or not anything has been `met`.
 fn most(scratch: &Scratch, met: bool) -> u32 {
-    match scratch.single || !met {
+    match scratch.single || scratch.is_glue_alone() || !met {
         _ if scratch.is_spent() => 1,
         true => ROUNDS,
         false if scratch.last => TOGETHER_AT_LAST,
@@ -215,7 +216,8 @@ fn move_freely(group: &mut Group, field: Field) -> bool {
     stages(group).all(|stage| !stage.failed)
 }
 
-/// Takes every sheet to where its round has come to, `firm` where one sheet is held by what it is glued to; returns how many times what is let pass the strain of the worst is off.
+/// Takes every sheet to where its round has come to, `firm` where what glue holds is to settle finely; returns how many times what is let pass
+/// the strain of the worst is off.
 fn accept(group: &mut Group, field: Field, touched: bool, firm: bool) -> f64 {
     group.each(|sheet| {
         let unit = std::mem::take(&mut sheet.work.unit);

@@ -305,6 +305,11 @@ impl Scratch {
         })
     }
 
+    /// Whether nothing that was found comes and goes: sheets and bodies that are glued together, and touch nothing.
+    pub(super) fn is_glue_alone(&self) -> bool {
+        self.found.glue_from == 0 && !self.found.contacts.is_empty()
+    }
+
     /// Whether the step has taken as much as it may.
     pub fn is_spent(&self) -> bool {
         self.effort > if self.alone { EFFORT_ALONE } else { EFFORT }

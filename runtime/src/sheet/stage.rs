@@ -18,7 +18,7 @@ use crate::engine::linear::{HalfSolutions, Loads};
 
 /// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
 const MISSED: [f64; 2] = [1e-4, 1e-2];
-/// The same of a lone sheet, not folded, that is glued to a body which moves freely. What turns by φ in a round mispredicts φ⁴, and what holds two rows of a
+/// The same of a sheet that is glued, where nothing else holds up its rounds, to a body which moves freely. What turns by φ in a round mispredicts φ⁴, and what holds two rows of a
 /// stiff sheet at their distance, hundreds of newtons, is off by φ: at the 0.01 rad that others let pass a strip on a drum lost a fifth of its
 /// angular momentum in a step.
 const MISSED_GLUED: f64 = 1e-12;
@@ -169,13 +169,11 @@ impl Sheet {
     }
 
     /// Takes up the free motion, and the displacement by contact (m) where there was some. The stage is done when
-    /// this was near enough to what the solve had predicted; nearer if what glue holds is
-    /// to be `firm`, as long as that helps.
+    /// this was near enough to what the solve had predicted; nearer where
+    /// what glue holds is to be `firm`, as long as another round helps.
     pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
-        let passes = match contact {
-            Some(_) if firm && self.is_glued() => MISSED_GLUED,
-            _ => MISSED[usize::from(contact.is_some())],
-        };
+        let enough = MISSED[usize::from(contact.is_some())];
+        let passes = if contact.is_some() && firm && self.is_glued() { MISSED_GLUED } else { enough };
         self.with_scheme(field, |problem, scheme, stage, _| {
             stage.d.set_sum(&stage.free, -1.0, &stage.iterate);
             if let Some(dx) = contact {
@@ -184,7 +182,7 @@ impl Sheet {
             let missed = problem.predict(&stage.iterate, &stage.d);
             stage.iterate.add_scaled(1.0, &stage.d);
             let limit = passes * stage.scale;
-            let stalls = missed > 0.5 * stage.missed && missed <= MISSED[1] * stage.scale;
+            let stalls = missed > 0.5 * stage.missed && missed <= enough * stage.scale;
             let near = missed <= limit || stalls;
             (stage.missed, stage.excess) = (missed, missed / limit);
             stage.done = match contact {

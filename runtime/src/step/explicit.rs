@@ -73,7 +73,7 @@ impl Shared<'_> {
     fn is_near(&self, sheet: &mut Sheet) -> bool {
         skin(sheet);
         let stack = sheet.work.skin.as_ref().is_some_and(|s| s.is_stack());
-        if !stack || sheet.pins.glued().next().is_some() {
+        if !stack || sheet.is_glued() {
             return true;
         }
         let room = sheet.contact_offset() + ROOM;

@@ -164,8 +164,7 @@ impl Near<'_> {
 
     /// Whether nothing can touch in this step.
     pub fn is_idle(&self, group: &Group) -> bool {
-        let glued = |member: &u32| group.sheets[*member as usize].pins.glued().next().is_some();
-        self.work.finder.is_idle() && !group.members.iter().any(glued)
+        self.work.finder.is_idle() && !group.members.iter().any(|member| group.sheets[*member as usize].is_glued())
     }
 
     /// Calls `ask` with detection and its problem for what `look` says.
