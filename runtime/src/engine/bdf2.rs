@@ -3,7 +3,8 @@
 //!
 //! What contact does in a step moves the history that the next one extrapolates. At rest, where it does so in every step, that would leave
 //! a sheet that carries a box bent by a force that is off by up to an eighth. So a sheet that rests is stepped by backward Euler, which has
-//! no history and no error where nothing moves.
+//! no history and no error where nothing moves. So is one that is glued to a body which moves freely: what glue pulls with turns with the
+//! body, and the history that it moves would not; a strip on a drum gained half of its energy in a second.
 
 use super::implicit::newton::Work;
 use super::implicit::staged::{self, Jump, Staged};
@@ -47,7 +48,7 @@ struct Bdf2 {
     step: f64,
     /// Where the sheet truly was then: contact moves the history that the scheme extrapolates, and what damps goes by rates that there were.
     x_was: Vectors,
-    /// 1 for a sheet that rests, 0 else.
+    /// 1 for a sheet that rests or is glued, 0 else.
     rests: f64,
     /// Weight h of the new acceleration, s.
     h: f64,
@@ -100,7 +101,7 @@ impl Staged for Bdf2 {
 
     fn finish(
         &mut self,
-        _problem: &mut dyn Implicit,
+        problem: &mut dyn Implicit,
         _k: usize,
         dt: f64,
         solution: &Vectors,
@@ -121,7 +122,7 @@ impl Staged for Bdf2 {
             self.v_old.add_scaled(1.0, &jump.dv);
         }
         let limit = if self.rests > 0.0 { LEAVES } else { RESTS };
-        self.rests = f64::from(jump.is_some() && v.max_squared() < limit * limit);
+        self.rests = f64::from(problem.is_glued() || jump.is_some() && v.max_squared() < limit * limit);
     }
 
     fn work(&mut self) -> &mut Work {

@@ -120,6 +120,7 @@ fn house(setup: &Setup) -> Result<Outcome, InputError> {
         watch.see(&runner.world);
     }
     let stood = top(&runner.world);
+    let stands = runner.world.unstable().is_none() && stood > 0.98 * start;
     let (overlap, asleep) = (between(runner.world.sheets()), watch.asleep());
     let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, start));
     keys.extend(frames.keys());
@@ -135,7 +136,7 @@ fn house(setup: &Setup) -> Result<Outcome, InputError> {
             deepest = deepest.max(between(runner.world.sheets()));
         }
     }
-    let (stands, left) = (stood > 0.98 * start, top(&runner.world));
+    let left = top(&runner.world);
     if let Value::Object(own) = json!({
         "cards": runner.world.sheets().len(),
         "threads": setup.threads,

@@ -387,6 +387,10 @@ impl Implicit for ImplicitSheet<'_> {
         0.5 * self.mass.iter().sum::<f64>() * speed * speed
     }
 
+    fn is_glued(&self) -> bool {
+        self.pins.glued().next().is_some()
+    }
+
     fn pressed(&self, from: &Vectors, to: &Vectors) -> f64 {
         self.drag.pushed(from, to)
     }

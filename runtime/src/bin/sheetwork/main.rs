@@ -14,11 +14,12 @@ mod quantities;
 mod replay;
 mod run;
 mod study;
+mod taken;
 
 use std::path::Path;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
@@ -75,7 +76,12 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    let result = match Arguments::parse().command {
+    let matches = Arguments::command().get_matches();
+    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    if let (Command::Measure(measure), Some((_, given))) = (&arguments.command, matches.subcommand()) {
+        taken::tell(measure.case(), given);
+    }
+    let result = match arguments.command {
         Command::Run(run) => run.execute(),
         Command::Replay(replay) => replay.execute(),
         Command::Generate(generate) => generate.execute(),

@@ -151,6 +151,10 @@ pub struct Measure {
 }
 
 impl Measure {
+    pub fn case(&self) -> &str {
+        &self.case
+    }
+
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let found = measure(&self.case, &self.setup()?)?;
         if self.json {

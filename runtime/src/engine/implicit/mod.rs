@@ -50,6 +50,11 @@ pub trait Implicit {
     /// Kinetic energy (J) of the whole sheet at this speed, m/s.
     fn kinetic_at(&self, speed: f64) -> f64;
 
+    /// Whether the sheet is glued to a body that moves freely.
+    fn is_glued(&self) -> bool {
+        false
+    }
+
     /// What pressure does in moving the sheet from `from` to `to`, J.
     fn pressed(&self, _from: &Vectors, _to: &Vectors) -> f64 {
         0.0
