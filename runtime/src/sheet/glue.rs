@@ -31,7 +31,7 @@ impl Sheet {
 
     /// Whether any of its masses are glued to a body that moves freely.
     pub(crate) fn is_glued(&self) -> bool {
-        self.pins.glued().next().is_some()
+        self.pins.glues()
     }
 
     /// Masses that are glued to bodies that move freely: mass, index of the body, place in the body's frame (m).

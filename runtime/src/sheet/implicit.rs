@@ -388,7 +388,7 @@ impl Implicit for ImplicitSheet<'_> {
     }
 
     fn is_glued(&self) -> bool {
-        self.pins.glued().next().is_some()
+        self.pins.glues()
     }
 
     fn pressed(&self, from: &Vectors, to: &Vectors) -> f64 {

@@ -210,6 +210,11 @@ impl Pins {
         !self.rails.is_empty() || self.masses().next().is_some()
     }
 
+    /// Whether it glues any mass to a body that gives way.
+    pub(crate) fn glues(&self) -> bool {
+        self.glued().next().is_some()
+    }
+
     /// All masses that are pinned in every direction, those led by bodies included.
     pub fn masses(&self) -> impl Iterator<Item = u32> + '_ {
         self.groups.iter().flat_map(|g| g.masses.iter().copied()).chain(self.led().map(|(_, mass, _)| mass))

@@ -18,9 +18,9 @@ use crate::engine::linear::{HalfSolutions, Loads};
 
 /// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
 const MISSED: [f64; 2] = [1e-4, 1e-2];
-/// The same of a sheet that is glued, where nothing else holds up its rounds, to a body which moves freely. What turns by φ in a round mispredicts φ⁴, and what holds two rows of a
-/// stiff sheet at their distance, hundreds of newtons, is off by φ: at the 0.01 rad that others let pass a strip on a drum lost a fifth of its
-/// angular momentum in a step.
+/// The same of a sheet that is glued to a body which moves freely, where nothing else holds up its rounds. What turns by φ in a round mispredicts
+/// φ⁴, and what holds two rows of a stiff sheet at their distance, hundreds of newtons, is off by φ: at the 0.01 rad that others let pass a
+/// strip on a drum lost a fifth of its angular momentum in a step.
 const MISSED_GLUED: f64 = 1e-12;
 /// By how much the incremental potential may rise without contact, as a fraction of its inertial term.
 const SLACK: f64 = 0.02;
@@ -169,8 +169,7 @@ impl Sheet {
     }
 
     /// Takes up the free motion, and the displacement by contact (m) where there was some. The stage is done when
-    /// this was near enough to what the solve had predicted; nearer where
-    /// what glue holds is to be `firm`, as long as another round helps.
+    /// this was near enough to what the solve had predicted; nearer where what glue holds is to be `firm`, as long as another round helps.
     pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
         let enough = MISSED[usize::from(contact.is_some())];
         let passes = if contact.is_some() && firm && self.is_glued() { MISSED_GLUED } else { enough };

@@ -174,7 +174,7 @@ impl Measure {
         Ok(if found["status"] == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    fn setup(&self) -> Result<Setup, InputError> {
+    pub fn setup(&self) -> Result<Setup, InputError> {
         let defaults = Setup::default();
         let base = match &self.material {
             Some(name) => material::by_name(name)?,
