@@ -73,6 +73,9 @@ pub(super) fn edges(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Me
                     continue;
                 }
                 tests += 1;
+                if stays_parallel(edge, places) {
+                    continue;
+                }
                 let side = meeting.side_of(own, tree, local);
                 let before = || meeting.side_before(own, local);
                 let Some(found) = crossing(edge, places, (&side, &before), &limits) else { continue };
@@ -118,6 +121,19 @@ impl Facing {
     fn towards(&self, n: DVec3) -> DVec3 {
         self.sides.into_iter().map(|side| if side.dot(n) < 0.0 { -side } else { side }).sum()
     }
+}
+
+/// Whether a sheet's edge is parallel to the body's all along its way through `places`, so that nothing would come of [`crossing`]: as every
+/// other one is where a sheet lies square on a box. Between two places what is across the body's edge is no longer than at one of them,
+/// and what is along it no shorter.
+fn stays_parallel(edge: &Edge, places: [[DVec3; 2]; 3]) -> bool {
+    let direction = (edge.ends[1] - edge.ends[0]).normalize_or_zero();
+    let ways = places.map(|x| x[1] - x[0]);
+    let along = ways.map(|way| way.dot(direction));
+    let across = ways.iter().map(|way| way.cross(direction).length_squared()).fold(0.0, f64::max);
+    let turns = along.iter().any(|a| a * along[0] <= 0.0);
+    let least = along.iter().fold(f64::INFINITY, |least, a| least.min(a.abs()));
+    !turns && across < (0.99 * PARALLEL * least).powi(2)
 }
 
 /// How a sheet's edge that moves through `start`, `base` and `end` touches an edge of a body; `side` is how it faces at the base, `before`
@@ -278,4 +294,46 @@ pub(super) fn above(p: [DVec3; 2], q: [DVec3; 2], n: DVec3) -> Option<(f64, f64)
     let (s, t) = (-w.dot(vn) / turn, -w.dot(un) / turn);
     let within = |x: f64| (-BEYOND..=1.0 + BEYOND).contains(&x);
     (within(s) && within(t)).then(|| (s.clamp(0.0, 1.0), t.clamp(0.0, 1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DQuat;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn vector(reach: f64) -> impl Strategy<Value = DVec3> {
+        (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(move |(x, y, z)| reach * DVec3::new(x, y, z))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(20_000))]
+
+        /// Nothing is left out that would have touched: edges all about the direction of a box's, on their way through its edge.
+        #[test]
+        fn what_stays_parallel_touches_nowhere(turns in [vector(0.012), vector(0.012), vector(0.012)],
+                                               places in [vector(2e-3), vector(2e-3), vector(2e-3)], back in any::<bool>()) {
+            let edge = Edge { ends: [DVec3::ZERO, 0.1 * DVec3::X], normals: [DVec3::Y, DVec3::Z] };
+            let half = DVec3::X * if back { -0.01 } else { 0.01 };
+            let ways = [0, 1, 2].map(|k| {
+                let (middle, way) = (places[k] + 0.05 * DVec3::X, DQuat::from_scaled_axis(turns[k]) * half);
+                [middle - way, middle + way]
+            });
+            let side = Facing { sides: [DVec3::Y; 2], flanks: [DVec3::Z, -DVec3::Z], is_border: false };
+            let limits = Limits { margin: 5e-4, offset: 2.5e-4, deep: 1e-4 };
+            let found = crossing(&edge, ways, (&side, &|| side), &limits);
+            prop_assert!(found.is_none() || !stays_parallel(&edge, ways), "{found:?}");
+        }
+
+        /// And it is seen where it is so.
+        #[test]
+        fn parallels_are_told(turns in [vector(0.005), vector(0.005), vector(0.005)], middle in vector(2e-3)) {
+            let edge = Edge { ends: [DVec3::ZERO, 0.1 * DVec3::X], normals: [DVec3::Y, DVec3::Z] };
+            let way = |turn: DVec3| DQuat::from_scaled_axis(turn) * DVec3::X * 0.01;
+            prop_assert!(stays_parallel(&edge, turns.map(|turn| [middle, middle + way(turn)])));
+            // Turned right round it crosses the body's edge on the way.
+            prop_assert!(!stays_parallel(&edge, [[middle, middle + way(turns[0])], [middle, middle - way(turns[1])], [middle, middle - way(turns[2])]]));
+        }
+    }
 }

@@ -40,10 +40,21 @@ impl Loads {
         self.ends.is_empty()
     }
 
+    /// Right-hand side number `i`, below [`Loads::len`].
+    pub fn get(&self, i: usize) -> &[(u32, [f64; 3])] {
+        let start = if i == 0 { 0 } else { self.ends[i - 1] };
+        &self.entries[start..self.ends[i]]
+    }
+
+    /// Whether two right-hand sides have their entries in the same rows, in the same order.
+    pub fn are_alike(&self, i: usize, j: usize) -> bool {
+        let rows = |i: usize| self.get(i).iter().map(|entry| entry.0);
+        rows(i).eq(rows(j))
+    }
+
     /// The right-hand sides in turn.
     pub fn iter(&self) -> impl Iterator<Item = &[(u32, [f64; 3])]> {
-        let starts = std::iter::once(0).chain(self.ends.iter().copied());
-        starts.zip(&self.ends).map(|(start, &end)| &self.entries[start..end])
+        (0..self.len()).map(|i| self.get(i))
     }
 }
 
@@ -55,6 +66,13 @@ struct Segment {
     /// Where their values are.
     start: usize,
     end: usize,
+}
+
+impl Segment {
+    #[inline(always)]
+    fn range(&self) -> std::ops::Range<usize> {
+        self.start..self.end
+    }
 }
 
 /// Half solutions of the same factor.
@@ -98,21 +116,9 @@ impl HalfSolutions {
     /// The nine products of solutions 3b, 3b+1, 3b+2 with 3c, 3c+1, 3c+2. The three of each must have loads at the same
     /// block rows.
     pub fn block(&self, b: usize, c: usize) -> [[f64; 3]; 3] {
-        let [left, right] = [b, c].map(|i| [0, 1, 2].map(|k| self.segments_of(3 * i + k)));
+        let three = |i: usize| [self.segments_of(3 * i), self.segments_of(3 * i + 1), self.segments_of(3 * i + 2)];
         let mut sums = [[0.0; 3]; 3];
-        let (mut l, mut r) = (0, 0);
-        while let (Some(here), Some(there)) = (left[0].get(l), right[0].get(r)) {
-            if here.first < there.first {
-                l += 1;
-            } else if there.first < here.first {
-                r += 1;
-            } else {
-                let values = |side: [&[Segment]; 3], at: usize| side.map(|s| &self.values[s[at].start..s[at].end]);
-                add_products(values(left, l), values(right, r), &mut sums);
-                l += 1;
-                r += 1;
-            }
-        }
+        add_block(&self.values, three(b), three(c), &mut sums);
         sums
     }
 
@@ -146,27 +152,67 @@ impl HalfSolutions {
     }
 }
 
-/// Adds a_i·b_j, by eight running sums each.
+/// Adds the products of three solutions with three others, of which those of each side have the same segments.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
+fn add_block(values: &[f64], left: [&[Segment]; 3], right: [&[Segment]; 3], to: &mut [[f64; 3]; 3]) {
+    let (mut l, mut r) = (0, 0);
+    while let (Some(here), Some(there)) = (left[0].get(l), right[0].get(r)) {
+        if here.first < there.first {
+            l += 1;
+        } else if there.first < here.first {
+            r += 1;
+        } else {
+            let a = [&values[left[0][l].range()], &values[left[1][l].range()], &values[left[2][l].range()]];
+            let b = [&values[right[0][r].range()], &values[right[1][r].range()], &values[right[2][r].range()]];
+            add_products(a, b, to);
+            l += 1;
+            r += 1;
+        }
+    }
+}
+
+/// Adds a_i·b_j, by eight running sums each: four of all nine products at a time, which is what stays in registers.
+#[inline(always)]
 fn add_products(a: [&[f64]; 3], b: [&[f64]; 3], to: &mut [[f64; 3]; 3]) {
     let length = a[0].len();
-    let [a, b] = [a, b].map(|side| side.map(|s| s[..length].as_chunks::<8>()));
-    let mut sums = [[[0.0; 8]; 3]; 3];
-    for k in 0..a[0].0.len() {
-        for i in 0..3 {
-            for j in 0..3 {
-                for lane in 0..8 {
-                    sums[i][j][lane] += a[i].0[k][lane] * b[j].0[k][lane];
-                }
-            }
-        }
-    }
+    let whole = length / 8 * 8;
+    let (low, high) = (four_sums::<0>(a, b, whole), four_sums::<4>(a, b, whole));
     for i in 0..3 {
         for j in 0..3 {
-            let rest: f64 = a[i].1.iter().zip(b[j].1).map(|(a, b)| a * b).sum();
-            to[i][j] += sums[i][j].iter().sum::<f64>() + rest;
+            let mut rest = 0.0;
+            for k in whole..length {
+                rest += a[i][k] * b[j][k];
+            }
+            let sum = low[i][j].iter().sum::<f64>();
+            to[i][j] += high[i][j].iter().fold(sum, |sum, s| sum + s) + rest;
         }
     }
+}
+
+/// The running sums `FROM` to `FROM` + 3 of [`add_products`] over the first `whole` numbers.
+#[inline(always)]
+fn four_sums<const FROM: usize>(a: [&[f64]; 3], b: [&[f64]; 3], whole: usize) -> [[[f64; 4]; 3]; 3] {
+    let [a0, a1, a2] = [a[0][..whole].as_chunks::<8>().0, a[1][..whole].as_chunks().0, a[2][..whole].as_chunks().0];
+    let [b0, b1, b2] = [b[0][..whole].as_chunks::<8>().0, b[1][..whole].as_chunks().0, b[2][..whole].as_chunks().0];
+    let [mut s00, mut s01, mut s02, mut s10, mut s11, mut s12, mut s20, mut s21, mut s22] = [[0.0; 4]; 9];
+    // Written out, as loops over small arrays are not compiled to vectors.
+    let add = |sum: &mut [f64; 4], a: &[f64; 8], b: &[f64; 8]| {
+        for lane in 0..4 {
+            sum[lane] += a[FROM + lane] * b[FROM + lane];
+        }
+    };
+    for (((((a0, a1), a2), b0), b1), b2) in a0.iter().zip(a1).zip(a2).zip(b0).zip(b1).zip(b2) {
+        add(&mut s00, a0, b0);
+        add(&mut s01, a0, b1);
+        add(&mut s02, a0, b2);
+        add(&mut s10, a1, b0);
+        add(&mut s11, a1, b1);
+        add(&mut s12, a1, b2);
+        add(&mut s20, a2, b0);
+        add(&mut s21, a2, b1);
+        add(&mut s22, a2, b2);
+    }
+    [[s00, s01, s02], [s10, s11, s12], [s20, s21, s22]]
 }
 
 /// a·b by eight running sums, so that the order of summation is fixed and the sums do not wait for one another.
