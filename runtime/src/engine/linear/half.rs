@@ -40,21 +40,10 @@ impl Loads {
         self.ends.is_empty()
     }
 
-    /// Right-hand side number `i`, below [`Loads::len`].
-    pub fn get(&self, i: usize) -> &[(u32, [f64; 3])] {
-        let start = if i == 0 { 0 } else { self.ends[i - 1] };
-        &self.entries[start..self.ends[i]]
-    }
-
-    /// Whether two right-hand sides have their entries in the same rows, in the same order.
-    pub fn are_alike(&self, i: usize, j: usize) -> bool {
-        let rows = |i: usize| self.get(i).iter().map(|entry| entry.0);
-        rows(i).eq(rows(j))
-    }
-
     /// The right-hand sides in turn.
     pub fn iter(&self) -> impl Iterator<Item = &[(u32, [f64; 3])]> {
-        (0..self.len()).map(|i| self.get(i))
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, &end)| &self.entries[start..end])
     }
 }
 

@@ -129,9 +129,6 @@ impl Aligned {
     }
 }
 
-/// Half solutions made at once: a contact has three with loads at the same masses.
-const AT_ONCE: usize = 3;
-
 /// A multifrontal factor.
 pub(super) struct MultifrontalFactor {
     instructions: Instructions,
@@ -141,7 +138,6 @@ pub(super) struct MultifrontalFactor {
     columns: [Aligned; 2],
     schur: Aligned,
     parallel: bool,
-    /// Right-hand sides in the order of the elimination, one after the other, and scratch for the rows of a front of each.
     x: Vec<f64>,
     local: Aligned,
     factorised: bool,
@@ -164,8 +160,8 @@ impl MultifrontalFactor {
                 .map(Aligned::new),
             parallel: false,
             schur: Aligned::new(symbolic.schur_len),
-            x: vec![0.0; AT_ONCE * 3 * pattern.size()],
-            local: Aligned::new(AT_ONCE * symbolic.rows_len),
+            x: vec![0.0; 3 * pattern.size()],
+            local: Aligned::new(symbolic.rows_len),
             factorised: false,
             values: 9 * pattern.blocks(),
             path: Vec::with_capacity(symbolic.fronts.len()),
@@ -220,7 +216,7 @@ impl MultifrontalFactor {
 
     /// Brings a right-hand side into the order of the elimination.
     fn take_in(&mut self, b: &[f64]) {
-        assert_eq!(b.len(), 3 * self.symbolic.order.len(), "3 entries a block row");
+        assert_eq!(b.len(), self.x.len(), "3 entries a block row");
         for (x, &mass) in self.x.as_chunks_mut::<3>().0.iter_mut().zip(&self.symbolic.order) {
             x.copy_from_slice(&b[3 * mass as usize..3 * mass as usize + 3]);
         }
@@ -236,39 +232,6 @@ impl MultifrontalFactor {
         });
         for (x, &mass) in self.x.as_chunks::<3>().0.iter().zip(&self.symbolic.order) {
             b[3 * mass as usize..3 * mass as usize + 3].copy_from_slice(x);
-        }
-    }
-
-    /// Adds the half solutions of R `loads` from number `first` on, which are at the same masses.
-    fn half_solve_at_once<const R: usize>(&mut self, loads: &Loads, first: usize, solutions: &mut HalfSolutions) {
-        self.find_path(loads.get(first));
-        let size = 3 * self.symbolic.order.len();
-        let start = if self.factorised { 0.0 } else { f64::NAN };
-        for (r, x) in self.x.chunks_exact_mut(size).take(R).enumerate() {
-            // A front on the path changes nothing but pivots of fronts on the path.
-            for &k in &self.path {
-                let front = &self.symbolic.fronts[k as usize];
-                x[front.first..front.first + front.pivots].fill(start);
-            }
-            for &(mass, value) in loads.get(first + r) {
-                let at = 3 * self.symbolic.place[mass as usize] as usize;
-                for (x, v) in x[at..at + 3].iter_mut().zip(value) {
-                    *x += v;
-                }
-            }
-        }
-        self.instructions.run(HalfSolve::<R> {
-            symbolic: &self.symbolic,
-            factor: self.factor.get(),
-            side: RightHandSide { x: &mut self.x, local: self.local.get_mut() },
-            path: &self.path,
-        });
-        for x in self.x.chunks_exact(size).take(R) {
-            for &k in &self.path {
-                let front = &self.symbolic.fronts[k as usize];
-                solutions.add_segment(front.first, &x[front.first..front.first + front.pivots]);
-            }
-            solutions.close();
         }
     }
 
@@ -313,16 +276,31 @@ impl Factor for MultifrontalFactor {
     }
 
     fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
-        let mut next = 0;
-        while next < loads.len() {
-            let alike = (next + 1..loads.len()).take(AT_ONCE - 1).take_while(|i| loads.are_alike(next, *i)).count();
-            if alike == AT_ONCE - 1 {
-                self.half_solve_at_once::<AT_ONCE>(loads, next, solutions);
-                next += AT_ONCE;
-            } else {
-                self.half_solve_at_once::<1>(loads, next, solutions);
-                next += 1;
+        for load in loads.iter() {
+            self.find_path(load);
+            // A front on the path changes nothing but pivots of fronts on the path.
+            for &k in &self.path {
+                let front = &self.symbolic.fronts[k as usize];
+                let start = if self.factorised { 0.0 } else { f64::NAN };
+                self.x[front.first..front.first + front.pivots].fill(start);
             }
+            for &(mass, value) in load {
+                let at = 3 * self.symbolic.place[mass as usize] as usize;
+                for (x, v) in self.x[at..at + 3].iter_mut().zip(value) {
+                    *x += v;
+                }
+            }
+            self.instructions.run(HalfSolve {
+                symbolic: &self.symbolic,
+                factor: self.factor.get(),
+                side: RightHandSide { x: &mut self.x, local: self.local.get_mut() },
+                path: &self.path,
+            });
+            for &k in &self.path {
+                let front = &self.symbolic.fronts[k as usize];
+                solutions.add_segment(front.first, &self.x[front.first..front.first + front.pivots]);
+            }
+            solutions.close();
         }
     }
 

@@ -55,7 +55,7 @@ impl<const G: usize> Job<G> for Factorise<'_> {
                 return false;
             }
             if let Some(RightHandSide { x, local }) = &mut self.forward {
-                solve::forward::<L, G, 1>(lanes, symbolic, front, factor, x, local);
+                solve::forward(lanes, symbolic, front, factor, x, local);
             }
             let below = &factor[front.wide * front.wide / G..];
             let own = self.schur.of(front.schur_range());

@@ -26,7 +26,7 @@ impl<const G: usize> Job<G> for Solve<'_> {
         let Self { symbolic, factor, side: RightHandSide { x, local }, half_done } = self;
         if !half_done {
             for front in &symbolic.fronts {
-                forward::<L, G, 1>(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
+                forward(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
             }
         }
         for front in symbolic.fronts.iter().rev() {
@@ -35,16 +35,15 @@ impl<const G: usize> Job<G> for Solve<'_> {
     }
 }
 
-/// L y = b in the fronts of `path` alone, which hold all of b and, with a front, every front above it; of `R` right-hand sides at once, one
-/// after the other in `side.x` and in `side.local`, so that L is read once for all of them. Each has the bits that it has alone.
-pub(super) struct HalfSolve<'a, const R: usize> {
+/// L y = b in the fronts of `path` alone, which hold all of b and, with a front, every front above it.
+pub(super) struct HalfSolve<'a> {
     pub symbolic: &'a Symbolic,
     pub factor: &'a [f64],
     pub side: RightHandSide<'a>,
     pub path: &'a [u32],
 }
 
-impl<const G: usize, const R: usize> Job<G> for HalfSolve<'_, R> {
+impl<const G: usize> Job<G> for HalfSolve<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -52,38 +51,27 @@ impl<const G: usize, const R: usize> Job<G> for HalfSolve<'_, R> {
         let Self { symbolic, factor, side: RightHandSide { x, local }, path } = self;
         for &k in path {
             let front = &symbolic.fronts[k as usize];
-            forward::<L, G, R>(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
+            forward(lanes, symbolic, front, factor[front.factor_range()].as_chunks().0, x, local);
         }
     }
 }
 
-/// Σ_k panel_k y_k for each of R vectors y.
+/// Σ_k panel_k y_k.
 #[inline(always)]
-fn times<L: Lanes<G>, const G: usize, const R: usize>(lanes: L, panel: &[[f64; G]], y: [&[f64]; R]) -> [L::Vector; R] {
-    let mut sums = [[lanes.zero(); 4]; R];
-    let mut whole: [&[f64]; R] = [&[]; R];
-    for r in 0..R {
-        whole[r] = &y[r][..panel.len()];
-    }
+fn times<L: Lanes<G>, const G: usize>(lanes: L, panel: &[[f64; G]], y: &[f64]) -> L::Vector {
+    let mut sums = [lanes.zero(); 4];
     // Depths are multiples of G and so of 4.
-    for (k, four) in panel.as_chunks::<4>().0.iter().enumerate() {
+    for (four, y) in panel.as_chunks::<4>().0.iter().zip(y.as_chunks::<4>().0) {
         for q in 0..4 {
-            let l = lanes.load(&four[q]);
-            for r in 0..R {
-                sums[r][q] = lanes.mul_add(l, lanes.splat(whole[r][4 * k + q]), sums[r][q]);
-            }
+            sums[q] = lanes.mul_add(lanes.load(&four[q]), lanes.splat(y[q]), sums[q]);
         }
     }
-    let mut total = [lanes.zero(); R];
-    for r in 0..R {
-        total[r] = lanes.add(lanes.add(sums[r][0], sums[r][1]), lanes.add(sums[r][2], sums[r][3]));
-    }
-    total
+    lanes.add(lanes.add(sums[0], sums[1]), lanes.add(sums[2], sums[3]))
 }
 
-/// L y = b in one front: its pivots of `x` become y, and what they give is taken from the boundary's. There are R of `x`, one after the other.
+/// L y = b in one front: its pivots of `x` become y, and what they give is taken from the boundary's.
 #[inline(always)]
-pub(super) fn forward<L: Lanes<G>, const G: usize, const R: usize>(
+pub(super) fn forward<L: Lanes<G>, const G: usize>(
     lanes: L,
     symbolic: &Symbolic,
     front: &Front,
@@ -91,57 +79,35 @@ pub(super) fn forward<L: Lanes<G>, const G: usize, const R: usize>(
     x: &mut [f64],
     local: &mut [f64],
 ) {
-    let (wide, rows, size) = (front.wide, front.rows(), 3 * symbolic.order.len());
-    let local = &mut local[..R * rows];
-    for (y, x) in local.chunks_exact_mut(rows).zip(x.chunks_exact(size)) {
-        y[..front.pivots].copy_from_slice(&x[front.first..front.first + front.pivots]);
-        y[front.pivots..wide].fill(0.0);
-    }
+    let wide = front.wide;
+    let pivots = &mut x[front.first..front.first + front.pivots];
+    let (y, z) = local[..front.rows()].split_at_mut(wide);
+    y[..front.pivots].copy_from_slice(pivots);
+    y[front.pivots..].fill(0.0);
     let mut panels = factor.chunks_exact(wide);
     for first in (0..wide).step_by(G) {
         let Some(panel) = panels.next() else { break };
-        let sums = times::<L, G, R>(lanes, &panel[..first], each(local, rows));
+        let sum = lanes.array(times(lanes, &panel[..first], &y[..first]));
         let own = &panel[first..first + G];
-        for r in 0..R {
-            let sum = lanes.array(sums[r]);
-            let y = &mut local[r * rows + first..r * rows + first + G];
-            for q in 0..G {
-                let mut v = y[q] - sum[q];
-                for t in 0..q {
-                    v -= own[t][q] * y[t];
-                }
-                y[q] = v * own[q][q];
+        let y = &mut y[first..first + G];
+        for q in 0..G {
+            let mut v = y[q] - sum[q];
+            for t in 0..q {
+                v -= own[t][q] * y[t];
             }
+            y[q] = v * own[q][q];
         }
     }
-    for (i, panel) in panels.enumerate() {
-        let sums = times::<L, G, R>(lanes, panel, each(local, rows));
-        for r in 0..R {
-            let at = r * rows + wide + i * G;
-            if let Some(z) = local[at..].first_chunk_mut::<G>() {
-                lanes.store(sums[r], z);
-            }
+    pivots.copy_from_slice(&y[..front.pivots]);
+    for (panel, z) in panels.zip(z.as_chunks_mut().0) {
+        lanes.store(times(lanes, panel, y), z);
+    }
+    for (&mass, z) in symbolic.boundary(front).iter().zip(z.as_chunks::<3>().0) {
+        let x = &mut x[3 * mass as usize..3 * mass as usize + 3];
+        for k in 0..3 {
+            x[k] -= z[k];
         }
     }
-    for (y, x) in local.chunks_exact(rows).zip(x.chunks_exact_mut(size)) {
-        x[front.first..front.first + front.pivots].copy_from_slice(&y[..front.pivots]);
-        for (&mass, z) in symbolic.boundary(front).iter().zip(y[wide..].as_chunks::<3>().0) {
-            let x = &mut x[3 * mass as usize..3 * mass as usize + 3];
-            for k in 0..3 {
-                x[k] -= z[k];
-            }
-        }
-    }
-}
-
-/// The R vectors of `rows` numbers that are one after the other.
-#[inline(always)]
-fn each<const R: usize>(all: &[f64], rows: usize) -> [&[f64]; R] {
-    let mut parts: [&[f64]; R] = [&[]; R];
-    for r in 0..R {
-        parts[r] = &all[r * rows..(r + 1) * rows];
-    }
-    parts
 }
 
 /// Lᵀ x = y in one front: its pivots of `x` become the solution, that of the boundary being there.
