@@ -13,7 +13,7 @@ use crate::contact::Group;
 use crate::sheet::Field;
 
 use super::group::Part;
-use super::stiff::whole;
+use super::stiff::whole_group;
 
 /// Energy gained, as a fraction of what could be turned into motion at the start, beyond which a step is taken again.
 const GAIN: f64 = 0.1;
@@ -107,7 +107,7 @@ impl Energies {
     }
 
     /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Where nothing was `met` a slight gain is the
-    /// engine's own, and stands. Of a sheet that is `loose` only what moves against its motion as a whole is slowed: that has momentum.
+    /// engine's own, and stands. Of sheets that are `loose` only what moves against their motion as a whole is slowed: that has momentum.
     pub fn judge(&self, group: &mut Group, field: &Field, (last, met, loose): (bool, bool, bool)) -> Verdict {
         let now = Self::of(group, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
@@ -121,7 +121,7 @@ impl Energies {
         if group.members.len() == 1 && (gain.is_nan() || gain > RUNAWAY * free) {
             return Verdict::Runaway;
         }
-        if let Some(own) = loose.then(|| whole(group.sheet(0))).flatten() {
+        if let Some(own) = loose.then(|| whole_group(group)).flatten() {
             let within = now.sheets - own.kinetic_energy();
             if gain > within {
                 return if last { Verdict::Fails } else { Verdict::Again };

@@ -129,7 +129,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
 }
 
-/// Gives a part of a step up: a sheet that nothing holds goes on as a stiff body, others stay where they were.
+/// Gives a part of a step up: sheets that nothing holds go on as a stiff body, others stay where they were.
 fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     scratch.note_given_up();
     if !go_on(group, scratch, finder, part) {
@@ -362,7 +362,7 @@ fn conclude(
     let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands;
     if crossed || verdict == Verdict::Fails || within && !gives {
         give_up(group, scratch, finder, part);
-    } else if within && loose && go_on(group, scratch, finder, part) {
+    } else if within && loose && group.members.len() == 1 && go_on(group, scratch, finder, part) {
         scratch.note_given_up();
     }
     if verdict == Verdict::Runaway {

@@ -1,11 +1,11 @@
-//! A part of a step that contact cannot be solved for, where nothing holds the sheet: it goes on as one stiff body with the bodies that it
-//! would go into, perfectly plastic.
+//! A part of a step that contact cannot be solved for, where nothing holds the sheets of a group: they go on as one stiff body with the
+//! bodies that they would go into, perfectly plastic.
 //!
-//! With P = Σ m v and L = Σ (x-c) × m v of the sheet's masses and of those bodies, c their centre of mass, V = P/m and ω = I⁻¹ L,
+//! With P = Σ m v and L = Σ (x-c) × m v of the sheets' masses and of those bodies, c their centre of mass, V = P/m and ω = I⁻¹ L,
 //! all of them fly as one body of mass m and inertia I. P and L are kept, what was motion within is lost, nothing is strained and nothing
-//! that goes along comes nearer to anything else that does: the sheet neither lets a body through nor loses its way. A sheet that
-//! goes by itself keeps half of the speeds within, which have no momentum, as one that stays where it was does. Where the way leads
-//! into what does not give way the sheet is held, and is to stay.
+//! that goes along comes nearer to anything else that does: the sheets let no body nor one another through, nor lose their way. Sheets that
+//! go without bodies keep half of the speeds within, which have no momentum, as those that stay where they were do. Where the way leads
+//! into what does not give way they are held, and are to stay.
 
 use glam::{DMat3, DVec3};
 
@@ -69,32 +69,46 @@ impl Whole {
 
 /// The stiff body that has the momentum and the angular momentum of `sheet`; `None` where something pins it.
 pub(super) fn whole(sheet: &Sheet) -> Option<BodyState> {
-    let there = || (0..sheet.masses()).filter(|i| !sheet.is_gone(*i));
-    if sheet.pins.holds() || there().any(|i| sheet.is_held(i)) {
+    whole_of([sheet].into_iter())
+}
+
+/// The same of all sheets of `group` together.
+pub(super) fn whole_group(group: &Group) -> Option<BodyState> {
+    whole_of(group.members.iter().map(|i| &group.sheets[*i as usize]))
+}
+
+fn whole_of<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyState> {
+    fn there(sheet: &Sheet) -> impl Iterator<Item = usize> {
+        (0..sheet.masses()).filter(|i| !sheet.is_gone(*i))
+    }
+    if sheets.clone().any(|sheet| sheet.pins.holds() || there(sheet).any(|i| sheet.is_held(i))) {
         return None;
     }
-    let mut whole = Whole::about(sheet.x.get(there().next()?));
-    there().for_each(|i| whole.add(sheet.mass[i], sheet.x.get(i), sheet.v.get(i)));
+    let first = sheets.clone().find_map(|sheet| there(sheet).next().map(|i| sheet.x.get(i)))?;
+    let mut whole = Whole::about(first);
+    for sheet in sheets {
+        there(sheet).for_each(|i| whole.add(sheet.mass[i], sheet.x.get(i), sheet.v.get(i)));
+    }
     Some(whole.body())
 }
 
-/// Whether nothing is near a lone sheet in this stage that does not give way.
+/// Whether nothing is near the sheets in this stage that does not give way.
 pub(super) fn is_loose(group: &Group, scratch: &Scratch) -> bool {
     let gives = |side: &Side| match side {
         Side::Body { body, .. } => group.movers[*body as usize].gives(),
         Side::Sheet { .. } => true,
     };
-    group.members.len() == 1 && scratch.found.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
+    scratch.found.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
 }
 
-/// Takes the only sheet of `group` from where it was at the start of `part` to its end, with what it would go into; false where there are
-/// several, or something holds it, or what does not give way is near: what has come to lie there is to come to rest.
+/// Takes the sheets of `group` from where they were at the start of `part` to its end, with what they would go into; false where something
+/// holds one of them, or what does not give way is near: what has come to lie there is to come to rest.
 pub(super) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     if !is_loose(group, scratch) {
         return false;
     }
     group.each(|sheet| sheet.put_back());
-    let Some(own) = whole(group.sheet(0)) else { return false };
+    let Some(own) = whole_group(group) else { return false };
     scratch.swap_kept(&mut group.movers);
     finder.begin_stage(group, part.done, part.done + part.dt);
     let Some((start, end)) = way(group, scratch, finder, part, &own) else {
@@ -117,8 +131,8 @@ pub(super) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn F
     true
 }
 
-/// The body as which a sheet that is as a whole `own`, and what it would go into, go through `part`, at its start and at its end: leaves
-/// where the sheet comes to in its stage, and the movers there. `None` where it would go into what does not give way.
+/// The body as which sheets that are as a whole `own`, and what they would go into, go through `part`, at its start and at its end: leaves
+/// where the sheets come to in their stage, and the movers there. `None` where they would go into what does not give way.
 fn way(
     group: &mut Group,
     scratch: &mut Scratch,
