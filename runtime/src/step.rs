@@ -29,6 +29,9 @@ pub use crate::sheet::Field;
 pub const SLEEP_SPEED: f64 = 1e-3;
 /// How long it must be still before it sleeps, s.
 pub const SLEEP_TIME: f64 = 0.5;
+/// What stays so near to where it was, m, is still too, however fast: where contacts contradict one another, as at the rim of a sheet that lies on
+/// another's, masses go to and fro between two places in which they are put in turns.
+const TREMBLE: f64 = 5e-5;
 /// Speed above which a sheet has gone unstable, m/s: beyond any velocity a scene may set.
 const SPEED_LIMIT: f64 = 2e4;
 /// A sheet whose bounding box has grown to this many times its diagonal at the start has flown apart.
@@ -93,6 +96,7 @@ pub(crate) fn size_work(sheet: &mut Sheet) {
     if sheet.work.x_before.len() != n {
         sheet.work.x_before = Vectors::zeros(n);
         sheet.work.v_before = Vectors::zeros(n);
+        sheet.still_at = Vectors::zeros(n);
         sheet.work.struck = vec![Default::default(); n];
         sheet.work.touching = vec![false; n];
     }
@@ -168,22 +172,39 @@ fn freeze(sheet: &mut Sheet, touches: &mut Touches, time: f64, alarm: Alarm) {
 fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
     // A sheet adrift is not at rest, however slow: something must hold it.
     let held = (!sheet.pins.is_empty() || touches.count() > 0) && !sheet.is_creeping();
-    if held && is_still(sheet, last) {
-        sheet.quiet += stage.dt;
-        if sheet.quiet >= SLEEP_TIME {
-            sheet.status = Status::Asleep;
-            sheet.v.clear();
-            touches.events.push((stage.time + stage.dt, EventKind::AtRest, None));
-        }
-    } else {
-        sheet.quiet = 0.0;
+    if note_rest(sheet, held, (last, stage.dt)) {
+        sheet.status = Status::Asleep;
+        sheet.v.clear();
+        touches.events.push((stage.time + stage.dt, EventKind::AtRest, None));
     }
+}
+
+/// Counts for how long a sheet that may be `held` has been still, after a step of `dt` s with a last part of `last` s; true where that is long enough
+/// to sleep.
+fn note_rest(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
+    if !held || !(is_still(sheet, last) || is_near(sheet)) {
+        sheet.quiet = 0.0;
+        return false;
+    }
+    if sheet.quiet == 0.0 {
+        sheet.still_at.clone_from(&sheet.work.x_before);
+    }
+    sheet.quiet += dt;
+    sheet.quiet >= SLEEP_TIME
+}
+
+/// Whether all masses are within [`TREMBLE`] of where they were when the sheet was found still, or at the start of the step.
+fn is_near(sheet: &Sheet) -> bool {
+    let before = if sheet.quiet > 0.0 { &sheet.still_at } else { &sheet.work.x_before };
+    before.len() == sheet.masses() && furthest_within(&sheet.x, before, TREMBLE)
 }
 
 /// Whether no mass went faster than [`SLEEP_SPEED`], by where it went and not by its velocity: next to masses that contact
 /// holds, a multi-stage engine can rest with a velocity left that every step takes back again.
 fn is_still(sheet: &Sheet, dt: f64) -> bool {
-    let furthest = (SLEEP_SPEED * dt) * (SLEEP_SPEED * dt);
-    let (now, before) = (&sheet.x, &sheet.work.x_before);
-    (0..sheet.masses()).all(|i| now.get(i).distance_squared(before.get(i)) < furthest)
+    furthest_within(&sheet.x, &sheet.work.x_before, SLEEP_SPEED * dt)
+}
+
+fn furthest_within(now: &Vectors, before: &Vectors, most: f64) -> bool {
+    (0..now.len()).all(|i| now.get(i).distance_squared(before.get(i)) < most * most)
 }

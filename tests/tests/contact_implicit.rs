@@ -196,9 +196,10 @@ fn what_hangs_over_a_box_hangs_as_far_with_every_implicit_engine() {
 }
 
 #[test]
-fn a_ball_and_a_sheet_exchange_momentum_and_lose_none() {
-    for (restitution, friction) in [(0.0, 0.0), (0.5, 0.3), (0.8, 1.0)] {
-        let found = measured("impact", &Setup { restitution, friction, ..Setup::default() });
+fn a_ball_or_a_sheet_and_a_sheet_exchange_momentum_and_lose_none() {
+    let all = [(0.0, 0.0), (0.5, 0.3), (0.8, 1.0)];
+    for (on_sheet, (restitution, friction)) in [false, true].into_iter().flat_map(|s| all.map(|c| (s, c))) {
+        let found = measured("impact", &Setup { restitution, friction, on_sheet, ..Setup::default() });
         assert_eq!(found["met"], true, "{found}");
         assert!(number(&found, "momentum_error") < 1e-9, "{restitution}, {friction}: {found}");
         assert!(number(&found, "energy_gain") <= ENERGY, "{restitution}, {friction}: {found}");

@@ -138,6 +138,8 @@ pub(crate) struct Scratch {
     pub strayed: bool,
     /// Which movers a sheet takes along that goes on as a stiff body.
     pub along: Vec<bool>,
+    /// Energy that what is about to come to rest has from nowhere, and had no motion to take it from, J.
+    pub owed: f64,
     /// Whether the group is of explicit engines.
     pub(super) short_steps: bool,
     /// What has been closed at the end of any stage of the step so far: sheet of the group, mass, part. What bounces is open again at its end.
@@ -174,7 +176,7 @@ impl Scratch {
 
     /// After a step in which nothing could touch.
     pub fn rest(&mut self) {
-        self.gave_up = false;
+        (self.gave_up, self.owed) = (false, 0.0);
         self.found.forget();
         self.memory.clear();
         self.other.clear();
@@ -200,7 +202,7 @@ impl Scratch {
         for count in [self.stage as u32, self.expected, self.deepest, self.strays, self.stuck] {
             to.count(u64::from(count));
         }
-        to.number(self.eager);
+        to.numbers(&[self.eager, self.owed]);
         let c = &self.counters;
         for count in [c.rounds, c.contacts, c.most, c.unsettled, c.sweeps, c.newton, c.factors, c.halved, c.given_up] {
             to.count(count);
@@ -219,7 +221,7 @@ impl Scratch {
         self.stage = from.index(2)? as usize;
         (self.expected, self.deepest, self.strays) = (from.small()?, from.small()?, from.small()?);
         self.stuck = from.small()?;
-        self.eager = from.number()?;
+        (self.eager, self.owed) = (from.number()?, from.number()?);
         let c = &mut self.counters;
         let counts = [&mut c.rounds, &mut c.contacts, &mut c.most, &mut c.unsettled, &mut c.sweeps, &mut c.newton];
         for count in counts.into_iter().chain([&mut c.factors, &mut c.halved, &mut c.given_up]) {
@@ -496,21 +498,28 @@ impl Scratch {
         self.met = met;
     }
 
-    /// What body number `body` of a group of `movers` lies on.
+    /// What body number `body` of a group of `movers` lies on: sheets, and bodies that do not give way. (One that does would be turned by
+    /// what it brakes, which is left out.)
     pub fn support_of(&self, body: u32, movers: &[Mover]) -> Support {
         let mut support = Support::default();
         let is_it = |side: &Side| matches!(side, Side::Body { body: other, .. } if *other == body);
         let spin_of = |side: &Side| match side {
-            Side::Body { body, .. } => movers.get(*body as usize).map_or(DVec3::ZERO, |mover| mover.start.spin()),
-            Side::Sheet { .. } => DVec3::ZERO,
-        };
-        self.closed(|contact, _| {
-            if is_it(&contact.a) {
-                support.add(contact.normal, contact.friction, spin_of(&contact.b));
-            } else if is_it(&contact.b) {
-                support.add(-contact.normal, contact.friction, spin_of(&contact.a));
+            Side::Body { body, .. } => {
+                movers.get(*body as usize).filter(|mover| !mover.gives()).map(|mover| mover.start.spin())
             }
-        });
+            Side::Sheet { .. } => Some(DVec3::ZERO),
+        };
+        let all = self.found.contacts[..self.found.glue_from].iter().zip(&self.gaps.now);
+        for (contact, _) in all.filter(|(_, gap)| **gap < 2.0 * CLOSED) {
+            let (normal, other) = match (is_it(&contact.a), is_it(&contact.b)) {
+                (true, _) => (contact.normal, &contact.b),
+                (_, true) => (-contact.normal, &contact.a),
+                _ => continue,
+            };
+            if let Some(spin) = spin_of(other) {
+                support.add(normal, contact.friction, spin);
+            }
+        }
         support
     }
 

@@ -148,10 +148,10 @@ pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
         let names: Vec<&str> = TABLE.iter().map(|c| c.name).collect();
         InputError::new("case", format!("no case is named \"{case}\"; there are {}", names.join(", ")))
     })?;
-    setup.check()?;
     if row.name != fold::CASE.name {
         crate::error::check_range("angle", setup.angle, 0.0, 89.0, "degrees")?;
     }
+    setup.check()?;
     let start = ProcessTime::now();
     let found = (row.run)(setup)?;
     let set_up = (start.elapsed().as_secs_f64() - found.cpu).max(0.0);

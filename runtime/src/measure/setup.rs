@@ -83,7 +83,7 @@ pub struct Setup {
     pub corner: bool,
     /// Land with the surface on the ridge of a wedge and not with an edge on the floor.
     pub edge_of_body: bool,
-    /// Lie and slide on a sheet that is held everywhere and not on a plane.
+    /// Lie and slide on a sheet that is held everywhere and not on a plane, or be hit by a sheet and not by a ball.
     pub on_sheet: bool,
     /// How often to halve the step and measure again, 0 to 6.
     pub refine: u32,

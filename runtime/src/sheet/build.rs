@@ -348,6 +348,7 @@ fn assemble(
         engine,
         stack,
         quiet: 0.0,
+        still_at: Vectors::zeros(0),
         work: Work::default(),
         material,
         damping,

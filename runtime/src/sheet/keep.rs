@@ -118,6 +118,9 @@ impl Sheet {
         [c.accepted, c.rejected, c.evaluations, c.guarded, c.contacts].into_iter().for_each(|n| to.count(n));
         to.vectors(&self.x);
         to.vectors(&self.v);
+        if self.quiet > 0.0 {
+            to.vector_list(&self.still_at);
+        }
         if let Some(tears) = &self.tears {
             to.flags(tears.cells());
             tears.keep(to);
@@ -169,6 +172,9 @@ impl Sheet {
         let quiet = self.quiet;
         from.vectors(&mut self.x)?;
         from.vectors(&mut self.v)?;
+        if quiet > 0.0 {
+            from.vector_list(&mut self.still_at, masses)?;
+        }
         self.take_openings_back(from)?;
         self.take_heat(from)?;
         if self.is_changed() {

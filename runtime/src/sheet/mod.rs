@@ -206,8 +206,9 @@ pub struct Sheet {
     pub(crate) engine_kind: EngineKind,
     pub(crate) engine: Box<dyn Engine>,
     pub(crate) stack: Stack,
-    /// How long it has been still, s.
+    /// How long it has been still, s, and where it was when it was found so.
     pub(crate) quiet: f64,
+    pub(crate) still_at: Vectors,
     pub(crate) work: Work,
     material: Material,
     damping: f64,

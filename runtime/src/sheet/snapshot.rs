@@ -16,6 +16,8 @@ pub(crate) struct SheetState {
     v: Vectors,
     status: Status,
     quiet: f64,
+    /// Where it was when it was found still, if it is.
+    still_at: Option<Vectors>,
     /// Which cells have opened since the start, of a sheet that can.
     open: Vec<bool>,
     stuck: Option<Box<Stuck>>,
@@ -77,7 +79,8 @@ impl Sheet {
             Changed::copy(elements, &self.springs, self.heat.as_deref(), self.flow.as_deref(), &self.material)
         });
         let guard = self.guard.as_ref().map(|g| g.state);
-        SheetState { x, v, status: self.status, quiet: self.quiet, open, stuck, changed, guard }
+        let still_at = (self.quiet > 0.0).then(|| self.still_at.clone());
+        SheetState { x, v, status: self.status, quiet: self.quiet, still_at, open, stuck, changed, guard }
     }
 
     /// Whether `state` is one of this sheet.
@@ -105,6 +108,7 @@ impl Sheet {
         }
         self.status = state.status;
         self.quiet = state.quiet;
+        state.still_at.iter().for_each(|at| self.still_at.clone_from(at));
         self.work.touching.fill(false);
         self.work.stage.astray = false;
         self.restore_guard(state.guard);

@@ -10,6 +10,7 @@
 //! is lost, and the next step has less to cope with. Energies in J.
 
 use crate::contact::Group;
+use crate::contact::mover::Mover;
 use crate::sheet::Field;
 
 use super::group::Part;
@@ -30,6 +31,9 @@ const OVERLAPS: (f64, f64) = (2e-5, 5e-4);
 /// The same beyond which a sheet is not to be helped: as one that begins deep within a body, and is thrown out of it. Of several
 /// sheets one would take the others with it, so those stay where they were.
 const RUNAWAY: f64 = 1e6;
+/// Speed of what is about to come to rest, m/s. A body that rolls to and fro over the edges of the sheet's triangles is lifted onto each by up to a
+/// twentieth of the energy it has: more than rolling takes from it.
+const LINGERING: f64 = 0.03;
 /// Part of its speed that a sheet keeps when it stays where it was, for want of a step that may stand.
 pub(super) const KEPT: f64 = 0.5;
 /// Overlap with a body that a step may end with where its rounds did not come together, m.
@@ -57,6 +61,8 @@ pub(super) struct Energies {
     gravity: f64,
     /// What the sheets have when they are all but still.
     still: f64,
+    /// What lifts out of overlaps may add.
+    lifts: f64,
 }
 
 impl Energies {
@@ -102,16 +108,29 @@ impl Energies {
     pub fn lift_out(&mut self, group: &Group, field: &Field, (depth, parted): (f64, f64)) {
         let depth = if depth > OVERLAPS.0 { depth.min(OVERLAPS.1) } else { 0.0 };
         if depth + parted > 0.0 && group.members.len() == 1 {
-            self.gravity += weight(group, field) * (depth + parted);
+            self.lifts += weight(group, field) * (depth + parted);
         }
     }
 
     /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Where nothing was `met` a slight gain is the
     /// engine's own, and stands. Of sheets that are `loose` only what moves against their motion as a whole is slowed: that has momentum.
-    pub fn judge(&self, group: &mut Group, field: &Field, (last, met, loose): (bool, bool, bool)) -> Verdict {
+    /// Of what is about to come to rest any gain is taken from its motion, and what it had not enough for is `owed` (J) by the next steps.
+    pub fn judge(
+        &self,
+        group: &mut Group,
+        field: &Field,
+        (last, met, loose): (bool, bool, bool),
+        owed: &mut f64,
+    ) -> Verdict {
         let now = Self::of(group, field);
         let free = self.sheets + self.bodies + self.strain + self.still;
-        let gain = now.total() - self.total();
+        let gain = now.total() - self.total() - self.lifts;
+        if met && gain <= GAIN * free && is_lingering(group, loose) {
+            *owed = (*owed + gain + self.lifts).max(0.0);
+            *owed -= take(group, *owed, now.sheets + now.bodies);
+            return Verdict::Stands;
+        }
+        *owed = 0.0;
         if gain <= if met { SLIGHT } else { GAIN } * free {
             return Verdict::Stands;
         }
@@ -141,6 +160,30 @@ impl Energies {
         }
         Verdict::Stands
     }
+}
+
+/// Whether nothing in `group` goes faster than [`LINGERING`], bodies are in it that give way, and something holds it: of what is free only
+/// the motion against the whole may be lessened.
+fn is_lingering(group: &Group, loose: bool) -> bool {
+    let gives = group.movers.iter().any(|m| m.gives());
+    let slow = |m: &Mover| !m.gives() || m.start.velocity().length() < LINGERING;
+    gives
+        && group.movers.iter().all(slow)
+        && group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < LINGERING)
+        && !(loose && whole_group(group).is_some())
+}
+
+/// Takes `owed` (J) from all that moves, with `motion` (J), or all of that; returns how much.
+fn take(group: &mut Group, owed: f64, motion: f64) -> f64 {
+    let taken = owed.min(motion);
+    if taken > 0.0 {
+        let part = (1.0 - taken / motion).sqrt();
+        group.each(|sheet| sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= part));
+        for mover in group.movers.iter_mut().filter(|m| m.gives()) {
+            mover.start = mover.start.with_velocity(mover.start.velocity() * part, mover.start.spin() * part);
+        }
+    }
+    taken
 }
 
 /// Weight of a group's sheets, and of the bodies in it that give way, N.

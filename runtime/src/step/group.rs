@@ -356,7 +356,7 @@ fn conclude(
     let last = scratch.last;
     // What swings after a blow goes around as large an arc as what is struck: a lone sheet is judged in free flight too.
     let judged = met || group.members.len() == 1;
-    let judge = |before: Energies| before.judge(group, &part.field, (last, met, loose));
+    let judge = |before: Energies| before.judge(group, &part.field, (last, met, loose), &mut scratch.owed);
     let verdict = before.filter(|_| judged).map_or(Verdict::Stands, judge);
     let gives = group.movers.iter().any(|m| m.gives());
     let within = before.is_some() && overlap > WITHIN && verdict == Verdict::Stands;

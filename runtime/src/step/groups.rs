@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::group::{Part, advance};
 use super::near::{Near, NearWork, skin};
-use super::{SLEEP_SPEED, SLEEP_TIME, Stage, contain, give_up, is_still, is_unstable, size_work};
+use super::{SLEEP_SPEED, Stage, contain, give_up, is_unstable, note_rest, size_work};
 use crate::contact::Group;
 use crate::contact::mover::Mover;
 use crate::contact::rigid::{BodyContact, BodyState, RigidWorld};
@@ -475,8 +475,7 @@ impl Shared<'_> {
             // A sheet adrift is not at rest, however slow: something must hold it.
             let touched = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
             let held = touched && !sheet.is_creeping();
-            sheet.quiet = if held && is_still(sheet, dt) { sheet.quiet + dt } else { 0.0 };
-            all &= sheet.quiet >= SLEEP_TIME;
+            all &= note_rest(sheet, held, (dt, dt));
         }
         let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP_SPEED;
         if !all || !claims.iter().all(slow) {

@@ -13,7 +13,7 @@ use crate::scene::{Air, ContactDefaults, Scene};
 use crate::sheet::Sheet;
 
 const MAGIC: &[u8; 8] = b"SHEETWRK";
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 /// What is wrong with one of another world.
 const OTHERS: &str = "is of other sheets or bodies than there are now";
 /// Bytes that the place and velocity of a mass take.

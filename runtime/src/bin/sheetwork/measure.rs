@@ -113,7 +113,7 @@ pub struct Measure {
     /// Land with the surface on a wedge's ridge, with --corner on a needle's tip (edge-landing).
     #[arg(long)]
     edge_of_body: bool,
-    /// Lie on a sheet that is held everywhere and not on a plane (incline, slide).
+    /// Lie on a sheet that is held everywhere and not on a plane (incline, slide), or be hit by a sheet and not by a ball (impact).
     #[arg(long)]
     on_sheet: bool,
     /// Halve the step so often and measure the rebound again (edge-landing).

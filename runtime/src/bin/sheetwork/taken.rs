@@ -22,7 +22,7 @@ const OF_CASES: &[(&str, &[&str])] = &[
     ("sheets", &["stack"]),
     ("corner", &["edge-landing"]),
     ("edge_of_body", &["edge-landing"]),
-    ("on_sheet", &["incline", "slide"]),
+    ("on_sheet", &["impact", "incline", "slide"]),
     ("refine", &["edge-landing"]),
     ("threads", &["card-house", "card-pack", "stack"]),
     ("polygon", &["view-factor"]),
