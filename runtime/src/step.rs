@@ -31,7 +31,7 @@ pub const SLEEP_SPEED: f64 = 1e-3;
 pub const SLEEP_TIME: f64 = 0.5;
 /// What stays so near to where it was, m, is still too, however fast: where contacts contradict one another, as at the rim of a sheet that lies on
 /// another's, masses go to and fro between two places in which they are put in turns.
-const TREMBLE: f64 = 5e-5;
+const TREMBLE: f64 = 1e-4;
 /// Speed above which a sheet has gone unstable, m/s: beyond any velocity a scene may set.
 const SPEED_LIMIT: f64 = 2e4;
 /// A sheet whose bounding box has grown to this many times its diagonal at the start has flown apart.
