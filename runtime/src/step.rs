@@ -32,6 +32,8 @@ pub const SLEEP_TIME: f64 = 0.5;
 /// What stays so near to where it was, m, is still too, however fast: where contacts contradict one another, as at the rim of a sheet that lies on
 /// another's, masses go to and fro between two places in which they are put in turns.
 const TREMBLE: f64 = 1e-4;
+/// The same of a sheet smaller than 5 cm, as a part of its diagonal.
+const TREMBLE_OF_SMALL: f64 = 2e-3;
 /// Speed above which a sheet has gone unstable, m/s: beyond any velocity a scene may set.
 const SPEED_LIMIT: f64 = 2e4;
 /// A sheet whose bounding box has grown to this many times its diagonal at the start has flown apart.
@@ -193,10 +195,10 @@ fn note_rest(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
     sheet.quiet >= SLEEP_TIME
 }
 
-/// Whether all masses are within [`TREMBLE`] of where they were when the sheet was found still, or at the start of the step.
+/// Whether all masses are no further than what may tremble from where they were when the sheet was found still, or at the start of the step.
 fn is_near(sheet: &Sheet) -> bool {
     let before = if sheet.quiet > 0.0 { &sheet.still_at } else { &sheet.work.x_before };
-    before.len() == sheet.masses() && furthest_within(&sheet.x, before, TREMBLE)
+    before.len() == sheet.masses() && furthest_within(&sheet.x, before, TREMBLE.min(TREMBLE_OF_SMALL * sheet.spread))
 }
 
 /// Whether no mass went faster than [`SLEEP_SPEED`], by where it went and not by its velocity: next to masses that contact
