@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use sheetwork::recording::Recorder;
 use sheetwork::scene::Scene;
+use sheetwork::world::recording::Recorder;
 use sheetwork::{InputError, Report, World};
 
 use crate::camera::Camera;
@@ -115,7 +115,7 @@ mod tests {
         assert!((outcome.report.simulated_s - 0.1).abs() < 1e-9);
         assert_eq!(outcome.frames, 7, "the start and six frames");
         assert!(outcome.picture.is_file());
-        let (header, frames) = sheetwork::recording::read(&outcome.recording).expect("readable");
+        let (header, frames) = sheetwork::world::recording::read(&outcome.recording).expect("readable");
         assert_eq!((header.scene.as_str(), frames.len()), ("wedge", 7));
         std::fs::remove_dir_all(&folder).expect("removed");
     }

@@ -3,8 +3,12 @@
 use std::path::Path;
 use std::time::Instant;
 
-use sheetwork::link::{Attached, Host, Link, LinkError, LinkPlace, LinkStatistics};
 use sheetwork::{InputError, World};
+use sheetwork_link::Attached;
+use sheetwork_link::Host;
+use sheetwork_link::LinkError;
+use sheetwork_link::place::LinkPlace;
+use sheetwork_link::{Link, LinkStatistics};
 
 use crate::session::Session;
 

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use sheetwork::World;
-use sheetwork::contact::rigid::Body;
+use sheetwork::rigid::Body;
 use sheetwork::scene::{Scene, Shape};
 use sheetwork::sheet::Sheet;
 

@@ -6,8 +6,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use sheetwork::recording::{Frame, Header, Warmth, read};
 use sheetwork::scene::Scene;
+use sheetwork::world::recording::{Frame, Header, Warmth, read};
 use sheetwork::{InputError, World};
 
 use crate::scenes;

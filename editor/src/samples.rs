@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use sheetwork::World;
-use sheetwork::watch::Phase;
+use sheetwork::profiler::Phase;
 
 /// Most moments that are kept.
 pub const MOST: usize = 8192;

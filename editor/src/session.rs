@@ -20,12 +20,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use sheetwork::event::Event;
-use sheetwork::link::LinkPlace;
+use sheetwork::islands::event::Event;
+use sheetwork::math::Vectors;
+use sheetwork::profiler::Watch;
 use sheetwork::scene::Scene;
-use sheetwork::sheet::{Status, Vectors};
-use sheetwork::watch::Watch;
+use sheetwork::sheet::Status;
 use sheetwork::{InputError, Snapshot, World};
+use sheetwork_link::place::LinkPlace;
 
 pub use carry::Item;
 pub(crate) use clock::ROUNDING;

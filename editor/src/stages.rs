@@ -6,7 +6,7 @@ use std::cell::RefCell;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use sheetwork::watch::{Phase, Watch};
+use sheetwork::profiler::{Phase, Watch};
 
 thread_local! {
     /// What is under way on this thread, and since when its own time runs.

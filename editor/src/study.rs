@@ -3,7 +3,7 @@
 //!
 //! The tests are shown one after the other in an order of chance, and in each its sheets in one: a subject compares sheets that fall on the
 //! same thing. The order follows from a seed. Answers are in the file after every sheet, so that nothing is lost. What is asked, and what becomes of the
-//! answers, is [`sheetwork::study`]'s.
+//! answers, is [`sheetwork_rigs::study`]'s.
 //!
 //! The sheets are those of the thesis: 11x2x11 masses of 0.04 g, 2.5 cm square, its room and gravity, springs of 405 (the second test, stiff, by rk4) and 205 mN/m
 //! (the third, by euler-richardson) as its table 3.1 has them, and 305 in the first, which it only calls medium. The shell is one layer of what
@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
-use sheetwork::study::{Answers, LAST_QUESTIONS, Overall, QUESTIONS, Rating, SHEETS, TESTS};
+use sheetwork_rigs::study::{Answers, LAST_QUESTIONS, Overall, QUESTIONS, Rating, SHEETS, TESTS};
 
 /// One thing that is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

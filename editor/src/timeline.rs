@@ -4,7 +4,7 @@
 //! the whole run can be gone back to, its beginning in coarser steps. What comes after the present moment stays until the run
 //! goes another way.
 
-use sheetwork::event::Event;
+use sheetwork::islands::event::Event;
 use sheetwork::sheet::Sheet;
 use sheetwork::{Snapshot, World};
 

@@ -431,7 +431,7 @@ fn a_recording_is_not_edited() {
     let folder = folder("recording");
     let file = folder.join("a.swr");
     let session = wedge();
-    let mut recorder = sheetwork::recording::Recorder::create(&file, session.world(), 60.0).expect("writable");
+    let mut recorder = sheetwork::world::recording::Recorder::create(&file, session.world(), 60.0).expect("writable");
     recorder.frame(session.world()).expect("writable");
     recorder.frame(session.world()).expect("writable");
     recorder.finish().expect("written");

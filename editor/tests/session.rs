@@ -204,7 +204,9 @@ fn an_empty_scene_plays() {
 
 #[test]
 fn the_live_link_shows_the_session_and_what_it_sets_stays_through_a_reset() {
-    use sheetwork::link::{Client, Command, LinkPlace};
+    use sheetwork_link::Client;
+    use sheetwork_link::Command;
+    use sheetwork_link::place::LinkPlace;
     let root = std::env::temp_dir().join(format!("sheetwork-editor-link-{}", std::process::id()));
     let place = LinkPlace::within(&root, "editor").expect("a name");
     let mut session = session();
@@ -243,7 +245,8 @@ fn a_recording_is_played_sought_and_not_changed() {
     std::fs::create_dir_all(&folder).expect("a folder");
     let recorded = folder.join("wedge.swr");
     let mut simulated = session();
-    let mut recorder = sheetwork::recording::Recorder::create(&recorded, simulated.world(), 60.0).expect("writable");
+    let mut recorder =
+        sheetwork::world::recording::Recorder::create(&recorded, simulated.world(), 60.0).expect("writable");
     recorder.frame(simulated.world()).expect("writable");
     for _ in 0..30 {
         simulated.run(1.0 / 60.0);
@@ -294,7 +297,8 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
     std::fs::create_dir_all(&folder).expect("a folder");
     let recorded = folder.join("drawn.swr");
     let mut simulated = Session::new(&scene).expect("valid");
-    let mut recorder = sheetwork::recording::Recorder::create(&recorded, simulated.world(), 20.0).expect("writable");
+    let mut recorder =
+        sheetwork::world::recording::Recorder::create(&recorded, simulated.world(), 20.0).expect("writable");
     recorder.frame(simulated.world()).expect("writable");
     for _ in 0..8 {
         simulated.run(0.05);

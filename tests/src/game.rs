@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use sheetwork::link::Host;
 use sheetwork::scene::Scene;
 use sheetwork::{InputError, World};
+use sheetwork_link::Host;
 
 /// A small sheet, clamped at one edge.
 ///

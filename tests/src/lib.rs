@@ -10,10 +10,12 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::EngineKind;
-use sheetwork::lattice::{self, StructureKind};
+use sheetwork::integrators::EngineKind;
+use sheetwork::math::Vectors;
+use sheetwork::mesh::structure;
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{BodySpec, Material, MaterialChoice, PathKey, Placement, Scene, Shape, SheetSpec, SpringLaw};
-use sheetwork::sheet::{Sheet, Vectors};
+use sheetwork::sheet::Sheet;
 
 /// Folder of the scenes that come with the project.
 pub fn scenes_folder() -> PathBuf {
@@ -261,7 +263,7 @@ pub fn state_hash(world: &World) -> u64 {
 /// One sheet of every structure, each `height` (m) over a floor and in the way of a box that moves.
 pub fn crowd(engine: EngineKind, height: f64) -> Scene {
     let mut scene = Scene { name: engine.name().into(), engine, dt: 2e-3, ..Scene::default() };
-    for (i, structure) in lattice::TABLE.iter().enumerate() {
+    for (i, structure) in structure::TABLE.iter().enumerate() {
         let mut sheet = small_sheet(structure.kind, 0.2);
         sheet.name = structure.name.into();
         sheet.placement =

@@ -2,9 +2,9 @@
 
 use allocation_counter::measure;
 use glam::DVec3;
-use sheetwork::engine::{EngineKind, TABLE};
-use sheetwork::lattice;
-use sheetwork::lattice::outline::OutlineSpec;
+use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::mesh::outline::OutlineSpec;
+use sheetwork::mesh::structure;
 use sheetwork::scene::{Air, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork_tests::{adrift, body, excite_randomly, shipped, small_sheet, world};
 
@@ -26,7 +26,7 @@ fn the_counter_counts() {
 
 #[test]
 fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_engine_and_structure() {
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for engine in TABLE {
             let mut scene = adrift(small_sheet(structure.kind, 0.1), engine.kind);
             scene.dt = 5e-4;
@@ -42,10 +42,10 @@ fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_engine_and_structure()
 }
 
 /// A real sheet of `structure`, clamped at one edge, in a wind that changes nothing but its pose.
-fn clamped(structure: lattice::StructureKind, engine: EngineKind) -> Scene {
+fn clamped(structure: structure::StructureKind, engine: EngineKind) -> Scene {
     let sheet = SheetSpec {
         structure,
-        grid: (11, if structure == lattice::StructureKind::Shell { 1 } else { 2 }, 11),
+        grid: (11, if structure == structure::StructureKind::Shell { 1 } else { 2 }, 11),
         size: (0.25, 0.25),
         material: MaterialChoice::Named("pet".into()),
         springs: SpringLaw::Calibrated,
@@ -58,7 +58,7 @@ fn clamped(structure: lattice::StructureKind, engine: EngineKind) -> Scene {
 
 #[test]
 fn a_warm_implicit_step_of_a_real_sheet_allocates_nothing() {
-    use lattice::StructureKind::{DoubleDiagonal, Shell, Trimm};
+    use sheetwork::mesh::structure::StructureKind::{DoubleDiagonal, Shell, Trimm};
     for structure in [Shell, Trimm, DoubleDiagonal] {
         for engine in TABLE.iter().filter(|e| e.implicit) {
             assert_eq!(allocations(&clamped(structure, engine.kind)), 0, "{} on {structure}", engine.name);
@@ -87,7 +87,7 @@ fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
     }
     // A deep pile of layers at rest on a tilted box and a half space at once.
     for engine in TABLE {
-        let mut scene = adrift(small_sheet(lattice::StructureKind::Samm, 0.3), engine.kind);
+        let mut scene = adrift(small_sheet(structure::StructureKind::Samm, 0.3), engine.kind);
         scene.sheets[0].grid = (6, 3, 6);
         scene.tolerance = 1e-6;
         scene.dt = 1e-3;
@@ -102,7 +102,7 @@ fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
 
 #[test]
 fn pins_paths_and_a_flexion_limit_allocate_nothing() {
-    let mut sheet = small_sheet(lattice::StructureKind::Provot2d, 0.1);
+    let mut sheet = small_sheet(structure::StructureKind::Provot2d, 0.1);
     let path =
         vec![PathKey::default(), PathKey { time: 1.0, offset: DVec3::new(0.05, 0.1, 0.0), rotation: DVec3::ZERO }];
     sheet.pins.push(PinSpec { path, ..PinSpec::held(Region::Left) });

@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 use proptest::prelude::*;
-use sheetwork::engine::{EngineKind, TABLE};
-use sheetwork::event::EventKind;
+use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::islands::event::EventKind;
 use sheetwork::scene::{Air, MaterialChoice, Scene, heater, pol, sht};
 use sheetwork::sheet::Status;
 use sheetwork::{InputError, World};
@@ -179,7 +179,7 @@ proptest! {
         value in prop_oneof![prop::sample::select(VALUES).prop_map(str::to_owned), any::<f64>().prop_map(|v| v.to_string()),
             (any::<f64>(), any::<f64>(), any::<f64>()).prop_map(|(x, y, z)| format!("({x}, {y}, {z})"))],
     ) {
-        let mut world = world(&adrift(small_sheet(sheetwork::lattice::StructureKind::Provot2d, 0.1), EngineKind::Verlet));
+        let mut world = world(&adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Provot2d, 0.1), EngineKind::Verlet));
         let before = world.parameters();
         let path = before[which.index(before.len())].path.clone();
         match world.set(&path, &value) {
@@ -252,7 +252,7 @@ fn bad_fields_are_named_with_line_value_and_range() {
 fn an_unstable_sheet_is_caught_named_and_contained() {
     // Two sheets; one has springs a million times too stiff for the step.
     for engine in TABLE.iter().filter(|e| !e.adaptive && !e.implicit) {
-        let mut scene = adrift(small_sheet(sheetwork::lattice::StructureKind::Trimm, 0.1), engine.kind);
+        let mut scene = adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Trimm, 0.1), engine.kind);
         scene.dt = 2e-3;
         let mut mad = scene.sheets[0].clone();
         mad.name = "mad".into();
@@ -286,7 +286,7 @@ fn an_unstable_sheet_is_caught_named_and_contained() {
 #[test]
 fn an_implicit_engine_holds_a_sheet_that_is_far_too_stiff_for_explicit_ones() {
     for engine in TABLE.iter().filter(|e| e.implicit) {
-        let mut scene = adrift(small_sheet(sheetwork::lattice::StructureKind::Trimm, 0.1), engine.kind);
+        let mut scene = adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Trimm, 0.1), engine.kind);
         scene.dt = 2e-3;
         let MaterialChoice::Inline(material) = &mut scene.sheets[0].material else { panic!("in line") };
         material.young = 1e10;
@@ -303,7 +303,7 @@ fn an_implicit_engine_holds_a_sheet_that_is_far_too_stiff_for_explicit_ones() {
 #[test]
 fn a_number_that_is_none_put_into_a_sheet_by_a_program_is_caught() {
     for engine in TABLE {
-        let scene = adrift(small_sheet(sheetwork::lattice::StructureKind::Samm, 0.1), engine.kind);
+        let scene = adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Samm, 0.1), engine.kind);
         let mut world = World::new(&scene).expect("valid");
         world.sheets_mut()[0].v.set(3, DVec3::new(0.0, f64::NAN, 0.0));
         world.step();

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::event::{Event, EventKind};
+use sheetwork::islands::event::{Event, EventKind};
 use sheetwork::scene::Scene;
 
 /// The buckles of `scene` in `seconds`, `each` called before every step.

@@ -4,10 +4,12 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::{EngineInfo, EngineKind, TABLE};
-use sheetwork::lattice::{self, StructureKind};
+use sheetwork::integrators::{EngineInfo, EngineKind, TABLE};
+use sheetwork::math::Vectors;
+use sheetwork::mesh::structure;
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{PathKey, PinSpec, Region};
-use sheetwork::sheet::{Vectors, select};
+use sheetwork::sheet::select;
 use sheetwork_tests::{adrift, distance, excite_randomly, excite_smoothly, highest_mode, run, small_sheet, world};
 
 /// What is done to the sheet whose convergence is measured.
@@ -60,7 +62,7 @@ fn coarse_steps(engine: &EngineInfo) -> u32 {
 
 #[test]
 fn every_engine_converges_with_its_order_on_every_structure() {
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for case in CASES {
             // 4 / 2000 radians a step: an error of order 1e-11 of the motion.
             let reference = positions(structure.kind, EngineKind::Rk4, case, 2000);
@@ -88,7 +90,7 @@ fn every_engine_converges_with_its_order_on_every_structure() {
 #[test]
 fn the_references_of_two_engines_agree() {
     // The reference above is only as good as rk4: rk45, which shares no coefficients with it, must find the same motion.
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         let (a, b) = [EngineKind::Rk4, EngineKind::Rk45].map(|e| positions(structure.kind, e, Case::Led, 2000)).into();
         assert!(distance(&a, &b) < 1e-12, "{}: {}", structure.name, distance(&a, &b));
     }
@@ -96,7 +98,7 @@ fn the_references_of_two_engines_agree() {
 
 #[test]
 fn error_control_meets_its_tolerance_and_counts_its_steps() {
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         let reference = positions(structure.kind, EngineKind::Rk4, Case::Damped, 4000);
         let mut last = f64::INFINITY;
         for tolerance in [1e-5, 1e-7, 1e-9] {
@@ -130,7 +132,7 @@ fn motion(world: &World) -> f64 {
 #[test]
 fn a_free_sheet_keeps_its_linear_momentum_to_rounding_with_every_engine() {
     // Forces come in equal and opposite pairs, and every engine adds them up linearly.
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for engine in TABLE {
             let mut world = world(&adrift(small_sheet(structure.kind, 0.1), engine.kind));
             let (omega, _) = highest_mode(&mut world.sheets_mut()[0]);
@@ -167,7 +169,7 @@ fn a_free_sheet_keeps_its_angular_momentum_as_its_engine_can() {
     // kick velocities at those positions and then move masses along their velocities, which changes no x × v: exact. The
     // Runge-Kutta family (Euler, the constant-acceleration step, the midpoint rule, rk4, rk45) conserves linear invariants
     // only; x × v is quadratic and is kept to the order of the scheme.
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for engine in TABLE {
             // Half the time of above, and for the high orders coarser: less than 1e-13 would be rounding.
             let n = if engine.order < 4 { coarse_steps(engine) } else { 8 };
@@ -191,7 +193,7 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
         PathKey { time: 0.03, offset: DVec3::new(0.01, 0.02, -0.005), rotation: DVec3::ZERO },
         PathKey { time: 0.07, offset: DVec3::new(-0.01, 0.01, 0.0), rotation: DVec3::ZERO },
     ];
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for engine in TABLE {
             let mut spec = small_sheet(structure.kind, 0.1);
             spec.pins =
@@ -218,7 +220,7 @@ fn an_engine_switched_while_running_goes_on_from_the_same_state() {
     // An explicit engine keeps nothing from step to step but rk45 its step size, and an implicit one begins anew when it is
     // chosen, so a switched world and a fresh one that is given
     // the same positions and velocities must go on with the same bits: no jump, nothing left over.
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for first in TABLE {
             for second in TABLE {
                 let (mut switched, omega) = excited(structure.kind, first.kind, Case::Damped);
@@ -246,7 +248,7 @@ fn gravity_changed_while_running_acts_from_the_next_step() {
     // for constant acceleration (all but Euler and Euler-Cromer, which are off by ∓½ T h (g₁ + g₂)).
     let (g1, g2, steps, h) = (DVec3::new(0.5, -9.81, 0.0), DVec3::new(-1.0, 3.0, 2.0), 64, 1.0 / 4096.0);
     let t = f64::from(steps) * h;
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for engine in TABLE {
             let mut world = world(&adrift(small_sheet(structure.kind, 0.1), engine.kind));
             excite_randomly(&mut world.sheets_mut()[0], 0.02, 3);
@@ -282,7 +284,7 @@ fn centre(world: &World) -> (DVec3, DVec3) {
 
 #[test]
 fn the_flexion_limit_keeps_the_angle_and_the_momenta() {
-    for structure in lattice::TABLE.iter().filter(|s| s.flexion) {
+    for structure in structure::TABLE.iter().filter(|s| s.flexion) {
         let thrown = |limit: Option<f64>, engine: EngineKind| {
             let mut spec = small_sheet(structure.kind, 0.02);
             spec.grid = (9, spec.grid.1, 5);

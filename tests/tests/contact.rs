@@ -6,10 +6,10 @@ use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
 use sheetwork::contact::SKIN;
-use sheetwork::engine::EngineKind;
-use sheetwork::lattice::StructureKind;
-use sheetwork::measure::{Setup, measure};
+use sheetwork::integrators::EngineKind;
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};
+use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{adrift, body, run, shipped, small_sheet, world};
 
 /// Explicit engines and structures that every rig is run with: order 1, 2, 4 and adaptive; one, two and three layers.

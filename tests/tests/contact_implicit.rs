@@ -4,12 +4,12 @@
 use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::engine::EngineKind;
-use sheetwork::measure::drops::throw;
-use sheetwork::measure::overlap::between;
-use sheetwork::measure::{Setup, measure};
+use sheetwork::collision::overlap::between;
+use sheetwork::integrators::EngineKind;
 use sheetwork::scene::{Material, Scene};
 use sheetwork::sheet::Status;
+use sheetwork_rigs::measure::drops::throw;
+use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{shipped, world, world_of};
 
 /// Energy may rise by this over its start, relative to what the situation brings: rounding.

@@ -6,9 +6,9 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::{EngineKind, TABLE};
-use sheetwork::event::{Event, EventKind, Handled};
-use sheetwork::lattice;
+use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::islands::event::{Event, EventKind, Handled};
+use sheetwork::mesh::structure;
 use sheetwork::scene::{MaterialChoice, PinSpec, Region, Scene, WhenUnstable};
 use sheetwork::sheet::{Sheet, Status};
 use sheetwork_tests::{Random, adrift, all_shipped, excite_randomly, shipped, small_sheet, state_hash, world};
@@ -167,10 +167,10 @@ fn held_springs_stay_within_their_limit_while_the_sheet_falls() {
 #[test]
 fn what_is_done_is_the_same_on_any_number_of_threads_and_no_business_of_others() {
     for policy in POLICIES {
-        let mut alone = adrift(small_sheet(lattice::StructureKind::Trimm, 0.1), EngineKind::EulerRichardson);
+        let mut alone = adrift(small_sheet(structure::StructureKind::Trimm, 0.1), EngineKind::EulerRichardson);
         (alone.dt, alone.gravity) = (2e-3, DVec3::new(0.0, -1.0, 0.0));
         let mut both = alone.clone();
-        for (i, structure) in lattice::TABLE.iter().enumerate() {
+        for (i, structure) in structure::TABLE.iter().enumerate() {
             let mut mad = small_sheet(structure.kind, 0.1);
             mad.name = format!("mad {}", structure.name);
             mad.placement.position = DVec3::new(2.0 + i as f64, 0.0, 0.0);
@@ -189,7 +189,7 @@ fn what_is_done_is_the_same_on_any_number_of_threads_and_no_business_of_others()
             world
         };
         let one = run(&both, 1);
-        assert!(contained(&one).len() >= lattice::TABLE.len(), "{policy}: {}", contained(&one).len());
+        assert!(contained(&one).len() >= structure::TABLE.len(), "{policy}: {}", contained(&one).len());
         assert_eq!(one.sheets()[0].x, run(&alone, 1).sheets()[0].x, "{policy}");
         for threads in [1, 2, 3] {
             let again = run(&both, threads);
@@ -223,7 +223,7 @@ fn watching_a_sound_sheet_raises_no_alarm_and_changes_no_bit() {
 #[test]
 fn slow_growth_is_seen_too() {
     // Explicit Euler gains 4 % a step at a = 0.2 of the fastest motion, and less of all others: no single step is conspicuous.
-    let mut spec = small_sheet(lattice::StructureKind::Samm, 0.0);
+    let mut spec = small_sheet(structure::StructureKind::Samm, 0.0);
     spec.when_unstable = WhenUnstable::Freeze;
     let mut scene = adrift(spec, EngineKind::Euler);
     scene.dt = 2e-3;
@@ -324,7 +324,7 @@ fn random_sheets_under_a_policy_never_go_unstable() {
     for seed in 0..60_u64 {
         let mut random = Random::new(seed);
         let mut pick = |n: usize| ((random.signed() * 0.5 + 0.5) * n as f64).min(n as f64 - 1.0) as usize;
-        let structure = lattice::TABLE[pick(lattice::TABLE.len())].kind;
+        let structure = structure::TABLE[pick(structure::TABLE.len())].kind;
         let (engine, policy) = (engines[pick(engines.len())], POLICIES[pick(4)]);
         let mut spec = small_sheet(structure, 0.1);
         let MaterialChoice::Inline(material) = &mut spec.material else { panic!("in line") };

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::event::EventKind;
-use sheetwork::measure::{Setup, measure};
+use sheetwork::islands::event::EventKind;
 use sheetwork::sheet::{Sheet, Status};
+use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{resample, shipped, state_hash, world_of as world};
 
 fn to(world: &mut World, n: u32) {

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::lattice::StructureKind;
-use sheetwork::measure::{Setup, measure};
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{Material, SpringLaw};
 use sheetwork::sheet::{Sheet, Status};
+use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{resample as to, state_hash, world_of as world};
 
 /// A sheet of these fields and springs that bend as the material does, clamped along its left edge.
@@ -256,7 +256,7 @@ fn snapshots_and_recorded_frames_know_the_grid_that_was() {
     to(&mut world, (21, 25));
     world.advance(0.1);
     let there = world.save();
-    let frame = sheetwork::recording::Frame::of(&world);
+    let frame = sheetwork::world::recording::Frame::of(&world);
     assert_eq!((frame.sheets[0].len(), frame.warmth_of(0).values().len()), (masses, masses));
     let run = |world: &mut World| {
         world.advance(0.2);

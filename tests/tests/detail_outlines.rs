@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::measure::{Setup, measure};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
+use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{resample, state_hash, world_of as world};
 
 const GRIDS: [u32; 3] = [11, 21, 41];
@@ -159,7 +159,7 @@ fn snapshots_and_recordings_know_the_mesh_that_was() {
     world.advance(0.1);
     let coarse = world.save();
     // What is recorded are the masses of the scene's grid.
-    let frame = sheetwork::recording::Frame::of(&world);
+    let frame = sheetwork::world::recording::Frame::of(&world);
     world.load(&first).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((world.sheets()[0].grid, frame.sheets[0].len()), ((21, 1, 21), world.sheets()[0].masses()));
     world.load(&coarse).unwrap_or_else(|e| panic!("{e}"));

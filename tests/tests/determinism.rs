@@ -15,7 +15,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::{EngineKind, TABLE};
+use sheetwork::integrators::{EngineKind, TABLE};
 use sheetwork::scene::Scene;
 use sheetwork_tests::{all_shipped, shipped, state_hash};
 
@@ -52,7 +52,7 @@ fn say(line: &str) {
 
 /// What follows the name of what is stepped by an implicit engine: bits of the linear solver are those of the instructions it takes.
 fn path() -> String {
-    format!("@{:?}", sheetwork::engine::linear::Path::best()).to_lowercase()
+    format!("@{:?}", sheetwork::linear::Path::best()).to_lowercase()
 }
 
 /// The hashes in a file beside this one that this machine can have, renewed with `found` where that is asked for: then those of other

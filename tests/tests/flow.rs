@@ -5,15 +5,15 @@
 use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::engine::{EngineKind, TABLE};
-use sheetwork::event::EventKind;
-use sheetwork::lattice::StructureKind;
-use sheetwork::lattice::outline::OutlineSpec;
-use sheetwork::measure::{Setup, measure};
+use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::islands::event::EventKind;
+use sheetwork::mesh::outline::OutlineSpec;
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
     Burgers, CreaseSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
 };
 use sheetwork::sheet::Sheet;
+use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{body, excite_randomly, state_hash, world};
 
 fn number(found: &Value, key: &str) -> f64 {

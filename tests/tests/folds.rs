@@ -1,7 +1,7 @@
 //! A sheet and itself: folds that are led, which stay out of one another whatever lines of the mesh they pass.
 
 use glam::DVec3;
-use sheetwork::contact::geometry::triangles_cut;
+use sheetwork::collision::geometry::triangles_cut;
 use sheetwork::scene::Scene;
 use sheetwork_tests::world;
 

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::event::EventKind;
+use sheetwork::islands::event::EventKind;
 use sheetwork_tests::world_of;
 
 /// Masses along a side of the foil.

@@ -4,14 +4,14 @@
 use allocation_counter::measure as count;
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::EngineKind;
-use sheetwork::heat::{STEFAN_BOLTZMANN, Softening, ZERO_CELSIUS};
-use sheetwork::lattice::StructureKind;
-use sheetwork::measure::{Setup, Thermal, measure};
+use sheetwork::integrators::EngineKind;
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{
     HeatMode, HeaterSpec, HotFaceSpec, Material, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw, material,
 };
+use sheetwork::thermal::{STEFAN_BOLTZMANN, Softening, ZERO_CELSIUS};
+use sheetwork_rigs::measure::{Setup, Thermal, measure};
 use sheetwork_tests::{Random, body, shipped, world};
 
 /// (T - T₀)/(T₁ - T₀) of a slab with one side stepped and the other insulated, by its series (Carslaw and Jaeger, *Conduction of Heat

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::TABLE;
+use sheetwork::integrators::TABLE;
 use sheetwork::scene::Scene;
 use sheetwork_tests::{crowd, shipped, state_hash, world};
 

@@ -1,7 +1,7 @@
 //! Every scene that comes with the project runs to rest or to its end, stays out of its bodies and does what it shows.
 
 use sheetwork::World;
-use sheetwork::event::EventKind;
+use sheetwork::islands::event::EventKind;
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Status;
 use sheetwork_tests::{all_shipped, shipped};

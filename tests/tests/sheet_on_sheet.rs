@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::engine::EngineKind;
-use sheetwork::measure::{Setup, measure};
+use sheetwork::integrators::EngineKind;
+use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::shipped;
 
 /// A sheet of card on a sheet that is held.

@@ -7,10 +7,11 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::engine::{EngineKind, TABLE};
-use sheetwork::lattice::{self, StructureKind};
-use sheetwork::measure::limit::{Setting, radius};
-use sheetwork::measure::oscillator;
+use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::mesh::structure;
+use sheetwork::mesh::structure::StructureKind;
+use sheetwork_rigs::measure::limit::{Setting, radius};
+use sheetwork_rigs::measure::oscillator;
 use sheetwork_tests::{adrift, excite_randomly, highest_mode, run, small_sheet, world};
 
 /// Smallest a at which the damped oscillator grows.
@@ -95,7 +96,7 @@ fn growth(structure: StructureKind, engine: EngineKind, a: f64, steps: u32) -> f
 
 #[test]
 fn energy_in_the_highest_mode_grows_or_decays_as_tabled() {
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         let check = |engine: EngineKind, a: f64, steps: u32, expected: f64| {
             let found = growth(structure.kind, engine, a, steps);
             println!(
@@ -131,7 +132,7 @@ fn energy_in_the_highest_mode_grows_or_decays_as_tabled() {
 fn symplectic_engines_keep_the_energy_of_the_highest_mode_within_their_bound() {
     // Euler-Cromer keeps v² + ω²x² - hω² x v, so that the energy lies within ±a/2 of its mean; Verlet keeps
     // v² + ω²x² (1 - a²/4), so that it swings by a²/4 of its largest.
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for (engine, a) in [
             (EngineKind::EulerCromer, 0.1),
             (EngineKind::EulerCromer, 0.5),
@@ -162,7 +163,7 @@ fn the_limits_hold_for_sheets_of_every_structure_to_two_percent() {
     // Random velocities have a part in every mode. At 0.98 of the limit over the highest frequency the energy stays within
     // what the engine's own invariant allows, (1 + a/2) / (1 - a/2) = 99 for the largest of them; at 1.02 of it the
     // highest mode takes over and grows by at least a seventh a step.
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         for engine in
             TABLE.iter().filter(|e| matches!(e.kind, EngineKind::EulerCromer | EngineKind::Verlet | EngineKind::Rk4))
         {
@@ -190,7 +191,7 @@ fn the_limits_hold_for_sheets_of_every_structure_to_two_percent() {
 
 #[test]
 fn the_runtimes_largest_frequency_is_that_of_the_highest_mode() {
-    for structure in lattice::TABLE {
+    for structure in structure::TABLE {
         let mut spec = small_sheet(structure.kind, 0.0);
         spec.grid = (9, spec.grid.1, 7);
         let mut world = world(&adrift(spec, EngineKind::Verlet));
@@ -205,7 +206,7 @@ fn the_runtimes_largest_frequency_is_that_of_the_highest_mode() {
 fn sheets_break_where_their_largest_frequency_predicts() {
     // Engines and structures at the thesis's damping; what is found by trial is within 5 % of what is predicted.
     for engine in TABLE.iter().filter(|e| !e.adaptive && !e.implicit) {
-        for structure in lattice::TABLE {
+        for structure in structure::TABLE {
             let setting = Setting { engine: engine.kind, structure: structure.kind, ..Setting::default() };
             let predicted = setting.predicted().unwrap_or_else(|e| panic!("{e}"));
             let found = setting.found(predicted).unwrap_or_else(|e| panic!("{e}")).unwrap_or(f64::INFINITY);

@@ -3,12 +3,12 @@
 
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::engine::EngineKind;
-use sheetwork::lattice::StructureKind;
-use sheetwork::measure::kicks::kick;
-use sheetwork::measure::reference::elastica;
-use sheetwork::measure::{Boundary, Setup, measure};
+use sheetwork::integrators::EngineKind;
+use sheetwork::material::elastica::elastica;
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, PressureKey, Region, Scene, SheetSpec};
+use sheetwork_rigs::measure::kicks::kick;
+use sheetwork_rigs::measure::{Boundary, Setup, measure};
 
 /// 0.25 m, 0.5 mm, 3 GPa, 1050 kg/m³.
 fn sheet(grid: u32, poisson: f64) -> Setup {

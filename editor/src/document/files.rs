@@ -3,7 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use sheetwork::InputError;
-use sheetwork::lattice::outline::OutlineSpec;
+use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::scene::{MaterialChoice, Scene, Shape};
 
 /// The scene as it is to be written into the folder `to`: what it names is the same files as before.

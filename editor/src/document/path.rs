@@ -4,9 +4,9 @@
 //! sheet is a list of times in the scene, and the temperature of a heater is that of its hot faces.
 
 use sheetwork::InputError;
-use sheetwork::heat::ZERO_CELSIUS;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec, PressureKey, Scene};
 use sheetwork::sheet::Sheet;
+use sheetwork::thermal::ZERO_CELSIUS;
 
 /// The path with the number of a sheet in place of its name.
 pub fn numbered(sheets: &[Sheet], path: &str) -> String {

@@ -1,7 +1,7 @@
 //! A run that is looked at moment by moment, beside the session it began in: whole steps of the engine, as a scene that plays takes them, and a picture
 //! between two of them where a moment lies there. The session stays where it is.
 
-use sheetwork::recording::Frame;
+use sheetwork::world::recording::Frame;
 use sheetwork::{InputError, World};
 
 use crate::playback::Playback;

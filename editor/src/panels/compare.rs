@@ -1,8 +1,8 @@
 //! Comparing: variants of the scene with one field different, beside it and in step, and what comes of it in numbers.
 
 use bevy_egui::egui::{ComboBox, Grid, RichText, TextEdit, Ui};
-use sheetwork::engine::TABLE as ENGINES;
-use sheetwork::lattice::TABLE as STRUCTURES;
+use sheetwork::integrators::TABLE as ENGINES;
+use sheetwork::mesh::structure::TABLE as STRUCTURES;
 use sheetwork::scene::material::LIBRARY;
 
 use super::style::{quiet, readable};

@@ -2,7 +2,7 @@
 
 use bevy_egui::egui::{ComboBox, Grid, RichText, Sense, Stroke, Ui, Window, pos2, vec2};
 use glam::DVec3;
-use sheetwork::lattice::TABLE;
+use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{Scene, SheetSpec, sht};
 use sheetwork::sheet::{Sheet, to_file};
 

@@ -1,7 +1,7 @@
 //! Live numbers: energies, how fast it runs, contacts, what happened.
 
 use bevy_egui::egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Shape, Stroke, Ui, vec2};
-use sheetwork::event::{Event, EventKind};
+use sheetwork::islands::event::{Event, EventKind};
 use sheetwork::sheet::Status;
 
 use super::style::{ELASTIC, GRAVITY, KINETIC, TOTAL, quiet, readable};

@@ -8,7 +8,7 @@ use super::files::Purpose;
 use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
 use crate::samples::{Sample, height_names};
 use crate::session::Session;
-use sheetwork::watch::Phase;
+use sheetwork::profiler::Phase;
 
 /// Colours of heights, and of what is compared, in turn.
 pub(super) const COLOURS: [Color32; 6] = [

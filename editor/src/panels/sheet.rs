@@ -3,7 +3,7 @@
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
 use bevy_sheetwork::inspector::behaviour;
 use bevy_sheetwork::inspector::controls::{Done, How, MM, input, name, tell, vector};
-use sheetwork::lattice::TABLE;
+use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
 use super::EditorState;

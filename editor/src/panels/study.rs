@@ -1,7 +1,7 @@
 //! The study: a line in place of the bars while a sheet is seen, and a window that asks.
 
 use bevy_egui::egui::{Align, Align2, Button, Grid, Layout, RichText, TextEdit, Ui, WidgetInfo, WidgetType, Window};
-use sheetwork::study::{LAST_QUESTIONS, QUESTIONS, Question};
+use sheetwork_rigs::study::{LAST_QUESTIONS, QUESTIONS, Question};
 
 use super::style::{self, quiet};
 use super::{Display, EditorState};

@@ -1,7 +1,7 @@
 //! The strip of time below the view: where the run is, where it has been, what happened when, and snapshots by number.
 
 use bevy_egui::egui::{Align2, Color32, FontId, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
-use sheetwork::event::EventKind;
+use sheetwork::islands::event::EventKind;
 
 use super::EditorState;
 use super::numbers::describe;

@@ -4,7 +4,7 @@ use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::render::{ColourScale, clear_of_bodies, clearing, glow};
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
-use sheetwork::contact::rigid::Body;
+use sheetwork::rigid::Body;
 use sheetwork::scene::{Polyhedron, Room, Shape};
 use sheetwork::sheet::Sheet;
 use sheetwork::sheet::surface::Surface;

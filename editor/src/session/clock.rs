@@ -35,7 +35,7 @@ pub struct Timing {
     pub lost_s: f64,
     /// Steps taken in the last frame.
     pub steps: u32,
-    /// The same of each part of a step ([`sheetwork::watch::Phase::ALL`]), while that is asked for, s.
+    /// The same of each part of a step ([`sheetwork::profiler::Phase::ALL`]), while that is asked for, s.
     pub stages: Option<[f64; 5]>,
 }
 

@@ -6,7 +6,7 @@
 use std::time::Instant;
 
 use sheetwork::InputError;
-use sheetwork::lattice::StructureKind;
+use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::Scene;
 
 use super::{ROUNDING, Session};

@@ -4,8 +4,8 @@
 //! there again after a reset; undo brings the world back to the moment before the stroke.
 
 use sheetwork::Snapshot;
+use sheetwork::mesh::slits::Slit;
 use sheetwork::scene::{CreaseSpec, SpotSpec};
-use sheetwork::sheet::slits::Slit;
 
 use super::Session;
 

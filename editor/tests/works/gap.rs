@@ -17,7 +17,7 @@ const PARTS_OF_SIDE: u32 = 6;
 /// How deep `p` is in the bodies, by the planes of their faces, which are convex here; below 0 outside.
 fn depth(world: &World, p: DVec3) -> f64 {
     let rigid = world.rigid().expect("bodies");
-    let of_body = |(index, body): (usize, &sheetwork::contact::rigid::Body)| {
+    let of_body = |(index, body): (usize, &sheetwork::rigid::Body)| {
         let (place, turn) = rigid.pose(index).expect("a pose");
         let own = turn.inverse() * (p - place);
         if let Shape::Ball(radius) = body.shape {

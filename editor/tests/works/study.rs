@@ -2,8 +2,8 @@
 
 use bevy_egui::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
-use sheetwork::study::{Answers, QUESTIONS, SHEETS};
 use sheetwork_editor::study::{Stage, Study};
+use sheetwork_rigs::study::{Answers, QUESTIONS, SHEETS};
 
 use super::common::{folder, strip, whole};
 

@@ -7,8 +7,11 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::*;
 use sheetwork::World;
-use sheetwork::link::layout::FrameHeader;
-use sheetwork::link::{Client, Link, LinkError, LinkPlace};
+use sheetwork_link::Client;
+use sheetwork_link::Link;
+use sheetwork_link::LinkError;
+use sheetwork_link::layout::FrameHeader;
+use sheetwork_link::place::LinkPlace;
 use sheetwork_tests::game::{Game, strip};
 
 /// Longest that a process lives whose test has died.

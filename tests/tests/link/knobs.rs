@@ -1,6 +1,9 @@
 //! Knobs: what is allowed is done by the next step, what is not is refused with a reason and changes nothing.
 
-use sheetwork::link::{Client, Command, Link, LinkError};
+use sheetwork_link::Client;
+use sheetwork_link::Command;
+use sheetwork_link::Link;
+use sheetwork_link::LinkError;
 
 use super::place::{Place, until};
 use sheetwork_tests::game::{Game, strip};
@@ -35,7 +38,7 @@ fn parameters_are_listed_set_in_order_and_refused_with_reasons() {
     assert_eq!(client.get("sheets.strip.material.young").expect("answers").value, "2000000000");
     // The next step already has it: with gravity turned round the free edge goes up.
     let mut frames = client.frames(false).expect("a place");
-    let height = |f: &sheetwork::link::Frame| f.view().expect("sound").sheets().next().expect("one").positions()[8][1];
+    let height = |f: &sheetwork_link::Frame| f.view().expect("sound").sheets().next().expect("one").positions()[8][1];
     let before = until(&mut frames, |f| Some(height(f)));
     client.set("gravity", "(0, 50, 0)").expect("accepted");
     let answer = client.send(&Command::Step { steps: 1 }).expect("done");
@@ -133,7 +136,7 @@ fn commands_play_step_reset_keep_and_restore() {
     // Another scene has other frames: the reader goes on with them.
     client.send(&Command::Step { steps: 1 }).expect("done");
     let masses =
-        |f: &sheetwork::link::Frame| f.view().expect("sound").sheets().map(|s| s.positions().len()).sum::<usize>();
+        |f: &sheetwork_link::Frame| f.view().expect("sound").sheets().map(|s| s.positions().len()).sum::<usize>();
     until(&mut frames, |f| (masses(f) > 45).then_some(()));
 }
 

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use sheetwork::link::{Client, Frames, LinkPlace};
+use sheetwork_link::Client;
+use sheetwork_link::Frames;
+use sheetwork_link::place::LinkPlace;
 
 /// How long to wait for anything: a machine with much else to do must not fail a test.
 pub const PATIENCE: Duration = Duration::from_secs(60);
@@ -109,7 +111,7 @@ impl Drop for Process {
 }
 
 /// Waits for frames until one has `wanted`.
-pub fn until<T>(frames: &mut Frames, mut wanted: impl FnMut(&sheetwork::link::Frame) -> Option<T>) -> T {
+pub fn until<T>(frames: &mut Frames, mut wanted: impl FnMut(&sheetwork_link::Frame) -> Option<T>) -> T {
     let start = Instant::now();
     while start.elapsed() < PATIENCE {
         if let Ok(frame) = frames.wait(Duration::from_millis(200))

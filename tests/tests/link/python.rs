@@ -105,7 +105,7 @@ fn python_reads_sets_is_refused_and_pulls() {
     let place = Place::new("python");
     let _game = place.start("game", &[("SHEETWORK_PAUSED", "1")]);
     drop(place.attach());
-    let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runtime/python");
+    let package = Path::new(env!("CARGO_MANIFEST_DIR")).join("../runtime/link/python");
     let film = sheetwork_tests::scenes_folder().join("melting_hole.ron");
     let script = format!("FILM = {:?}\n{SCRIPT}", film.display().to_string());
     let ran = Command::new(python)

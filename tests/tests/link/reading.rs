@@ -3,7 +3,9 @@
 use std::time::{Duration, Instant};
 
 use allocation_counter::measure;
-use sheetwork::link::{Client, Link, LinkError};
+use sheetwork_link::Client;
+use sheetwork_link::Link;
+use sheetwork_link::LinkError;
 
 use super::place::{PATIENCE, Place, until};
 use sheetwork_tests::game::{Game, strip};
@@ -84,7 +86,7 @@ fn ten_readers_and_one_that_is_stopped_see_all_they_want() {
     for (index, reader) in ten.iter_mut().enumerate() {
         assert!(reader.ended_well(), "reader {index}");
     }
-    let before = client.send(&sheetwork::link::Command::Status).expect("answers")["steps"].as_u64().expect("a number");
+    let before = client.send(&sheetwork_link::Command::Status).expect("answers")["steps"].as_u64().expect("a number");
     let mut frames = client.frames(false).expect("a place is free again");
     until(&mut frames, |f| (f.header().steps > before + 20).then_some(()));
     stopped.signal("CONT");

@@ -2,7 +2,7 @@
 
 use std::thread;
 
-use sheetwork::link::Link;
+use sheetwork_link::Link;
 use sheetwork_tests::game::{Game, strip};
 use sheetwork_tests::{shipped, state_hash};
 

@@ -4,7 +4,8 @@ use std::io::{BufRead, BufReader};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use sheetwork::link::{Client, LinkError};
+use sheetwork_link::Client;
+use sheetwork_link::LinkError;
 use sheetwork_tests::Random;
 
 use super::place::{PATIENCE, Place, Process, ROLES, until};
@@ -59,7 +60,7 @@ fn games_are_killed_at_any_moment_and_their_reader_goes_on_with_the_next() {
         epoch = until(&mut frames, |f| (f.header().epoch != epoch).then_some(f.header().epoch));
         assert_eq!((frames.restarts(), frames.faulty()), (u64::from(kill), 0));
         let fresh = place.attach();
-        let answer = fresh.send(&sheetwork::link::Command::Status).expect("the next attach succeeds");
+        let answer = fresh.send(&sheetwork_link::Command::Status).expect("the next attach succeeds");
         assert_eq!(answer["epoch"].as_u64(), Some(epoch));
     }
     // A game that is only stopped is not taken for dead, and goes on.
@@ -79,7 +80,7 @@ fn what_a_killed_game_left_is_gone_after_the_next_one_ends() {
     game.kill();
     assert!(place.objects() > 0, "it had no time to clean up");
     let world = sheetwork::World::new(&sheetwork_tests::game::strip()).expect("valid");
-    drop(sheetwork::link::Link::new(&place.link, &world).expect("serves"));
+    drop(sheetwork_link::Link::new(&place.link, &world).expect("serves"));
     assert_eq!(place.objects(), 0);
     assert!(matches!(Client::attach(&place.link).err(), Some(LinkError::NoGame(..))));
 }
@@ -107,7 +108,7 @@ fn an_object_that_was_never_finished_holds_nobody_up() {
     let link = place.link.clone();
     std::thread::spawn(move || {
         let world = sheetwork::World::new(&sheetwork_tests::game::strip()).expect("valid");
-        drop(sheetwork::link::Link::new(&link, &world).expect("serves"));
+        drop(sheetwork_link::Link::new(&link, &world).expect("serves"));
         let _ = done.send(());
     });
     assert!(ended.recv_timeout(PATIENCE).is_ok(), "the next game waits for the dead");
@@ -170,7 +171,7 @@ fn another_user_cannot_attach() {
     use std::os::unix::process::CommandExt;
     let place = Place::new("intruder");
     let world = sheetwork::World::new(&sheetwork_tests::game::strip()).expect("valid");
-    let _link = sheetwork::link::Link::new(&place.link, &world).expect("serves");
+    let _link = sheetwork_link::Link::new(&place.link, &world).expect("serves");
     let mode = |p: &std::path::Path| std::fs::metadata(p).expect("there").permissions().mode() & 0o777;
     assert_eq!(mode(place.link.root()), 0o700);
     for entry in std::fs::read_dir("/dev/shm").expect("there").flatten() {

@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use sheetwork::link::{Client, Link};
 use sheetwork::scene::Scene;
+use sheetwork_link::Client;
+use sheetwork_link::Link;
 
 use super::place::{PATIENCE, Place};
 use sheetwork_tests::game::{Game, strip};
@@ -93,8 +94,6 @@ fn a_game_in_another_process_sends_its_triangles() {
     let frame = client.frames(false).expect("reads").wait(PATIENCE).expect("a frame");
     assert_eq!(topology.wait(frame.header(), PATIENCE).expect("topology")[0].triangles.len(), 64);
     assert!(
-        topology
-            .wait(&sheetwork::link::layout::FrameHeader { topology: 9, ..*frame.header() }, Duration::ZERO)
-            .is_err()
+        topology.wait(&sheetwork_link::layout::FrameHeader { topology: 9, ..*frame.header() }, Duration::ZERO).is_err()
     );
 }

@@ -1,0 +1,19 @@
+//! What most programs that use the plugins name: `use bevy_sheetwork::prelude::*`.
+
+pub use crate::asset::{SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
+pub use crate::core::{
+    BodyShape, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetHeatGun, SheetHeater, SheetMotion,
+    SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet,
+};
+pub use crate::debug::{SheetDebug, SheetworkDebugPlugin};
+pub use crate::diagnostics::SheetworkDiagnosticsPlugin;
+#[cfg(feature = "inspector")]
+pub use crate::inspector::{SheetInspector, SheetInspectorPlugin};
+#[cfg(feature = "link")]
+pub use crate::link::{SheetLink, SheetLinkPlugin};
+pub use crate::render::{SheetColour, SheetDisplay, SheetLayer, SheetRoom, SheetworkRenderPlugin};
+pub use crate::{SheetworkPlugins, sheetwork};
+pub use sheetwork::islands::event::EventKind;
+pub use sheetwork::mesh::outline::{HoleSpec, OutlineSpec};
+pub use sheetwork::mesh::structure::StructureKind;
+pub use sheetwork::scene::{DetailSpec, Material as SheetMaterial, PathKey, PinSpec, Region, SpringLaw};

@@ -1,0 +1,36 @@
+//! Sheets that meet a caller's Rapier world.
+
+mod common;
+
+use bevy::prelude::*;
+use bevy_rapier3d::rapier::prelude::{ColliderBuilder, PhysicsWorld, RigidBodyBuilder, Vector};
+use bevy_sheetwork::prelude::*;
+use bevy_sheetwork::sheetwork::rigid::RigidView;
+use common::{app_with, run};
+
+/// The caller's own rigid world.
+#[derive(Resource)]
+struct Game(PhysicsWorld);
+
+fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<SheetClock>) {
+    game.0.integration_parameters.dt = clock.due() as f32;
+    game.0.step();
+    let game = &game.0;
+    let view = RigidView::new(&game.broad_phase, &game.narrow_phase, &game.bodies, &game.colliders);
+    sheets.advance_with(&view, clock.due());
+}
+
+#[test]
+fn a_sheet_lands_on_a_body_of_the_callers() {
+    let mut game = PhysicsWorld::new();
+    game.gravity = Vector::ZERO;
+    let table = game.insert_body(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.1, 0.0)));
+    game.insert_collider(ColliderBuilder::cuboid(0.1, 0.01, 0.1), Some(table));
+
+    let mut app = app_with(SheetworkPlugins.set(SheetworkCorePlugin { borrow_bodies: true }));
+    app.insert_resource(Game(game)).add_systems(FixedUpdate, step.in_set(SheetworkSet::Step));
+    let sheet = app.world_mut().spawn((Sheet::default(), Transform::from_xyz(0.0, 0.13, 0.0))).id();
+    run(&mut app, 3.0);
+    let state = app.world().get::<SheetState>(sheet).expect("has one");
+    assert!((state.centre.y - 0.1105).abs() < 1e-3 && state.contacts > 0, "{state:?}");
+}

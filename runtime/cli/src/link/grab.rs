@@ -1,0 +1,108 @@
+//! `sheetwork grab`: a hand that takes hold of a point of a sheet, moves it, and says what it feels.
+
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use serde_json::json;
+use sheetwork::{InputError, check_range};
+use sheetwork_link::Command;
+use sheetwork_link::PulledTo;
+
+use crate::link::Target;
+use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::quantities::{number, stiffness, time};
+
+/// Takes hold of a material point of a running game's sheet and moves it.
+#[derive(Args)]
+#[command(allow_negative_numbers = true)]
+pub struct Grab {
+    #[command(flatten)]
+    target: Target,
+    /// The sheet.
+    sheet: String,
+    /// Place along the length, 0 to 1.
+    #[arg(value_parser = number)]
+    u: f64,
+    /// Place along the width, 0 to 1.
+    #[arg(value_parser = number)]
+    v: f64,
+    /// How far to move it, m: x,y,z.
+    #[arg(long, default_value = "0,0.05,0", value_parser = vector)]
+    by: [f64; 3],
+    /// How long to take for that, s; then it holds still.
+    #[arg(long, default_value = "1", value_parser = time)]
+    over: f64,
+    /// How long to hold on altogether, s.
+    #[arg(long, default_value = "2", value_parser = time)]
+    seconds: f64,
+    /// Of the spring between hand and sheet, N/m.
+    #[arg(long, default_value = "100", value_parser = stiffness)]
+    stiffness: f64,
+    /// Times a second that the hand moves and feels, up to 1000.
+    #[arg(long, default_value = "500", value_parser = number)]
+    rate: f64,
+    /// Print every force: time_s, force (N), position (m).
+    #[arg(long)]
+    csv: bool,
+    /// Print JSON and nothing else.
+    #[arg(long, conflicts_with = "csv")]
+    json: bool,
+}
+
+fn vector(text: &str) -> Result<[f64; 3], String> {
+    let parts: Result<Vec<f64>, String> = text.split(',').map(number).collect();
+    parts?.try_into().map_err(|_| format!("\"{text}\" is not x,y,z"))
+}
+
+impl Grab {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        check_range("--rate", self.rate, 0.1, 1000.0, "1/s")?;
+        check_range("--over", self.over, 0.0, 1e6, "s")?;
+        check_range("--seconds", self.seconds, 0.0, 1e6, "s")?;
+        let client = self.target.attach()?;
+        let (u, v) = (self.u, self.v);
+        let taken = client.send(&Command::Grab { sheet: self.sheet.clone(), u, v, stiffness: self.stiffness })?;
+        let grab = taken["grab"].as_u64().unwrap_or_default();
+        let begin = [0, 1, 2].map(|axis| taken["position"][axis].as_f64().unwrap_or_default());
+        let start = Instant::now();
+        let mut last = None;
+        let (mut largest, mut count) = (0.0_f64, 0_u32);
+        while start.elapsed().as_secs_f64() < self.seconds {
+            let done = (start.elapsed().as_secs_f64() / self.over.max(1e-9)).min(1.0);
+            let target = [0, 1, 2].map(|axis| begin[axis] + done * self.by[axis]);
+            let felt = client.pull(grab, target)?;
+            if self.csv {
+                print_line(&row(&felt))?;
+            }
+            largest = largest.max(size(felt.force));
+            (last, count) = (Some(felt), count + 1);
+            let next = Duration::from_secs_f64(f64::from(count) / self.rate);
+            std::thread::sleep(next.saturating_sub(start.elapsed()));
+        }
+        let rate = f64::from(count) / start.elapsed().as_secs_f64().max(1e-9);
+        client.send(&Command::Release { grab })?;
+        let Some(last) = last else { return Ok(ExitCode::SUCCESS) };
+        if self.json {
+            print_json(&json!({
+                "force_n": last.force, "position_m": last.position, "largest_force_n": largest, "rate_hz": rate,
+            }))?;
+        } else if !self.csv {
+            let [x, y, z] = last.force;
+            print_line(&format!(
+                "at the end ({x:.4}, {y:.4}, {z:.4}) N; at most {largest:.4} N; {rate:.0} times a second"
+            ))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn size(v: [f64; 3]) -> f64 {
+    v.iter().map(|c| c * c).sum::<f64>().sqrt()
+}
+
+fn row(felt: &PulledTo) -> String {
+    let [fx, fy, fz] = felt.force;
+    let [x, y, z] = felt.position;
+    format!("{:.6},{fx:.6},{fy:.6},{fz:.6},{x:.6},{y:.6},{z:.6}", felt.time)
+}

@@ -1,0 +1,47 @@
+//! The live link on the command line: a game to attach to, and what attaches.
+
+pub(crate) mod grab;
+pub(crate) mod knobs;
+pub(crate) mod record;
+pub(crate) mod serve;
+pub(crate) mod watch;
+
+use clap::Args;
+use sheetwork_link::Client;
+use sheetwork_link::LinkError;
+use sheetwork_link::place::LinkPlace;
+use sheetwork_rigs::quantities::time;
+
+pub use crate::link::grab::Grab;
+pub use crate::link::knobs::{Get, Parameters, Set, Tell};
+pub use crate::link::record::Record;
+pub use crate::link::serve::Serve;
+pub use crate::link::watch::Watch;
+
+/// Tells, on standard error, of sheets that an answer says are stopped.
+fn tell_of_stopped(answer: &serde_json::Map<String, serde_json::Value>) {
+    let names = answer.get("stopped").and_then(serde_json::Value::as_array);
+    for name in names.into_iter().flatten().filter_map(serde_json::Value::as_str) {
+        eprintln!(
+            "note: {name} went unstable and stands still: `sheetwork tell reset` starts it again, `sheetwork tell restore` goes back to a snapshot"
+        );
+    }
+}
+
+/// Which game is meant.
+#[derive(Args)]
+struct Target {
+    /// Name of the link; SHEETWORK_LINK, or "sheetwork", if left out.
+    #[arg(long, default_value = "")]
+    link: String,
+    /// Wait up to so long for a game to be there, s.
+    #[arg(long, default_value = "0", value_parser = time)]
+    wait: f64,
+}
+
+impl Target {
+    fn attach(&self) -> Result<Client, LinkError> {
+        let patience = std::time::Duration::try_from_secs_f64(self.wait).unwrap_or_default();
+        Client::attach_within(&LinkPlace::new(&self.link)?, patience)
+    }
+}

@@ -1,0 +1,110 @@
+//! `sheetwork record`: what a running game shows, to a recording: places, temperatures, what has torn.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use glam::{Quat, Vec3};
+use serde_json::json;
+use sheetwork::scene::{HeatMode, Scene};
+use sheetwork::world::recording::{Frame, Header, Recorder, Warmth};
+use sheetwork::{InputError, check_range};
+use sheetwork_link::Topology;
+use sheetwork_link::layout::FrameView;
+
+use crate::link::Target;
+use sheetwork_rigs::output::{print_json, print_line};
+use sheetwork_rigs::quantities::{number, time};
+
+/// How long to wait for a first frame.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Records a running game.
+#[derive(Args)]
+pub struct Record {
+    #[command(flatten)]
+    target: Target,
+    /// The file to write.
+    file: PathBuf,
+    /// How long, s of real time.
+    #[arg(long, default_value = "10", value_parser = time)]
+    seconds: f64,
+    /// Frames a simulated second; what comes faster is left out.
+    #[arg(long, default_value = "60", value_parser = number)]
+    rate: f64,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Record {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        check_range("--seconds", self.seconds, 0.0, 1e6, "s")?;
+        check_range("--rate", self.rate, 1e-3, 1e5, "1/s")?;
+        let client = self.target.attach()?;
+        let (scene, source) = (client.status()?.scene, client.scene()?);
+        // By the thesis's formulas sheets have no temperatures that would say anything.
+        let by_thesis = |scene: Scene| matches!(scene.heat_mode, HeatMode::Thesis { .. });
+        let warm = !Scene::parse(&source).is_ok_and(by_thesis);
+        let mut frames = client.frames(false)?;
+        let mut topology = client.topology()?;
+        let mut frame = frames.wait(PATIENCE)?;
+        let epoch = frame.header().epoch;
+        let shape = |view: &FrameView| -> Vec<usize> { view.sheets().map(|s| s.positions().len()).collect() };
+        let first = frame.view()?;
+        let bodies = first.bodies().len();
+        let header = Header { scene, source, frames_per_second: self.rate, masses: shape(&first), bodies };
+        let mut recorder = Recorder::begin(&self.file, &header)?;
+        let (start, mut due) = (Instant::now(), f64::NEG_INFINITY);
+        let mut ended = "time is up";
+        while start.elapsed().as_secs_f64() < self.seconds {
+            let view = frame.view()?;
+            let time = view.header().time;
+            if view.header().epoch != epoch || shape(&view) != header.masses || view.bodies().len() != bodies {
+                ended = "the game has another scene now";
+                break;
+            }
+            // Time that runs backwards is a reset: the recording goes on with it.
+            if time >= due || time < due - 2.0 / self.rate {
+                topology.wait(view.header(), PATIENCE)?;
+                recorder.append(&copied(&view, &topology, warm))?;
+                due = (time + 1e-9).max(due.max(time - 0.5 / self.rate)) + 1.0 / self.rate - 1e-6;
+            }
+            match frames.wait(PATIENCE) {
+                Ok(next) => frame = next,
+                Err(_) => {
+                    ended = "the game has gone quiet";
+                    break;
+                }
+            }
+        }
+        let (written, missed) = (recorder.finish()?, frames.missed());
+        if self.json {
+            print_json(&json!({ "file": self.file, "frames": written, "missed": missed, "ended": ended }))?;
+        } else {
+            print_line(&format!("{}: {written} frames, {missed} missed; {ended}", self.file.display()))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+fn copied(view: &FrameView, topology: &Topology, warm: bool) -> Frame {
+    let warmth = |celsius: &[f32]| match celsius {
+        [_, ..] if warm => Warmth::Mean(celsius.to_vec()),
+        _ => Warmth::Unknown,
+    };
+    let whole = |open: &[bool]| !open.contains(&true);
+    let meshes = topology.sheets().iter();
+    Frame {
+        time: view.header().time,
+        sheets: view.sheets().map(|s| s.positions().iter().map(|p| Vec3::from(*p)).collect()).collect(),
+        bodies: view
+            .bodies()
+            .iter()
+            .map(|[x, y, z, a, b, c, d]| (Vec3::new(*x, *y, *z), Quat::from_xyzw(*a, *b, *c, *d)))
+            .collect(),
+        warmth: view.sheets().map(|s| warmth(s.temperature())).collect(),
+        open: meshes.map(|m| if whole(&m.open) { [].into() } else { m.open.as_slice().into() }).collect(),
+    }
+}

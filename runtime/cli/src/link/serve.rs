@@ -1,0 +1,123 @@
+//! `sheetwork serve`: a scene in real time, for others to watch and to command.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use sheetwork::scene::{Scene, library};
+use sheetwork::{InputError, World, check_range};
+use sheetwork_link::Host;
+use sheetwork_link::Link;
+use sheetwork_link::place::LinkPlace;
+
+use crate::overridden;
+use sheetwork_rigs::output::print_line;
+use sheetwork_rigs::quantities::{number, time};
+
+/// Time that is made up for at most, s: after a stop of the process the scene goes on, it does not leap.
+const MOST_OWED: f64 = 0.1;
+/// How often commands are looked for between steps: where someone may send some, and where not.
+const LOOK: [Duration; 2] = [Duration::from_micros(250), Duration::from_millis(2)];
+
+#[derive(Args)]
+pub struct Serve {
+    /// Scene file (RON).
+    scene: PathBuf,
+    /// Name of the link; SHEETWORK_LINK, or "sheetwork", if left out.
+    #[arg(long, default_value = "")]
+    link: String,
+    /// Set any field of the scene: PATH=VALUE. May be repeated.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Simulated seconds a real second.
+    #[arg(long, default_value = "1", value_parser = number)]
+    speed: f64,
+    /// Begin paused.
+    #[arg(long)]
+    paused: bool,
+    /// End after so long, s of real time; otherwise on Ctrl-C.
+    #[arg(long, value_parser = time)]
+    seconds: Option<f64>,
+    /// Threads to step sheets on.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+}
+
+/// A world that runs in real time.
+struct Game {
+    world: World,
+    threads: usize,
+    playing: bool,
+    /// Simulated time that has not been made yet, s.
+    owed: f64,
+}
+
+impl Host for Game {
+    fn world(&self) -> &World {
+        &self.world
+    }
+
+    fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    fn playing(&self) -> bool {
+        self.playing
+    }
+
+    fn play(&mut self, playing: bool) -> Result<(), InputError> {
+        (self.playing, self.owed) = (playing, 0.0);
+        Ok(())
+    }
+
+    fn load(&mut self, file: &Path) -> Result<(), InputError> {
+        let mut world = World::new(&Scene::load(file)?)?;
+        world.set_threads(self.threads)?;
+        (self.world, self.owed) = (world, 0.0);
+        Ok(())
+    }
+}
+
+impl Serve {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let scene = overridden(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
+        check_range("--speed", self.speed, 1e-3, 1e3, "")?;
+        check_range("--threads", self.threads as f64, 1.0, 1024.0, "")?;
+        check_range("--seconds", self.seconds.unwrap_or(0.0), 0.0, 1e9, "s")?;
+        let mut world = World::new(&scene)?;
+        world.set_threads(self.threads)?;
+        let mut game = Game { world, threads: self.threads, playing: !self.paused, owed: 0.0 };
+        let place = LinkPlace::new(&self.link)?;
+        let mut link = Link::new(&place, &game.world)?;
+        print_line(&format!("serving {} as \"{}\"; Ctrl-C ends", scene.name, place.name()))?;
+        self.run(&mut game, &mut link);
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn run(&self, game: &mut Game, link: &mut Link) {
+        let start = Instant::now();
+        let mut last = start;
+        loop {
+            let now = Instant::now();
+            if game.playing {
+                game.owed = (game.owed + (now - last).as_secs_f64() * self.speed).min(MOST_OWED.max(game.world.dt()));
+            }
+            last = now;
+            link.exchange(game, 0.0);
+            while game.playing && game.owed >= game.world.dt() {
+                game.owed -= game.world.dt();
+                let step = Instant::now();
+                game.world.step();
+                link.exchange(game, step.elapsed().as_secs_f64());
+            }
+            let next = if game.playing { (game.world.dt() - game.owed) / self.speed } else { f64::INFINITY };
+            let look = LOOK[usize::from(!link.is_commanded())];
+            let pause = Duration::try_from_secs_f64(next).unwrap_or(look).min(look);
+            let over = self.seconds.is_some_and(|s| start.elapsed().as_secs_f64() >= s);
+            if over || !link.sleep(pause) {
+                return;
+            }
+        }
+    }
+}

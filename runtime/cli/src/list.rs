@@ -1,0 +1,137 @@
+//! `sheetwork list`: what there is to choose from.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use serde_json::{Value, json};
+use sheetwork::InputError;
+use sheetwork::integrators;
+use sheetwork::mesh::structure;
+use sheetwork::scene::{Scene, material};
+use sheetwork_rigs::measure;
+
+use sheetwork_rigs::output::{print_json, print_line};
+
+#[derive(Args)]
+pub struct List {
+    /// What to list.
+    what: What,
+    /// Folder of the scenes.
+    #[arg(long, default_value = "assets/scenes")]
+    folder: PathBuf,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum What {
+    Structures,
+    Engines,
+    Materials,
+    Cases,
+    Scenes,
+}
+
+impl List {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let rows = match self.what {
+            What::Structures => structures(),
+            What::Engines => engines(),
+            What::Materials => materials(),
+            What::Cases => measure::TABLE.iter().map(|c| json!({ "name": c.name, "about": c.about })).collect(),
+            What::Scenes => scenes(&self.folder)?,
+        };
+        if self.json {
+            print_json(&rows)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let text = |row: &Value, key: &str| row[key].as_str().unwrap_or_default().to_owned();
+        let width = rows.iter().map(|r| text(r, "name").len()).max().unwrap_or(0);
+        let constants = matches!(self.what, What::Materials);
+        if constants {
+            let heads = CONSTANTS.map(|(_, head, _)| format!("{head:>10}")).join("");
+            print_line(&format!("{:<width$}{heads}", ""))?;
+        }
+        for row in &rows {
+            let values = if constants { CONSTANTS.map(|column| cell(row, column)).join("") } else { String::new() };
+            print_line(&format!("{:<width$}{values}  {}", text(row, "name"), text(row, "about")))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Columns of the materials as people read them: key, heading with unit, factor to that unit.
+const CONSTANTS: [(&str, &str, f64); 7] = [
+    ("young_pa", "E GPa", 1e-9),
+    ("poisson", "ν", 1.0),
+    ("density_kg_m3", "kg/m³", 1.0),
+    ("thickness_m", "t mm", 1e3),
+    ("damping_ratio", "damping", 1.0),
+    ("yield_stress_pa", "yield MPa", 1e-6),
+    ("glass_transition_c", "Tg °C", 1.0),
+];
+
+fn cell(row: &Value, (key, _, factor): (&str, &str, f64)) -> String {
+    let text = row[key].as_f64().map_or_else(
+        || "-".to_owned(),
+        |value| {
+            // Through fewer digits than the factor may disturb.
+            let value = value * factor;
+            if value != 0.0 && value.abs() < 1e-3 {
+                format!("{value:.2e}")
+            } else {
+                format!("{}", (value * 1e6).round() / 1e6)
+            }
+        },
+    );
+    format!("{text:>10}")
+}
+
+fn structures() -> Vec<Value> {
+    let row = |s: &structure::Structure| {
+        json!({
+            "name": s.name, "about": s.about, "layers": s.layers,
+            "triangular": s.triangular, "flexion": s.flexion, "cross_over": s.cross_over,
+        })
+    };
+    structure::TABLE.iter().map(row).collect()
+}
+
+fn engines() -> Vec<Value> {
+    let row = |e: &integrators::EngineInfo| {
+        json!({
+            "name": e.name, "about": e.about, "order": e.order, "stability_limit": e.stability_limit,
+            "evaluations": e.evaluations, "adaptive": e.adaptive,
+            "implicit": e.implicit,
+        })
+    };
+    integrators::TABLE.iter().map(row).collect()
+}
+
+fn materials() -> Vec<Value> {
+    let row = |(name, about, m): &(&str, &str, material::Material)| {
+        json!({
+            "name": name, "about": about, "young_pa": m.young, "poisson": m.poisson,
+            "density_kg_m3": m.density, "thickness_m": m.thickness, "damping_ratio": m.damping_ratio,
+            "yield_stress_pa": m.yield_stress, "specific_heat_j_kg_k": m.specific_heat,
+            "conductivity_w_m_k": m.conductivity, "emissivity": m.emissivity,
+            "glass_transition_c": m.glass_transition, "wlf": m.wlf, "tears_at": m.tears_at, "melts_at_c": m.melts_at,
+        })
+    };
+    material::LIBRARY.iter().map(row).collect()
+}
+
+/// The scenes of a folder, by file name; a file that is not a valid scene is listed with its fault.
+fn scenes(folder: &Path) -> Result<Vec<Value>, InputError> {
+    let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
+    let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();
+    files.retain(|f| f.extension().is_some_and(|e| e == "ron"));
+    files.sort();
+    let row = |file: &PathBuf| match Scene::load(file) {
+        Ok(scene) => json!({ "name": file.display().to_string(), "about": scene.description }),
+        Err(error) => json!({ "name": file.display().to_string(), "about": format!("not valid: {error}") }),
+    };
+    Ok(files.iter().map(row).collect())
+}

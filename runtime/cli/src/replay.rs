@@ -1,0 +1,57 @@
+//! `sheetwork replay`: a journal is run again; whether it comes out the same, and where it first does not.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use serde_json::json;
+use sheetwork::world::journal::Journal;
+use sheetwork::{InputError, check_range};
+
+use sheetwork_rigs::output::{print_json, print_line};
+
+#[derive(Args)]
+pub struct Replay {
+    /// The journal, as `sheetwork run SCENE --journal FILE` writes it.
+    file: PathBuf,
+    /// Go to after this step and report on the world there, in place of running all of it again.
+    #[arg(long, value_name = "STEP")]
+    seek: Option<u64>,
+    /// Folder of the files that the scene names, where it is not the one of then.
+    #[arg(long)]
+    base: Option<PathBuf>,
+    /// Threads to step sheets on; the result does not depend on it.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Replay {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let journal = Journal::read(&self.file)?;
+        let mut world = journal.world(self.base.as_deref())?;
+        world.set_threads(self.threads)?;
+        if let Some(step) = self.seek {
+            check_range("--seek", step as f64, 0.0, journal.len() as f64, "")?;
+            journal.seek(&mut world, step)?;
+            print_json(&world.report(0.0, &[]))?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let found = journal.check(&mut world)?;
+        if self.json {
+            print_json(&json!({
+                "scene": journal.header.scene, "steps": journal.len(), "same": found.is_none(), "first_difference": found,
+            }))?;
+        } else {
+            print_line(&match &found {
+                None => format!("{}: {} steps, each the same to the bit", journal.header.scene, journal.len()),
+                Some(d) => {
+                    format!("{}: {} differs after step {}, at {} s", journal.header.scene, d.what, d.step, d.time_s)
+                }
+            })?;
+        }
+        Ok(if found.is_none() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+}

@@ -1,0 +1,238 @@
+//! `sheetwork run`: a scene, stepped to its end, and a report.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use cpu_time::ProcessTime;
+use indicatif::{ProgressBar, ProgressStyle};
+use sheetwork::integrators::EngineKind;
+use sheetwork::scene::{Scene, library};
+use sheetwork::sheet::Opening;
+use sheetwork::world::journal::{Input, Writer};
+use sheetwork::world::recording::Recorder;
+use sheetwork::{InputError, Report, World, check_range};
+
+use crate::overridden;
+use sheetwork_rigs::output::{print_json, print_line, writable};
+use sheetwork_rigs::quantities;
+use sheetwork_rigs::quantities::time;
+
+/// Frames a simulated second: for the recording, the progress bar and the watch on penetration.
+const FRAME_RATE: f64 = 60.0;
+
+#[derive(Args)]
+#[command(allow_negative_numbers = true)]
+pub struct Run {
+    /// Scene file (RON), or the name of one in assets/scenes.
+    scene: PathBuf,
+    /// Simulated time, s; the scene's own if left out.
+    #[arg(long, value_parser = time)]
+    seconds: Option<f64>,
+    /// Step of the engine, s, or a fraction such as 1/60.
+    #[arg(long, value_parser = time)]
+    dt: Option<f64>,
+    /// Engine, by name (see `sheetwork list engines`).
+    #[arg(long)]
+    engine: Option<EngineKind>,
+    /// Threads to step sheets on; the result does not depend on it.
+    #[arg(long, default_value_t = 1)]
+    threads: usize,
+    /// Go on stepping sheets that have come to rest.
+    #[arg(long)]
+    no_sleep: bool,
+    /// Set any field of the scene: PATH=VALUE, as in sheets.0.material.young=2e9. May be repeated.
+    #[arg(long = "set", value_name = "PATH=VALUE")]
+    overrides: Vec<String>,
+    /// Write the report to a file, as JSON.
+    #[arg(long)]
+    report: Option<PathBuf>,
+    /// Record positions, 60 frames a simulated second.
+    #[arg(long)]
+    record: Option<PathBuf>,
+    /// Write a journal: what was done, step by step, and what came of it, for `sheetwork replay`.
+    #[arg(long)]
+    journal: Option<PathBuf>,
+    /// Steps from one snapshot in the journal to the next.
+    #[arg(long, default_value_t = 60)]
+    key_every: u32,
+    /// Set a parameter while it runs, at a simulated time (s): TIME:PATH=VALUE, as in 0.5:gravity=(0,0,0). May be repeated.
+    #[arg(long = "at", value_name = "TIME:PATH=VALUE")]
+    changes: Vec<String>,
+    /// Print the report as JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Run {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let scene = self.scene()?;
+        // Now, and not when hours have gone into it.
+        [&self.report, &self.record, &self.journal].into_iter().flatten().try_for_each(|file| writable(file))?;
+        let mut world = World::new(&scene)?;
+        if self.threads == 0 || self.threads > 1024 {
+            return Err(InputError::new("--threads", format!("{} is outside 1 to 1024", self.threads)));
+        }
+        check_range("--key-every", f64::from(self.key_every), 1.0, 1e6, "steps")?;
+        world.set_threads(self.threads)?;
+        world.set_sleep(!self.no_sleep);
+        let report = self.step(&mut world)?;
+        if let Some(file) = &self.report {
+            let text = serde_json::to_string_pretty(&report).map_err(|e| InputError::new("report", e.to_string()))?;
+            std::fs::write(file, text).map_err(|e| InputError::io(file, &e))?;
+        }
+        if self.json {
+            print_json(&report)?;
+        } else {
+            print_line(&table(&report))?;
+        }
+        Ok(if report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// The scene with everything the command line says in place of its own.
+    fn scene(&self) -> Result<Scene, InputError> {
+        let mut scene = overridden(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
+        for (flag, path, value) in [("--seconds", "duration", self.seconds), ("--dt", "dt", self.dt)] {
+            if let Some(value) = value {
+                scene = scene.with_override(path, &value.to_string()).map_err(|e| InputError::new(flag, e.problem))?;
+            }
+        }
+        if let Some(engine) = self.engine {
+            scene.engine = engine;
+        }
+        Ok(scene)
+    }
+
+    fn step(&self, world: &mut World) -> Result<Report, InputError> {
+        let duration = world.scene().duration;
+        let steps = (duration / world.dt() - 1e-9).ceil().max(0.0) as u64;
+        let per_frame = ((1.0 / FRAME_RATE / world.dt()).round() as u64).max(1);
+        let mut recorder = self
+            .record
+            .as_ref()
+            .map(|f| Recorder::create(f, world, 1.0 / (per_frame as f64 * world.dt())))
+            .transpose()?;
+        let mut journal = self.journal.as_ref().map(|f| Writer::create(f, world, self.key_every)).transpose()?;
+        let mut changes = self.changes(duration)?;
+        let bar = self.bar(steps);
+        let mut penetration = Vec::new();
+        let mut cpu = 0.0;
+        let mut done = 0;
+        loop {
+            world.watch_penetration(&mut penetration);
+            if let Some(recorder) = &mut recorder {
+                recorder.frame(world)?;
+            }
+            if done >= steps || (world.unstable().is_some() && world.is_quiet()) {
+                break;
+            }
+            let batch = per_frame.min(steps - done);
+            let start = ProcessTime::now();
+            for _ in 0..batch {
+                // In order of time, the last first.
+                while let Some((_, input)) = changes.pop_if(|(time, _)| *time <= world.time() + 1e-9 * world.dt()) {
+                    match &mut journal {
+                        Some(journal) => journal.input(world, input)?,
+                        None => input.apply(world)?,
+                    }
+                }
+                match &mut journal {
+                    Some(journal) => journal.step(world)?,
+                    None => world.step(),
+                }
+            }
+            cpu += start.elapsed().as_secs_f64();
+            done += batch;
+            bar.set_position(done);
+        }
+        bar.finish_and_clear();
+        if let Some(recorder) = recorder {
+            recorder.finish()?;
+        }
+        if let Some(journal) = journal {
+            journal.finish()?;
+        }
+        Ok(world.report(cpu, &penetration))
+    }
+
+    /// What is set while it runs, the last first.
+    fn changes(&self, duration: f64) -> Result<Vec<(f64, Input)>, InputError> {
+        let bad = |item: &str| InputError::new("--at", format!("\"{item}\" is not TIME:PATH=VALUE"));
+        let mut all = Vec::with_capacity(self.changes.len());
+        for item in &self.changes {
+            let (time, set) = item.split_once(':').ok_or_else(|| bad(item))?;
+            let (path, value) = set.split_once('=').ok_or_else(|| bad(item))?;
+            let time = quantities::time(time).map_err(|e| InputError::new("--at", e))?;
+            check_range("--at", time, 0.0, duration, "s, the length of the run")?;
+            all.push((time, Input::Set { path: path.trim().to_owned(), value: value.to_owned() }));
+        }
+        all.reverse();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        Ok(all)
+    }
+
+    /// A progress bar on standard error; indicatif hides it where that is not a terminal.
+    fn bar(&self, steps: u64) -> ProgressBar {
+        if self.json {
+            return ProgressBar::hidden();
+        }
+        let style = ProgressStyle::with_template("{bar:40.cyan/blue} {percent:>3} %  {elapsed} elapsed, {eta} left");
+        ProgressBar::new(steps).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    }
+}
+
+fn table(report: &Report) -> String {
+    let mut lines = vec![
+        format!("scene      {}", report.scene),
+        format!("engine     {}, step {:.6} s", report.engine, report.dt_s),
+        format!(
+            "simulated  {:.3} s in {} steps, {:.4} s of CPU ({:.3} times real time)",
+            report.simulated_s,
+            report.steps,
+            report.cpu_s,
+            report.simulated_s / report.cpu_s.max(1e-9)
+        ),
+        format!("status     {}", report.status),
+    ];
+    for sheet in &report.sheets {
+        let e = &sheet.energy_j;
+        lines.push(String::new());
+        lines.push(format!(
+            "{}: {}, {} masses, {} springs{}",
+            sheet.name,
+            sheet.structure,
+            sheet.masses,
+            sheet.springs,
+            if sheet.asleep { ", asleep" } else { "" }
+        ));
+        lines.push(format!(
+            "  energy   {:.3e} J kinetic, {:.3e} elastic, {:.3e} gravity, {:.3e} total",
+            e.kinetic, e.elastic, e.gravity, e.total
+        ));
+        lines.push(format!(
+            "  fastest  {:.3e} m/s; deepest in a body {:.2e} m; {} steps rejected",
+            sheet.max_speed_m_s, sheet.max_penetration_m, sheet.steps_rejected
+        ));
+        for (name, p) in &sheet.probes {
+            lines.push(format!("  {name:<8} ({:.5}, {:.5}, {:.5}) m", p[0], p[1], p[2]));
+        }
+    }
+    if !report.events.is_empty() {
+        lines.push(String::new());
+    }
+    for event in &report.events {
+        let kind = serde_json::to_value(event.kind).ok().and_then(|v| v.as_str().map(str::to_owned));
+        let body = event.body.as_ref().map_or_else(String::new, |b| format!(", {b}"));
+        let opening = event.opening.as_ref().map_or_else(String::new, opening);
+        lines.push(format!("{:>9.4} s  {}: {}{body}{opening}", event.time_s, event.sheet, kind.unwrap_or_default()));
+    }
+    lines.join("\n")
+}
+
+/// Where a sheet opened, and of what.
+fn opening(o: &Opening) -> String {
+    let [x, y, z] = o.place_m;
+    let how = if o.melted { "melted" } else { "torn" };
+    let warm = o.temperature_c.map_or_else(String::new, |t| format!(", {t:.1} °C"));
+    format!(", {how} at ({x:.4}, {y:.4}, {z:.4}) m, strain {:.3} %{warm}", 100.0 * o.strain)
+}

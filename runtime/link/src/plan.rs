@@ -1,0 +1,214 @@
+//! What a world's frames look like: sizes, offsets, which masses are neighbours. Made anew when its sheets change; when one opens, only what
+//! joins its masses follows, and only where someone reads of that.
+
+use crate::layout::{ALIGNMENT, FrameHeader, MOST_SHEETS, SheetHeader, aligned, name_field};
+use sheetwork::World;
+use sheetwork::mesh::structure::StructureKind;
+use sheetwork::sheet::Sheet;
+
+/// An edge to measure strain along.
+#[derive(Clone, Copy)]
+pub struct Edge {
+    pub a: u32,
+    pub b: u32,
+    /// 1/m.
+    pub inverse_rest: f64,
+}
+
+/// A sheet's part of the frames.
+pub struct SheetPlan {
+    name: String,
+    masses: usize,
+    grid: (u32, u32, u32),
+    structure: StructureKind,
+    heated: bool,
+    /// Header with the offsets of a frame of positions, and of a complete one.
+    pub headers: [SheetHeader; 2],
+    /// Cells along the length and along the width of a sheet that can open.
+    pub cells: (usize, usize),
+    /// Triangles of the whole sheet.
+    most_triangles: usize,
+    /// Edges of the whole sheet.
+    whole: Vec<Edge>,
+    /// What was open when it was last looked, and when the following were made.
+    seen: u64,
+    opening: Option<u64>,
+    /// Triangles of all layers, counter-clockwise seen from the upper side.
+    pub triangles: Vec<[u32; 3]>,
+    pub edges: Vec<Edge>,
+    /// One over the number of edges that meet at each mass.
+    pub share: Vec<f32>,
+}
+
+/// The frames of a world.
+#[derive(Default)]
+pub struct Plan {
+    pub sheets: Vec<SheetPlan>,
+    /// Size of a frame of positions, and of a complete one, bytes.
+    pub bytes: [usize; 2],
+    /// Number of bodies, and where they are.
+    pub bodies: usize,
+    pub bodies_at: usize,
+}
+
+impl Plan {
+    /// The plan for `world`; what is beyond [`MOST_SHEETS`] sheets is not shown.
+    pub fn new(world: &World) -> Self {
+        let n = world.sheets().len().min(MOST_SHEETS);
+        let bodies_at = aligned(size_of::<FrameHeader>() + n * size_of::<SheetHeader>());
+        let bodies = bodies_of(world);
+        let start = bodies_at + aligned(bodies * size_of::<[f32; 7]>());
+        let mut plan = Self { sheets: Vec::with_capacity(n), bytes: [start; 2], bodies, bodies_at };
+        for (index, sheet) in world.sheets().iter().enumerate().take(n) {
+            let planned = SheetPlan::new(world, index, sheet, &mut plan.bytes);
+            plan.sheets.push(planned);
+        }
+        plan.follow(world);
+        plan
+    }
+
+    /// Whether it is still that of `world`, whatever has opened.
+    pub fn fits(&self, world: &World) -> bool {
+        let same = |(plan, sheet): (&SheetPlan, &Sheet)| {
+            plan.masses == sheet.masses()
+                && plan.heated == temperature_of(sheet).is_some()
+                && plan.grid == sheet.grid
+                && plan.structure == sheet.structure
+                && plan.name == sheet.name
+        };
+        let n = world.sheets().len().min(MOST_SHEETS);
+        self.sheets.len() == n && self.bodies == bodies_of(world) && self.sheets.iter().zip(world.sheets()).all(same)
+    }
+
+    /// Whether something has opened, or closed, since this was last asked.
+    pub fn has_opened(&mut self, world: &World) -> bool {
+        let mut opened = false;
+        for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
+            let before = std::mem::replace(&mut plan.seen, sheet.opening_revision());
+            opened |= plan.seen != before;
+        }
+        opened
+    }
+
+    /// Makes triangles and edges those of what is closed now.
+    pub fn follow(&mut self, world: &World) {
+        for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
+            if plan.opening != Some(sheet.opening_revision()) {
+                plan.follow(sheet);
+            }
+        }
+    }
+
+    /// Triangles and cells of each sheet when it is whole.
+    pub fn largest(&self) -> impl Iterator<Item = (usize, usize)> + Clone {
+        self.sheets.iter().map(|s| (s.most_triangles, s.cells.0 * s.cells.1))
+    }
+}
+
+impl SheetPlan {
+    /// The plan of a sheet whose arrays begin at `ends`, which it moves on; without its triangles yet.
+    fn new(world: &World, index: usize, sheet: &Sheet, ends: &mut [usize; 2]) -> Self {
+        let n = sheet.masses();
+        let heated = temperature_of(sheet).is_some();
+        let mut headers = [header(sheet); 2];
+        for (complete, (header, end)) in headers.iter_mut().zip(ends).enumerate() {
+            let mut take = |bytes: usize, there: bool| {
+                let at = *end;
+                *end += if there { aligned(bytes) } else { 0 };
+                if there { at as u64 } else { 0 }
+            };
+            header.positions = take(12 * n, true);
+            header.contact = take(n, true);
+            header.temperature = take(4 * n, heated);
+            header.normals = take(12 * n, complete == 1);
+            header.strain = take(4 * n, complete == 1);
+        }
+        let bottom = sheet.layers.first().map_or((0, 0), |l| (l.nx as usize, l.nz as usize));
+        Self {
+            name: sheet.name.clone(),
+            masses: n,
+            grid: sheet.grid,
+            structure: sheet.structure,
+            heated,
+            headers,
+            cells: if sheet.can_open() { (bottom.0.max(1) - 1, bottom.1.max(1) - 1) } else { (0, 0) },
+            most_triangles: match &sheet.triangles {
+                Some(triangles) => triangles.len(),
+                None => sheet.layers.iter().map(|l| l.triangles().len()).sum(),
+            },
+            whole: edges_of(world, index, sheet),
+            seen: sheet.opening_revision(),
+            opening: None,
+            triangles: Vec::new(),
+            edges: Vec::new(),
+            share: Vec::new(),
+        }
+    }
+
+    fn follow(&mut self, sheet: &Sheet) {
+        self.opening = Some(sheet.opening_revision());
+        self.triangles = match &sheet.triangles {
+            Some(triangles) => triangles.clone(),
+            None => sheet.closed_triangles(sheet.layers.iter().flat_map(|l| l.triangles()).collect()),
+        };
+        self.edges.clone_from(&self.whole);
+        if let Some(open) = sheet.opened() {
+            let gone = |mass: u32| sheet.is_gone(mass as usize);
+            let cut = |e: &Edge| gone(e.a) || gone(e.b) || open.cuts(sheet.in_cells(e.a), sheet.in_cells(e.b));
+            self.edges.retain(|e| !cut(e));
+        }
+        let mut count = vec![0.0_f32; self.masses];
+        for edge in &self.edges {
+            count[edge.a as usize] += 1.0;
+            count[edge.b as usize] += 1.0;
+        }
+        self.share = count.into_iter().map(|c| if c > 0.0 { 1.0 / c } else { 0.0 }).collect();
+    }
+}
+
+fn bodies_of(world: &World) -> usize {
+    world.rigid().map_or(0, |r| r.bodies().len())
+}
+
+fn header(sheet: &Sheet) -> SheetHeader {
+    SheetHeader {
+        name: name_field(&sheet.name),
+        structure: name_field(sheet.structure.name()),
+        grid: [sheet.grid.0, sheet.grid.1, sheet.grid.2],
+        masses: sheet.masses() as u32,
+        status: 0,
+        contacts: 0,
+        energy: [f64::NAN; 4],
+        positions: 0,
+        normals: 0,
+        strain: 0,
+        temperature: 0,
+        contact: 0,
+    }
+}
+
+/// Edges of a whole sheet with their lengths at rest: springs that join masses of one layer; where there are no springs, the sides
+/// of its triangles as it was built.
+fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<Edge> {
+    let inverse = |rest: f64| if rest > 0.0 { 1.0 / rest } else { 0.0 };
+    let springs = sheet.springs();
+    if !springs.is_empty() {
+        let one_layer = |i: &usize| sheet.layer_of[springs.a[*i] as usize] == sheet.layer_of[springs.b[*i] as usize];
+        let edge = |i: usize| Edge { a: springs.a[i], b: springs.b[i], inverse_rest: inverse(springs.rest[i]) };
+        return (0..springs.len()).filter(one_layer).map(edge).collect();
+    }
+    let Ok(built) = Sheet::build(world.scene(), index) else { return Vec::new() };
+    if built.masses() != sheet.masses() {
+        return Vec::new();
+    }
+    let rest = |[a, b]: [u32; 2]| built.x.get(a as usize).distance(built.x.get(b as usize));
+    built.edges().into_iter().map(|e| Edge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
+}
+
+/// Temperature of each mass, °C, of a sheet that has one.
+pub fn temperature_of(sheet: &Sheet) -> Option<&[f64]> {
+    sheet.temperatures()
+}
+
+/// Samples are this large at least, so that a small scene that grows a little needs no others.
+pub const SMALLEST: usize = 64 * ALIGNMENT;

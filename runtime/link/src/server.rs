@@ -1,0 +1,518 @@
+//! The game's end of a link.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Sender, channel};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::server::Server;
+use iceoryx2::prelude::*;
+use iceoryx2::service::port_factory::request_response::PortFactory as Factory;
+use serde_json::{Value, json};
+
+use crate::answer::{ANSWER_BYTES, Desk, stopped};
+use crate::attached::Attached;
+use crate::command::{Command, Host};
+use crate::place::LinkPlace;
+use crate::place::free_shared_memory;
+use crate::plan::{Plan, SMALLEST};
+use crate::stream::{EVENTS, FRAMES, MARGIN, Stream, TOPOLOGY};
+use crate::topology;
+use crate::write::{Moment, frame};
+use crate::{Ipc, LinkError, MOST_CLIENTS, clean_up, monotonic_ns, node_at};
+use sheetwork::World;
+use sheetwork::islands::event::Event;
+use sheetwork::sheet::Status;
+
+/// How often what dead processes left is looked for.
+const HOUSEKEEPING: Duration = Duration::from_millis(500);
+/// How long the end of a link waits for its housekeeping to end.
+const LONGEST_END: Duration = Duration::from_secs(2);
+/// Most commands in one exchange: a flood of them is spread over the steps.
+const MOST_COMMANDS: usize = 64;
+/// A world that stands still is shown again after so long, ns.
+const STILL_SHOWN_NS: u64 = 100_000_000;
+/// Calls from one count to the next of those who hear of events, where it is only for what to look for, and of readers, where it is likely that
+/// there are none.
+const COUNTED_EVERY: u32 = 16;
+/// Longest event, bytes.
+const EVENT_BYTES: usize = 1024;
+/// How often a start is tried again while a predecessor is being removed.
+const ATTEMPTS: usize = 20;
+
+/// Service of commands and answers.
+pub(crate) type Control = Factory<Ipc, [u8], (), [u8], ()>;
+
+/// What a link has done since it began.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkStatistics {
+    /// Readers of frames, of fields, of events and of topology now.
+    pub readers: [usize; 4],
+    /// Processes that may send commands now.
+    pub clients: usize,
+    /// Frames written, positions and complete ones.
+    pub frames: u64,
+    /// Times there was a frame and nobody to read it: nothing was written.
+    pub unheard: u64,
+    /// Frames and events that were not written for want of shared memory.
+    pub dropped: u64,
+    /// Events written.
+    pub events: u64,
+    /// Bytes written.
+    pub bytes: u64,
+    /// Commands that were done.
+    pub accepted: u64,
+    /// Commands that were refused.
+    pub refused: u64,
+}
+
+/// The game's end of a link.
+pub struct Link {
+    place: LinkPlace,
+    epoch: u64,
+    plan: Plan,
+    frames: Stream,
+    fields: Stream,
+    events: Stream,
+    topology: Stream,
+    control: Control,
+    server: Server<Ipc, [u8], (), [u8], ()>,
+    desk: Desk,
+    clients: usize,
+    frame: u64,
+    /// Steps and time of the last frame, and when that was, ns.
+    steps: Option<(u64, f64)>,
+    written_at: u64,
+    /// Readers of frames, fields and topology then.
+    readers: [usize; 3],
+    /// Number of the present topology, and of that which was sent.
+    version: u32,
+    sent: u32,
+    events_seen: usize,
+    /// Whether buckling is looked for because someone hears of events; calls since readers were last counted for that.
+    watches: bool,
+    uncounted: u32,
+    /// Calls since readers were last looked for where there are none.
+    unlooked: u32,
+    unheard: u64,
+    accepted: u64,
+    refused: u64,
+    /// Ends the housekeeping when it is dropped.
+    housekeeping: (Option<Sender<()>>, Option<JoinHandle<()>>),
+    /// Last, so that the ports are gone before it.
+    node: Arc<Node<Ipc>>,
+}
+
+impl Link {
+    /// Serves `world` at `place`. What a predecessor that died left behind is removed; readers that waited for another go on
+    /// with this one.
+    ///
+    /// # Errors
+    /// When another process serves a link of that name, when there is no shared memory, or the folder is not this user's.
+    pub fn new(place: &LinkPlace, world: &World) -> Result<Self, LinkError> {
+        let node = Arc::new(node_at(place, "sheetwork game")?);
+        let mut attempt = 0;
+        loop {
+            match Self::on(place, world, &node) {
+                Err(LinkError::Taken(_) | LinkError::Memory(_)) if attempt < ATTEMPTS => {
+                    // Someone who died a moment ago is not yet told from someone who lives.
+                    attempt += 1;
+                    if place.tidy() {
+                        node.blocking_cleanup_dead_nodes(Duration::from_millis(50));
+                    }
+                    std::thread::sleep(Duration::from_millis(25));
+                }
+                result => return result,
+            }
+        }
+    }
+
+    fn on(place: &LinkPlace, world: &World, node: &Arc<Node<Ipc>>) -> Result<Self, LinkError> {
+        let plan = Plan::new(world);
+        let room = |bytes: usize| bytes.max(SMALLEST);
+        let frames = Stream::new(node, place, "frames", FRAMES, room(plan.bytes[0]))?;
+        let fields = Stream::new(node, place, "fields", FRAMES, room(plan.bytes[1]))?;
+        let events = Stream::new(node, place, "events", EVENTS, EVENT_BYTES)?;
+        let topology = Stream::new(node, place, "topology", TOPOLOGY, room(topology::most_bytes(&plan)))?;
+        let control = control(node, place, true)?;
+        let server = control.server_builder().initial_max_slice_len(ANSWER_BYTES);
+        let server = server.allocation_strategy(AllocationStrategy::Static);
+        let server = server.backpressure_strategy(BackpressureStrategy::DiscardData).create();
+        let server = server.map_err(|_| LinkError::Taken(place.name().into()))?;
+        Ok(Self {
+            place: place.clone(),
+            epoch: epoch(),
+            plan,
+            frames,
+            fields,
+            events,
+            topology,
+            control,
+            server,
+            desk: Desk::default(),
+            clients: 0,
+            frame: 0,
+            steps: None,
+            written_at: 0,
+            readers: [0; 3],
+            version: 1,
+            sent: 0,
+            events_seen: world.events().len(),
+            watches: false,
+            uncounted: COUNTED_EVERY,
+            unlooked: 0,
+            unheard: 0,
+            accepted: 0,
+            refused: 0,
+            housekeeping: keep_house(node, place),
+            node: Arc::clone(node),
+        })
+    }
+
+    /// Between two steps: answers what was asked, then shows the world if it has moved. `step_time` is what the last step or tick
+    /// took, s. Never waits.
+    pub fn exchange(&mut self, host: &mut dyn Host, step_time: f64) {
+        self.answer(host);
+        self.publish(host.world(), step_time, host.playing());
+    }
+
+    /// Lets the world look for buckling while someone hears of events, unless the game does so anyway.
+    fn watch_for_those_who_hear(&mut self, host: &mut dyn Host) {
+        self.uncounted += 1;
+        if self.uncounted < COUNTED_EVERY {
+            return;
+        }
+        self.uncounted = 0;
+        let heard = self.events.readers() > 0;
+        if heard != self.watches && (self.watches || !host.world().watches_buckling()) {
+            host.world_mut().watch_buckling(heard);
+            self.watches = heard;
+        }
+    }
+
+    /// Answers what was asked since the last time. May be called more often than there are steps, for those who pull.
+    pub fn answer(&mut self, host: &mut dyn Host) {
+        self.desk.grabs.expire(host.world_mut());
+        self.watch_for_those_who_hear(host);
+        let clients = self.control.dynamic_config().number_of_clients();
+        if clients == 0 && self.clients == 0 {
+            return;
+        }
+        if clients != self.clients {
+            if free_shared_memory() < MARGIN {
+                return;
+            }
+            self.clients = clients;
+        }
+        for _ in 0..MOST_COMMANDS {
+            let Ok(Some(request)) = self.server.receive() else { break };
+            let result = Command::from_bytes(request.payload())
+                .map_err(|problem| sheetwork::InputError::new("", problem))
+                .and_then(|command| {
+                    let loads = matches!(command, Command::Load { .. });
+                    let done = self.desk.perform(host, &command);
+                    if loads && done.is_ok() {
+                        self.look_again();
+                    }
+                    done
+                });
+            match &result {
+                Ok(_) => self.accepted += 1,
+                Err(_) => self.refused += 1,
+            }
+            let bytes = self.reply(host.world(), result);
+            if free_shared_memory() < MARGIN {
+                self.refused += 1;
+                continue;
+            }
+            if let Ok(sample) = request.loan_slice_uninit(bytes.len()) {
+                // Whoever asked may be gone.
+                let _ = sample.write_from_slice(&bytes).send();
+            }
+        }
+    }
+
+    fn reply(&self, world: &World, result: Result<serde_json::Map<String, Value>, sheetwork::InputError>) -> Vec<u8> {
+        let mut answer =
+            json!({ "ok": result.is_ok(), "epoch": self.epoch, "steps": world.steps(), "time": world.time() });
+        let stopped = stopped(world);
+        if !stopped.is_empty() {
+            answer["stopped"] = stopped.into();
+        }
+        match result {
+            Ok(body) => body.into_iter().for_each(|(key, value)| answer[key] = value),
+            Err(error) => answer["error"] = error.to_string().into(),
+        }
+        let bytes = serde_json::to_vec(&answer).unwrap_or_default();
+        if bytes.len() <= ANSWER_BYTES {
+            return bytes;
+        }
+        // Only an error or a name that someone made that long.
+        let text: String = answer["error"].as_str().unwrap_or("the answer is too long").chars().take(2000).collect();
+        let short = json!({ "ok": answer["ok"], "epoch": self.epoch, "error": text });
+        serde_json::to_vec(&short).unwrap_or_default()
+    }
+
+    /// Shows the world to whoever reads, if it has moved since the last time; a world that stands still is shown ten times a
+    /// second. `step_time` is what the last step or tick took, s.
+    pub fn publish(&mut self, world: &World, step_time: f64, playing: bool) {
+        if world.events().len() != self.events_seen {
+            self.tell(world);
+        }
+        let now = (world.steps(), world.time());
+        let readers = self.count_readers();
+        let before = std::mem::replace(&mut self.readers, readers);
+        if readers == [0; 3] {
+            self.unheard += u64::from(self.steps != Some(now));
+            self.steps = Some(now);
+            return;
+        }
+        let newcomer = readers.iter().zip(before).any(|(now, before)| *now > before);
+        if self.steps == Some(now) && !newcomer && !self.idle_is_due() {
+            return;
+        }
+        self.steps = Some(now);
+        if !self.fit(world) {
+            return;
+        }
+        let [frames, fields, topology] = readers;
+        if fields > 0 || topology > 0 {
+            self.plan.follow(world);
+        }
+        if topology > 0 {
+            self.show_topology(world, topology);
+        }
+        let written_at = monotonic_ns();
+        self.written_at = written_at;
+        let (epoch, topology) = (self.epoch, self.version);
+        let moment = Moment { epoch, frame: self.frame, topology, step_time, written_at, playing };
+        self.frame += 1;
+        let plan = &self.plan;
+        if frames > 0 {
+            self.frames.write(frames, plan.bytes[0], |out| frame(plan, world, &moment, false, out));
+        }
+        if fields > 0 {
+            self.fields.write(fields, plan.bytes[1], |out| frame(plan, world, &moment, true, out));
+        }
+    }
+
+    /// Readers of frames, fields and topology. Whoever reads attaches as one who may command first: where there is none of those and nobody
+    /// read the last time, readers are looked for only now and then, because after a step each look is a way to memory.
+    fn count_readers(&mut self) -> [usize; 3] {
+        self.unlooked = (self.unlooked + 1) % COUNTED_EVERY;
+        if self.readers == [0; 3] && self.unlooked != 0 && !self.is_commanded() {
+            return [0; 3];
+        }
+        [self.frames.readers(), self.fields.readers(), self.topology.readers()]
+    }
+
+    /// Sends the topology if it has changed; otherwise only those get it who are new.
+    fn show_topology(&mut self, world: &World, readers: usize) {
+        if self.sent == self.version {
+            self.topology.welcome(readers);
+            return;
+        }
+        let (plan, which) = (&self.plan, (self.epoch, self.version));
+        let write = |out: &mut [u8]| topology::write(plan, world, which, out);
+        if self.topology.write(readers, topology::bytes(plan), write) {
+            self.sent = self.version;
+        }
+    }
+
+    /// Whether a world that stands still is to be shown again.
+    fn idle_is_due(&self) -> bool {
+        monotonic_ns().saturating_sub(self.written_at) > STILL_SHOWN_NS
+    }
+
+    /// Tells the link that the sheets are others, though they may look like those before.
+    pub fn look_again(&mut self) {
+        self.plan = Plan::default();
+    }
+
+    /// Makes the plan fit the world; false where there is no memory for it.
+    fn fit(&mut self, world: &World) -> bool {
+        if self.plan.fits(world) {
+            self.version += u32::from(self.plan.has_opened(world));
+            return true;
+        }
+        let plan = Plan::new(world);
+        let room = free_shared_memory() >= MARGIN;
+        let place = &self.place;
+        let resized = room
+            && self.frames.resize(place, plan.bytes[0]).is_ok()
+            && self.fields.resize(place, plan.bytes[1]).is_ok()
+            && self.topology.resize(place, topology::most_bytes(&plan)).is_ok();
+        if resized {
+            self.plan = plan;
+            self.version += 1;
+        } else {
+            self.frames.dropped += 1;
+        }
+        resized
+    }
+
+    /// Sends what has happened since the last time.
+    fn tell(&mut self, world: &World) {
+        let events = world.events();
+        // A reset or a restored snapshot has fewer.
+        let from = self.events_seen.min(events.len());
+        self.events_seen = events.len();
+        let readers = self.events.readers();
+        if readers == 0 {
+            return;
+        }
+        for (index, event) in events.iter().enumerate().skip(from) {
+            let bytes = event_bytes(self.epoch, index, event, world);
+            self.events.write(readers, bytes.len(), |out| {
+                // Spaces fill the last word.
+                out.fill(b' ');
+                out[..bytes.len()].copy_from_slice(&bytes);
+            });
+        }
+    }
+
+    /// Sleeps for `duration`; false when the process was asked to end, by SIGINT or SIGTERM. From the first call on those no
+    /// longer end the process: for programs that do nothing but serve, so that they can clean up.
+    pub fn sleep(&self, duration: Duration) -> bool {
+        self.node.wait(duration).is_ok()
+    }
+
+    /// Whether someone may send commands: whoever pulls wants to be answered more often than there are steps.
+    pub fn is_commanded(&self) -> bool {
+        self.control.dynamic_config().number_of_clients() > 0
+    }
+
+    /// Where it is.
+    pub fn place(&self) -> &LinkPlace {
+        &self.place
+    }
+
+    /// Number of this run: no other run of a game has the same.
+    pub fn epoch(&self) -> u64 {
+        self.epoch
+    }
+
+    /// Who is attached. Asks the system for their names: not to be called in every step.
+    pub fn attached(&self) -> Vec<Attached> {
+        let mut list = Vec::new();
+        self.control.dynamic_config().list_clients(|client| {
+            if let Ok(process) = client.node_id.pid::<Ipc>() {
+                Attached::count(&mut list, process.value() as u32, true);
+            }
+            CallbackProgression::Continue
+        });
+        for stream in [&self.frames, &self.fields, &self.topology, &self.events] {
+            stream.list(|process| Attached::count(&mut list, process, false));
+        }
+        list
+    }
+
+    /// What it has done since it began.
+    pub fn statistics(&self) -> LinkStatistics {
+        LinkStatistics {
+            readers: [self.frames.readers(), self.fields.readers(), self.events.readers(), self.topology.readers()],
+            clients: self.control.dynamic_config().number_of_clients(),
+            frames: self.frames.written + self.fields.written,
+            unheard: self.unheard,
+            dropped: self.frames.dropped + self.fields.dropped + self.events.dropped + self.topology.dropped,
+            events: self.events.written,
+            bytes: self.frames.bytes + self.fields.bytes + self.events.bytes + self.topology.bytes,
+            accepted: self.accepted,
+            refused: self.refused,
+        }
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        self.housekeeping.0 = None;
+        let Some(thread) = self.housekeeping.1.take() else { return };
+        // Never for long: it may be at what another process does not finish.
+        let start = Instant::now();
+        while !thread.is_finished() && start.elapsed() < LONGEST_END {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        if thread.is_finished() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Opens the service of commands, or makes it.
+pub(crate) fn control(node: &Node<Ipc>, place: &LinkPlace, create: bool) -> Result<Control, LinkError> {
+    use iceoryx2::service::builder::request_response::RequestResponseOpenError as OpenError;
+    let name = place.service("control")?;
+    let builder = node.service_builder(&name).request_response::<[u8], [u8]>();
+    if create {
+        let builder = builder
+            .max_servers(1)
+            .max_clients(MOST_CLIENTS)
+            .max_nodes(2 * MOST_CLIENTS + 2)
+            .max_active_requests_per_client(4)
+            .max_response_buffer_size(1)
+            .enable_safe_overflow_for_requests(true)
+            .enable_safe_overflow_for_responses(true);
+        return builder.open_or_create().map_err(|e| LinkError::Memory(format!("{name}: {e:?}")));
+    }
+    builder.open().map_err(|e| match e {
+        OpenError::DoesNotExist => LinkError::NoGame(place.name().into(), String::new()),
+        OpenError::ExceedsMaxNumberOfNodes => LinkError::Full("be attached to a game"),
+        OpenError::InsufficientPermissions => {
+            LinkError::Refused(format!("{}: not allowed; a link is for its own user", place.root().display()))
+        }
+        e => LinkError::Unlike(format!("{e:?}")),
+    })
+}
+
+/// A number that no other run has: the time of the start and the process.
+fn epoch() -> u64 {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    // 53 bits, so that every language can hold it: seconds, and a mixture of process and nanoseconds.
+    let mixed = u64::from(std::process::id()).wrapping_mul(0x9e37_79b9) ^ u64::from(now.subsec_nanos());
+    ((now.as_secs() & 0xffff_ffff) << 20) | (mixed & 0xf_ffff)
+}
+
+/// A thread that removes what dead processes leave behind, so that no step has to.
+fn keep_house(node: &Arc<Node<Ipc>>, place: &LinkPlace) -> (Option<Sender<()>>, Option<JoinHandle<()>>) {
+    let (end, ended) = channel::<()>();
+    let (node, place) = (Arc::clone(node), place.clone());
+    let work = move || {
+        use std::sync::mpsc::RecvTimeoutError::Timeout;
+        while ended.recv_timeout(HOUSEKEEPING) == Err(Timeout) {
+            clean_up(&node, &place);
+        }
+        // The last one out.
+        clean_up(&node, &place);
+    };
+    // Without the thread a dead reader stays counted until the next start.
+    let thread = std::thread::Builder::new().name("sheetwork link".into()).spawn(work).ok();
+    (Some(end), thread)
+}
+
+/// An event as it is sent: the event, its number, the sheet's energy (J) and the place (m): of the masses that touch, of the mass that was
+/// fastest, or of the centre of mass.
+fn event_bytes(epoch: u64, index: usize, event: &Event, world: &World) -> Vec<u8> {
+    let mut object = serde_json::to_value(event).unwrap_or_default();
+    object["epoch"] = epoch.into();
+    object["number"] = index.into();
+    if let Some(sheet) = world.sheet(&event.sheet) {
+        let touching: Vec<usize> = (0..sheet.masses()).filter(|i| sheet.touching().get(*i) == Some(&true)).collect();
+        let place = match sheet.status {
+            Status::Unstable { place, .. } => place,
+            _ if touching.is_empty() => sheet.centre_of_mass(),
+            _ => touching.iter().map(|i| sheet.x.get(*i)).sum::<glam::DVec3>() / touching.len() as f64,
+        };
+        if event.place_m.is_none() {
+            object["place_m"] = json!(place.to_array());
+        }
+        if event.energy_j.is_none() {
+            object["energy_j"] = json!(sheet.energy(world.gravity()).total);
+        }
+    }
+    let mut bytes = serde_json::to_vec(&object).unwrap_or_default();
+    if bytes.len() > EVENT_BYTES {
+        let short = json!({ "epoch": epoch, "number": index, "time_s": event.time_s, "kind": event.kind });
+        bytes = serde_json::to_vec(&short).unwrap_or_default();
+    }
+    bytes
+}

@@ -1,0 +1,237 @@
+//! A stream out of the game: a service, its publisher, and memory that is there before it is written to.
+//!
+//! Shared memory is only taken when it is first touched, and where there is none left then, the process is killed. So a
+//! stream touches what its readers need when they come, after looking that there is enough, and writes to nothing else.
+
+use std::mem::MaybeUninit;
+
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::*;
+use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError};
+use iceoryx2::service::port_factory::publish_subscribe::PortFactory as Factory;
+
+use crate::place::LinkPlace;
+use crate::place::free_shared_memory;
+use crate::{Ipc, LinkError, MOST_CLIENTS};
+
+/// Shared memory that is left alone, bytes: what iceoryx2 itself needs for a new reader is far below it.
+pub const MARGIN: u64 = 4 << 20;
+/// Bytes of a word.
+const WORD: usize = size_of::<u64>();
+/// Samples a reader may hold.
+pub const BORROWED: usize = 2;
+/// Processes that may have a service open: readers, the game, and some that are about to be removed.
+const NODES: usize = 2 * MOST_CLIENTS + 2;
+
+/// A service of bytes, eight together: so they are aligned.
+pub type ByteService = Factory<Ipc, [u64], ()>;
+
+/// What a stream keeps for its readers.
+#[derive(Clone, Copy, Debug)]
+pub struct Queue {
+    /// Samples a reader may be behind before it misses some.
+    pub behind: usize,
+    /// Samples that one who comes later gets.
+    pub history: usize,
+}
+
+/// Of frames and of fields.
+pub const FRAMES: Queue = Queue { behind: 4, history: 0 };
+/// Of events.
+pub const EVENTS: Queue = Queue { behind: 64, history: 0 };
+/// Of topology: the newest is all that counts.
+pub const TOPOLOGY: Queue = Queue { behind: 1, history: 1 };
+
+/// The service of stream `what`, which a game has made.
+pub fn open(node: &Node<Ipc>, place: &LinkPlace, what: &str) -> Result<ByteService, LinkError> {
+    let name = place.service(what)?;
+    node.service_builder(&name).publish_subscribe::<[u64]>().open().map_err(|e| not_opened(place, &e))
+}
+
+/// The service of stream `what`, made if there is none yet.
+fn make(node: &Node<Ipc>, place: &LinkPlace, what: &str, queue: Queue) -> Result<ByteService, LinkError> {
+    let name = place.service(what)?;
+    let builder = node.service_builder(&name).publish_subscribe::<[u64]>();
+    let made = builder
+        .max_publishers(1)
+        .max_subscribers(MOST_CLIENTS)
+        .max_nodes(NODES)
+        .subscriber_max_buffer_size(queue.behind)
+        .subscriber_max_borrowed_samples(BORROWED)
+        .history_size(queue.history)
+        .enable_safe_overflow(true)
+        .open_or_create();
+    made.map_err(|e| match e {
+        PublishSubscribeOpenOrCreateError::PublishSubscribeOpenError(e) => not_opened(place, &e),
+        e => LinkError::Memory(format!("{name}: {e:?}")),
+    })
+}
+
+fn not_opened(place: &LinkPlace, error: &PublishSubscribeOpenError) -> LinkError {
+    match error {
+        PublishSubscribeOpenError::DoesNotExist => LinkError::NoGame(place.name().into(), String::new()),
+        PublishSubscribeOpenError::InsufficientPermissions => {
+            LinkError::Refused(format!("{}: not allowed; a link is for its own user", place.root().display()))
+        }
+        PublishSubscribeOpenError::ExceedsMaxNumberOfNodes => LinkError::Full("be attached to a game"),
+        e => LinkError::Unlike(format!("{e:?}")),
+    }
+}
+
+/// One stream, at the game's end.
+pub struct Stream {
+    service: ByteService,
+    publisher: Option<Publisher<Ipc, [u64], ()>>,
+    /// Samples a reader can hold up, and those that are held besides: the last ones, one that is written, one to spare.
+    each: usize,
+    own: usize,
+    /// Largest sample, bytes.
+    capacity: usize,
+    /// Readers that there were the last time, and for how many memory is there.
+    readers: usize,
+    ready_for: usize,
+    /// Samples written.
+    pub written: u64,
+    /// Samples not written because there was no memory for them.
+    pub dropped: u64,
+    /// Bytes written.
+    pub bytes: u64,
+}
+
+impl Stream {
+    /// Stream `what` for samples of up to `capacity` bytes.
+    pub fn new(
+        node: &Node<Ipc>,
+        place: &LinkPlace,
+        what: &str,
+        queue: Queue,
+        capacity: usize,
+    ) -> Result<Self, LinkError> {
+        let mut stream = Self {
+            service: make(node, place, what, queue)?,
+            publisher: None,
+            each: queue.behind + BORROWED,
+            own: queue.history + 2,
+            capacity: 0,
+            readers: 0,
+            ready_for: 0,
+            written: 0,
+            dropped: 0,
+            bytes: 0,
+        };
+        stream.resize(place, capacity)?;
+        Ok(stream)
+    }
+
+    /// Makes room for samples of up to `capacity` bytes; readers need not attach again.
+    pub fn resize(&mut self, place: &LinkPlace, capacity: usize) -> Result<(), LinkError> {
+        use iceoryx2::port::publisher::PublisherCreateError::ExceedsMaxSupportedPublishers;
+        if capacity <= self.capacity && self.publisher.is_some() {
+            return Ok(());
+        }
+        self.publisher = None;
+        let chunks = MOST_CLIENTS * self.each + self.own;
+        let builder = self.service.publisher_builder().initial_max_slice_len(capacity.div_ceil(WORD));
+        let made = builder
+            .allocation_strategy(AllocationStrategy::Static)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .override_sample_preallocation(move |_| chunks)
+            .max_loaned_samples(chunks)
+            .create();
+        self.publisher = Some(made.map_err(|e| match e {
+            ExceedsMaxSupportedPublishers => LinkError::Taken(place.name().into()),
+            e => LinkError::Memory(format!("{e:?}")),
+        })?);
+        (self.capacity, self.ready_for) = (capacity, 0);
+        Ok(())
+    }
+
+    /// How many read it.
+    #[inline]
+    pub fn readers(&self) -> usize {
+        self.service.dynamic_config().number_of_subscribers()
+    }
+
+    /// Writes a sample of `bytes` bytes, rounded up to eight, for the readers there are, by `fill`. False where it was not written.
+    pub fn write(&mut self, readers: usize, bytes: usize, fill: impl FnOnce(&mut [u8])) -> bool {
+        let sent = self.ready(readers) && self.send(bytes, fill);
+        if sent {
+            self.written += 1;
+            self.bytes += bytes as u64;
+        } else {
+            self.dropped += 1;
+        }
+        sent
+    }
+
+    /// Gives what is kept to those who came since, without writing anything.
+    pub fn welcome(&mut self, readers: usize) {
+        if let (true, Some(publisher)) = (self.ready(readers), &self.publisher) {
+            // Whom it cannot reach is tried again the next time.
+            let _ = publisher.update_connections();
+        }
+    }
+
+    /// Calls `each` with the process of every reader.
+    pub fn list(&self, mut each: impl FnMut(u32)) {
+        self.service.dynamic_config().list_subscribers(|reader| {
+            if let Ok(process) = reader.node_id.pid::<Ipc>() {
+                each(process.value() as u32);
+            }
+            CallbackProgression::Continue
+        });
+    }
+
+    fn send(&self, bytes: usize, fill: impl FnOnce(&mut [u8])) -> bool {
+        let Some(publisher) = &self.publisher else { return false };
+        let Ok(mut sample) = publisher.loan_slice_uninit(bytes.div_ceil(WORD)) else { return false };
+        fill(initialised(sample.payload_mut()));
+        // SAFETY: the memory was touched before, and `fill` has written what readers look at.
+        let sample = unsafe { sample.assume_init() };
+        sample.send().is_ok()
+    }
+
+    /// Whether the memory for so many readers is there; takes it if it can be had.
+    fn ready(&mut self, readers: usize) -> bool {
+        if readers == self.readers && readers <= self.ready_for {
+            return true;
+        }
+        let chunks = readers.min(MOST_CLIENTS) * self.each + self.own;
+        let needed = if readers > self.ready_for { chunks * (self.capacity + 256) } else { 0 };
+        if free_shared_memory() < MARGIN + needed as u64 {
+            return false;
+        }
+        if readers > self.ready_for {
+            self.touch(chunks);
+            self.ready_for = readers;
+        }
+        self.readers = readers;
+        true
+    }
+
+    /// Takes `chunks` samples at once, writes to all of them, and gives them back: free samples are handed out last in, first
+    /// out, so that these are the ones in use from then on.
+    fn touch(&self, chunks: usize) {
+        let Some(publisher) = &self.publisher else { return };
+        let mut held = Vec::with_capacity(chunks);
+        for _ in 0..chunks {
+            let Ok(mut sample) = publisher.loan_slice_uninit(self.capacity.div_ceil(WORD)) else { break };
+            initialised(sample.payload_mut()).fill(0);
+            held.push(sample);
+        }
+    }
+}
+
+/// Words of shared memory as bytes.
+fn initialised(words: &mut [MaybeUninit<u64>]) -> &mut [u8] {
+    let bytes = size_of_val(words);
+    // SAFETY: pages of shared memory are zero until someone writes to them: there are no uninitialised bytes in them.
+    unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), bytes) }
+}
+
+/// Words that were read as bytes.
+pub fn bytes_of(words: &[u64]) -> &[u8] {
+    // SAFETY: a u64 is eight bytes, and a byte has no alignment.
+    unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), size_of_val(words)) }
+}

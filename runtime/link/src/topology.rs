@@ -1,0 +1,194 @@
+//! Which masses make triangles: what a sheet is drawn by, sent when it changes.
+//!
+//! A sample of the stream `topology` is a [`TopologyHeader`], a [`SheetTopology`] for each sheet of a frame, in the same order, then arrays as a
+//! frame has them. Its `version` is that of the frames it belongs to: they say it in their headers. The service keeps the last sample for
+//! who comes later. A sheet that tears has fewer triangles from then on; its masses stay.
+
+use crate::layout::{ALIGNMENT, LAYOUT, MOST_SHEETS, Plain, aligned, array, name_field, name_of, put, read, take};
+use crate::plan::Plan;
+use sheetwork::World;
+
+/// First bytes of every sample of topology.
+pub const TOPOLOGY_MAGIC: [u8; 8] = *b"sheettop";
+
+/// What is common to all sheets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct TopologyHeader {
+    /// [`TOPOLOGY_MAGIC`].
+    pub magic: [u8; 8],
+    /// [`LAYOUT`].
+    pub layout: u32,
+    /// Bytes of this header.
+    pub header_bytes: u32,
+    /// Bytes of each sheet's header.
+    pub sheet_bytes: u32,
+    /// Number of sheets.
+    pub sheets: u32,
+    /// Bytes of the sample.
+    pub bytes: u64,
+    /// Number of the run of the game.
+    pub epoch: u64,
+    /// Counts the changes of topology in this epoch, from 1.
+    pub version: u32,
+    /// Nothing yet: 0.
+    pub reserved: u32,
+}
+
+/// One sheet's topology.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+pub struct SheetTopology {
+    /// Name, UTF-8, filled with zeros; cut where it is longer.
+    pub name: [u8; 64],
+    /// Number of masses.
+    pub masses: u32,
+    /// Number of triangles.
+    pub triangles: u32,
+    /// Where they are: of each 3 u32, its masses, counter-clockwise seen from the upper side.
+    pub triangles_at: u64,
+    /// Cells along the length and along the width of a sheet that can open.
+    pub cells: [u32; 2],
+    /// Where they are: of each u8, 1 where it is open, side by side along the length and then along the width; 0 of a sheet that
+    /// cannot open.
+    pub cells_at: u64,
+}
+
+// SAFETY: `repr(C)`, of plain numbers and arrays of them, without gaps.
+unsafe impl Plain for TopologyHeader {}
+// SAFETY: `repr(C)`, of plain numbers and arrays of them, without gaps.
+unsafe impl Plain for SheetTopology {}
+
+/// Which masses of a sheet make triangles, as a reader has it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct SheetMesh {
+    /// Name of the sheet, cut where it is longer than 64 bytes.
+    pub name: String,
+    /// Number of masses.
+    pub masses: usize,
+    /// Triangles of all layers that are left, counter-clockwise seen from the upper side.
+    pub triangles: Vec<[u32; 3]>,
+    /// Cells along the length and along the width of a sheet that can open; none otherwise.
+    pub cells: (usize, usize),
+    /// Of each cell, whether it is open.
+    pub open: Vec<bool>,
+}
+
+/// The topology of all sheets, as a reader has it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Meshes {
+    /// Number of the run of the game; 0 before any came.
+    pub epoch: u64,
+    /// Which topology of that run it is.
+    pub version: u32,
+    /// Of each sheet, in the order that frames have them.
+    pub sheets: Vec<SheetMesh>,
+}
+
+/// Bytes of a sample for sheets with so many triangles and cells.
+fn size(sheets: impl Iterator<Item = (usize, usize)> + Clone) -> usize {
+    let heads = size_of::<TopologyHeader>() + sheets.clone().count() * size_of::<SheetTopology>();
+    let arrays = sheets.map(|(triangles, cells)| aligned(triangles * size_of::<[u32; 3]>()) + aligned(cells));
+    aligned(heads) + arrays.sum::<usize>()
+}
+
+/// Bytes of the sample of `plan`'s sheets as they are now.
+pub fn bytes(plan: &Plan) -> usize {
+    size(plan.sheets.iter().map(|s| (s.triangles.len(), s.cells.0 * s.cells.1)))
+}
+
+/// Most bytes that a sample of these sheets has: that of all of them whole.
+pub fn most_bytes(plan: &Plan) -> usize {
+    size(plan.largest())
+}
+
+/// Writes the topology of `world` to `out`, which is [`bytes`] long and aligned.
+pub fn write(plan: &Plan, world: &World, (epoch, version): (u64, u32), out: &mut [u8]) {
+    let header = TopologyHeader {
+        magic: TOPOLOGY_MAGIC,
+        layout: LAYOUT,
+        header_bytes: size_of::<TopologyHeader>() as u32,
+        sheet_bytes: size_of::<SheetTopology>() as u32,
+        sheets: plan.sheets.len() as u32,
+        bytes: out.len() as u64,
+        epoch,
+        version,
+        reserved: 0,
+    };
+    put(out, 0, header);
+    let mut end = aligned(size_of::<TopologyHeader>() + plan.sheets.len() * size_of::<SheetTopology>());
+    for (index, (plan, sheet)) in plan.sheets.iter().zip(world.sheets()).enumerate() {
+        let cells = sheet.open_cells().unwrap_or_default();
+        let mut head = SheetTopology {
+            name: name_field(&sheet.name),
+            masses: sheet.masses() as u32,
+            triangles: plan.triangles.len() as u32,
+            triangles_at: end as u64,
+            cells: [plan.cells.0 as u32, plan.cells.1 as u32],
+            cells_at: 0,
+        };
+        take::<[u32; 3]>(out, head.triangles_at, plan.triangles.len()).copy_from_slice(&plan.triangles);
+        end += aligned(size_of_val(plan.triangles.as_slice()));
+        if !cells.is_empty() {
+            head.cells_at = end as u64;
+            let flags = take::<u8>(out, head.cells_at, cells.len()).iter_mut();
+            flags.zip(cells).for_each(|(flag, open)| *flag = u8::from(*open));
+            end += aligned(cells.len());
+        }
+        put(out, size_of::<TopologyHeader>() + index * size_of::<SheetTopology>(), head);
+    }
+}
+
+impl Meshes {
+    /// Reads a sample; a sentence about what is wrong with it where it cannot be read. No number of it is trusted.
+    ///
+    /// # Errors
+    /// When it is too short, of another layout, names places outside itself, or masses that are not there.
+    pub fn read(bytes: &[u8]) -> Result<Self, String> {
+        let header: TopologyHeader = read(bytes, 0).ok_or_else(|| format!("{} bytes are no topology", bytes.len()))?;
+        if header.magic != TOPOLOGY_MAGIC {
+            return Err("the sample is no topology of Sheetwork".into());
+        }
+        if header.layout != LAYOUT {
+            return Err(format!("the game writes layout {}, and this reader knows {LAYOUT}", header.layout));
+        }
+        let (own, each) = (header.header_bytes as usize, header.sheet_bytes as usize);
+        let sheets = header.sheets as usize;
+        let long_enough = own >= size_of::<TopologyHeader>() && each >= size_of::<SheetTopology>();
+        if !long_enough || sheets > MOST_SHEETS || header.bytes != bytes.len() as u64 {
+            return Err(format!("the topology says it has {} bytes and has {}", header.bytes, bytes.len()));
+        }
+        let mesh = |index: usize| {
+            let head = index.checked_mul(each).and_then(|at| read::<SheetTopology>(bytes, at.checked_add(own)?));
+            let head = head.ok_or_else(|| format!("the header of sheet {index} is cut off"))?;
+            SheetMesh::read(bytes, &head).map_err(|e| format!("sheet {index}: {e}"))
+        };
+        let sheets = (0..sheets).map(mesh).collect::<Result<_, String>>()?;
+        Ok(Self { epoch: header.epoch, version: header.version, sheets })
+    }
+}
+
+impl SheetMesh {
+    fn read(bytes: &[u8], head: &SheetTopology) -> Result<Self, String> {
+        let triangles = match head.triangles {
+            0 => &[],
+            n => {
+                array::<[u32; 3]>(bytes, head.triangles_at, n as usize).ok_or("its triangles lie outside the sample")?
+            }
+        };
+        if triangles.iter().flatten().any(|mass| *mass >= head.masses) {
+            return Err(format!("a triangle is of a mass beyond its {}", head.masses));
+        }
+        let mut cells = (0, 0);
+        let mut open = Vec::new();
+        if head.cells_at != 0 {
+            cells = (head.cells[0] as usize, head.cells[1] as usize);
+            let flags = cells.0.checked_mul(cells.1).and_then(|n| array::<u8>(bytes, head.cells_at, n));
+            open = flags.ok_or("its cells lie outside the sample")?.iter().map(|flag| *flag != 0).collect();
+        }
+        let name = name_of(&head.name).to_owned();
+        Ok(Self { name, masses: head.masses as usize, triangles: triangles.to_vec(), cells, open })
+    }
+}
+
+const _: () = assert!(size_of::<TopologyHeader>() == 48 && size_of::<SheetTopology>() == 96 && ALIGNMENT == 64);

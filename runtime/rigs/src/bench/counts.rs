@@ -1,0 +1,332 @@
+//! `sheetwork bench counts`: how many instructions a step takes with each feature off, on and unused, and at work.
+//!
+//! This program runs itself under callgrind, twice for each case: the difference of the two counts is that of the steps which the one takes more.
+//! Counts repeat, where times do not: a check against a file of them holds each to one part in a hundred.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+use std::sync::Arc;
+
+use clap::Args;
+use glam::DVec3;
+use indicatif::ProgressBar;
+use serde_json::{Map, Value, json};
+use sheetwork::integrators::EngineKind;
+use sheetwork::linear::Path;
+use sheetwork::mesh::structure::StructureKind;
+use sheetwork::profiler::{Phase, Watch};
+use sheetwork::scene::{
+    BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
+};
+use sheetwork::{InputError, World};
+use sheetwork_link::Link;
+use sheetwork_link::place::LinkPlace;
+
+use crate::bench::hot_box::hot_box;
+use crate::bench::link::Game;
+use crate::output::{print_json, print_line};
+
+/// Steps of the shorter run, and by how many the longer is longer.
+const FIRST: u32 = 4;
+const MORE: u32 = 16;
+/// The same where the world sleeps: its steps take so few that what two runs differ by before them (up to 5000) would count.
+const MORE_ASLEEP: u32 = 1600;
+/// How this program was built.
+const BUILD: &str = if cfg!(debug_assertions) { "dev" } else { "release" };
+/// By how much a count may be off from one that is checked against.
+const MARGIN: f64 = 0.01;
+/// The same in instructions, for cases that have so few that a call more or less is beyond that.
+const FEW: f64 = 100.0;
+
+#[derive(Args)]
+pub struct Counts {
+    /// Cases by name, all if none.
+    cases: Vec<String>,
+    /// Hold the counts to those of a file that --renew wrote, each within 1 %.
+    #[arg(long, value_name = "FILE")]
+    check: Option<PathBuf>,
+    /// Write the counts to the file of --check in place of holding them to it.
+    #[arg(long)]
+    renew: bool,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+    /// Take so many steps of the case, and no more: what runs under callgrind.
+    #[arg(long, hide = true)]
+    steps: Option<u32>,
+}
+
+/// A case: a scene, and what is done with its world before each step.
+struct Case {
+    name: &'static str,
+    about: &'static str,
+    scene: fn() -> Scene,
+    sleep: bool,
+    each: fn(&mut Rig),
+}
+
+/// What a case has at hand.
+struct Rig {
+    game: Game,
+    bytes: Vec<u8>,
+    link: Option<Link>,
+}
+
+fn nothing(_: &mut Rig) {}
+
+/// A link that nobody reads; there is none where it cannot be served.
+fn exchange(rig: &mut Rig) {
+    if rig.link.is_none() {
+        let name = format!("counts-{}", std::process::id());
+        let place = LinkPlace::new(&name).ok();
+        rig.link = place.and_then(|place| Link::new(&place, &rig.game.0).ok());
+    }
+    if let Some(link) = &mut rig.link {
+        link.exchange(&mut rig.game, 0.0);
+    }
+}
+
+const fn case(name: &'static str, about: &'static str, scene: fn() -> Scene) -> Case {
+    Case { name, about, scene, sleep: false, each: nothing }
+}
+
+const CASES: &[Case] = &[
+    case("plain", "a clamped shell of 21x21 masses falls: no feature", plain),
+    case("plastic_unused", "it may yield, and does not", || with(|s| s.plastic = true)),
+    case("tearing_unused", "it may tear, and does not", || with(|s| s.tearing = true)),
+    case("bodies_far", "two bodies stand far away", || Scene {
+        bodies: [5.0, 9.0].into_iter().map(|x| placed(BodySpec::new(Shape::Ball(0.1)), x, 0.0)).collect(),
+        ..plain()
+    }),
+    case("no_self_contact", "sheets are told not to meet: a flat one does not look anyway", || {
+        let mut scene = plain();
+        scene.contact.sheets = false;
+        scene
+    }),
+    case("room_20", "an oven that is off: nothing is warm", || {
+        let oven = sheetwork::scene::OvenSpec { on: false, ..Default::default() };
+        Scene { oven: Some(oven), ..plain() }
+    }),
+    case("room_60", "the whole room at 60 °C", || Scene { ambient_temperature: 60.0, ..plain() }),
+    case("heater", "a heater of six faces above it", || Scene { heaters: vec![hot_box()], ..plain() }),
+    case("creep", "it creeps", || with(|s| s.creep = true)),
+    case("on_floor", "it lies on a floor", || {
+        let mut scene = with(|s| s.pins.clear());
+        scene.sheets[0].placement.position.y = 2.6e-4;
+        scene.bodies.push(BodySpec::new(Shape::HalfSpace));
+        scene
+    }),
+    Case {
+        name: "asleep",
+        about: "it has been put to sleep on a floor",
+        scene: || {
+            let mut scene = with(|s| s.pins.clear());
+            scene.sheets[0].placement.position.y = 2.6e-4;
+            scene.bodies.push(BodySpec::new(Shape::HalfSpace));
+            scene
+        },
+        sleep: true,
+        each: nothing,
+    },
+    case("contained", "what is about to go unstable would be frozen", || {
+        with(|s| s.when_unstable = WhenUnstable::Freeze)
+    }),
+    case("springs", "not a shell but trimm of 21x21x2 masses, and rk4: no feature", springs),
+    case("springs_contained", "its step would be reduced", || {
+        let mut scene = springs();
+        scene.sheets[0].when_unstable = WhenUnstable::ReduceStep { parts: 64 };
+        scene
+    }),
+    Case {
+        name: "snapshots",
+        about: "a snapshot every step",
+        scene: plain,
+        sleep: false,
+        each: |rig| rig.game.0.save_into(&mut rig.bytes),
+    },
+    Case { name: "link_unread", about: "a link that nobody reads", scene: plain, sleep: false, each: exchange },
+    Case {
+        name: "watched",
+        about: "buckling is looked for",
+        scene: plain,
+        sleep: false,
+        each: |rig| rig.game.0.watch_buckling(true),
+    },
+    Case {
+        name: "phases",
+        about: "somebody is told which part of a step is under way",
+        scene: plain,
+        sleep: false,
+        each: |rig| rig.game.0.set_watch(Some(Arc::new(Nobody))),
+    },
+];
+
+/// One who is told, and makes nothing of it.
+struct Nobody;
+
+impl Watch for Nobody {
+    fn begin(&self, _: Phase) {}
+
+    fn end(&self, _: Phase) {}
+}
+
+fn springs() -> Scene {
+    let sheet = SheetSpec {
+        structure: StructureKind::Trimm,
+        grid: (21, 2, 21),
+        size: (0.25, 0.25),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    };
+    Scene { engine: EngineKind::Rk4, dt: 1e-3, sheets: vec![sheet], ..Scene::default() }
+}
+
+fn plain() -> Scene {
+    let sheet = SheetSpec {
+        structure: StructureKind::Shell,
+        springs: SpringLaw::Calibrated,
+        grid: (21, 1, 21),
+        size: (0.25, 0.25),
+        material: MaterialChoice::Named("hips".into()),
+        pins: vec![PinSpec::clamped(Region::Left)],
+        ..SheetSpec::default()
+    };
+    Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, sheets: vec![sheet], ..Scene::default() }
+}
+
+fn with(change: impl FnOnce(&mut SheetSpec)) -> Scene {
+    let mut scene = plain();
+    change(&mut scene.sheets[0]);
+    scene
+}
+
+fn placed(body: BodySpec, x: f64, y: f64) -> BodySpec {
+    BodySpec { placement: Placement { position: DVec3::new(x, y, 0.0), ..Placement::default() }, ..body }
+}
+
+impl Counts {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        let unknown = self.cases.iter().find(|n| CASES.iter().all(|c| c.name != n.as_str()));
+        if let Some(name) = unknown {
+            let names: Vec<&str> = CASES.iter().map(|c| c.name).collect();
+            return Err(InputError::new("cases", format!("{name} is none of {}", names.join(", "))));
+        }
+        let chosen: Vec<&Case> =
+            CASES.iter().filter(|c| self.cases.is_empty() || self.cases.iter().any(|n| n == c.name)).collect();
+        if let Some(steps) = self.steps {
+            return chosen.into_iter().try_for_each(|c| run(c, steps)).map(|()| ExitCode::SUCCESS);
+        }
+        if Command::new("valgrind").arg("--version").output().is_err() {
+            print_line("skipped: valgrind, which counts instructions, is not installed")?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let mut found = Map::new();
+        let mut kernels = String::new();
+        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(chosen.len() as u64) };
+        for case in &chosen {
+            let (less, with) = counted(case.name, FIRST)?;
+            let more = if case.sleep { MORE_ASLEEP } else { MORE };
+            let count = (counted(case.name, FIRST + more)?.0 - less) / f64::from(more);
+            kernels = with;
+            found.insert(case.name.to_owned(), json!(count));
+            if !self.json {
+                let plain = found.get("plain").and_then(Value::as_f64).unwrap_or(count);
+                let line = format!(
+                    "{:<16} {count:>12.0} {:>+8.2} %  {}",
+                    case.name,
+                    100.0 * (count / plain - 1.0),
+                    case.about
+                );
+                bar.suspend(|| print_line(&line))?;
+            }
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        let missed = self.held(&found, &kernels)?;
+        if self.json {
+            print_json(
+                &json!({ "build": BUILD, "kernels": kernels, "instructions_per_step": found, "missed": missed }),
+            )?;
+        } else {
+            missed.iter().try_for_each(|line| print_line(line))?;
+        }
+        Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    /// What is off from the file that is checked against; counts are of one compiler, one profile and one set of vector instructions.
+    fn held(&self, found: &Map<String, Value>, kernels: &str) -> Result<Vec<String>, InputError> {
+        let Some(file) = &self.check else { return Ok(Vec::new()) };
+        let compiler = compiler();
+        if self.renew {
+            let all =
+                json!({ "build": BUILD, "kernels": kernels, "compiler": compiler, "instructions_per_step": found });
+            let text = serde_json::to_string_pretty(&all).map_err(|e| InputError::new("check", e.to_string()))?;
+            std::fs::write(file, text + "\n").map_err(|e| InputError::io(file, &e))?;
+            return Ok(Vec::new());
+        }
+        let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
+        let wanted: Value =
+            serde_json::from_str(&text).map_err(|e| InputError::new("check", e.to_string()).in_file(file))?;
+        let own = [BUILD, kernels, &compiler];
+        if ["build", "kernels", "compiler"].map(|key| wanted[key].as_str().unwrap_or_default()) != own {
+            print_line(&format!(
+                "not held to {}, which is not of a {BUILD} build with {kernels} by {compiler}",
+                file.display()
+            ))?;
+            return Ok(Vec::new());
+        }
+        let off = found.iter().filter_map(|(name, count)| {
+            let (count, wanted) = (count.as_f64()?, wanted["instructions_per_step"][name].as_f64()?);
+            let change = count / wanted - 1.0;
+            (change.abs() > MARGIN && (count - wanted).abs() > FEW)
+                .then(|| format!("{name}: {count:.0}, {:+.2} % off {wanted:.0}", 100.0 * change))
+        });
+        Ok(off.collect())
+    }
+}
+
+/// The compiler there is, which is taken to be the one that this was built with.
+fn compiler() -> String {
+    let output = Command::new("rustc").arg("--version").output();
+    output.map_or_else(|_| "no compiler".to_owned(), |o| String::from_utf8_lossy(&o.stdout).trim().to_owned())
+}
+
+fn run(case: &Case, steps: u32) -> Result<(), InputError> {
+    print_line(&format!("{:?}", Path::best()).to_lowercase())?;
+    let mut world = World::new(&(case.scene)())?;
+    world.set_sleep(case.sleep);
+    if case.sleep {
+        // Both runs alike: what is counted is what comes after.
+        (0..60).for_each(|_| world.step());
+    }
+    let mut rig = Rig { game: Game(world), bytes: Vec::new(), link: None };
+    for _ in 0..steps {
+        (case.each)(&mut rig);
+        rig.game.0.step();
+    }
+    Ok(())
+}
+
+/// Instructions of a run of `steps` steps, and the vector instructions that it had. Only those of the thread that steps: what keeps house for a
+/// link goes by the clock, and under callgrind a step takes long.
+fn counted(name: &str, steps: u32) -> Result<(f64, String), InputError> {
+    let own = std::env::current_exe().map_err(|e| InputError::new("counts", e.to_string()))?;
+    let folder = std::env::temp_dir().join(format!("sheetwork-counts-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map_err(|e| InputError::io(&folder, &e))?;
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--separate-threads=yes"])
+        .arg(format!("--callgrind-out-file={}", folder.join("thread").display()))
+        .arg(own)
+        .args(["bench", "counts", name, "--steps", &steps.to_string()])
+        .output();
+    // One file a thread, from 01 on.
+    let first = std::fs::read_to_string(folder.join("thread-01")).unwrap_or_default();
+    let _ = std::fs::remove_dir_all(&folder);
+    let output = output.map_err(|e| InputError::new("valgrind", e.to_string()))?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    let count = first.lines().find_map(|l| l.strip_prefix("totals:")?.trim().parse::<f64>().ok());
+    let kernels = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    count.map(|count| (count, kernels)).ok_or_else(|| {
+        InputError::new("valgrind", format!("did not count: {}", said.lines().last().unwrap_or_default()))
+    })
+}

@@ -1,0 +1,232 @@
+//! `sheetwork bench day`: one sheet for a day of simulated time, kicked, heated and cooled.
+//!
+//! A strip that hangs from its clamped end is kicked every ten seconds, each mass its own way; an oven is on for the first five minutes of every
+//! ten. From one kick to the next energy may rise by what expansion brings alone; what the strip holds in all may not grow beyond what it came to in the first part (what
+//! stiffens while it swings keeps some stress, which is bounded); it hangs where it hung; memory is what it was after the first part. The day is
+//! told hour by hour.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Args;
+use glam::DVec3;
+use indicatif::ProgressBar;
+use serde_json::{Value, json};
+use sheetwork::integrators::EngineKind;
+use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::{MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
+use sheetwork::{InputError, World, check_range};
+
+use crate::bench::memory;
+use crate::output::{print_json, print_line};
+use crate::quantities::number;
+
+/// Time between kicks, s, and how fast they are at most, m/s.
+const KICK_EVERY: u64 = 10;
+const KICK: f64 = 1.0;
+/// Time from one warming to the next, s, and the temperature, °C.
+const CYCLE: u64 = 600;
+const WARM: f64 = 90.0;
+/// Energy may be greater than in the first part by this factor, rise between kicks by this part of what a kick brings (a strip that is
+/// clamped and expands stores some; without warmth it is rounding), and the tip be elsewhere by this part of the strip's length.
+const BOUND: f64 = 1.1;
+const RISE: f64 = 0.05;
+const DRIFT: f64 = 0.01;
+const LENGTH: f64 = 0.1;
+
+#[derive(Args)]
+pub struct Day {
+    /// Simulated time, h; 0.2 to 1e4.
+    #[arg(long, default_value = "24", value_parser = number)]
+    hours: f64,
+    /// Engine.
+    #[arg(long, default_value = "tr-bdf2")]
+    engine: EngineKind,
+    /// Masses along the strip, 3 to 1000; half as many across it.
+    #[arg(long, default_value_t = 9)]
+    masses: u32,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is seen over a part of the time.
+#[derive(Clone, Copy)]
+struct Seen {
+    /// Most mechanical energy above that of the first rest, J.
+    most: f64,
+    /// What the largest kick brought, J, and the largest rise of energy between two kicks, J.
+    kick: f64,
+    rise: f64,
+    /// Lowest and highest place of the tip before a warming, m.
+    tip: (f64, f64),
+    /// Warmest mass, °C.
+    warmest: f64,
+    /// Memory at its end, bytes.
+    memory: u64,
+}
+
+impl Seen {
+    const NOTHING: Self =
+        Self { most: 0.0, kick: 0.0, rise: 0.0, tip: (f64::INFINITY, f64::NEG_INFINITY), warmest: -273.15, memory: 0 };
+
+    fn json(&self) -> Value {
+        json!({
+            "most_j": self.most, "kick_j": self.kick, "rise_j": self.rise, "tip_m": [self.tip.0, self.tip.1],
+            "warmest_c": self.warmest, "memory_bytes": self.memory,
+        })
+    }
+}
+
+impl Day {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        check_range("--hours", self.hours, 0.2, 1e4, "h")?;
+        check_range("--masses", f64::from(self.masses), 3.0, 1e3, "")?;
+        let start = Instant::now();
+        let mut world = World::new(&self.scene())?;
+        world.set_sleep(false);
+        world.settle(1e-9);
+        let rest = world.energy().total;
+        let parts = if self.hours < 10.0 { (self.hours * 3600.0 / CYCLE as f64) as u64 } else { self.hours as u64 };
+        let cycles = (self.hours * 3600.0 / CYCLE as f64).round() as u64;
+        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(cycles) };
+        let mut all: Vec<Seen> = Vec::with_capacity(parts as usize + 1);
+        let mut draw = 0_u64;
+        let mut seen = Seen::NOTHING;
+        for cycle in 0..cycles {
+            if let Some(sheet) = cycle_of(&mut world, rest, &mut draw, &mut seen)? {
+                print_line(&format!("unstable at {:.2} s: {sheet}", world.time()))?;
+                return Ok(ExitCode::from(1));
+            }
+            bar.inc(1);
+            if (cycle + 1) * parts / cycles > cycle * parts / cycles {
+                seen.memory = memory::own();
+                all.push(std::mem::replace(&mut seen, Seen::NOTHING));
+                self.say(&bar, all.len(), &all)?;
+            }
+        }
+        bar.finish_and_clear();
+        self.judge(&world, &all, start.elapsed().as_secs_f64())
+    }
+
+    fn say(&self, bar: &ProgressBar, count: usize, all: &[Seen]) -> Result<(), InputError> {
+        let (Some(last), false) = (all.last(), self.json) else { return Ok(()) };
+        bar.suspend(|| {
+            print_line(&format!(
+                "{count:>4}  {:.4} mJ at most, a kick {:.4} mJ, {:.1e} mJ risen between kicks, tip {:.7} to {:.7} m, {:.1} °C, {} kB",
+                1e3 * last.most,
+                1e3 * last.kick,
+                1e3 * last.rise,
+                last.tip.0,
+                last.tip.1,
+                last.warmest,
+                last.memory >> 10
+            ))
+        })
+    }
+
+    /// What the day comes to. The first of its parts is what the others are held against.
+    fn judge(&self, world: &World, all: &[Seen], seconds: f64) -> Result<ExitCode, InputError> {
+        let Some((first, later)) = all.split_first() else { return Ok(ExitCode::SUCCESS) };
+        let energy = later.iter().map(|s| s.most / first.most).fold(1.0, f64::max);
+        let rise = all.iter().map(|s| s.rise / s.kick).fold(0.0, f64::max);
+        let drift = later.iter().map(|s| (s.tip.0 - first.tip.0).abs().max((s.tip.1 - first.tip.1).abs()));
+        let drift = drift.fold(0.0, f64::max);
+        let grown = all.last().map_or(0, |s| s.memory.saturating_sub(first.memory));
+        let well = energy <= BOUND && rise <= RISE && drift <= DRIFT * LENGTH && grown <= memory::ROOM;
+        let simulated = world.time();
+        if self.json {
+            print_json(&json!({
+                "simulated_s": simulated, "steps": world.steps(), "seconds": seconds, "energy_over_first": energy,
+                "rise_over_kick": rise, "tip_drift_m": drift, "memory_grown_bytes": grown, "well": well,
+                "parts": all.iter().map(Seen::json).collect::<Vec<_>>(),
+            }))?;
+        } else {
+            print_line(&format!(
+                "{simulated:.0} s in {} steps and {seconds:.0} s: energy at most {energy:.4} times that of the first part, risen between \
+                 kicks by at most {rise:.1e} of one; tip within {drift:.1e} m of where it hung; memory {} kB more",
+                world.steps(),
+                grown >> 10
+            ))?;
+        }
+        Ok(if well { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    fn scene(&self) -> Scene {
+        let sheet = SheetSpec {
+            name: "strip".into(),
+            structure: StructureKind::Shell,
+            springs: SpringLaw::Calibrated,
+            grid: (self.masses, 1, self.masses.div_ceil(2)),
+            size: (LENGTH, 0.5 * LENGTH),
+            material: MaterialChoice::Named("hips".into()),
+            pins: vec![PinSpec::clamped(Region::Left)],
+            // Hanging down: what stiffens keeps its stress, and a strip that lies would sag further with every warming.
+            placement: Placement { rotation: DVec3::new(0.0, 0.0, -90.0), ..Placement::default() },
+            damping_ratio: Some(0.02),
+            ..SheetSpec::default()
+        };
+        let oven = OvenSpec { temperature: WARM, on: false, ..OvenSpec::default() };
+        Scene {
+            name: "day".into(),
+            engine: self.engine,
+            dt: 1.0 / 60.0,
+            sheets: vec![sheet],
+            oven: Some(oven),
+            ..Scene::default()
+        }
+    }
+}
+
+/// One warming and cooling, energies above `rest` (J); the name of the sheet if it went unstable.
+fn cycle_of(world: &mut World, rest: f64, draw: &mut u64, seen: &mut Seen) -> Result<Option<String>, InputError> {
+    let mut before = world.energy().total;
+    for second in 0..CYCLE {
+        if second == 0 || second == CYCLE / 2 {
+            if second == 0 {
+                let tip = world.sheets()[0].x.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
+                seen.tip = (seen.tip.0.min(tip), seen.tip.1.max(tip));
+            }
+            world.set_oven(Some(OvenSpec { temperature: WARM, on: second == 0, ..OvenSpec::default() }))?;
+        }
+        // The last kicks before a warming are left out, so that it hangs still.
+        if second % KICK_EVERY == 0 && second + 6 * KICK_EVERY < CYCLE {
+            kick(world, draw);
+            let after = world.energy().total;
+            seen.kick = seen.kick.max(after - before);
+            seen.most = seen.most.max(after - rest);
+            before = after;
+        }
+        for _ in 0..20 {
+            (0..3).for_each(|_| world.step());
+            let now = world.energy().total;
+            seen.rise = seen.rise.max(now - before);
+            seen.most = seen.most.max(now - rest);
+            before = now;
+        }
+        if let Some(sheet) = world.unstable() {
+            return Ok(Some(sheet.name.clone()));
+        }
+        let celsius = world.sheets()[0].temperatures().unwrap_or_default();
+        seen.warmest = celsius.iter().copied().fold(seen.warmest, f64::max);
+    }
+    Ok(None)
+}
+
+/// Sends every mass that is free its own way (splitmix64).
+fn kick(world: &mut World, draw: &mut u64) {
+    let mut next = || {
+        *draw = draw.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = *draw;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        KICK * (2.0 * ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64 - 1.0)
+    };
+    let sheet = &mut world.sheets_mut()[0];
+    for i in 0..sheet.masses() {
+        let way = DVec3::new(next(), next(), next());
+        if !sheet.is_held(i) {
+            sheet.v.set(i, sheet.v.get(i) + way);
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Changes of an input: of its bytes, its numbers, its pieces.
+
+use crate::bench::fuzz::readers::Reader;
+
+/// Numbers at the border of something.
+const NUMBERS: &[&str] = &[
+    "0",
+    "-0",
+    "1",
+    "-1",
+    "2",
+    "1e-300",
+    "1e300",
+    "1e309",
+    "-1e400",
+    "NaN",
+    "inf",
+    "-inf",
+    "0.5",
+    "4294967295",
+    "4294967296",
+    "99999999999999999999",
+    "2147483648",
+    "1e-7",
+    "65536",
+    "255",
+];
+/// Whole numbers at the border of something.
+const WHOLE: &[u64] =
+    &[0, 1, 2, 0x7f, 0x80, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7ff0_0000_0000_0000, u64::MAX, 1 << 40];
+/// Longest input, bytes.
+const LONGEST: usize = 200_000;
+
+/// Pseudo-random numbers (splitmix64), the same for the same seed and number.
+pub struct Dice(u64);
+
+impl Dice {
+    pub fn new(seed: u64, number: u64) -> Self {
+        Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A number below `limit`; 0 where that is 0.
+    pub fn below(&mut self, limit: usize) -> usize {
+        (self.next() % limit.max(1) as u64) as usize
+    }
+}
+
+/// An input made of one of `seeds`.
+pub fn mutated(seeds: &[Vec<u8>], reader: &Reader, dice: &mut Dice) -> Vec<u8> {
+    let mut bytes = seeds.get(dice.below(seeds.len())).cloned().unwrap_or_default();
+    // One change most often: more hide one another.
+    for _ in 0..=[0, 0, 1, 3, 8][dice.below(5)] {
+        if reader.is_text {
+            change_text(&mut bytes, seeds, reader.pieces, dice);
+        } else {
+            change_bytes(&mut bytes, seeds, dice);
+        }
+    }
+    bytes.truncate(LONGEST);
+    if let Some(repair) = reader.repair.filter(|_| dice.below(4) != 0) {
+        repair(&mut bytes);
+    }
+    bytes
+}
+
+fn change_text(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], pieces: &[&str], dice: &mut Dice) {
+    let at = dice.below(bytes.len() + 1);
+    match dice.below(8) {
+        0 | 1 => replace_number(bytes, dice),
+        2 => drop(bytes.splice(at..at, pieces.get(dice.below(pieces.len())).unwrap_or(&"").bytes())),
+        3 => drop(bytes.drain(at..(at + dice.below(40)).min(bytes.len()))),
+        4 => repeat(bytes, at, dice),
+        5 => swap_line(bytes, seeds, dice),
+        _ => change_bytes(bytes, seeds, dice),
+    }
+}
+
+fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut Dice) {
+    let at = dice.below(bytes.len());
+    match dice.below(9) {
+        0 | 1 if !bytes.is_empty() => bytes[at] ^= 1 << dice.below(8),
+        2 if !bytes.is_empty() => bytes[at] = dice.next() as u8,
+        3 => overwrite(bytes, at, &WHOLE[dice.below(WHOLE.len())].to_le_bytes()[..[1, 2, 4, 8][dice.below(4)]]),
+        4 => bytes.truncate(at),
+        5 => drop(bytes.drain(at..(at + dice.below(64)).min(bytes.len()))),
+        6 => repeat(bytes, at, dice),
+        7 => {
+            // The head of one, the tail of another.
+            let other = seeds.get(dice.below(seeds.len())).map_or(&[][..], Vec::as_slice);
+            bytes.truncate(at);
+            bytes.extend_from_slice(&other[at.min(other.len())..]);
+        }
+        _ => overwrite(bytes, at, &f64::from_bits(dice.next()).to_le_bytes()),
+    }
+}
+
+fn overwrite(bytes: &mut [u8], at: usize, by: &[u8]) {
+    bytes.iter_mut().skip(at).zip(by).for_each(|(to, from)| *to = *from);
+}
+
+fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
+    let piece: Vec<u8> = bytes.iter().skip(at).take(1 + dice.below(60)).copied().collect();
+    for _ in 0..=dice.below(3) {
+        bytes.splice(at.min(bytes.len())..at.min(bytes.len()), piece.iter().copied());
+    }
+}
+
+/// Puts another number in the place of one.
+fn replace_number(bytes: &mut Vec<u8>, dice: &mut Dice) {
+    let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
+    let Some(at) = digits.get(dice.below(digits.len())).copied() else { return };
+    let part = |b: &u8| b.is_ascii_digit() || b".eE+-".contains(b);
+    let start = bytes[..at].iter().rposition(|b| !part(b)).map_or(0, |i| i + 1);
+    let end = bytes[at..].iter().position(|b| !part(b)).map_or(bytes.len(), |i| at + i);
+    let small = dice.below(12).to_string();
+    let number = if dice.below(3) == 0 { small.as_str() } else { NUMBERS[dice.below(NUMBERS.len())] };
+    bytes.splice(start..end, number.bytes());
+}
+
+/// Puts a line of another input in the place of one.
+fn swap_line(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut Dice) {
+    let other = seeds.get(dice.below(seeds.len())).map_or(&[][..], Vec::as_slice);
+    let lines: Vec<&[u8]> = other.split(|b| *b == b'\n').collect();
+    let line = lines.get(dice.below(lines.len())).copied().unwrap_or_default();
+    let at = dice.below(bytes.len());
+    let start = bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+    let end = bytes[at..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |i| at + i);
+    bytes.splice(start..end, line.iter().copied());
+}

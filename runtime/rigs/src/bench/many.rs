@@ -1,0 +1,146 @@
+//! `sheetwork bench many`: what a frame costs that has many sheets in it.
+//!
+//! A thousand small shells lie on a floor, asleep: alone, and with one more that moves. A hundred clamped shells that swing are stepped by one
+//! thread and by two, a step of the one and then a step of the other, so that what else the machine does meets both. Wall time, the least of
+//! all rounds: the machine may be busy.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::Args;
+use glam::DVec3;
+use serde_json::json;
+use sheetwork::integrators::EngineKind;
+use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::{
+    BodySpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
+};
+use sheetwork::{InputError, World, check_range};
+
+use crate::output::{print_json, print_line};
+
+/// A frame, s.
+const FRAME: f64 = 1.0 / 60.0;
+/// Longest that sheets may take to come to rest, s of simulated time.
+const REST: f64 = 20.0;
+
+#[derive(Args)]
+pub struct Many {
+    /// Sheets at rest.
+    #[arg(long, default_value_t = 1000)]
+    resting: u32,
+    /// Sheets that move.
+    #[arg(long, default_value_t = 100)]
+    moving: u32,
+    /// Threads that are held against one.
+    #[arg(long, default_value_t = 2)]
+    threads: u32,
+    /// Rounds.
+    #[arg(long, default_value_t = 200)]
+    rounds: u32,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Many {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        check_range("--resting", self.resting.into(), 1.0, 1e5, "sheets")?;
+        check_range("--moving", self.moving.into(), 1.0, 1e4, "sheets")?;
+        check_range("--threads", self.threads.into(), 2.0, 256.0, "threads")?;
+        check_range("--rounds", self.rounds.into(), 1.0, 1e6, "")?;
+        let mut still = World::new(&resting(self.resting))?;
+        settle(&mut still)?;
+        let rest_ms = self.least(&mut [&mut still])[0];
+        still.add_sheet(&swinging(0, DVec3::new(0.0, 5.0, 0.0)))?;
+        let mut lone = World::new(&Scene { sheets: vec![swinging(0, DVec3::new(0.0, 5.0, 0.0))], ..empty() })?;
+        let one = self.least(&mut [&mut still, &mut lone]);
+        let scene = Scene { sheets: (0..self.moving).map(|i| swinging(i, at(i, 0.4))).collect(), ..empty() };
+        let (mut single, mut several) = (World::new(&scene)?, World::new(&scene)?);
+        several.set_threads(self.threads as usize)?;
+        let both = self.least(&mut [&mut single, &mut several]);
+        self.tell(rest_ms, (one[0], one[1]), (both[0], both[1]))?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The least wall time of a frame of each world, ms.
+    fn least(&self, worlds: &mut [&mut World]) -> Vec<f64> {
+        let mut least = vec![f64::INFINITY; worlds.len()];
+        for _ in 0..self.rounds {
+            for (world, least) in worlds.iter_mut().zip(&mut least) {
+                let start = Instant::now();
+                world.step();
+                *least = least.min(1e3 * start.elapsed().as_secs_f64());
+            }
+        }
+        least
+    }
+
+    fn tell(&self, rest: f64, (with, without): (f64, f64), (one, several): (f64, f64)) -> Result<(), InputError> {
+        if self.json {
+            return print_json(&json!({
+                "resting": self.resting, "resting_frame_ms": rest, "resting_and_one_ms": with, "one_alone_ms": without,
+                "moving": self.moving, "threads": self.threads, "one_thread_ms": one, "threads_ms": several,
+                "scaling": one / several,
+            }));
+        }
+        print_line(&format!("{} shells of 5x5 asleep: {rest:.4} ms a frame", self.resting))?;
+        print_line(&format!("with one of 11x11 that swings: {with:.4} ms; that one alone: {without:.4} ms"))?;
+        print_line(&format!(
+            "{} shells of 11x11 that swing: {one:.2} ms a frame on one thread, {several:.2} ms on {}: {:.2} times as fast",
+            self.moving,
+            self.threads,
+            one / several
+        ))
+    }
+}
+
+fn empty() -> Scene {
+    Scene { engine: EngineKind::TrBdf2, dt: FRAME, ..Scene::default() }
+}
+
+/// Place number `i` in a square of many, `apart` m from the next.
+fn at(i: u32, apart: f64) -> DVec3 {
+    DVec3::new(f64::from(i % 32), 0.0, f64::from(i / 32)) * apart
+}
+
+fn shell(name: String, masses: u32, side: f64, position: DVec3) -> SheetSpec {
+    let material = Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() };
+    SheetSpec {
+        name,
+        structure: StructureKind::Shell,
+        springs: SpringLaw::Calibrated,
+        grid: (masses, 1, masses),
+        size: (side, side),
+        material: MaterialChoice::Inline(material),
+        placement: Placement { position, ..Placement::default() },
+        ..SheetSpec::default()
+    }
+}
+
+/// Small shells on a floor.
+fn resting(count: u32) -> Scene {
+    let lying = |i| shell(format!("leaf {i}"), 5, 0.05, at(i, 0.1) + DVec3::new(0.0, 3e-4, 0.0));
+    let floor = BodySpec { name: "floor".into(), ..BodySpec::new(Shape::HalfSpace) };
+    Scene { sheets: (0..count).map(lying).collect(), bodies: vec![floor], ..empty() }
+}
+
+/// A shell that is clamped at one edge.
+fn swinging(i: u32, position: DVec3) -> SheetSpec {
+    let spec = shell(format!("sail {i}"), 11, 0.25, position);
+    SheetSpec { pins: vec![PinSpec::clamped(Region::Left)], damping_ratio: Some(0.005), ..spec }
+}
+
+/// Steps until all sleep.
+///
+/// # Errors
+/// When they do not come to rest.
+fn settle(world: &mut World) -> Result<(), InputError> {
+    while !world.is_quiet() {
+        if world.time() > REST {
+            return Err(InputError::new("resting", format!("not all sheets come to rest in {REST} s")));
+        }
+        world.step();
+    }
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! How points look: colour by structure or peer, shape by engine or by what the peer was told; peers have shapes of their own.
+
+use plotters::style::RGBColor;
+
+use crate::bench::point::Point;
+
+/// Outline of a marker.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    Disc,
+    Square,
+    Diamond,
+    Hexagon,
+    Cross,
+    TriangleUp,
+    TriangleDown,
+    Star,
+    Kite,
+    Bar,
+}
+
+impl Shape {
+    /// Corners about the origin, of a marker of radius `r`, units of the drawing; all have about the same area.
+    pub fn outline(self, r: f64) -> Vec<(f64, f64)> {
+        let ring = |corners: u32, radius: &dyn Fn(u32) -> f64, turn: f64| {
+            let angle = move |k: u32| std::f64::consts::TAU * (f64::from(k) + turn) / f64::from(corners);
+            (0..corners).map(|k| (radius(k) * angle(k).sin(), -radius(k) * angle(k).cos())).collect()
+        };
+        match self {
+            Self::Disc => ring(20, &|_| r, 0.0),
+            Self::Square => ring(4, &|_| 1.25 * r, 0.5),
+            Self::Diamond => ring(4, &|_| 1.3 * r, 0.0),
+            Self::Hexagon => ring(6, &|_| 1.1 * r, 0.5),
+            Self::Cross => {
+                let (a, b) = (0.42 * r, 1.2 * r);
+                vec![
+                    (-a, -b),
+                    (a, -b),
+                    (a, -a),
+                    (b, -a),
+                    (b, a),
+                    (a, a),
+                    (a, b),
+                    (-a, b),
+                    (-a, a),
+                    (-b, a),
+                    (-b, -a),
+                    (-a, -a),
+                ]
+            }
+            Self::TriangleUp => ring(3, &|_| 1.55 * r, 0.0),
+            Self::TriangleDown => ring(3, &|_| 1.55 * r, 0.5),
+            Self::Kite => vec![(0.0, -1.7 * r), (0.95 * r, 0.2 * r), (0.0, 1.1 * r), (-0.95 * r, 0.2 * r)],
+            Self::Bar => vec![(-1.5 * r, -0.65 * r), (1.5 * r, -0.65 * r), (1.5 * r, 0.65 * r), (-1.5 * r, 0.65 * r)],
+            Self::Star => ring(10, &|k| if k % 2 == 0 { 1.6 * r } else { 0.75 * r }, 0.0),
+        }
+    }
+}
+
+/// Colour and shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    pub colour: RGBColor,
+    pub shape: Shape,
+}
+
+const GREY: RGBColor = RGBColor(87, 96, 106);
+
+/// Colours that stay apart for colour-blind eyes (Okabe and Ito 2008), darkened for a white ground.
+const STRUCTURES: &[(&str, RGBColor)] = &[
+    ("shell", RGBColor(0, 92, 170)),
+    ("double-diagonal", RGBColor(0, 140, 100)),
+    ("trimm", RGBColor(60, 170, 215)),
+    ("slamm", RGBColor(170, 150, 20)),
+    ("samm", RGBColor(150, 120, 90)),
+];
+const ENGINES: &[(&str, Shape)] = &[
+    ("tr-bdf2", Shape::Disc),
+    ("bdf2", Shape::Diamond),
+    ("backward-euler", Shape::Square),
+    ("verlet", Shape::Cross),
+    ("rk4", Shape::Hexagon),
+];
+const PEERS: &[RGBColor] = &[RGBColor(205, 80, 0), RGBColor(170, 50, 140), RGBColor(90, 90, 90)];
+const PEER_SHAPES: &[Shape] = &[Shape::TriangleUp, Shape::TriangleDown, Shape::Star, Shape::Kite, Shape::Bar];
+
+/// One line of the legend.
+pub struct Entry {
+    pub name: String,
+    pub look: Look,
+}
+
+/// What the legend explains: structures, engines, peers, each in the order of its table or of appearance.
+pub struct Looks {
+    pub structures: Vec<Entry>,
+    pub engines: Vec<Entry>,
+    pub peers: Vec<Entry>,
+}
+
+impl Looks {
+    /// Of all that occurs in `points`.
+    pub fn of(points: &[Point]) -> Self {
+        let ours = |key: fn(&Point) -> &str, name: &str| points.iter().any(|p| !p.peer && key(p) == name);
+        let structures = STRUCTURES.iter().filter(|(name, _)| ours(|p| &p.structure, name));
+        let engines = ENGINES.iter().filter(|(name, _)| ours(|p| &p.engine, name));
+        let mut seen: Vec<&str> = Vec::new();
+        let mut peers: Vec<Entry> = Vec::new();
+        for point in points.iter().filter(|p| p.peer) {
+            let name = of_peer(point);
+            if peers.iter().any(|e| e.name == name) {
+                continue;
+            }
+            let which = seen.iter().position(|s| *s == point.structure).unwrap_or_else(|| {
+                seen.push(&point.structure);
+                seen.len() - 1
+            });
+            let look = Look { colour: PEERS[which % PEERS.len()], shape: PEER_SHAPES[peers.len() % PEER_SHAPES.len()] };
+            peers.push(Entry { name, look });
+        }
+        let entry = |name: &str, colour, shape| Entry { name: name.into(), look: Look { colour, shape } };
+        Self {
+            structures: structures.map(|&(name, colour)| entry(name, colour, Shape::Disc)).collect(),
+            engines: engines.map(|&(name, shape)| entry(name, GREY, shape)).collect(),
+            peers,
+        }
+    }
+
+    /// Lines of the legend that have entries.
+    pub fn rows(&self) -> impl Iterator<Item = (&'static str, &[Entry])> {
+        let rows: [(_, &[Entry]); 3] =
+            [("structure", &self.structures), ("engine", &self.engines), ("peers", &self.peers)];
+        rows.into_iter().filter(|(_, entries)| !entries.is_empty())
+    }
+
+    /// How a point looks.
+    pub fn look(&self, point: &Point) -> Look {
+        let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).map(|e| e.look);
+        if point.peer {
+            return find(&self.peers, &of_peer(point)).unwrap_or(Look { colour: GREY, shape: Shape::Star });
+        }
+        let colour = find(&self.structures, &point.structure).map_or(GREY, |l| l.colour);
+        let shape = find(&self.engines, &point.engine).map_or(Shape::Disc, |l| l.shape);
+        Look { colour, shape }
+    }
+}
+
+/// A peer's name in the legend.
+fn of_peer(point: &Point) -> String {
+    format!("{}: {}", point.structure, point.engine)
+}

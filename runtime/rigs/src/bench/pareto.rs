@@ -1,0 +1,109 @@
+//! `sheetwork bench pareto`: runs the sweep, or merges what shards of it have run, and writes table, CSV and plot.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use sheetwork::InputError;
+
+use crate::bench::plot::Plot;
+use crate::bench::point::{Point, read_csv, read_peers, write_csv};
+use crate::bench::reference::References;
+use crate::bench::sweep::plan;
+use crate::bench::{canvas, shard, table};
+use crate::output::print_line;
+
+#[derive(Args)]
+pub struct Pareto {
+    /// Folder for pareto.csv, .md, .svg and .png.
+    #[arg(long, default_value = "sheetwork-out/pareto")]
+    out: PathBuf,
+    /// Peers' points, JSON lines as `tests/peers/run.sh FILE` writes them on the same machine; may be repeated.
+    #[arg(long, value_name = "FILE.jsonl", conflicts_with = "shard")]
+    peers: Vec<PathBuf>,
+    /// Run only every N-th configuration from the I-th on, 1 to N, and write only pareto-I-of-N.csv.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<(usize, usize)>,
+    /// Run nothing: read the CSV files in these folders, written by shards.
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["shard", "quick"])]
+    merge: Vec<PathBuf>,
+    /// A few configurations of each kind, to see that it works.
+    #[arg(long)]
+    quick: bool,
+}
+
+impl Pareto {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        std::fs::create_dir_all(&self.out).map_err(|e| InputError::io(&self.out, &e))?;
+        let mut references = References::new(self.quick);
+        let mut points = if self.merge.is_empty() { self.run(&mut references)? } else { merged(&self.merge)? };
+        if let Some((which, of)) = self.shard {
+            let path = self.out.join(format!("pareto-{which}-of-{of}.csv"));
+            write_csv(&path, &points)?;
+            print_line(&path.display().to_string())?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        for path in &self.peers {
+            points.extend(read_peers(path, &mut references)?);
+        }
+        self.write(&points)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Runs every configuration, or those of the shard.
+    fn run(&self, references: &mut References) -> Result<Vec<Point>, InputError> {
+        let (which, of) = self.shard.unwrap_or((1, 1));
+        let mine: Vec<_> = plan(self.quick).into_iter().skip(which - 1).step_by(of).collect();
+        let bar = ProgressBar::new(mine.len() as u64);
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        let mut points = Vec::with_capacity(mine.len());
+        for configuration in mine {
+            bar.set_message(configuration.name());
+            points.push(configuration.run(references)?);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(points)
+    }
+
+    fn write(&self, points: &[Point]) -> Result<(), InputError> {
+        let [csv, md, svg, png] = ["csv", "md", "svg", "png"].map(|kind| self.out.join(format!("pareto.{kind}")));
+        write_csv(&csv, points)?;
+        let text = table::markdown(points);
+        std::fs::write(&md, &text).map_err(|e| InputError::io(&md, &e))?;
+        canvas::svg(&svg, &Plot(points))?;
+        canvas::png(&png, &Plot(points))?;
+        print_line(text.trim_end())?;
+        for path in [csv, md, svg, png] {
+            print_line(&path.display().to_string())?;
+        }
+        Ok(())
+    }
+}
+
+/// The points in all CSV files of the folders, in the order of their names; of a configuration that was run twice, the first.
+fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
+    let mut points = Vec::new();
+    for folder in folders {
+        let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
+        let mut files = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();
+        if let Ok(files) = &mut files {
+            files.sort();
+        }
+        let files = files.map_err(|e| InputError::io(folder, &e))?;
+        for file in files.iter().filter(|f| f.extension().is_some_and(|e| e == "csv")) {
+            for point in read_csv(file)? {
+                if !points.iter().any(|p: &Point| p.same(&point)) {
+                    points.push(point);
+                }
+            }
+        }
+    }
+    if points.is_empty() {
+        return Err(InputError::new("merge", "the folders hold no CSV file with points"));
+    }
+    Ok(points)
+}

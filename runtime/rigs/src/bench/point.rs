@@ -1,0 +1,154 @@
+//! One measured configuration of the run-time-against-error benchmark, and its files: CSV of ours, JSON lines of peers.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use sheetwork::InputError;
+
+use crate::bench::judge::judge;
+use crate::bench::reference::References;
+
+/// One configuration: what it cost and how wrong it was.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Case, as `sheetwork measure` names it.
+    pub case: String,
+    /// Structure, or the name of the peer.
+    pub structure: String,
+    /// Engine, or what the peer was told.
+    pub engine: String,
+    /// Masses along length and width, as `21x21`.
+    pub grid: String,
+    /// Step, s.
+    pub dt_s: f64,
+    /// Poisson's ratio asked for.
+    pub poisson: f64,
+    /// CPU time of the stepping for a second of simulated time, ms.
+    pub cpu_ms_per_simulated_s: f64,
+    /// Deviation from the reference as a fraction of it; none where nothing came out.
+    pub error: Option<f64>,
+    /// What was measured: the key in the case's JSON.
+    pub quantity: String,
+    /// Its value, in the unit its name ends in.
+    pub measured: Option<f64>,
+    /// The value it is held against.
+    pub reference: Option<f64>,
+    /// Whether the sheet came to rest, where the case waits for it.
+    pub settled: Option<bool>,
+    /// "ok", or why not.
+    pub status: String,
+    /// Whether this is somebody else's engine.
+    pub peer: bool,
+}
+
+impl Point {
+    /// Whether this is the same configuration as `other`, whatever came out.
+    pub fn same(&self, other: &Self) -> bool {
+        let key = |p: &Self| (p.peer, p.dt_s.to_bits(), p.poisson.to_bits());
+        let names = |p: &Self| [p.case.clone(), p.structure.clone(), p.engine.clone(), p.grid.clone()];
+        key(self) == key(other) && names(self) == names(other)
+    }
+
+    /// Whether it may stand on the efficient front: it came to rest where it should, and is not wrong by all there is.
+    pub fn counts(&self) -> bool {
+        self.status == "ok" && self.settled != Some(false) && self.error.is_some_and(|e| e < 1.0)
+    }
+
+    /// Masses along the length.
+    pub fn side(&self) -> &str {
+        self.grid.split('x').next().unwrap_or(&self.grid)
+    }
+}
+
+/// Reads a CSV file of points.
+///
+/// # Errors
+/// When it cannot be read, or a line is not a point.
+pub fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
+    let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
+    let mut reader = csv::Reader::from_path(path).map_err(failed)?;
+    reader.deserialize().map(|row| row.map_err(failed)).collect()
+}
+
+/// Writes points to a CSV file, one a line under a line of names.
+///
+/// # Errors
+/// When it cannot be written.
+pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
+    let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
+    let mut writer = csv::Writer::from_path(path).map_err(failed)?;
+    for point in points {
+        writer.serialize(point).map_err(failed)?;
+    }
+    writer.flush().map_err(|e| failed(e.into()))
+}
+
+/// Reads the JSON lines that `tests/peers/run.sh` writes. Peers are told Poisson's ratio 0, and judged as we are.
+///
+/// # Errors
+/// When the file cannot be read, or a line lacks what a point needs.
+pub fn read_peers(path: &Path, references: &mut References) -> Result<Vec<Point>, InputError> {
+    let text = std::fs::read_to_string(path).map_err(|e| InputError::io(path, &e))?;
+    let mut points = Vec::new();
+    for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let wrong = |problem: String| InputError::new("", problem).in_file(path).at_line(number + 1);
+        let found: Value = serde_json::from_str(line).map_err(|e| wrong(e.to_string()))?;
+        points.push(peer(&found, references).ok_or_else(|| {
+            let needed = "peer, version, label, case, grid, dt_s and cpu_ms_per_simulated_s";
+            wrong(format!("a peer's line has {needed}, and a case that is judged"))
+        })?);
+    }
+    Ok(points)
+}
+
+fn peer(found: &Value, references: &mut References) -> Option<Point> {
+    let text = |key: &str| found[key].as_str();
+    let (case, side) = (text("case")?, found["grid"].as_u64()?);
+    let verdict = judge(case, found, &references.get(case, 0.0).ok()?);
+    Some(Point {
+        case: case.into(),
+        structure: format!("{} {}", text("peer")?, text("version")?),
+        engine: text("label")?.into(),
+        grid: format!("{side}x{side}"),
+        dt_s: found["dt_s"].as_f64()?,
+        poisson: 0.0,
+        cpu_ms_per_simulated_s: found["cpu_ms_per_simulated_s"].as_f64()?,
+        error: verdict.error,
+        quantity: verdict.quantity.into(),
+        measured: verdict.measured,
+        reference: verdict.reference,
+        settled: found["settled"].as_bool(),
+        status: "ok".into(),
+        peer: true,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_survive_their_file() {
+        let mut point = crate::bench::front::tests::point(12.5, 0.003);
+        point.engine = "implicit, its \"own\"".into();
+        let mut unstable = point.clone();
+        (unstable.error, unstable.measured, unstable.settled) = (None, None, Some(false));
+        let path = std::env::temp_dir().join(format!("sheetwork-points-{}.csv", std::process::id()));
+        write_csv(&path, &[point.clone(), unstable.clone()]).expect("the file is written");
+        let read = read_csv(&path);
+        std::fs::remove_file(&path).expect("the file is removed");
+        assert_eq!(read.expect("the file is read"), [point, unstable]);
+    }
+
+    #[test]
+    fn a_peer_is_held_against_the_elastica() {
+        let line = r#"{"peer": "P", "version": "1", "label": "l", "case": "cantilever", "grid": 11, "dt_s": 0.01,
+            "cpu_ms_per_simulated_s": 30, "drop_m": 0.0821, "settled": true}"#;
+        let found = serde_json::from_str(line).expect("it is JSON");
+        let point = peer(&found, &mut References::new(true)).expect("it has all that is needed");
+        // Γ = 12 ρ g L³ / (E t²) = 2.575: the tip of the elastica drops by 0.298561 of its length.
+        assert!((point.error.expect("it has an error") - (0.0821 / 0.0746403 - 1.0)).abs() < 1e-5);
+        assert_eq!((point.structure.as_str(), point.grid.as_str()), ("P 1", "11x11"));
+    }
+}

@@ -1,0 +1,267 @@
+//! What the cases of the benchmark are held against.
+//!
+//! Where Poisson's ratio is 0 a square sheet clamped along one edge bends as a strip does, and the answers are not ours:
+//! - cantilever: the heavy elastica, B θ'' = -q (L - s) cos θ, θ(0) = 0, θ'(L) = 0 (Romero et al., ACM TOG 40(4), 2021, sec. 3);
+//! - frequency: the cantilever beam, ω = 1.8751041² √(B / μ) / L² (Euler-Bernoulli);
+//! - release: the inextensible elastica in motion, as a chain of rigid links with hinges, of second order in their length;
+//!   it shares nothing with the sheet.
+//!
+//! B = E t³ / 12 bending stiffness per width, N·m; μ = ρ t mass per area, kg/m²; q = μ g, Pa; L length, m; s arc length from the clamp.
+//! Everywhere else, for structures whose Poisson ratio is 1/3 and for the pedestal, the reference is our own shell on the finest grid
+//! at the finest step: it says how far a configuration is from that, not from the truth.
+
+use serde_json::Value;
+use sheetwork::InputError;
+use sheetwork::material::elastica;
+
+use crate::measure::{Setup, measure};
+
+use crate::bench::judge::{Target, number, quantities};
+use crate::bench::sweep::setup;
+
+/// References already worked out, by case and Poisson's ratio.
+pub struct References {
+    quick: bool,
+    known: Vec<(String, f64, Vec<Target>)>,
+}
+
+impl References {
+    /// None yet; `quick` takes a coarser finest grid where it is slow.
+    pub fn new(quick: bool) -> Self {
+        Self { quick, known: Vec::new() }
+    }
+
+    /// The targets of a case.
+    ///
+    /// # Errors
+    /// When the case cannot be run on the finest grid, and that is what it is held against.
+    pub fn get(&mut self, case: &str, poisson: f64) -> Result<Vec<Target>, InputError> {
+        if let Some((_, _, targets)) = self.known.iter().find(|(c, p, _)| c == case && *p == poisson) {
+            return Ok(targets.clone());
+        }
+        let targets = match strip(case, poisson) {
+            Some(targets) => targets,
+            None => finest(case, poisson, self.quick)?,
+        };
+        self.known.push((case.into(), poisson, targets.clone()));
+        Ok(targets)
+    }
+}
+
+/// The answer of a strip, where the case and Poisson's ratio have one.
+fn strip(case: &str, poisson: f64) -> Option<Vec<Target>> {
+    if poisson != 0.0 {
+        return None;
+    }
+    let strip = Strip::of(&setup(poisson));
+    match case {
+        "cantilever" => {
+            let gamma = strip.weight() * strip.length.powi(3) / strip.bending;
+            Some(vec![Target::exact("drop_m", elastica::elastica(gamma).0 * strip.length)])
+        }
+        "frequency" => {
+            let value = 1.875_104_068_7_f64.powi(2) * (strip.bending / strip.mass).sqrt() / strip.length.powi(2);
+            Some(vec![Target::exact("omega_motion_rad_s", value)])
+        }
+        "release" => {
+            let (coarse, fine) = (strip.first_extreme(48)?, strip.first_extreme(96)?);
+            // Depth is of second order: a third of what halving the links changed is left. The tip is all but still there and
+            // its high modes move the time about by a thousandth, at any number of links.
+            let depth = fine.0 + (fine.0 - coarse.0) / 3.0;
+            Some(vec![
+                Target::exact("first_extreme_m", depth),
+                Target { quantity: "first_extreme_s", value: fine.1, uncertain: 1e-3 },
+            ])
+        }
+        _ => None,
+    }
+}
+
+/// What our own shell says on the finest grid.
+fn finest(case: &str, poisson: f64, quick: bool) -> Result<Vec<Target>, InputError> {
+    // At rest the step does not matter; the frequency is that of the linearised sheet, without a step.
+    let (side, dt) = match (case, quick) {
+        ("release", false) => (61, 1.0 / 960.0),
+        ("release", true) => (31, 1.0 / 480.0),
+        ("frequency", _) => (61, 1.0 / 30.0),
+        (_, _) => (81, 1.0 / 60.0),
+    };
+    let found: Value = measure(case, &Setup { grid: (side, side), dt: Some(dt), ..setup(poisson) })?;
+    let target = |&quantity: &&'static str| {
+        let key = if quantity == "omega_motion_rad_s" { "omega_rad_s" } else { quantity };
+        number(&found[key]).map(|value| Target::exact(quantity, value))
+    };
+    Ok(quantities(case).iter().filter_map(target).collect())
+}
+
+/// A strip of unit width, clamped at one end.
+struct Strip {
+    length: f64,
+    bending: f64,
+    mass: f64,
+    gravity: f64,
+}
+
+/// Angles and rates of turn of the links, rad and rad/s.
+type Motion = [Vec<f64>; 2];
+
+impl Strip {
+    fn of(setup: &Setup) -> Self {
+        let material = &setup.material;
+        Self {
+            length: setup.length,
+            bending: material.young * material.thickness.powi(3) / 12.0,
+            mass: material.density * material.thickness,
+            gravity: setup.gravity,
+        }
+    }
+
+    /// Weight per area, Pa.
+    fn weight(&self) -> f64 {
+        self.mass * self.gravity
+    }
+
+    /// Drop, m, and time, s, of the tip's first extreme, let go from straight, of a chain of `links`.
+    fn first_extreme(&self, links: usize) -> Option<(f64, f64)> {
+        let chain = Chain::of(self, links);
+        let mut motion: Motion = [vec![0.0; links], vec![0.0; links]];
+        let (mut drop, mut speed) = chain.tip(&motion);
+        // The slowest strip turns within two of its periods.
+        let period = std::f64::consts::TAU * (self.mass / self.bending).sqrt() * self.length.powi(2) / 3.516;
+        let steps = (2.0 * period / chain.step) as u64;
+        for step in 0..steps {
+            motion = chain.advance(&motion);
+            let (next_drop, next_speed) = chain.tip(&motion);
+            if speed > 0.0 && next_speed <= 0.0 {
+                let share = speed / (speed - next_speed);
+                let at = drop + 0.5 * speed * share * chain.step;
+                return Some((at, (step as f64 + share) * chain.step));
+            }
+            (drop, speed) = (next_drop, next_speed);
+        }
+        None
+    }
+}
+
+/// Rigid links of equal length, masses at their ends, hinges between them; the clamp holds half a link more.
+struct Chain {
+    link: f64,
+    hinge: f64,
+    gravity: f64,
+    /// Mass at the far end of each link, kg/m.
+    mass: Vec<f64>,
+    step: f64,
+}
+
+impl Chain {
+    fn of(strip: &Strip, links: usize) -> Self {
+        let link = strip.length / links as f64;
+        let mass = (0..links).map(|k| strip.mass * link * if k + 1 == links { 0.5 } else { 1.0 }).collect();
+        // The highest mode turns neighbours against each other: ω ≤ 4 √(B/μ) / l². RK4 is stable to 2.8 and exact enough at 1.5.
+        let step = 1.5 * link * link / (4.0 * (strip.bending / strip.mass).sqrt());
+        Self { link, hinge: strip.bending / link, gravity: strip.gravity, mass, step }
+    }
+
+    /// Drop and downward speed of the tip.
+    fn tip(&self, [angle, rate]: &Motion) -> (f64, f64) {
+        let drop = angle.iter().map(|a| a.sin()).sum::<f64>();
+        let speed = angle.iter().zip(rate).map(|(a, r)| a.cos() * r).sum::<f64>();
+        (self.link * drop, self.link * speed)
+    }
+
+    /// One step of the classical Runge-Kutta method.
+    fn advance(&self, motion: &Motion) -> Motion {
+        let h = self.step;
+        let moved = |k: &Motion, by: f64| -> Motion {
+            [0, 1].map(|i| motion[i].iter().zip(&k[i]).map(|(m, k)| m + by * k).collect())
+        };
+        let k1 = self.rate(motion);
+        let k2 = self.rate(&moved(&k1, 0.5 * h));
+        let k3 = self.rate(&moved(&k2, 0.5 * h));
+        let k4 = self.rate(&moved(&k3, h));
+        let links = 0..self.mass.len();
+        let mean = [0, 1]
+            .map(|i| links.clone().map(|j| (k1[i][j] + 2.0 * k2[i][j] + 2.0 * k3[i][j] + k4[i][j]) / 6.0).collect());
+        moved(&mean, h)
+    }
+
+    /// Rates and accelerations of the angles. The pull T of the links keeps their length, u_j·(a_j - a_{j-1}) = -l θ_j'² with
+    /// m_j a_j = f_j - T_j u_j + T_{j+1} u_{j+1}: a tridiagonal system; f is the weight and the couples of the hinges.
+    fn rate(&self, [angle, rate]: &Motion) -> Motion {
+        let links = angle.len();
+        let along: Vec<[f64; 2]> = angle.iter().map(|a| [a.cos(), a.sin()]).collect();
+        let force = self.forces(angle, &along);
+        let own = |j: usize| [0, 1].map(|i| force[j][i] / self.mass[j]);
+        let dot = |a: [f64; 2], b: [f64; 2]| a[0] * b[0] + a[1] * b[1];
+        // Elimination from the clamp: pull[j] + upper[j] pull[j + 1] = right side.
+        let (mut pull, mut upper) = (vec![0.0; links], vec![0.0; links]);
+        for j in 0..links {
+            let (mut pivot, mut right) = (1.0 / self.mass[j], self.link * rate[j] * rate[j] + dot(along[j], own(j)));
+            if j > 0 {
+                let lower = -dot(along[j - 1], along[j]) / self.mass[j - 1];
+                pivot += 1.0 / self.mass[j - 1] - lower * upper[j - 1];
+                right -= dot(along[j], own(j - 1)) + lower * pull[j - 1];
+            }
+            if j + 1 < links {
+                upper[j] = -dot(along[j], along[j + 1]) / (self.mass[j] * pivot);
+            }
+            pull[j] = right / pivot;
+        }
+        for j in (0..links.saturating_sub(1)).rev() {
+            pull[j] -= upper[j] * pull[j + 1];
+        }
+        let pulled = |j: usize, i: usize| {
+            let next = if j + 1 < links { pull[j + 1] * along[j + 1][i] } else { 0.0 };
+            (force[j][i] - pull[j] * along[j][i] + next) / self.mass[j]
+        };
+        let turn = |j: usize| {
+            let from = |i: usize| if j > 0 { pulled(j - 1, i) } else { 0.0 };
+            dot([-along[j][1], along[j][0]], [pulled(j, 0) - from(0), pulled(j, 1) - from(1)]) / self.link
+        };
+        [rate.clone(), (0..links).map(turn).collect()]
+    }
+
+    /// Weight, and the hinges' moments as couples on the ends of the links.
+    fn forces(&self, angle: &[f64], along: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let links = angle.len();
+        let mut force: Vec<[f64; 2]> = self.mass.iter().map(|m| [0.0, m * self.gravity]).collect();
+        for j in 0..links {
+            let before = if j == 0 { 2.0 * angle[0] } else { angle[j] - angle[j - 1] };
+            let after = if j + 1 == links { 0.0 } else { angle[j + 1] - angle[j] };
+            let couple = self.hinge * (after - before) / self.link;
+            let across = [-couple * along[j][1], couple * along[j][0]];
+            for i in 0..2 {
+                force[j][i] += across[i];
+                if j > 0 {
+                    force[j - 1][i] -= across[i];
+                }
+            }
+        }
+        force
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_light_strip_swings_to_twice_its_droop_in_half_its_period() {
+        // So little gravity that the beam is linear. Of its modes the first has all but 1.5 % of the droop q L⁴ / 8 B; with the
+        // tip's displacement 1 - cos ω₁ t of it, the first extreme is at twice the droop and at π / ω₁, give or take the others.
+        let strip = Strip { length: 0.25, bending: 0.03125, mass: 0.525, gravity: 1e-3 };
+        let (drop, time) = strip.first_extreme(40).expect("it turns");
+        let droop = strip.weight() * strip.length.powi(4) / (8.0 * strip.bending);
+        let omega = 3.516_015 * (strip.bending / strip.mass).sqrt() / strip.length.powi(2);
+        assert!((drop / (2.0 * droop) - 1.0).abs() < 0.02, "{drop} {droop}");
+        assert!((time * omega / std::f64::consts::PI - 1.0).abs() < 0.05, "{time} {omega}");
+    }
+
+    #[test]
+    fn the_chain_converges_with_the_square_of_its_links() {
+        let strip = Strip { length: 0.25, bending: 0.03125, mass: 0.525, gravity: 9.81 };
+        let [a, b, c] = [20, 40, 80].map(|n| strip.first_extreme(n).expect("it turns"));
+        let order = ((a.0 - b.0) / (b.0 - c.0)).log2();
+        assert!((1.8..2.2).contains(&order), "{order}");
+    }
+}

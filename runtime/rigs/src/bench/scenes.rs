@@ -1,0 +1,349 @@
+//! `sheetwork bench scenes`: scenes drawn at random from all that a scene can have, each run for a while: none may panic or hold a number
+//! that is none, and which went unstable is counted. The same seed and number give the same scene, whose text is kept where something
+//! happened.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use cpu_time::ProcessTime;
+use glam::DVec3;
+use indicatif::ProgressBar;
+use serde_json::json;
+use sheetwork::integrators::TABLE as ENGINES;
+use sheetwork::islands::event::EventKind;
+use sheetwork::mesh::structure::StructureKind;
+use sheetwork::mesh::structure::TABLE as STRUCTURES;
+use sheetwork::scene::{
+    Air, BodySpec, HeatGunSpec, Material, MaterialChoice, OvenSpec, PathKey, PinSpec, Placement, Region, Room, Scene,
+    Shape, SheetSpec, SpringLaw, WhenUnstable,
+};
+use sheetwork::sheet::Status;
+use sheetwork::{InputError, World, check_range};
+
+use crate::bench::shard;
+use crate::output::{print_json, print_line};
+use crate::quantities::time;
+
+#[derive(Args)]
+pub struct Scenes {
+    /// How many scenes.
+    #[arg(long, default_value_t = 1000)]
+    count: u64,
+    /// Simulated time of each, s.
+    #[arg(long, default_value = "1", value_parser = time)]
+    seconds: f64,
+    /// Most masses to a side of a sheet; fewer make scenes cheaper.
+    #[arg(long, default_value_t = 11, value_name = "N")]
+    side: u32,
+    /// CPU time after which a scene is left as it is and counted as cut short, s.
+    #[arg(long, default_value = "20", value_parser = time)]
+    patience: f64,
+    /// Run only every N-th draw from the I-th on, 1 to N.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<(usize, usize)>,
+    /// Seed of the draws.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Draw number to begin with.
+    #[arg(long, default_value_t = 0)]
+    first: u64,
+    /// What is to be done with a sheet that is about to go unstable, in every scene; something but `stop` at random unless told otherwise.
+    #[arg(long, value_name = "POLICY")]
+    when_unstable: Option<WhenUnstable>,
+    /// Folder for the scenes that panicked, went unstable or were cut short.
+    #[arg(long, default_value = "sheetwork-out/scenes")]
+    out: PathBuf,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is drawn from for sheets that go unstable.
+const POLICIES: [WhenUnstable; 4] = [
+    WhenUnstable::ReduceStep { parts: 64 },
+    WhenUnstable::Implicit,
+    WhenUnstable::Freeze,
+    WhenUnstable::Limit { strain: 0.1 },
+];
+
+/// How a scene ended.
+enum End {
+    Well,
+    Contained,
+    Frozen,
+    Short(String),
+    Refused(String),
+    Gained(String),
+    Unstable(String),
+    Broken(String),
+}
+
+impl Scenes {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        check_range("--seconds", self.seconds, 1e-3, 1e6, "s")?;
+        check_range("--side", f64::from(self.side), 3.0, 101.0, "masses")?;
+        let (which, of) = self.shard.unwrap_or((1, 1));
+        let mine: Vec<u64> = (self.first..self.first + self.count).skip(which - 1).step_by(of).collect();
+        let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(mine.len() as u64) };
+        let (mut well, mut contained, mut frozen, mut gained) = (0, 0, 0, 0);
+        let (mut short, mut refused, mut unstable, mut broken) = (0, 0, 0, 0);
+        let count = mine.len();
+        std::panic::set_hook(Box::new(|_| {}));
+        for index in mine {
+            let mut draws = Draws::new(self.seed, index);
+            let mut scene = drawn(&mut draws, self.side);
+            for sheet in &mut scene.sheets {
+                sheet.when_unstable = self.when_unstable.unwrap_or_else(|| *draws.pick(&POLICIES));
+            }
+            let end = catch_unwind(AssertUnwindSafe(|| self.run(&scene)));
+            let (kind, why) = match end {
+                Ok(End::Well) => (&mut well, None),
+                Ok(End::Contained) => (&mut contained, None),
+                Ok(End::Frozen) => (&mut frozen, None),
+                Ok(End::Short(why)) => (&mut short, Some(why)),
+                Ok(End::Refused(why)) => (&mut refused, Some(why)),
+                Ok(End::Gained(why)) => (&mut gained, Some(why)),
+                Ok(End::Unstable(why)) => (&mut unstable, Some(why)),
+                Ok(End::Broken(why)) => (&mut broken, Some(why)),
+                Err(_) => (&mut broken, Some("panicked".to_owned())),
+            };
+            *kind += 1;
+            if let Some(why) = why {
+                std::fs::create_dir_all(&self.out).map_err(|e| InputError::io(&self.out, &e))?;
+                let file = self.out.join(format!("{}-{index}.ron", self.seed));
+                std::fs::write(&file, scene.to_text()?).map_err(|e| InputError::io(&file, &e))?;
+                if !self.json {
+                    bar.suspend(|| print_line(&format!("{index}: {why}  ({})", file.display())))?;
+                }
+            }
+            bar.inc(1);
+        }
+        let _ = std::panic::take_hook();
+        bar.finish_and_clear();
+        let summary = json!({
+            "scenes": count, "well": well, "contained": contained, "frozen": frozen, "gained_energy": gained, "cut_short": short, "refused": refused,
+            "unstable": unstable, "broken": broken,
+        });
+        if self.json {
+            print_json(&summary)?;
+        } else {
+            print_line(&summary.to_string())?;
+        }
+        Ok(if broken == 0 && unstable == 0 { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    }
+
+    fn run(&self, scene: &Scene) -> End {
+        // Through its text, as a file would come.
+        let again = scene.to_text().and_then(|text| Scene::parse(&text));
+        let mut world = match again.and_then(|scene| World::new(&scene)) {
+            Ok(world) => world,
+            Err(e) => return End::Refused(e.to_string()),
+        };
+        let most = MOST * could_have(&world, self.seconds);
+        let start = ProcessTime::now();
+        while world.time() < self.seconds - 0.5 * world.dt() {
+            world.step();
+            for sheet in world.sheets() {
+                let energy = sheet.energy(DVec3::ZERO);
+                let own = energy.kinetic + energy.elastic;
+                if own > most {
+                    let why = format!("{} has {own:.3e} J at {:.4} s, of {most:.3e}", sheet.name, world.time());
+                    return End::Gained(why);
+                }
+            }
+            if start.elapsed().as_secs_f64() > self.patience {
+                return End::Short(format!("cut short at {:.3} s", world.time()));
+            }
+        }
+        let is_sound = |s: &sheetwork::sheet::Sheet| s.x.iter().chain(s.v.iter()).all(DVec3::is_finite);
+        if let Some(sheet) = world.sheets().iter().find(|s| !is_sound(s)) {
+            return End::Broken(format!("{} holds what is no number", sheet.name));
+        }
+        match world.unstable() {
+            Some(sheet) => {
+                let Status::Unstable { time, speed, .. } = sheet.status else { return End::Well };
+                End::Unstable(format!("{} ({}) unstable at {time:.4} s, {speed:.3e} m/s", sheet.name, sheet.structure))
+            }
+            None if world.sheets().iter().any(|s| matches!(s.status, Status::Frozen { .. })) => End::Frozen,
+            None if world.events().iter().any(|e| e.kind == EventKind::Contained) => End::Contained,
+            None => End::Well,
+        }
+    }
+}
+
+/// Energy of motion and strain beyond which a sheet has it from nowhere, over that of [`could_have`]. Scenes are drawn without regard to what lies within
+/// what: a sheet that begins in a body, or across another, may be thrown out of it with this much.
+const MOST: f64 = 100.0;
+/// Speed that whatever is led or pulled is taken to have, m/s.
+const LED: f64 = 3.0;
+
+/// What a sheet of a world could have by what there is, by falling for `seconds`, by wind and by what leads it, J.
+fn could_have(world: &World, seconds: f64) -> f64 {
+    let g = world.gravity().length();
+    let sheets: f64 = world.sheets().iter().map(sheetwork::sheet::Sheet::total_mass).sum();
+    let there: f64 = world.sheets().iter().map(|s| s.energy(DVec3::ZERO)).map(|e| e.kinetic + e.elastic).sum();
+    let states = || world.rigid().into_iter().flat_map(|r| (0..r.bodies().len()).filter_map(|i| r.state(i)));
+    let gives = states().filter(|b| b.mass().is_finite());
+    let (bodies, moving) = gives.fold((0.0, 0.0), |(m, e), b| (m + b.mass(), e + b.kinetic_energy()));
+    let fastest = states().map(|b| b.velocity().length_squared()).fold(LED * LED, f64::max);
+    let fall = g * (1.0 + 0.5 * g * seconds * seconds);
+    there + moving + (sheets + bodies) * fall + sheets * (fastest + world.air().wind.length_squared())
+}
+
+/// Random draws (splitmix64), the same for the same seed and number.
+struct Draws(u64);
+
+impl Draws {
+    fn new(seed: u64, number: u64) -> Self {
+        Self(seed.wrapping_mul(0xd134_2543_de82_ef95) ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        (self.next() % end.max(1) as u64) as usize
+    }
+
+    /// Whether something that happens once in `n` times does.
+    fn once_in(&mut self, n: usize) -> bool {
+        self.below(n) == 0
+    }
+
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// Even in its logarithm.
+    fn scale(&mut self, low: f64, high: f64) -> f64 {
+        self.within(low.ln(), high.ln()).exp()
+    }
+
+    fn place(&mut self, reach: f64) -> DVec3 {
+        DVec3::new(self.within(-reach, reach), self.within(-reach, reach), self.within(-reach, reach))
+    }
+
+    fn pick<'a, T>(&mut self, of: &'a [T]) -> &'a T {
+        &of[self.below(of.len())]
+    }
+}
+
+/// A scene: one to three sheets of at most `side` masses to a side, bodies, air and heat, with an engine and a step that its sheets can be asked to bear.
+fn drawn(draws: &mut Draws, side: u32) -> Scene {
+    // An explicit engine is for soft sheets; its step is the scene's own risk.
+    let implicit = !draws.once_in(4);
+    let engines: Vec<_> = ENGINES.iter().filter(|e| e.implicit == implicit && !e.adaptive).collect();
+    let engine = draws.pick(&engines).kind;
+    let mut scene = Scene {
+        engine,
+        dt: if implicit { draws.scale(2e-3, 1.0 / 30.0) } else { draws.scale(5e-5, 1e-3) },
+        gravity: DVec3::new(0.0, -draws.within(0.0, 15.0), 0.0),
+        ..Scene::default()
+    };
+    for index in 0..1 + draws.below(5) / 2 {
+        let mut sheet = sheet(draws, implicit, side);
+        sheet.name = format!("sheet {index}");
+        sheet.placement.position += DVec3::new(0.0, 0.35 * index as f64, 0.0);
+        scene.sheets.push(sheet);
+    }
+    if !draws.once_in(3) {
+        let (x, z) = ((-2.0, 2.0), (-2.0, 2.0));
+        scene.room = Some(Room { x, y: (-0.1, 2.0), z, back_wall: draws.once_in(3), grid: 0.1 });
+    }
+    for _ in 0..draws.below(3) {
+        scene.bodies.push(body(draws));
+    }
+    if draws.once_in(3) {
+        scene.air = Air { density: draws.within(0.5, 2.0), wind: draws.place(3.0), ..Air::default() };
+    }
+    if draws.once_in(6) {
+        scene.oven = Some(OvenSpec { temperature: draws.within(0.0, 250.0), ..OvenSpec::default() });
+        scene.time_lapse = draws.scale(1.0, 100.0);
+    }
+    if draws.once_in(10) {
+        scene.heat_gun = Some(HeatGunSpec { position: draws.place(0.2), ..HeatGunSpec::default() });
+    }
+    scene
+}
+
+fn sheet(draws: &mut Draws, implicit: bool, most: u32) -> SheetSpec {
+    let row = if draws.once_in(2) { StructureKind::Shell } else { draws.pick(STRUCTURES).kind };
+    let shell = row == StructureKind::Shell;
+    let layers = if shell || row == StructureKind::Provot2d { 1 } else { 2 };
+    let side = |draws: &mut Draws| 3 + draws.below(most as usize - 2) as u32;
+    let names = ["hips", "pet", "paper", "card", "pvc"];
+    let material = if implicit {
+        match draws.below(3) {
+            0 => MaterialChoice::Named((*draws.pick(&names)).to_owned()),
+            _ => MaterialChoice::Inline(Material {
+                young: draws.scale(1e5, 1e11),
+                poisson: draws.within(0.0, 0.45),
+                density: draws.scale(100.0, 8000.0),
+                thickness: draws.scale(5e-5, 2e-3),
+                tears_at: Some(draws.scale(1e-3, 0.1)),
+                ..Material::default()
+            }),
+        }
+    } else {
+        MaterialChoice::Inline(Material { young: draws.scale(50.0, 2e5), ..Material::default() })
+    };
+    let springs = if shell || draws.once_in(2) { SpringLaw::Calibrated } else { SpringLaw::Uniform };
+    let pins = match draws.below(5) {
+        0 => vec![PinSpec::clamped(Region::Left)],
+        1 => vec![PinSpec::held(Region::Point(0.0, 0.0)), PinSpec::held(Region::Point(1.0, 0.0))],
+        2 => vec![PinSpec {
+            path: vec![PathKey::default(), PathKey { time: 1.0, offset: draws.place(0.2), ..PathKey::default() }],
+            ..PinSpec::held(Region::Right)
+        }],
+        _ => Vec::new(),
+    };
+    let named = matches!(material, MaterialChoice::Named(_));
+    let made = material.resolve(std::path::Path::new("")).ok();
+    let flows = made.as_ref().is_some_and(|m| m.burgers.is_some());
+    let tears = made.as_ref().is_some_and(|m| m.tears_at.is_some() || m.melts_at.is_some());
+    SheetSpec {
+        structure: row,
+        springs: if implicit { springs } else { SpringLaw::Uniform },
+        grid: (side(draws), layers, side(draws)),
+        size: (draws.scale(0.03, 0.5), draws.scale(0.03, 0.5)),
+        material,
+        damping: draws.within(0.0, 0.3),
+        placement: Placement { position: DVec3::new(0.0, draws.within(0.0, 0.3), 0.0), rotation: draws.place(180.0) },
+        velocity: draws.place(2.0),
+        spin: draws.place(5.0),
+        creep: draws.once_in(3) && flows,
+        plastic: draws.once_in(4) && shell && named,
+        tearing: draws.once_in(4) && tears && row != StructureKind::Trimm,
+        temperature: draws.once_in(6).then(|| draws.within(-20.0, 200.0)),
+        pins,
+        ..SheetSpec::default()
+    }
+}
+
+fn body(draws: &mut Draws) -> BodySpec {
+    let shape = match draws.below(2) {
+        0 => Shape::Ball(draws.scale(0.01, 0.2)),
+        _ => Shape::Box(DVec3::new(draws.scale(0.01, 0.3), draws.scale(0.01, 0.3), draws.scale(0.01, 0.3))),
+    };
+    let mut body = BodySpec::new(shape);
+    body.placement = Placement { position: draws.place(0.4), rotation: draws.place(180.0) };
+    match draws.below(3) {
+        0 => body.density = Some(draws.scale(50.0, 8000.0)),
+        1 => {
+            body.path =
+                vec![PathKey::default(), PathKey { time: 1.0, offset: draws.place(0.5), rotation: draws.place(90.0) }]
+        }
+        _ => {}
+    }
+    if draws.once_in(6) {
+        body.temperature = Some(draws.within(-20.0, 250.0));
+    }
+    body
+}

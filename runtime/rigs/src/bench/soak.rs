@@ -1,0 +1,213 @@
+//! `sheetwork bench soak`: the live link for long.
+//!
+//! A small sheet is stepped and published as fast as it goes, as many times as an hour at 240 Hz has frames, unless told otherwise. Another process
+//! of this program reads all the while; a second comes, reads all streams, turns a knob and goes, again and again, and is killed twenty times
+//! on the way. What the game's memory and its objects in shared memory are is taken before anybody comes, after a tenth of the frames and
+//! at the end: between those two neither may grow.
+
+use std::path::Path;
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use serde_json::{Value, json};
+use sheetwork::scene::{PinSpec, Region, Scene, SheetSpec};
+use sheetwork::{InputError, World, check_range};
+use sheetwork_link::Client;
+use sheetwork_link::Link;
+use sheetwork_link::LinkError;
+use sheetwork_link::place::{LinkPlace, ROOT_VARIABLE};
+
+use crate::bench::link::Game;
+use crate::bench::memory;
+use crate::output::{print_json, print_line};
+
+/// Times that the second process is killed.
+const KILLS: u64 = 20;
+/// Objects that counts as none: a reader may be coming or going.
+const OBJECTS: usize = 12;
+/// Name of the link.
+const NAME: &str = "soak";
+
+#[derive(Args)]
+pub struct Soak {
+    /// Frames; 864000 are an hour at 240 Hz.
+    #[arg(long, default_value_t = 864_000)]
+    frames: u64,
+    /// Print JSON and nothing else.
+    #[arg(long)]
+    json: bool,
+    /// Be a reader: one that stays, or one that comes and goes.
+    #[arg(long, hide = true)]
+    reader: Option<String>,
+}
+
+/// What is not to grow.
+#[derive(Clone, Copy)]
+struct Held {
+    memory: u64,
+    objects: usize,
+}
+
+impl Held {
+    /// This process's own memory now, bytes, and the link's objects in shared memory.
+    fn now(place: &LinkPlace) -> Self {
+        let memory = memory::own();
+        let prefix = place.prefix();
+        let all = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
+        let objects = all.filter(|e| e.file_name().to_string_lossy().starts_with(&prefix)).count();
+        Self { memory, objects }
+    }
+
+    fn json(self) -> Value {
+        json!({ "memory_bytes": self.memory, "objects": self.objects })
+    }
+}
+
+impl Soak {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        check_range("--frames", self.frames as f64, 100.0, 1e12, "")?;
+        match self.reader.as_deref() {
+            Some("stays") => return stay(),
+            Some(_) => return visit(),
+            None => {}
+        }
+        let root = std::env::temp_dir().join(format!("sheetwork-soak-{}", std::process::id()));
+        let result = self.run(&root);
+        let _ = std::fs::remove_dir_all(&root);
+        let (result, grown) = result?;
+        if self.json {
+            print_json(&result)?;
+        } else {
+            let last = if grown { "it has grown" } else { "nothing has grown" };
+            print_line(&format!(
+                "{} frames in {:.0} s, {} commands, {KILLS} kills; {last}",
+                self.frames, result["seconds"], result["commands"]
+            ))?;
+        }
+        Ok(if grown { ExitCode::from(1) } else { ExitCode::SUCCESS })
+    }
+
+    /// The game's part; what came of it, and whether something has grown.
+    fn run(&self, root: &Path) -> Result<(Value, bool), InputError> {
+        let mut game = Game(World::new(&scene())?);
+        game.0.set_sleep(false);
+        let place = LinkPlace::within(root, NAME)?;
+        let mut link = Link::new(&place, &game.0)?;
+        let before = Held::now(&place);
+        self.say("before", 0, before)?;
+        let mut stays = Process::start(root, "stays")?;
+        while link.statistics().readers[0] == 0 {
+            link.exchange(&mut game, 0.0);
+            std::thread::sleep(Duration::from_millis(1));
+            stays.check()?;
+        }
+        let mut visits = Process::start(root, "visits")?;
+        let (start, mut warm) = (Instant::now(), before);
+        for frame in 1..=self.frames {
+            game.0.step();
+            link.exchange(&mut game, 0.0);
+            if frame.is_multiple_of(self.frames / (KILLS + 1)) && frame < self.frames {
+                visits = Process::start(root, "visits")?;
+            }
+            if frame.is_multiple_of(self.frames / 10) {
+                let held = Held::now(&place);
+                self.say("frames", frame, held)?;
+                if frame == self.frames / 10 {
+                    warm = held;
+                }
+            }
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        let (after, now) = (Held::now(&place), link.statistics());
+        drop((stays, visits));
+        let grown = after.memory > warm.memory + memory::ROOM || after.objects > warm.objects + OBJECTS;
+        let result = json!({
+            "frames": self.frames, "seconds": seconds, "written": now.frames, "bytes": now.bytes, "dropped": now.dropped,
+            "commands": now.accepted, "kills": KILLS, "before": before.json(), "warm": warm.json(), "after": after.json(),
+            "grown": grown,
+        });
+        Ok((result, grown))
+    }
+
+    fn say(&self, what: &str, frame: u64, held: Held) -> Result<(), InputError> {
+        if self.json {
+            return Ok(());
+        }
+        let kb = held.memory as f64 / 1024.0;
+        print_line(&format!("{what:<7}{frame:>9} {kb:>8.0} kB {:>4} objects in shared memory", held.objects))
+    }
+}
+
+/// A small sheet, clamped at one edge, at 240 Hz.
+fn scene() -> Scene {
+    let pins = vec![PinSpec::clamped(Region::Left)];
+    let sheet = SheetSpec {
+        name: "strip".into(),
+        structure: sheetwork::mesh::structure::StructureKind::Shell,
+        grid: (9, 1, 5),
+        size: (0.2, 0.1),
+        material: "pet".into(),
+        pins,
+        ..SheetSpec::default()
+    };
+    let engine = sheetwork::integrators::EngineKind::TrBdf2;
+    Scene { name: "soak".into(), engine, sheets: vec![sheet], dt: 1.0 / 240.0, ..Scene::default() }
+}
+
+/// A reader in a process of its own, which is killed in the end.
+struct Process(Child);
+
+impl Process {
+    fn start(root: &Path, reader: &str) -> Result<Self, InputError> {
+        let failed = |e: std::io::Error| InputError::new("reader", e.to_string());
+        let program = std::env::current_exe().map_err(failed)?;
+        let mut command = Command::new(program);
+        command.args(["bench", "soak", "--reader", reader]).env(ROOT_VARIABLE, root).stdout(Stdio::null());
+        command.spawn().map(Self).map_err(failed)
+    }
+
+    /// Whether it has not failed.
+    fn check(&mut self) -> Result<(), InputError> {
+        match self.0.try_wait() {
+            Ok(None) => Ok(()),
+            _ => Err(InputError::new("reader", "has ended")),
+        }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// One who reads frames until it is killed.
+fn stay() -> Result<ExitCode, InputError> {
+    let client = Client::attach_within(&LinkPlace::new(NAME)?, Duration::from_secs(10))?;
+    let mut frames = client.frames(false)?;
+    loop {
+        match frames.wait(Duration::from_secs(1)) {
+            Ok(_) | Err(LinkError::Silent) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
+}
+
+/// One who comes, looks at everything, turns a knob, and goes, until it is killed.
+fn visit() -> Result<ExitCode, InputError> {
+    let place = LinkPlace::new(NAME)?;
+    for visit in 0_u64.. {
+        let client = Client::attach_within(&place, Duration::from_secs(10))?;
+        let (mut frames, mut topology) = (client.frames(true)?, client.topology()?);
+        let mut events = client.events()?;
+        for _ in 0..20 {
+            let frame = frames.wait(Duration::from_secs(10))?;
+            topology.follow(frame.header())?;
+            while events.next()?.is_some() {}
+        }
+        client.set("gravity", if visit.is_multiple_of(2) { "(0, -9.81, 0)" } else { "(0, -5, 0)" })?;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,104 @@
+//! `sheetwork bench stability`: runs the map, or merges what shards of it have run, and writes table, CSV and pictures.
+
+pub(crate) mod map;
+pub(crate) mod plan;
+pub(crate) mod point;
+pub(crate) mod table;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use sheetwork::InputError;
+use sheetwork::mesh::structure::StructureKind;
+
+use crate::bench::stability::map::Map;
+use crate::bench::stability::plan::{SWEEPS, Trial, plan};
+use crate::bench::stability::point::{Point, merged, write_csv};
+use crate::bench::{canvas, shard};
+use crate::output::print_line;
+
+#[derive(Args)]
+pub struct Stability {
+    /// Folder for stability.csv, .md, and stability-STRUCTURE.svg and .png.
+    #[arg(long, default_value = "sheetwork-out/stability")]
+    out: PathBuf,
+    /// Run only every N-th point from the I-th on, 1 to N, and write only stability-I-of-N.csv.
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<(usize, usize)>,
+    /// Run nothing: read the CSV files in these folders, written by shards.
+    #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["shard", "quick"])]
+    merge: Vec<PathBuf>,
+    /// Run only these sweeps, with commas between: map, aspect, thickness, jump, speed, thesis, thesis-common.
+    #[arg(long, value_name = "SWEEP", value_delimiter = ',', value_parser = SWEEPS, conflicts_with = "merge")]
+    only: Vec<String>,
+    /// Run only these structures, with commas between.
+    #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "merge")]
+    structures: Vec<StructureKind>,
+    /// A few points of each kind, to see that it works.
+    #[arg(long)]
+    quick: bool,
+}
+
+impl Stability {
+    pub fn execute(self) -> Result<ExitCode, InputError> {
+        std::fs::create_dir_all(&self.out).map_err(|e| InputError::io(&self.out, &e))?;
+        let points = if self.merge.is_empty() { self.run()? } else { merged(&self.merge)? };
+        if let Some((which, of)) = self.shard {
+            let path = self.out.join(format!("stability-{which}-of-{of}.csv"));
+            write_csv(&path, &points)?;
+            print_line(&path.display().to_string())?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        self.write(&points)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Runs every point, or those of the shard.
+    fn run(&self) -> Result<Vec<Point>, InputError> {
+        let (which, of) = self.shard.unwrap_or((1, 1));
+        let wanted = |sweep: &str| self.only.is_empty() || self.only.iter().any(|s| s == sweep);
+        let of_these = |kind: StructureKind| self.structures.is_empty() || self.structures.contains(&kind);
+        let fits = |trial: &Trial| wanted(trial.sweep) && of_these(trial.setting.structure);
+        // Numbered among what is chosen, so that shards of a choice can be merged.
+        let chosen: Vec<Trial> = plan(self.quick).into_iter().filter(fits).collect();
+        if chosen.is_empty() {
+            return Err(InputError::new("--only", "nothing of the plan is left with these sweeps and structures"));
+        }
+        let count = chosen.len();
+        let mine: Vec<_> = chosen.into_iter().enumerate().skip(which - 1).step_by(of).collect();
+        let bar = ProgressBar::new(mine.len() as u64);
+        if let Ok(style) = ProgressStyle::with_template("{wide_bar} {pos}/{len} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        let mut points = Vec::with_capacity(mine.len());
+        for (number, trial) in mine {
+            bar.set_message(trial.name());
+            points.push(trial.run(number, count)?);
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        Ok(points)
+    }
+
+    fn write(&self, points: &[Point]) -> Result<(), InputError> {
+        let [csv, md] = ["csv", "md"].map(|kind| self.out.join(format!("stability.{kind}")));
+        write_csv(&csv, points)?;
+        let text = table::markdown(points);
+        std::fs::write(&md, &text).map_err(|e| InputError::io(&md, &e))?;
+        print_line(text.trim_end())?;
+        let mut written = vec![csv, md];
+        for structure in [StructureKind::Trimm, StructureKind::Shell] {
+            let map = Map::of(points, structure.info().name);
+            if map.is_empty() {
+                continue;
+            }
+            let [svg, png] = ["svg", "png"].map(|kind| self.out.join(format!("stability-{structure}.{kind}")));
+            canvas::svg(&svg, &map)?;
+            canvas::png(&png, &map)?;
+            written.extend([svg, png]);
+        }
+        written.iter().try_for_each(|path| print_line(&path.display().to_string()))
+    }
+}

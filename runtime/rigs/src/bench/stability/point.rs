@@ -1,0 +1,150 @@
+//! One point of the map, and its file.
+
+use std::path::{Path, PathBuf};
+
+use crate::measure::limit::Varied;
+use serde::{Deserialize, Serialize};
+use sheetwork::InputError;
+
+use crate::bench::stability::plan::Trial;
+
+/// A setting, and where it breaks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Point {
+    /// Its place in the plan, from 0, and how many there are.
+    pub number: usize,
+    /// See `number`.
+    pub of: usize,
+    /// What it is swept for.
+    pub sweep: String,
+    /// Structure.
+    pub structure: String,
+    /// Engine.
+    pub engine: String,
+    /// Masses along length and width.
+    pub grid: String,
+    /// Stiffness, N/m.
+    pub stiffness_n_m: f64,
+    /// Mass of a node, kg.
+    pub mass_kg: f64,
+    /// Damping as a fraction of critical.
+    pub damping: f64,
+    /// Length over width.
+    pub aspect: f64,
+    /// Thickness, m.
+    pub thickness_m: f64,
+    /// Jump of temperature, K.
+    pub jump_k: f64,
+    /// Speed of impact, m/s.
+    pub speed_m_s: f64,
+    /// Step that something else is made harder at, s.
+    pub dt_s: Option<f64>,
+    /// What is looked for: "step", "stiffness", "mass", "damping".
+    pub varied: String,
+    /// The longest step, s, or how many times harder it may be, as the largest frequency has it; none where there is no limit.
+    pub predicted: Option<f64>,
+    /// The same by trial; none where nothing broke it.
+    pub found: Option<f64>,
+}
+
+impl Point {
+    /// The point of `trial`, not tried yet.
+    pub fn of(trial: &Trial, number: usize, of: usize) -> Self {
+        let s = &trial.setting;
+        let varied = match trial.varied {
+            Varied::Step => "step",
+            Varied::Stiffness => "stiffness",
+            Varied::Mass => "mass",
+            Varied::Damping => "damping",
+        };
+        Self {
+            number,
+            of,
+            sweep: trial.sweep.into(),
+            structure: s.structure.info().name.into(),
+            engine: s.engine.name().into(),
+            grid: format!("{}x{}", s.grid.0, s.grid.1),
+            stiffness_n_m: s.stiffness,
+            mass_kg: s.mass,
+            damping: s.damping,
+            aspect: s.aspect,
+            thickness_m: s.thickness,
+            jump_k: s.jump,
+            speed_m_s: s.speed,
+            dt_s: None,
+            varied: varied.into(),
+            predicted: None,
+            found: None,
+        }
+    }
+
+    /// Found over predicted, where both are there.
+    pub fn ratio(&self) -> Option<f64> {
+        self.found.zip(self.predicted).filter(|(_, p)| *p > 0.0).map(|(f, p)| f / p)
+    }
+}
+
+/// Writes points as CSV.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
+    let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
+    let mut writer = csv::Writer::from_path(path).map_err(refused)?;
+    points.iter().try_for_each(|p| writer.serialize(p)).map_err(refused)?;
+    writer.flush().map_err(|e| InputError::io(path, &e))
+}
+
+fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
+    let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
+    let text = std::fs::read(path).map_err(|e| InputError::io(path, &e))?;
+    // A number that is cut off is a number.
+    if text.last().is_some_and(|last| *last != b'\n') {
+        return Err(InputError::new("", "is cut off: its last line has no end").in_file(path));
+    }
+    let mut reader = csv::Reader::from_reader(text.as_slice());
+    reader.deserialize().collect::<Result<Vec<Point>, _>>().map_err(refused)
+}
+
+/// The points in all CSV files of the folders, in the order of the plan; each once.
+///
+/// # Errors
+/// When a file cannot be read, they are of different plans, or points are missing.
+pub fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
+    let mut points: Vec<Point> = Vec::new();
+    for folder in folders {
+        let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
+        let paths = entries.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>();
+        let mut paths = paths.map_err(|e| InputError::io(folder, &e))?;
+        paths.sort();
+        for path in paths {
+            let name = path.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+            if name.starts_with("stability-") && name.ends_with(".csv") {
+                points.extend(read_csv(&path)?);
+            }
+        }
+    }
+    points.sort_by_key(|p| p.number);
+    let Some(of) = points.first().map(|p| p.of) else {
+        return Err(InputError::new("merge", "the folders hold no stability-I-of-N.csv with points"));
+    };
+    if points.iter().any(|p| p.of != of) {
+        return Err(InputError::new(
+            "merge",
+            "the files are of different plans: some of --quick, or of another --only, some not?",
+        ));
+    }
+    points.dedup();
+    if points.windows(2).any(|two| two[0].number == two[1].number) {
+        return Err(InputError::new(
+            "merge",
+            "a point is there twice, and not the same: shards of different builds or choices?",
+        ));
+    }
+    if points.len() != of {
+        let problem =
+            format!("{} of {of} points are missing: a shard was not run, or not to its end", of - points.len());
+        return Err(InputError::new("merge", problem));
+    }
+    Ok(points)
+}

@@ -1,0 +1,157 @@
+//! What the benchmark of run time against error runs: structures x engines x grids x steps on each case.
+//!
+//! The sheet is the one peers are given: 0.25 m square, 0.5 mm, 3 GPa, 1050 kg/m³. The shell is asked for Poisson's ratio 0, where
+//! the references are not ours; lattices of springs are isotropic at 1/3 only, and are asked for that.
+
+use crate::measure::{Setup, TABLE, measure};
+use sheetwork::InputError;
+use sheetwork::integrators::EngineKind;
+use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::Material;
+
+use crate::bench::judge::judge;
+use crate::bench::point::Point;
+use crate::bench::reference::References;
+
+/// The cases, in the order of the panels.
+pub const CASES: &[&str] = &["cantilever", "release", "frequency", "pedestal"];
+
+const SPRINGS: f64 = 1.0 / 3.0;
+
+/// One configuration to be run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Configuration {
+    case: &'static str,
+    structure: StructureKind,
+    engine: EngineKind,
+    side: u32,
+    /// Step, s; none for the largest that is stable.
+    dt: Option<f64>,
+    poisson: f64,
+}
+
+/// The sheet of the benchmark: the shell, implicit, damped to a third of critical so that it settles soon.
+pub fn setup(poisson: f64) -> Setup {
+    let defaults = Setup::default();
+    Setup {
+        structure: StructureKind::Shell,
+        layers: 1,
+        engine: EngineKind::TrBdf2,
+        material: Material { young: 3e9, poisson, density: 1050.0, thickness: 5e-4, ..defaults.material },
+        length: 0.25,
+        width: 0.25,
+        gravity: 9.81,
+        damping_ratio: 0.35,
+        // A fifth of the side: its border lies on a line of every grid here.
+        patch: 0.05,
+        dynamic: false,
+        ..defaults
+    }
+}
+
+/// Everything that is run, cases outermost; `quick` takes a few of each.
+pub fn plan(quick: bool) -> Vec<Configuration> {
+    use EngineKind::{BackwardEuler, Bdf2, Rk4, TrBdf2, Verlet};
+    use StructureKind::{DoubleDiagonal, Samm, Shell, Slamm, Trimm};
+    let sides: &[u32] = if quick { &[6, 11, 21] } else { &[6, 11, 16, 21, 31, 41] };
+    let rates: &[f64] = if quick { &[60.0] } else { &[30.0, 60.0, 120.0, 240.0] };
+    let mut all = Vec::new();
+    let mut add = |structure: StructureKind, engines: &[EngineKind], sides: &[u32], steps: &[Option<f64>]| {
+        let poisson = if structure == Shell { 0.0 } else { SPRINGS };
+        for &engine in engines {
+            for &side in sides {
+                all.extend(steps.iter().map(|&dt| (structure, engine, side, dt, poisson)));
+            }
+        }
+    };
+    let steps: Vec<Option<f64>> = rates.iter().map(|rate| Some(1.0 / rate)).collect();
+    let implicit: &[EngineKind] = if quick { &[TrBdf2] } else { &[TrBdf2, Bdf2, BackwardEuler] };
+    add(Shell, implicit, sides, &steps);
+    let lattices: &[StructureKind] = if quick { &[DoubleDiagonal] } else { &[DoubleDiagonal, Trimm, Slamm, Samm] };
+    for &structure in lattices {
+        add(structure, &[TrBdf2], if quick { &[6, 11] } else { &[6, 11, 21, 31] }, &steps[..steps.len().min(2)]);
+    }
+    let explicit: &[EngineKind] = if quick { &[Verlet] } else { &[Verlet, Rk4] };
+    for structure in [Shell, DoubleDiagonal] {
+        add(structure, explicit, if quick { &[6] } else { &[6, 11] }, &[None]);
+    }
+    let there = CASES.iter().filter(|case| TABLE.iter().any(|row| row.name == **case));
+    let with = |case| {
+        let every = all.iter();
+        every.map(move |&(structure, engine, side, dt, poisson)| Configuration {
+            case,
+            structure,
+            engine,
+            side,
+            dt,
+            poisson,
+        })
+    };
+    there.flat_map(|&case| with(case)).collect()
+}
+
+impl Configuration {
+    /// Runs it and holds it against its reference.
+    ///
+    /// # Errors
+    /// When there is no reference to hold it against; what goes wrong with the run itself is in the point's status.
+    pub fn run(&self, references: &mut References) -> Result<Point, InputError> {
+        let targets = references.get(self.case, self.poisson)?;
+        let found = measure(self.case, &self.setup())
+            .unwrap_or_else(|error| serde_json::json!({ "status": error.to_string().replace('\n', " ") }));
+        let verdict = judge(self.case, &found, &targets);
+        Ok(Point {
+            case: self.case.into(),
+            structure: self.structure.name().into(),
+            engine: self.engine.name().into(),
+            grid: found["grid"].as_str().map_or_else(|| format!("{0}x{0}", self.side), Into::into),
+            dt_s: found["dt_s"].as_f64().or(self.dt).unwrap_or(0.0),
+            poisson: self.poisson,
+            cpu_ms_per_simulated_s: found["cpu_ms_per_simulated_s"].as_f64().unwrap_or(0.0),
+            error: verdict.error,
+            quantity: verdict.quantity.into(),
+            measured: verdict.measured,
+            reference: verdict.reference,
+            settled: found["settled"].as_bool(),
+            status: found["status"].as_str().unwrap_or("nothing came out").into(),
+            peer: false,
+        })
+    }
+
+    /// One line that says which it is.
+    pub fn name(&self) -> String {
+        let Self { case, structure, engine, side, .. } = self;
+        let step = self.dt.map_or_else(|| "largest stable step".into(), |dt| format!("1/{:.0} s", 1.0 / dt));
+        format!("{case}: {} {side}x{side}, {}, {step}", structure.name(), engine.name())
+    }
+
+    fn setup(&self) -> Setup {
+        let (fewest, most) = self.structure.info().layers;
+        Setup {
+            structure: self.structure,
+            layers: 2.clamp(fewest, most),
+            engine: self.engine,
+            grid: (self.side, self.side),
+            dt: self.dt,
+            // Stepped, not solved for equilibrium: what is asked is what stepping costs.
+            dynamic: true,
+            ..setup(self.poisson)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_planned_twice() {
+        for quick in [false, true] {
+            let plan = plan(quick);
+            assert!(!plan.is_empty());
+            for (i, a) in plan.iter().enumerate() {
+                assert!(plan[..i].iter().all(|b| a != b), "{}", a.name());
+            }
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! The Markdown table of the benchmark: for every case what stands on the efficient front, and every peer.
+
+use std::fmt::Write;
+
+use crate::bench::front::front;
+use crate::bench::point::Point;
+use crate::bench::sweep::CASES;
+
+/// Tables of all cases, one under the other.
+pub fn markdown(points: &[Point]) -> String {
+    let mut text = String::new();
+    for case in CASES {
+        let of_case: Vec<&Point> = points.iter().filter(|p| p.case == *case).collect();
+        if of_case.is_empty() {
+            continue;
+        }
+        let best = front(&of_case);
+        let mut rows: Vec<usize> = (0..of_case.len()).filter(|&i| of_case[i].peer || best.contains(&i)).collect();
+        rows.sort_by(|&a, &b| of_case[a].cpu_ms_per_simulated_s.total_cmp(&of_case[b].cpu_ms_per_simulated_s));
+        // Writing to a string cannot fail.
+        let _ = write!(
+            text,
+            "## {case}\n\n{} configurations; on the front: {}.\n\n\
+             | structure | engine | grid | step | CPU ms per simulated second | error | at rest |\n|---|---|---|---|---|---|---|\n",
+            of_case.len(),
+            best.len(),
+        );
+        for i in rows {
+            let _ = writeln!(text, "{}", row(of_case[i], best.contains(&i)));
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn row(point: &Point, best: bool) -> String {
+    let mark = if best { "**" } else { "" };
+    let error = point.error.map_or_else(|| "-".into(), percent);
+    let rest = match point.settled {
+        Some(true) => "yes",
+        Some(false) => "no",
+        None => "",
+    };
+    format!(
+        "| {mark}{}{mark} | {} | {} | {} | {} | {mark}{error}{mark} | {rest} |",
+        point.structure,
+        point.engine,
+        point.grid,
+        step(point.dt_s),
+        significant(point.cpu_ms_per_simulated_s),
+    )
+}
+
+/// A fraction in percent, two digits.
+pub fn percent(fraction: f64) -> String {
+    format!("{} %", significant(100.0 * fraction))
+}
+
+/// A step as a fraction of a second where it is one.
+fn step(dt: f64) -> String {
+    let rate = 1.0 / dt;
+    let whole = (rate - rate.round()).abs() < 1e-6 * rate && rate < 2000.0;
+    if whole { format!("1/{rate:.0} s") } else { format!("{} ms", significant(1e3 * dt)) }
+}
+
+/// Two digits, or all before the point.
+fn significant(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let places = (1 - value.abs().log10().floor() as i32).clamp(0, 8) as usize;
+    format!("{value:.places$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::front::tests::point;
+
+    #[test]
+    fn the_front_is_bold_and_peers_are_never_left_out() {
+        let mut peer = point(40.0, 0.08);
+        (peer.peer, peer.structure) = (true, "MuJoCo shell 4.0.0".into());
+        let text = markdown(&[point(20.0, 0.0021), point(30.0, 0.003), peer]);
+        assert!(text.contains("| **shell** | tr-bdf2 | 21x21 | 1/60 s | 20 | **0.21 %** | yes |"), "{text}");
+        assert!(text.contains("| MuJoCo shell 4.0.0 | tr-bdf2 | 21x21 | 1/60 s | 40 | 8.0 % | yes |"), "{text}");
+        assert!(!text.contains("0.30"), "{text}");
+    }
+}

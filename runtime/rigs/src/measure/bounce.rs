@@ -1,0 +1,87 @@
+//! A flat drop on a floor with restitution e. The rebound heights are h e², h e⁴, ..., and the
+//! energy after the first impact is e² times the energy before it.
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use crate::measure::watch;
+use crate::measure::watch::Watch;
+use crate::measure::{Case, Outcome, Runner, Setup, plane};
+use sheetwork::InputError;
+use sheetwork::World;
+use sheetwork::scene::Placement;
+
+pub(crate) const CASE: Case =
+    Case { name: "bounce", about: "rebound heights of a flat drop: --height M --restitution E", contact: true, run };
+
+/// Number of rebounds to wait for.
+const REBOUNDS: usize = 3;
+
+/// Height of the centre of mass above its resting height on the floor, m.
+struct Flight {
+    last_height: f64,
+    last_rise: f64,
+    heights: Vec<f64>,
+    /// Energy at the top of the first rebound, or at the end without a rebound, J.
+    kept: Option<f64>,
+    /// Largest height after the first contact.
+    highest: f64,
+    met: bool,
+}
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = setup.scene();
+    scene.bodies.push(plane("floor", Placement::default()));
+    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.half_thickness()?, 0.0);
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let mut watch = Watch::new(&runner.world);
+    let centre = |world: &World| world.sheets()[0].centre_of_mass().y;
+    let lying = centre(&runner.world) - setup.height;
+    let scale = watch::fall(&runner.world, setup.height);
+    let level = watch::energy(&runner.world) - scale;
+    let mut flight =
+        Flight { last_height: setup.height, last_rise: 0.0, heights: Vec::new(), kept: None, highest: 0.0, met: false };
+    // Duration of the fall plus twice the rise of each rebound.
+    let e = setup.restitution;
+    let fall = setup.fall(setup.height)?;
+    let duration = fall * (1.05 + 2.0 * (e + e * e + e * e * e)) + 0.3 * fall + 0.05;
+    runner.run(duration.min(1e3), |world| {
+        watch.see(world);
+        flight.see(world, centre(world) - lying, setup.gravity);
+        flight.heights.len() < REBOUNDS
+    });
+    let kept = flight.kept.unwrap_or_else(|| watch::energy(&runner.world)) - level;
+    let expected: Vec<f64> = (1..=REBOUNDS as i32).map(|n| setup.height * e.powi(2 * n)).collect();
+    let mut keys = watch.keys(&runner.world, scale);
+    if let Value::Object(own) = json!({
+        "height_m": setup.height,
+        "restitution": e,
+        "friction": setup.friction,
+        "heights_m": flight.heights,
+        "expected_heights_m": expected,
+        "energy_ratio": kept / scale.max(f64::MIN_POSITIVE),
+        "rebound_ratio": flight.met.then_some(flight.highest / setup.height),
+    }) {
+        keys.extend(own);
+    }
+    Ok(runner.outcome(Value::Object(keys)))
+}
+
+impl Flight {
+    fn see(&mut self, world: &World, height: f64, gravity: f64) {
+        let rise = world.sheets().first().map_or(0.0, |s| s.momentum().y / s.total_mass());
+        if self.last_rise > 0.0 && rise <= 0.0 {
+            // Between two steps the flight is a parabola: its top is v²/2g above the last rising
+            // point.
+            let top = self.last_height + self.last_rise * self.last_rise / (2.0 * gravity);
+            self.heights.push(top);
+            self.highest = self.highest.max(top);
+            self.kept.get_or_insert(watch::energy(world));
+        }
+        if self.met {
+            self.highest = self.highest.max(height);
+        }
+        self.met |= watch::touched(world);
+        (self.last_height, self.last_rise) = (height, rise);
+    }
+}

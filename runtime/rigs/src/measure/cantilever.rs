@@ -1,0 +1,41 @@
+//! Droop of a sheet clamped horizontally along one edge, under its own weight.
+//!
+//! The clamp fixes position and slope of the edge nodes; the length starts there. At a Poisson's
+//! ratio of zero the sheet bends like a strip, and the reference is the heavy elastica.
+
+use serde_json::json;
+
+use crate::measure::{Case, Edge, Outcome, Runner, Setup};
+use sheetwork::InputError;
+use sheetwork::scene::Region;
+
+pub(crate) const CASE: Case = Case {
+    name: "cantilever",
+    about: "droop of a sheet clamped along one edge, under its own weight: --dynamic to step to rest",
+    contact: false,
+    run,
+};
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = setup.scene();
+    setup.clamp(&mut scene, Region::Left);
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let solves = runner.rest(setup);
+    let sheet = &runner.world.sheets()[0];
+    let edge = Edge::of(sheet, &sheet.x);
+    let (root, size) = (scene.sheets[0].placement.position, scene.sheets[0].size.0);
+    let drop = root.y - edge.middle.y;
+    let reference = (setup.material.poisson == 0.0).then(|| {
+        let stiffness = setup.material.plate_stiffness();
+        let weight = setup.material.density * setup.material.thickness * setup.gravity;
+        size * sheetwork::material::elastica::elastica(weight * size.powi(3) / stiffness).0
+    });
+    let keys = json!({
+        "drop_m": drop,
+        "reach_m": edge.middle.x - (root.x - 0.5 * size),
+        "corner_drop_m": root.y - edge.corners.y,
+        "reference_drop_m": reference,
+        "linear_solves": solves,
+    });
+    Ok(runner.outcome(keys))
+}

@@ -1,0 +1,167 @@
+//! Playing cards: a dropped pack that must come to rest without overlap, and a house of cards that
+//! must stand until a ball hits it. The scenes are those of `scene::cards`; integrator, step and
+//! threads come from the set-up.
+
+use std::time::Instant;
+
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+
+use crate::measure::watch;
+use crate::measure::watch::Watch;
+use crate::measure::{Case, Outcome, Runner, Setup};
+use sheetwork::InputError;
+use sheetwork::World;
+use sheetwork::collision::overlap::between;
+use sheetwork::scene::Scene;
+use sheetwork::scene::cards::{Cards, DROP, LENGTH, THICKNESS, WIDTH};
+use sheetwork::sheet::Sheet;
+
+pub(crate) const PACK: Case =
+    Case { name: "card-pack", about: "52 cards dropped as a pack: [--threads N]", contact: true, run: pack };
+
+pub(crate) const HOUSE: Case = Case {
+    name: "card-house",
+    about: "a house of cards that stands for 10 s, and then a ball: [--threads N] [--throw TIMES]",
+    contact: true,
+    run: house,
+};
+
+/// Time limit for the pack to come to rest, s.
+const PATIENCE: f64 = 6.0;
+/// Time for which the house must stand, and time for its collapse, s.
+const STANDING: f64 = 10.0;
+const FALLING: f64 = 3.0;
+/// Steps between two overlap evaluations during the collapse. A card that has passed through
+/// another remains detectable.
+const SEEN: u32 = 5;
+
+/// Wall-clock time of steps, the time that threads reduce.
+#[derive(Default)]
+struct Frames {
+    total: f64,
+    worst: f64,
+    count: u32,
+}
+
+impl Frames {
+    /// Takes one step.
+    fn step(&mut self, runner: &mut Runner) {
+        let start = Instant::now();
+        runner.run(runner.world.dt(), |_| true);
+        let taken = start.elapsed().as_secs_f64();
+        (self.total, self.worst, self.count) = (self.total + taken, self.worst.max(taken), self.count + 1);
+    }
+
+    fn keys(&self) -> Map<String, Value> {
+        let keys = json!({
+            "wall_ms_per_step": 1e3 * self.total / f64::from(self.count.max(1)),
+            "worst_wall_step_ms": 1e3 * self.worst,
+        });
+        if let Value::Object(map) = keys { map } else { Map::new() }
+    }
+}
+
+/// JSON keys of the card's size, in place of those of the rig's flags.
+fn size(world: &World) -> Map<String, Value> {
+    let grid = world.scene().sheets.first().map(|sheet| format!("{}x{}", sheet.grid.0, sheet.grid.2));
+    let keys = json!({ "grid": grid, "length_m": LENGTH, "width_m": WIDTH });
+    if let Value::Object(map) = keys { map } else { Map::new() }
+}
+
+fn world(setup: &Setup, cards: Cards) -> Result<World, InputError> {
+    let mut scene = Scene::parse(&cards.text())?;
+    scene.engine = setup.engine;
+    scene.dt = setup.dt.unwrap_or(scene.dt);
+    let mut world = World::new(&scene)?;
+    world.set_threads(setup.threads as usize)?;
+    Ok(world)
+}
+
+fn pack(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut runner = Runner::new(world(setup, Cards::Pack)?);
+    let mut watch = Watch::new(&runner.world);
+    // An overlap evaluation of 52 cards costs more than a step.
+    watch.every = 30;
+    let mut frames = Frames::default();
+    let centres = |world: &World| world.sheets().iter().map(Sheet::centre_of_mass).collect::<Vec<_>>();
+    let start = centres(&runner.world);
+    while runner.world.time() < PATIENCE && !watch.asleep() && runner.world.unstable().is_none() {
+        frames.step(&mut runner);
+        watch.see(&runner.world);
+    }
+    let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
+    let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
+    let overlap = between(runner.world.sheets());
+    let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, DROP));
+    keys.extend(frames.keys());
+    if let Value::Object(own) = json!({
+        "cards": runner.world.sheets().len(),
+        "threads": setup.threads,
+        "overlap_at_rest_m": overlap,
+        "overlap_ratio": overlap / THICKNESS,
+        "drift_m": drift,
+        "in_order": watch::in_order(&runner.world),
+    }) {
+        keys.extend(own);
+    }
+    keys.extend(size(&runner.world));
+    let settled = watch.still_since().is_some();
+    let mut outcome = runner.outcome(Value::Object(keys));
+    outcome.settled = Some(settled);
+    Ok(outcome)
+}
+
+fn house(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut runner = Runner::new(world(setup, Cards::House)?);
+    let mut watch = Watch::new(&runner.world);
+    watch.every = 30;
+    let start = top(&runner.world);
+    let mut frames = Frames::default();
+    while runner.world.time() < STANDING && runner.world.unstable().is_none() {
+        frames.step(&mut runner);
+        watch.see(&runner.world);
+    }
+    let stood = top(&runner.world);
+    let stands = runner.world.unstable().is_none() && stood > 0.98 * start;
+    let (overlap, asleep) = (between(runner.world.sheets()), watch.asleep());
+    let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, start));
+    keys.extend(frames.keys());
+    let thrown = Scene::parse(&Cards::HouseAndBall.text())?;
+    for mut ball in thrown.bodies {
+        ball.velocity *= setup.throw;
+        runner.world.add_body(&ball)?;
+    }
+    let (mut falling, mut deepest) = (Frames::default(), 0.0_f64);
+    while runner.world.time() < STANDING + FALLING && runner.world.unstable().is_none() {
+        falling.step(&mut runner);
+        if falling.count.is_multiple_of(SEEN) {
+            deepest = deepest.max(between(runner.world.sheets()));
+        }
+    }
+    let left = top(&runner.world);
+    if let Value::Object(own) = json!({
+        "cards": runner.world.sheets().len(),
+        "threads": setup.threads,
+        "top_m": start,
+        "top_after_10_s_m": stood,
+        "stands": stands,
+        "asleep_after_10_s": asleep,
+        "overlap_after_10_s_m": overlap,
+        "throw": setup.throw,
+        "top_after_ball_m": left,
+        "max_overlap_falling_m": deepest,
+        "falls_to_the_ball": stands.then_some(left < 0.7 * start),
+        "wall_ms_per_step_falling": falling.keys()["wall_ms_per_step"],
+        "worst_wall_step_falling_ms": falling.keys()["worst_wall_step_ms"],
+    }) {
+        keys.extend(own);
+    }
+    keys.extend(size(&runner.world));
+    Ok(runner.outcome(Value::Object(keys)))
+}
+
+/// Height of the highest node, m.
+fn top(world: &World) -> f64 {
+    world.sheets().iter().flat_map(|s| s.x.y.iter().copied()).fold(0.0, f64::max)
+}

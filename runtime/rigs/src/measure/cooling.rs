@@ -1,0 +1,59 @@
+//! Time in which a sheet changes from one temperature to another in cooler or warmer surroundings,
+//! by radiation on both sides and optional convection.
+
+use serde_json::json;
+
+use crate::measure::thermal::HeatRig;
+use crate::measure::{Case, Outcome, Setup};
+use sheetwork::InputError;
+use sheetwork::thermal::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
+
+pub(crate) const CASE: Case = Case {
+    name: "cooling",
+    about: "time from one temperature to another in the open: --from, --to, --ambient, --convection",
+    contact: false,
+    run,
+};
+
+/// Temperature change of the first step when no step is given, K.
+const CHANGE: f64 = 0.25;
+/// Maximum number of steps.
+const MOST: u64 = 200_000;
+
+/// Step (s) for a small temperature change per step, at the heat flow of a sheet at `celsius` in
+/// surroundings at `other`.
+pub(crate) fn gentle_step(setup: &Setup, celsius: f64, other: f64) -> f64 {
+    let t = &setup.thermal;
+    let m = &setup.material;
+    let fourth = |c: f64| (c + ZERO_CELSIUS).powi(4);
+    let flow = 2.0 * m.emissivity * STEFAN_BOLTZMANN * (fourth(celsius) - fourth(other)).abs()
+        + t.convection * (celsius - other).abs();
+    let capacity = m.areal_mass() * m.specific_heat;
+    if flow > 0.0 { (CHANGE * capacity / flow).min(1e3) } else { 1.0 }
+}
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let t = &setup.thermal;
+    let from = t.from.unwrap_or(120.0);
+    let mut rig = HeatRig::new(setup, from)?;
+    let dt = setup.dt.unwrap_or_else(|| gentle_step(setup, from, t.ambient));
+    // The final temperature lies between the initial one and that of the surroundings.
+    let reaches = (t.to - from) * (t.ambient - from) > 0.0 && (t.to - t.ambient) * (from - t.ambient) > 0.0;
+    if !reaches && t.to != from {
+        let problem = format!("{} °C is never reached from {from} °C in surroundings of {} °C", t.to, t.ambient);
+        return Err(InputError::new("--to", problem));
+    }
+    let mut time = (t.to == from).then_some(0.0);
+    let mut steps = 0;
+    while reaches && time.is_none() && steps < MOST {
+        let before = rig.mean();
+        rig.step(dt);
+        let now = rig.mean();
+        if (now - t.to) * (before - t.to) <= 0.0 {
+            time = Some(rig.time - dt * (now - t.to) / (now - before));
+        }
+        steps += 1;
+    }
+    let keys = json!({ "from_c": from, "to_c": t.to, "ambient_c": t.ambient, "time_s": time });
+    Ok(rig.outcome(dt, keys))
+}

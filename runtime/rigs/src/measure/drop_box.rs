@@ -1,0 +1,66 @@
+//! A flat drop on the middle of a static box. The sheet must not penetrate, gain energy or
+//! oscillate for ever, and must lie on the box bent by the weight of its overhang.
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use crate::measure::watch;
+use crate::measure::watch::Watch;
+use crate::measure::{Case, Outcome, Runner, Setup, body};
+use sheetwork::InputError;
+use sheetwork::World;
+use sheetwork::scene::Shape;
+
+pub(crate) const CASE: Case = Case {
+    name: "drop-box",
+    about: "a flat drop on a box, to rest: --height M --box M --friction MU",
+    contact: true,
+    run,
+};
+
+/// Time limit to come to rest after the fall, s.
+const PATIENCE: f64 = 4.0;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = setup.scene();
+    let side = setup.box_side;
+    scene.bodies.push(body("box", Shape::Box(DVec3::splat(side)), DVec3::new(0.0, -0.5 * side, 0.0)));
+    scene.sheets[0].placement.position = DVec3::new(0.0, setup.height + setup.half_thickness()?, 0.0);
+    let places = [("0", (0.0, 0.0)), ("1", (1.0, 0.0)), ("2", (0.0, 1.0)), ("3", (1.0, 1.0)), ("centre", (0.5, 0.5))];
+    scene.sheets[0].probes.extend(places.map(|(name, uv)| (name.to_owned(), uv)));
+    let mut runner = Runner::new(setup.sleepy_world(&scene)?);
+    let mut watch = Watch::new(&runner.world);
+    let fall = setup.fall(setup.height)?;
+    runner.run((fall + PATIENCE).min(1e3), |world| {
+        watch.see(world);
+        !watch.asleep()
+    });
+    let (corners, centre) = heights(&runner.world);
+    let mut keys = watch.keys(&runner.world, watch::fall(&runner.world, setup.height));
+    if let Value::Object(own) = json!({
+        "height_m": setup.height,
+        "box_m": side,
+        "friction": setup.friction,
+        "restitution": setup.restitution,
+        "corner_below_centre_m": centre - corners,
+        "centre_m": centre,
+    }) {
+        keys.extend(own);
+    }
+    let settled = watch.still_since().is_some();
+    let mut outcome = runner.outcome(Value::Object(keys));
+    outcome.settled = Some(settled);
+    Ok(outcome)
+}
+
+/// Mean height of the corners and height of the centre, m.
+fn heights(world: &World) -> (f64, f64) {
+    let (mut corners, mut centre) = (0.0, 0.0);
+    for sheet in world.sheets() {
+        for probe in &sheet.probes {
+            let y = probe.of(&sheet.x).y;
+            if probe.name == "centre" { centre = y } else { corners += 0.25 * y }
+        }
+    }
+    (corners, centre)
+}

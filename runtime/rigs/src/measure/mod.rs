@@ -1,0 +1,182 @@
+//! Virtual test rigs: a sheet in a situation with a known answer, and the measured result.
+//!
+//! Each rig is one file with one row in [`TABLE`]. `sheetwork measure CASE` runs one; the test
+//! suite checks the numbers. CPU time covers the steps and not the set-up.
+
+pub(crate) mod bounce;
+pub(crate) mod buckling;
+pub(crate) mod cantilever;
+pub(crate) mod cards;
+pub(crate) mod conduction;
+pub(crate) mod cooling;
+pub(crate) mod creep;
+pub(crate) mod detail;
+pub(crate) mod disc;
+pub(crate) mod draw;
+pub(crate) mod drop_box;
+pub mod drops;
+pub(crate) mod edge;
+pub(crate) mod edge_landing;
+pub(crate) mod energy;
+pub(crate) mod fold;
+pub(crate) mod free_fall;
+pub(crate) mod frequency;
+pub(crate) mod ground;
+pub(crate) mod harmonic;
+pub(crate) mod hole;
+pub(crate) mod impact;
+pub(crate) mod incline;
+pub mod kicks;
+pub mod limit;
+pub mod oscillator;
+pub(crate) mod paths;
+pub(crate) mod pedestal;
+pub(crate) mod radiate;
+pub(crate) mod release;
+pub(crate) mod runner;
+pub(crate) mod setup;
+pub(crate) mod slide;
+pub(crate) mod softening;
+pub(crate) mod spin;
+pub(crate) mod stack;
+pub(crate) mod stiffness;
+pub(crate) mod supports;
+pub(crate) mod thermal;
+pub(crate) mod view_factor;
+pub(crate) mod watch;
+pub(crate) mod weight;
+
+use cpu_time::ProcessTime;
+use glam::DVec3;
+use serde_json::{Map, Value, json};
+
+pub(crate) use crate::measure::edge::Edge;
+pub(crate) use crate::measure::runner::Runner;
+pub use crate::measure::setup::{Boundary, Setup};
+pub use crate::measure::thermal::Thermal;
+use sheetwork::InputError;
+use sheetwork::scene::{BodySpec, Placement, Shape};
+
+/// A rig: its name, its description and the function that runs it.
+pub struct Case {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// Description in one line.
+    pub about: &'static str,
+    /// Whether the sheet touches bodies. Lattices with explicit integrators then use springs by
+    /// length.
+    pub contact: bool,
+    pub(crate) run: fn(&Setup) -> Result<Outcome, InputError>,
+}
+
+/// All rigs, in the order of listing.
+pub const TABLE: &[Case] = &[
+    bounce::CASE,
+    buckling::CASE,
+    cantilever::CASE,
+    cards::HOUSE,
+    cards::PACK,
+    conduction::CASE,
+    cooling::CASE,
+    creep::CASE,
+    detail::CASE,
+    disc::CASE,
+    drop_box::CASE,
+    edge_landing::CASE,
+    energy::CASE,
+    fold::CASE,
+    free_fall::CASE,
+    frequency::CASE,
+    hole::CASE,
+    impact::CASE,
+    incline::CASE,
+    oscillator::CASE,
+    pedestal::CASE,
+    radiate::CASE,
+    release::CASE,
+    slide::CASE,
+    softening::CASE,
+    spin::CASE,
+    stack::CASE,
+    stiffness::CASE,
+    supports::CASE,
+    view_factor::CASE,
+    weight::CASE,
+];
+
+/// A static half space below the plane of `placement`, with the scene's contact coefficients.
+pub(crate) fn plane(name: &str, placement: Placement) -> BodySpec {
+    BodySpec { name: name.into(), placement, ..BodySpec::new(Shape::HalfSpace) }
+}
+
+/// A body of this shape at `position` (m), with the scene's contact coefficients.
+pub(crate) fn body(name: &str, shape: Shape, position: DVec3) -> BodySpec {
+    let placement = Placement { position, ..Placement::default() };
+    BodySpec { name: name.into(), placement, ..BodySpec::new(shape) }
+}
+
+/// Result of a rig.
+pub struct Outcome {
+    /// JSON keys specific to the rig.
+    pub(crate) keys: Map<String, Value>,
+    /// Step of the integrator, s.
+    pub(crate) dt: f64,
+    /// Steps taken.
+    pub(crate) steps: u64,
+    /// Simulated time, s.
+    pub(crate) simulated: f64,
+    /// CPU time of the stepping, s.
+    pub(crate) cpu: f64,
+    /// CPU time of the step that took longest, s.
+    pub(crate) worst: f64,
+    /// Whether the sheet was at rest at the end; `None` for a rig that does not wait for rest.
+    pub(crate) settled: Option<bool>,
+    /// Whether the equilibrium is stable; `None` for a rig without an equilibrium solution.
+    pub(crate) stable: Option<bool>,
+    /// "ok" or "unstable ...".
+    pub(crate) status: String,
+}
+
+/// Runs the rig of that name and returns its JSON object.
+///
+/// # Errors
+/// An unknown name, or a value of `setup` out of range.
+pub fn measure(case: &str, setup: &Setup) -> Result<Value, InputError> {
+    let row = TABLE.iter().find(|c| c.name == case).ok_or_else(|| {
+        let names: Vec<&str> = TABLE.iter().map(|c| c.name).collect();
+        InputError::new("case", format!("no case is named \"{case}\"; there are {}", names.join(", ")))
+    })?;
+    if row.name != fold::CASE.name {
+        sheetwork::check_range("angle", setup.angle, 0.0, 89.0, "degrees")?;
+    }
+    setup.check()?;
+    let start = ProcessTime::now();
+    let found = (row.run)(setup)?;
+    let set_up = (start.elapsed().as_secs_f64() - found.cpu).max(0.0);
+    let ((nx, nz), width) = setup.as_built();
+    let per_second = if found.simulated > 0.0 { 1e3 * found.cpu / found.simulated } else { 0.0 };
+    let mut all = json!({
+        "case": case,
+        "structure": setup.structure.name(),
+        "grid": format!("{nx}x{nz}"),
+        "layers": setup.layers,
+        "length_m": setup.length,
+        "width_m": width,
+        "engine": setup.engine.name(),
+        "dt_s": found.dt,
+        "steps": found.steps,
+        "simulated_s": found.simulated,
+        "cpu_s": found.cpu,
+        "cpu_ms_per_simulated_s": per_second,
+        "cpu_ms_per_step": 1e3 * found.cpu / found.steps.max(1) as f64,
+        "worst_step_ms": 1e3 * found.worst,
+        "setup_cpu_s": set_up,
+        "settled": found.settled,
+        "stable": found.stable,
+        "status": found.status,
+    });
+    if let Value::Object(map) = &mut all {
+        map.extend(found.keys);
+    }
+    Ok(all)
+}

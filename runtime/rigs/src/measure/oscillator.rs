@@ -1,0 +1,136 @@
+//! An integrator on x'' = -ω²x: its order of convergence, its stability limit and its energy
+//! behaviour.
+//!
+//! Every scheme is linear here, so a step is a 2x2 matrix on (x, v/ω), found from the images of the
+//! two unit vectors. Its spectral radius decides stability; the order is the slope of the error
+//! under halving of the step. Adaptive integrators get a tolerance that accepts every step.
+//! Implicit integrators have more state than (x, v); their radius is the mean growth factor per
+//! step over many steps.
+
+use serde_json::json;
+
+use crate::measure::harmonic::Harmonic;
+use crate::measure::{Case, Outcome, Setup};
+use sheetwork::InputError;
+use sheetwork::integrators::EngineKind;
+use sheetwork::math::Vectors;
+
+pub(crate) const CASE: Case =
+    Case { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", contact: false, run };
+
+/// Spectral radius minus 1 above which a motion grows, beyond rounding.
+const GROWTH: f64 = 1e-12;
+
+/// Steps before an implicit integrator is independent of its start-up, and steps of the
+/// measurement.
+const STEPS: (u32, u32) = (50, 200);
+
+/// Steps (rad) beyond which a scheme that is stable there is stable at any step.
+const LONG: [f64; 3] = [30.0, 1e3, 1e5];
+
+/// One step of a = hω as a matrix on (x, v), ω = 1: columns are the images of (1, 0) and (0, 1).
+pub fn step_matrix(engine: EngineKind, a: f64) -> [[f64; 2]; 2] {
+    let mut columns = [[0.0; 2]; 2];
+    for (column, start) in columns.iter_mut().zip([(1.0, 0.0), (0.0, 1.0)]) {
+        let mut engine = engine.make();
+        engine.set_tolerance(f64::MAX);
+        let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
+        (x.x[0], v.x[0]) = start;
+        engine.advance(&mut Harmonic, 0.0, a, &mut x, &mut v);
+        *column = [x.x[0], v.x[0]];
+    }
+    columns
+}
+
+/// Largest growth factor per step of a = hω in the long run.
+pub fn spectral_radius(engine: EngineKind, a: f64) -> f64 {
+    if engine.info().implicit {
+        return shrinking(engine, a);
+    }
+    let [[xx, vx], [xv, vv]] = step_matrix(engine, a);
+    let (half_trace, determinant) = (0.5 * (xx + vv), xx * vv - xv * vx);
+    let discriminant = half_trace * half_trace - determinant;
+    if discriminant <= 0.0 { determinant.abs().sqrt() } else { half_trace.abs() + discriminant.sqrt() }
+}
+
+/// Growth factor per step over [`STEPS`]; 0 for a motion that vanishes.
+fn shrinking(engine: EngineKind, a: f64) -> f64 {
+    let mut engine = engine.make();
+    let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
+    x.x[0] = 1.0;
+    let mut size = |steps: u32| {
+        for step in 0..steps {
+            engine.advance(&mut Harmonic, f64::from(step) * a, a, &mut x, &mut v);
+        }
+        x.x[0].hypot(v.x[0])
+    };
+    let before = size(STEPS.0);
+    if before < f64::MIN_POSITIVE { 0.0 } else { (size(STEPS.1) / before).powf(1.0 / f64::from(STEPS.1)) }
+}
+
+/// Largest a = hω up to which no step makes the motion grow; 0 when small steps do, infinite when
+/// none does.
+pub fn stability_limit(engine: EngineKind) -> f64 {
+    let stable = |a: f64| spectral_radius(engine, a) <= 1.0 + GROWTH;
+    let step = 0.01;
+    let mut low = 0.0;
+    while low < 10.0 && stable(low + step) {
+        low += step;
+    }
+    if low == 0.0 {
+        return 0.0;
+    }
+    if low >= 10.0 && LONG.into_iter().all(stable) {
+        return f64::INFINITY;
+    }
+    let mut high = low + step;
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if stable(middle) { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// Slope of log error against log step in the (x, v) plane at t = 5, between 200 and 400 steps. At
+/// whole half periods the first-order error of Euler-Cromer would vanish.
+pub fn order(engine: EngineKind) -> f64 {
+    (error(engine, 200) / error(engine, 400)).log2()
+}
+
+/// Distance from the exact position in the (x, v) plane at t = 5, from (cos 1, -sin 1) at t = 0.
+fn error(engine: EngineKind, steps: u32) -> f64 {
+    let mut engine = engine.make();
+    engine.set_tolerance(f64::MAX);
+    let (mut x, mut v) = (Vectors::zeros(1), Vectors::zeros(1));
+    let exact = |t: f64| ((1.0 + t).cos(), -(1.0 + t).sin());
+    (x.x[0], v.x[0]) = exact(0.0);
+    let h = 5.0 / f64::from(steps);
+    for step in 0..steps {
+        engine.advance(&mut Harmonic, f64::from(step) * h, h, &mut x, &mut v);
+    }
+    let (x1, v1) = exact(5.0);
+    (x.x[0] - x1).hypot(v.x[0] - v1)
+}
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let engine = setup.engine;
+    let energy = |a: f64| spectral_radius(engine, a).powi(2) - 1.0;
+    let keys = json!({
+        "order": order(engine),
+        "stability_limit": stability_limit(engine),
+        "energy_growth_per_step_at_0.1": energy(0.1),
+        "energy_growth_per_step_at_0.5": energy(0.5),
+    });
+    let Some(map) = keys.as_object().cloned() else { return Err(InputError::new("", "no keys")) };
+    Ok(Outcome {
+        keys: map,
+        dt: 0.0,
+        steps: 0,
+        simulated: 0.0,
+        cpu: 0.0,
+        worst: 0.0,
+        settled: None,
+        stable: None,
+        status: "ok".into(),
+    })
+}

@@ -1,0 +1,49 @@
+//! Temperature of a sheet before a heater. One side sees a black heater with a view factor; the
+//! rest of that side and the other side see the surroundings. Heat flows by radiation and optional
+//! convection.
+
+use serde_json::json;
+
+use crate::measure::cooling::gentle_step;
+use crate::measure::thermal::HeatRig;
+use crate::measure::{Case, Outcome, Setup};
+use sheetwork::InputError;
+use sheetwork::thermal::source::{Moment, Source, Target, fourth_power};
+
+pub(crate) const CASE: Case = Case {
+    name: "radiate",
+    about: "temperature after a time before a black heater: --heater, --view, --seconds, --ambient, --from",
+    contact: false,
+    run,
+};
+
+/// A black heater with one view factor for the whole upper side.
+struct Lamp {
+    celsius: f64,
+    view: f64,
+}
+
+impl Source for Lamp {
+    fn give(&mut self, _index: usize, moment: &Moment, target: &mut Target) {
+        let above = fourth_power(self.celsius) - moment.room.fourth_power();
+        for i in 0..target.faces.patches.len() {
+            let patch = target.faces.patches[i];
+            if patch.up {
+                target.irradiate(patch, self.view, above);
+            }
+        }
+    }
+}
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let t = &setup.thermal;
+    let from = t.from.unwrap_or(t.ambient);
+    let mut rig = HeatRig::new(setup, from)?;
+    rig.add(Box::new(Lamp { celsius: t.heater, view: t.view }));
+    let gentle = gentle_step(setup, t.heater, from).min(gentle_step(setup, from, t.ambient));
+    let steps = (t.seconds / setup.dt.unwrap_or(gentle)).ceil().clamp(1.0, 200_000.0);
+    let dt = t.seconds / steps;
+    (0..steps as u64).for_each(|_| rig.step(dt));
+    let mean = rig.mean();
+    Ok(rig.outcome(dt, json!({ "temperature_c": mean })))
+}

@@ -1,0 +1,76 @@
+//! Stepping of a world with CPU time.
+
+use cpu_time::ProcessTime;
+use serde_json::{Map, Value};
+
+use crate::measure::{Outcome, Setup};
+use sheetwork::World;
+
+/// A world, and the CPU time of its steps.
+pub(crate) struct Runner {
+    pub world: World,
+    cpu: f64,
+    worst: f64,
+    settled: Option<bool>,
+    stable: Option<bool>,
+}
+
+impl Runner {
+    pub fn new(world: World) -> Self {
+        Self { world, cpu: 0.0, worst: 0.0, settled: None, stable: None }
+    }
+
+    /// Steps for `duration` s and calls `watch` after each step. Ends early when `watch` returns
+    /// false or the sheet becomes unstable. CPU time excludes `watch`.
+    pub fn run(&mut self, duration: f64, mut watch: impl FnMut(&World) -> bool) {
+        let end = self.world.time() + duration;
+        while self.world.time() < end - 0.5 * self.world.dt() && self.world.unstable().is_none() {
+            let start = ProcessTime::now();
+            self.world.step();
+            let taken = start.elapsed().as_secs_f64();
+            self.cpu += taken;
+            self.worst = self.worst.max(taken);
+            if !watch(&self.world) {
+                break;
+            }
+        }
+    }
+
+    /// Brings the sheet to rest and returns the number of linear solves.
+    ///
+    /// The default is an equilibrium solution. With `setup.dynamic` the world is stepped until all
+    /// nodes have been slower than 1 mm/s for 0.5 s, at most 10 s.
+    pub fn rest(&mut self, setup: &Setup) -> u64 {
+        if !setup.dynamic {
+            let start = ProcessTime::now();
+            let found = self.world.settle(1e-9 * setup.length);
+            self.cpu += start.elapsed().as_secs_f64();
+            self.settled = Some(found.iter().all(|e| e.settled));
+            self.stable = Some(found.iter().all(|e| e.stable));
+            return found.iter().map(|e| u64::from(e.solves)).sum();
+        }
+        let mut quiet = 0.0;
+        self.run(10.0, |world| {
+            quiet = if world.sheets()[0].max_speed() < 1e-3 { quiet + world.dt() } else { 0.0 };
+            quiet < 0.5
+        });
+        self.settled = Some(quiet >= 0.5);
+        self.world.sheets()[0].counters.evaluations
+    }
+
+    pub fn outcome(self, keys: Value) -> Outcome {
+        let status = self.world.report(0.0, &[]).status;
+        let keys = if let Value::Object(map) = keys { map } else { Map::new() };
+        Outcome {
+            keys,
+            dt: self.world.dt(),
+            steps: self.world.steps(),
+            simulated: self.world.time(),
+            cpu: self.cpu,
+            worst: self.worst,
+            settled: self.settled,
+            stable: self.stable,
+            status,
+        }
+    }
+}

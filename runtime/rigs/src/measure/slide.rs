@@ -1,0 +1,52 @@
+//! Stopping distance of a sheet that slides on a floor or on a fixed sheet: d = v²/(2 μ g) from
+//! speed v with friction μ.
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use crate::measure::watch;
+use crate::measure::watch::Watch;
+use crate::measure::{Case, Outcome, Runner, Setup, ground};
+use sheetwork::InputError;
+use sheetwork::scene::Placement;
+
+pub(crate) const CASE: Case =
+    Case { name: "slide", about: "stopping distance on a floor: --speed M_S --friction MU", contact: true, run };
+
+/// Speed at which the sheet has stopped, as a fraction of the initial speed. Its layers can still
+/// oscillate.
+const STOPPED: f64 = 1e-4;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = setup.scene();
+    let deceleration = setup.friction * setup.gravity;
+    let expected = (deceleration > 0.0).then(|| setup.speed * setup.speed / (2.0 * deceleration));
+    ground::lay(setup, &mut scene, Placement::default(), expected.unwrap_or(setup.speed))?;
+    scene.sheets[0].velocity = DVec3::new(setup.speed, 0.0, 0.0);
+    let mut runner = Runner::new(setup.world(&scene)?);
+    let mut watch = Watch::new(&runner.world);
+    let start = runner.world.sheets()[0].centre_of_mass().x;
+    let time = if deceleration > 0.0 { setup.speed / deceleration } else { 1.0 };
+    let mut stopped = false;
+    runner.run((1.2 * time + 2.0 * runner.world.dt()).min(100.0), |world| {
+        watch.see(world);
+        let sheet = &world.sheets()[0];
+        stopped = sheet.momentum().x / sheet.total_mass() < STOPPED * setup.speed;
+        !stopped
+    });
+    let distance = runner.world.sheets()[0].centre_of_mass().x - start;
+    let scale = watch::energy_of_speed(&runner.world, setup.speed);
+    let mut keys = watch.keys(&runner.world, scale);
+    if let Value::Object(own) = json!({
+        "speed_m_s": setup.speed,
+        "friction": setup.friction,
+        "distance_m": stopped.then_some(distance),
+        "stopped_s": stopped.then_some(runner.world.time()),
+        "expected_distance_m": expected,
+    }) {
+        keys.extend(own);
+    }
+    let mut outcome = runner.outcome(Value::Object(keys));
+    outcome.settled = Some(stopped);
+    Ok(outcome)
+}

@@ -1,0 +1,39 @@
+//! Stiffness of a material at a temperature, and the droop of a sheet of it, clamped along one
+//! edge. Thermal expansion is excluded, so that the droop depends on the stiffness alone.
+
+use serde_json::json;
+
+use crate::measure::{Case, Edge, Outcome, Runner, Setup};
+use sheetwork::InputError;
+use sheetwork::scene::{Material, MaterialChoice, Region};
+use sheetwork::thermal::Softening;
+
+pub(crate) const CASE: Case = Case {
+    name: "softening",
+    about: "modulus at a temperature, and the droop of a clamped sheet then: --material, --celsius",
+    contact: false,
+    run,
+};
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let celsius = setup.thermal.celsius;
+    let mut scene = setup.scene();
+    setup.clamp(&mut scene, Region::Left);
+    let material = Material { expansion: 0.0, ..setup.material.clone() };
+    let young = material.young * Softening::of(&material).fraction(celsius);
+    scene.sheets[0].material = MaterialChoice::Inline(material);
+    let mut world = setup.world(&scene)?;
+    world.sheets_mut()[0].set_temperatures(|_| celsius)?;
+    let mut runner = Runner::new(world);
+    runner.rest(setup);
+    let sheet = &runner.world.sheets()[0];
+    let edge = Edge::of(sheet, &sheet.x);
+    let drop = scene.sheets[0].placement.position.y - edge.middle.y;
+    let keys = json!({
+        "celsius": celsius,
+        "young_pa": young,
+        "young_cold_pa": setup.material.young,
+        "droop_m": drop,
+    });
+    Ok(runner.outcome(keys))
+}

@@ -1,0 +1,75 @@
+//! A pile of sheets dropped flat on a floor, 1 mm apart. They must come to rest on one another
+//! without overlap or drift.
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use crate::measure::watch;
+use crate::measure::watch::Watch;
+use crate::measure::{Case, Outcome, Runner, Setup, plane};
+use sheetwork::InputError;
+use sheetwork::World;
+use sheetwork::collision::overlap::pairs;
+use sheetwork::scene::{Placement, SheetSpec};
+use sheetwork::sheet::Sheet;
+
+pub(crate) const CASE: Case =
+    Case { name: "stack", about: "sheets dropped in a pile on a floor: --sheets N", contact: true, run };
+
+/// Distance between the sheets, and of the lowest sheet from the floor, m.
+const APART: f64 = 1e-3;
+/// Time limit to come to rest, s.
+const PATIENCE: f64 = 5.0;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    let mut scene = setup.scene();
+    let sheet = Sheet::build(&scene, 0)?;
+    let (low, high) = sheet.x.bounds().unwrap_or_default();
+    let half = setup.half_thickness()?;
+    let pitch = high.y - low.y + 2.0 * half + APART;
+    let spec = scene.sheets[0].clone();
+    scene.sheets = (0..setup.sheets)
+        .map(|i| SheetSpec {
+            name: format!("sheet {i}"),
+            placement: Placement { position: DVec3::Y * (APART + half + f64::from(i) * pitch), ..spec.placement },
+            ..spec.clone()
+        })
+        .collect();
+    scene.bodies.push(plane("floor", Placement::default()));
+    let mut runner = Runner::new(setup.sleepy_world(&scene)?);
+    runner.world.set_threads(setup.threads as usize)?;
+    let mut watch = Watch::new(&runner.world);
+    let start = centres(&runner.world);
+    let scale: f64 =
+        (0..setup.sheets).map(|i| watch::fall(&runner.world, f64::from(i + 1) * APART) / f64::from(setup.sheets)).sum();
+    runner.run(PATIENCE, |world| {
+        watch.see(world);
+        !watch.asleep()
+    });
+    let aside = |(a, b): (&DVec3, &DVec3)| (*a - *b).with_y(0.0).length();
+    let drift = start.iter().zip(&centres(&runner.world)).map(aside).fold(0.0, f64::max);
+    let overlaps = pairs(runner.world.sheets(), 0.0);
+    let mut keys = watch.keys(&runner.world, scale);
+    if let Value::Object(own) = json!({
+        "sheets": setup.sheets,
+        "friction": setup.friction,
+        "drift_m": drift,
+        "in_order": watch::in_order(&runner.world),
+        "max_sheet_overlap_m": watch.sheets,
+        "max_floor_penetration_m": watch.masses,
+        "overlap_at_rest_m": overlaps.iter().map(|(_, _, overlap)| *overlap).fold(0.0, f64::max),
+        "overlapping_pairs_at_rest": overlaps.len(),
+        "height_m": centres(&runner.world).last().map(|c| c.y),
+        "height_without_overlap_m": half + f64::from(setup.sheets - 1) * (pitch - APART),
+    }) {
+        keys.extend(own);
+    }
+    let settled = watch.still_since().is_some();
+    let mut outcome = runner.outcome(Value::Object(keys));
+    outcome.settled = Some(settled);
+    Ok(outcome)
+}
+
+fn centres(world: &World) -> Vec<DVec3> {
+    world.sheets().iter().map(Sheet::centre_of_mass).collect()
+}

@@ -1,0 +1,121 @@
+//! Support forces of a sheet at rest: the floor below a sheet, the sheet below a box, and the
+//! attached edges of that sheet.
+//!
+//! The force of a support follows from the balance of momentum over a time T at rest: F = (Δp + m g
+//! T)/T. The force of the attached edges is the elastic force of the sheet on their nodes plus the
+//! weight of these nodes. It is independent of contact and shows that the sheet is bent as the
+//! weight of the box requires. Each force is divided by its exact value; `support_force_ratio` is
+//! the ratio furthest from 1 of the three.
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use crate::measure::watch::Watch;
+use crate::measure::{Case, Outcome, Runner, Setup, body, plane};
+use sheetwork::World;
+use sheetwork::math::Vectors;
+use sheetwork::scene::{BodySpec, PinSpec, Placement, Region, Shape};
+use sheetwork::sheet::Sheet;
+use sheetwork::{InputError, check_range};
+
+pub(crate) const CASE: Case = Case {
+    name: "weight",
+    about: "what carries a sheet on the floor, and a box on a sheet held at two edges: --box M",
+    contact: true,
+    run,
+};
+
+/// Time limit to come to rest, and duration of the force measurement, s.
+const SETTLING: f64 = 5.0;
+const MEASURED: f64 = 0.25;
+/// Mass of the box, kg, and its height as a fraction of its side.
+const BOX_MASS: f64 = 0.02;
+const FLAT: f64 = 0.2;
+/// Largest side of the box as a fraction of the sheet's length.
+const WIDEST: f64 = 0.8;
+
+fn run(setup: &Setup) -> Result<Outcome, InputError> {
+    // A box above an attached edge would load the pins directly.
+    check_range("box", setup.box_side, 1e-3, WIDEST * setup.length, "m")?;
+    let gravity = setup.pull()?;
+    let floor = on_the_floor(setup)?;
+    let mut runner = Runner::new(bridge(setup)?);
+    let mut watch = Watch::new(&runner.world);
+    let start = heights(&runner.world);
+    runner.run(SETTLING, |world| {
+        watch.see(world);
+        true
+    });
+    let (time, before) = (runner.world.time(), box_momentum(&runner.world));
+    let mut pins = Vec::new();
+    runner.run(MEASURED, |world| {
+        watch.see(world);
+        pins.extend(world.sheets().first().map(|s| held_force(s, gravity)));
+        true
+    });
+    let (change, time) = (box_momentum(&runner.world) - before, runner.world.time() - time);
+    let boxed = 1.0 + change / (BOX_MASS * gravity * time);
+    let sheet = runner.world.sheets().first().map_or(0.0, Sheet::total_mass);
+    let held = pins.iter().sum::<f64>() / (pins.len().max(1) as f64 * (sheet + BOX_MASS) * gravity);
+    let furthest = [floor, boxed, held]
+        .into_iter()
+        .fold(1.0_f64, |worst, r| if (r - 1.0).abs() > (worst - 1.0).abs() { r } else { worst });
+    let scale = BOX_MASS * gravity * (start - heights(&runner.world)).abs();
+    let mut keys = watch.keys(&runner.world, scale);
+    if let Value::Object(own) = json!({
+        "box_m": setup.box_side,
+        "box_mass_kg": BOX_MASS,
+        "support_force_ratio": furthest,
+        "floor_force_ratio": floor,
+        "box_force_ratio": boxed,
+        "held_edges_force_ratio": held,
+        "sag_m": start - heights(&runner.world),
+    }) {
+        keys.extend(own);
+    }
+    let settled = watch.still_since().is_some();
+    let mut outcome = runner.outcome(Value::Object(keys));
+    outcome.settled = Some(settled);
+    Ok(outcome)
+}
+
+/// Force of the floor on a resting sheet, over its weight.
+fn on_the_floor(setup: &Setup) -> Result<f64, InputError> {
+    let mut scene = setup.scene();
+    scene.bodies.push(plane("floor", Placement::default()));
+    scene.sheets[0].placement.position = DVec3::Y * setup.half_thickness()?;
+    let mut runner = Runner::new(setup.world(&scene)?);
+    runner.run(0.5, |_| true);
+    let momentum = |world: &World| world.sheets().first().map_or(0.0, |s| s.momentum().y);
+    let (time, before) = (runner.world.time(), momentum(&runner.world));
+    runner.run(MEASURED, |_| true);
+    let weight = runner.world.sheets().first().map_or(0.0, |s| s.total_mass() * setup.gravity);
+    Ok(1.0 + (momentum(&runner.world) - before) / (weight * (runner.world.time() - time)))
+}
+
+/// A sheet fixed at two edges with a box on its middle.
+fn bridge(setup: &Setup) -> Result<World, InputError> {
+    let mut scene = setup.scene();
+    scene.sheets[0].pins.extend([PinSpec::held(Region::Left), PinSpec::held(Region::Right)]);
+    let top = Sheet::build(&scene, 0)?.x.bounds().map_or(0.0, |(_, high)| high.y) + setup.half_thickness()?;
+    let size = DVec3::new(1.0, FLAT, 1.0) * setup.box_side;
+    let block = body("box", Shape::Box(size), DVec3::Y * (top + 0.5 * size.y));
+    scene.bodies.push(BodySpec { mass: Some(BOX_MASS), ..block });
+    setup.world(&scene)
+}
+
+fn box_momentum(world: &World) -> f64 {
+    world.body_state("box").map_or(0.0, |b| b.momentum().y)
+}
+
+/// Height of the box, m.
+fn heights(world: &World) -> f64 {
+    world.body_state("box").map_or(0.0, |b| b.centre().y)
+}
+
+/// Upward force on the fixed nodes, N.
+fn held_force(sheet: &Sheet, gravity: f64) -> f64 {
+    let mut force = Vectors::zeros(sheet.masses());
+    sheet.add_internal_forces(&mut force);
+    (0..sheet.masses()).filter(|i| sheet.is_held(*i)).map(|i| sheet.mass(i) * gravity - force.y[i]).sum()
+}

@@ -1,0 +1,288 @@
+//! The contact surface of a sheet: triangles between masses, the edges between them, and the distance from them at which
+//! the material ends.
+//!
+//! A sheet that follows its material is met at half its thickness on each side of its one layer. Lattices of several layers
+//! are met at the masses of their lowest and highest layers. The triangles are those that are drawn: across a cell that is twisted
+//! the other diagonal is another surface, by millimetres where the grid is coarse. What a feature touches is the same however the triangles are
+//! numbered: every edge and every mass belongs to one triangle, so that a pair of features is looked at once in all pairs
+//! of triangles (Curtis, Tamstorf, Manocha, Fast collision detection for deformable models using representative-triangles,
+//! 2008).
+
+use glam::DVec3;
+
+use crate::math::Vectors;
+use crate::sheet::Sheet;
+
+/// Stands for no triangle and for no feature.
+pub const NONE: u32 = u32::MAX;
+
+/// An edge of the surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SkinEdge {
+    /// Its masses, the lower number first.
+    pub masses: [u32; 2],
+    /// The triangles it is a side of; the second is [`NONE`] on the border.
+    pub triangles: [u32; 2],
+}
+
+impl SkinEdge {
+    /// Whether the surface ends here.
+    pub fn is_border(&self) -> bool {
+        self.triangles[1] == NONE
+    }
+}
+
+/// A triangle with the edges it consists of and the features that belong to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SkinTriangle {
+    /// Its masses, counter-clockwise seen from the upper side.
+    pub masses: [u32; 3],
+    /// Its edges: from the first mass to the second, and so on.
+    pub edges: [u32; 3],
+    /// Which of its masses belong to it.
+    pub owns_mass: [bool; 3],
+    /// Which of its edges belong to it.
+    pub owns_edge: [bool; 3],
+    /// Longest side at rest, m.
+    pub size: f64,
+}
+
+/// The contact surface of a sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Skin {
+    triangles: Vec<SkinTriangle>,
+    edges: Vec<SkinEdge>,
+    rest: Vec<DVec3>,
+    border: Vec<bool>,
+    offset: f64,
+    rectangle: bool,
+    stack: bool,
+    /// Masses that are gone and touch nothing; empty where none is.
+    gone: Vec<bool>,
+    /// Counts changes of the triangles.
+    revision: u64,
+    make: u32,
+}
+
+impl Skin {
+    /// Of a sheet as it lies when it is built, which is taken for its rest.
+    pub fn of(sheet: &Sheet) -> Self {
+        let offset = sheet.contact_offset();
+        match &sheet.triangles {
+            Some(triangles) => Self::new(triangles, &sheet.x, offset, false),
+            None => {
+                let count = sheet.layers.len();
+                let whole = sheet.opened().is_none();
+                let mut skin = Self::new(&outer_triangles(sheet), &sheet.x, offset, count == 1 && whole);
+                skin.stack = count > 1;
+                skin.note_gone(sheet);
+                skin
+            }
+        }
+    }
+
+    /// Takes it that what is open of the sheet it is of, and no more, is no part of the surface.
+    pub fn open(&mut self, sheet: &Sheet) {
+        let mut rest = Vectors::default();
+        self.rest.iter().for_each(|p| rest.push(*p));
+        let rectangle = sheet.layers.len() == 1 && sheet.opened().is_none();
+        let (stack, revision) = (self.stack, self.revision + 1);
+        *self = Self { stack, revision, ..Self::new(&outer_triangles(sheet), &rest, self.offset, rectangle) };
+        self.note_gone(sheet);
+    }
+
+    fn note_gone(&mut self, sheet: &Sheet) {
+        if sheet.opened().is_some() {
+            self.gone = (0..sheet.masses()).map(|i| sheet.is_gone(i)).collect();
+        }
+    }
+
+    /// Whether mass `i` is gone: it touches nothing.
+    #[inline]
+    pub fn is_gone(&self, i: usize) -> bool {
+        self.gone.get(i).is_some_and(|gone| *gone)
+    }
+
+    /// A sum of what it was made of: how the sheet lay at rest, and at which distance it is met.
+    pub(crate) fn make(&self) -> u32 {
+        self.make
+    }
+
+    /// Counts changes of the triangles.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+
+    /// From triangles over masses whose rest positions are `rest` (m), met at `offset` (m, 0 or more) from the triangles.
+    /// `rectangle` says that the surface is one rectangle. Triangles of masses that do not exist are left out.
+    pub fn new(triangles: &[[u32; 3]], rest: &Vectors, offset: f64, rectangle: bool) -> Self {
+        let count = rest.len() as u32;
+        let triangles: Vec<[u32; 3]> = triangles.iter().copied().filter(|t| t.iter().all(|i| *i < count)).collect();
+        let (edges, of_triangle) = edges_of(&triangles);
+        let mut border = vec![false; rest.len()];
+        for edge in edges.iter().filter(|e| e.is_border()) {
+            edge.masses.iter().for_each(|i| border[*i as usize] = true);
+        }
+        let rest: Vec<DVec3> = rest.iter().collect();
+        let mut mass_taken = vec![false; rest.len()];
+        let mut edge_taken = vec![false; edges.len()];
+        let triangles = triangles.into_iter().zip(of_triangle).map(|(masses, edges)| SkinTriangle {
+            masses,
+            edges,
+            owns_mass: masses.map(|i| !std::mem::replace(&mut mass_taken[i as usize], true)),
+            owns_edge: edges.map(|e| !std::mem::replace(&mut edge_taken[e as usize], true)),
+            size: longest_side(masses.map(|i| rest[i as usize])),
+        });
+        let triangles = triangles.collect();
+        let make = make_of(&rest, offset);
+        Self { triangles, edges, border, offset, rectangle, rest, stack: false, gone: Vec::new(), revision: 0, make }
+    }
+
+    /// Its triangles.
+    pub fn triangles(&self) -> &[SkinTriangle] {
+        &self.triangles
+    }
+
+    /// Its edges, each once.
+    pub fn edges(&self) -> &[SkinEdge] {
+        &self.edges
+    }
+
+    /// How many masses the sheet has; all of them can touch a body.
+    pub fn masses(&self) -> usize {
+        self.rest.len()
+    }
+
+    /// Whether mass `i` lies on the border; false when there is no such mass.
+    pub fn on_border(&self, i: u32) -> bool {
+        self.border.get(i as usize).copied().unwrap_or(false)
+    }
+
+    /// Distance from the triangles at which it touches, m.
+    pub fn offset(&self) -> f64 {
+        self.offset
+    }
+
+    /// Whether the surface is one rectangle of one layer.
+    pub fn is_rectangle(&self) -> bool {
+        self.rectangle
+    }
+
+    /// Whether it is the outer layers of several.
+    pub fn is_stack(&self) -> bool {
+        self.stack
+    }
+
+    /// Middle of a triangle at rest, m.
+    pub(crate) fn middle(&self, triangle: &SkinTriangle) -> DVec3 {
+        triangle.masses.iter().map(|i| self.rest[*i as usize]).sum::<DVec3>() / 3.0
+    }
+
+    /// Least height of a triangle at rest, m; infinite without triangles.
+    pub(crate) fn least_height(&self) -> f64 {
+        let heights = self.triangles.iter().map(|t| {
+            let [a, b, c] = t.masses.map(|i| self.rest[i as usize]);
+            (b - a).cross(c - a).length() / t.size
+        });
+        heights.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Distance of two masses at rest, m; 0 when there is no such mass.
+    #[inline]
+    pub fn rest_distance(&self, i: u32, j: u32) -> f64 {
+        match (self.rest.get(i as usize), self.rest.get(j as usize)) {
+            (Some(a), Some(b)) => a.distance(*b),
+            _ => 0.0,
+        }
+    }
+}
+
+fn make_of(rest: &[DVec3], offset: f64) -> u32 {
+    let mut sum = crc32fast::Hasher::new();
+    let numbers = rest.iter().flat_map(|p| p.to_array()).chain([offset]);
+    numbers.for_each(|v| sum.update(&v.to_le_bytes()));
+    sum.finalize()
+}
+
+/// Triangles of the lowest and of the highest layer that are closed.
+fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
+    let count = sheet.layers.len();
+    let outer = sheet.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
+    sheet.closed_triangles(outer.flat_map(|(_, layer)| layer.triangles()).collect())
+}
+
+/// The sides of `triangles`, each once, and which of them each triangle has.
+fn edges_of(triangles: &[[u32; 3]]) -> (Vec<SkinEdge>, Vec<[u32; 3]>) {
+    let mut sides: Vec<([u32; 2], usize, usize)> = Vec::with_capacity(3 * triangles.len());
+    for (t, m) in triangles.iter().enumerate() {
+        for side in 0..3 {
+            let (a, b) = (m[side], m[(side + 1) % 3]);
+            sides.push(([a.min(b), a.max(b)], t, side));
+        }
+    }
+    sides.sort_unstable();
+    let mut edges: Vec<SkinEdge> = Vec::with_capacity(sides.len() / 2);
+    let mut of_triangle = vec![[NONE; 3]; triangles.len()];
+    for (masses, t, side) in sides {
+        match edges.last_mut() {
+            // A third triangle at one edge would be no surface; it is joined to the first two.
+            Some(last) if last.masses == masses => last.triangles[1] = t as u32,
+            _ => edges.push(SkinEdge { masses, triangles: [t as u32, NONE] }),
+        }
+        of_triangle[t][side] = edges.len() as u32 - 1;
+    }
+    (edges, of_triangle)
+}
+
+fn longest_side([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::structure::Layer;
+
+    fn grid(nx: u32, nz: u32) -> Skin {
+        let layer = Layer { first: 0, nx, nz, triangular: false };
+        let mut rest = Vectors::default();
+        for j in 0..nz {
+            (0..nx).for_each(|i| rest.push(DVec3::new(f64::from(i), 0.0, f64::from(j))));
+        }
+        Skin::new(&layer.triangles(), &rest, 0.1, true)
+    }
+
+    #[test]
+    fn a_grid_has_eulers_number_of_edges_and_every_feature_has_one_owner() {
+        let skin = grid(5, 4);
+        let (v, f) = (20, skin.triangles().len());
+        assert_eq!(f, 24);
+        // v - e + f = 1 of a disc.
+        assert_eq!(skin.edges().len(), v + f - 1);
+        assert_eq!(skin.edges().iter().filter(|e| e.is_border()).count(), 2 * (4 + 3));
+        let owned = |f: fn(&SkinTriangle) -> [bool; 3]| -> usize {
+            skin.triangles().iter().map(|t| f(t).iter().filter(|o| **o).count()).sum()
+        };
+        assert_eq!(owned(|t| t.owns_mass), v);
+        assert_eq!(owned(|t| t.owns_edge), skin.edges().len());
+        assert!(skin.on_border(0) && !skin.on_border(6) && !skin.on_border(1000));
+        for t in skin.triangles() {
+            for side in 0..3 {
+                let edge = skin.edges()[t.edges[side] as usize];
+                assert!(edge.masses.contains(&t.masses[side]) && edge.masses.contains(&t.masses[(side + 1) % 3]));
+            }
+            assert_eq!(t.size, 2.0_f64.sqrt());
+        }
+    }
+
+    #[test]
+    fn triangles_wind_alike_and_those_of_no_mass_are_left_out() {
+        let skin = grid(4, 4);
+        for t in skin.triangles() {
+            let [a, b, c] = t.masses.map(|i| skin.rest[i as usize]);
+            assert!((b - a).cross(c - a).y > 0.0);
+        }
+        let one = Skin::new(&[[0, 1, 2], [0, 1, 9]], &Vectors::zeros(3), 0.0, false);
+        assert_eq!(one.triangles().len(), 1);
+    }
+}

@@ -1,0 +1,220 @@
+//! A surface of plane faces: its faces, sharp convex edges and convex corners, and where a point is nearest to it.
+//!
+//! The signed distance of a point x from face k is d_k = n_k·x - c_k, m; a convex solid is where all are negative.
+
+use glam::{DVec3, Vec3};
+use rapier3d::parry::bounding_volume::Aabb;
+use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
+use rapier3d::parry::query::{PointQueryWithLocation, Ray, RayCast};
+use rapier3d::parry::shape::{FeatureId, TriMesh, TriMeshFlags};
+
+use crate::collision::features::topology::Topology;
+
+/// Up to this many faces a convex solid is met by looking at all of its planes.
+const FEW: usize = 32;
+
+/// A face: all triangles of one plane that hang together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Face {
+    /// Outward normal, unit.
+    pub normal: DVec3,
+    /// n·x of its points, m.
+    pub distance: f64,
+}
+
+impl Face {
+    /// Signed distance of a point, m, positive outside.
+    #[inline]
+    pub fn height(&self, p: DVec3) -> f64 {
+        self.normal.dot(p) - self.distance
+    }
+}
+
+/// A sharp convex edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Its ends, m.
+    pub ends: [DVec3; 2],
+    /// Outward normals of the faces it joins.
+    pub normals: [DVec3; 2],
+}
+
+/// A convex corner: all its edges are sharp and convex.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Corner {
+    /// Where, m.
+    pub place: DVec3,
+    /// Unit directions of the edges that leave it.
+    pub edges: Vec<DVec3>,
+}
+
+impl Corner {
+    /// Whether the solid lies behind the plane through the corner with normal `n`, to within a sine of `slack`.
+    pub fn faces(&self, n: DVec3, slack: f64) -> bool {
+        self.edges.iter().all(|e| e.dot(n) <= slack)
+    }
+}
+
+/// The nearest point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// Where, m.
+    pub point: DVec3,
+    /// Whether the point asked about lies inside.
+    pub inside: bool,
+    /// The face it lies on.
+    pub face: u32,
+}
+
+/// A surface of plane faces, in double precision.
+#[derive(Clone)]
+pub struct Mesh {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    face_of: Vec<u32>,
+    faces: Vec<Face>,
+    edges: Vec<Edge>,
+    corners: Vec<Corner>,
+    bounds: (DVec3, DVec3),
+    convex: bool,
+    thinness: f64,
+    edge_tree: Bvh,
+    /// For distance and ray queries of surfaces of many faces.
+    surface: Option<TriMesh>,
+}
+
+impl Mesh {
+    /// From triangles, counter-clockwise seen from outside; `None` when none of them has an area.
+    pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
+        let topology = Topology::of(vertices, triangles)?;
+        let low = topology.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let high = topology.vertices.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let slack = 1e-6 * low.distance(high);
+        let behind = |f: &Face| topology.vertices.iter().all(|v| f.height(*v) <= slack);
+        let convex = topology.closed && topology.faces.iter().all(behind);
+        let thinness = if convex { thinness(&topology) } else { f64::INFINITY };
+        let boxes = topology.edges.iter().map(|e| {
+            let (a, b) = (e.ends[0], e.ends[1]);
+            let room = 1e-6 * (a.abs().max_element() + b.abs().max_element());
+            Aabb::new((a.min(b) - room).as_vec3(), (a.max(b) + room).as_vec3())
+        });
+        let edge_tree = Bvh::from_iter(BvhBuildStrategy::Binned, boxes.enumerate());
+        let many = !convex || topology.faces.len() > FEW;
+        let surface = if many { surface_of(&topology) } else { None };
+        let Topology { vertices, triangles, face_of, faces, edges, corners, .. } = topology;
+        let bounds = (low, high);
+        Some(Self { vertices, triangles, face_of, faces, edges, corners, bounds, convex, thinness, edge_tree, surface })
+    }
+
+    /// Its vertices, each once, m.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// Its triangles that have an area.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// Its faces.
+    pub fn faces(&self) -> &[Face] {
+        &self.faces
+    }
+
+    /// Its sharp convex edges.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Its convex corners.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    /// Corners of the box around it, m.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bounds
+    }
+
+    /// Whether it is closed and convex.
+    pub fn is_convex(&self) -> bool {
+        self.convex
+    }
+
+    /// Whether its planes are few enough to look at all of them.
+    pub fn has_few_faces(&self) -> bool {
+        self.surface.is_none()
+    }
+
+    /// Least width of a convex solid across any of its faces, m; infinite for others.
+    pub fn thinness(&self) -> f64 {
+        self.thinness
+    }
+
+    /// Calls `visit` with the number of every edge whose box meets the box from `low` to `high`, m.
+    pub fn edges_in(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
+        let around = Aabb::new(low.as_vec3(), high.as_vec3());
+        for i in self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)) {
+            visit(i);
+        }
+    }
+
+    /// Whether a sharp edge or a corner is near the box from `low` to `high`, m.
+    pub fn is_sharp_in(&self, low: DVec3, high: DVec3) -> bool {
+        let around = Aabb::new(low.as_vec3(), high.as_vec3());
+        let edge = self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)).next().is_some();
+        edge || self.corners.iter().any(|c| c.place.cmpge(low).all() && c.place.cmple(high).all())
+    }
+
+    /// The point of the surface nearest to `p`, if it is nearer than `reach` (m). Parry finds the triangle, its plane is
+    /// taken in double precision.
+    pub fn nearest(&self, p: DVec3, reach: f64) -> Option<Nearest> {
+        let surface = self.surface.as_ref()?;
+        let (on, (triangle, _)) =
+            surface.project_local_point_and_get_location_with_max_dist(p.as_vec3(), false, reach as f32)?;
+        let face = *self.face_of.get(triangle as usize)?;
+        let corners = self.triangles.get(triangle as usize)?.map(|i| self.vertices[i as usize]);
+        let w = crate::collision::geometry::point_triangle(p, corners);
+        let point = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2];
+        let height = self.faces.get(face as usize)?.height(p);
+        // Over the inside of a face its plane says more than single precision can.
+        let over = (p - point).length() <= 1.01 * height.abs();
+        let inside = if over { height < 0.0 } else { on.is_inside };
+        Some(Nearest { point, inside, face })
+    }
+
+    /// Where the way from `a` to `b` first enters the surface: fraction of the way, and the face.
+    pub fn entered(&self, a: DVec3, b: DVec3) -> Option<(f64, u32)> {
+        let surface = self.surface.as_ref()?;
+        let (from, to): (Vec3, Vec3) = (a.as_vec3(), b.as_vec3());
+        let hit = surface.cast_local_ray_and_get_normal(&Ray::new(from, to - from), 1.0, false)?;
+        let FeatureId::Face(triangle) = hit.feature else { return None };
+        // Triangles are numbered once more for their backs.
+        let triangle = triangle as usize % self.triangles.len();
+        let face = *self.face_of.get(triangle)?;
+        // A way that starts inside leaves through the back of a face.
+        let n = self.faces.get(face as usize)?.normal;
+        ((b - a).dot(n) < 0.0).then_some((f64::from(hit.time_of_impact), face))
+    }
+}
+
+trait Meets {
+    fn intersects_box(&self, other: &Self) -> bool;
+}
+
+impl Meets for Aabb {
+    fn intersects_box(&self, other: &Self) -> bool {
+        self.mins.cmple(other.maxs).all() && other.mins.cmple(self.maxs).all()
+    }
+}
+
+fn surface_of(topology: &Topology) -> Option<TriMesh> {
+    let vertices = topology.vertices.iter().map(|v| v.as_vec3()).collect();
+    let flags = if topology.closed { TriMeshFlags::ORIENTED } else { TriMeshFlags::empty() };
+    TriMesh::with_flags(vertices, topology.triangles.clone(), flags).ok()
+}
+
+fn thinness(topology: &Topology) -> f64 {
+    let across = topology.faces.iter().map(|f| topology.vertices.iter().map(|v| -f.height(*v)).fold(0.0, f64::max));
+    across.fold(f64::INFINITY, f64::min)
+}

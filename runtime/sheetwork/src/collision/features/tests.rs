@@ -1,0 +1,103 @@
+//! Counts of features follow from Euler's formula and from the shapes themselves.
+
+use glam::{DVec3, Vec3};
+use rapier3d::math::Pose;
+use rapier3d::prelude::SharedShape;
+
+use crate::collision::features::{Features, Mesh, Solid};
+
+fn mesh(shape: &SharedShape) -> Mesh {
+    match Features::of(shape.0.as_ref()).solids() {
+        [(0, Solid::Mesh(mesh))] => mesh.as_ref().clone(),
+        _ => panic!("not one mesh"),
+    }
+}
+
+#[test]
+fn a_box_has_six_faces_twelve_edges_and_eight_corners() {
+    let mesh = mesh(&SharedShape::cuboid(0.1, 0.05, 0.02));
+    assert_eq!((mesh.vertices().len(), mesh.faces().len(), mesh.edges().len(), mesh.corners().len()), (8, 6, 12, 8));
+    assert!(mesh.is_convex() && mesh.has_few_faces());
+    assert!((mesh.thinness() - 0.04).abs() < 1e-8);
+    for face in mesh.faces() {
+        assert!(face.height(DVec3::ZERO) < 0.0 && (face.normal.length() - 1.0).abs() < 1e-12);
+    }
+    for edge in mesh.edges() {
+        let middle = edge.ends[0].lerp(edge.ends[1], 0.5);
+        assert!(edge.normals.iter().all(|n| n.dot(middle) > 0.0) && edge.normals[0].dot(edge.normals[1]).abs() < 1e-9);
+    }
+    let corner = &mesh.corners()[0];
+    let out = corner.place.signum() / 3.0_f64.sqrt();
+    assert_eq!(corner.edges.len(), 3);
+    assert!(corner.faces(out, 0.0) && !corner.faces(-out, 0.0));
+}
+
+#[test]
+fn round_shapes_are_closed_convex_and_close_to_their_surface() {
+    let shapes = [
+        (SharedShape::cylinder(0.05, 0.02), 2e-5),
+        (SharedShape::cone(0.05, 0.02), 2e-5),
+        (SharedShape::capsule_y(0.03, 0.01), 6e-5),
+    ];
+    for (shape, away) in shapes {
+        let mesh = mesh(&shape);
+        assert!(mesh.is_convex(), "{:?}", shape.shape_type());
+        for t in mesh.triangles() {
+            let [a, b, c] = t.map(|i| mesh.vertices()[i as usize]);
+            let middle = (a + b + c) / 3.0;
+            let distance = shape.distance_to_local_point(middle.as_vec3(), false).abs();
+            assert!(distance < away, "{:?}: {distance}", shape.shape_type());
+        }
+    }
+}
+
+#[test]
+fn a_round_box_lies_between_its_true_surface_and_just_below_it() {
+    let (half, radius) = (0.03, 0.005);
+    let side = half as f32;
+    let mesh = mesh(&SharedShape::round_cuboid(side, side, side, 0.005));
+    assert!(mesh.is_convex());
+    for t in mesh.triangles() {
+        let middle = t.iter().map(|i| mesh.vertices()[*i as usize]).sum::<DVec3>() / 3.0;
+        let out = (middle.abs() - DVec3::splat(half)).max(DVec3::ZERO).length() - radius;
+        assert!(out < 1e-7 && out > -1e-4, "{out}");
+    }
+}
+
+#[test]
+fn a_hollow_has_no_convex_edge() {
+    // A cube with its top pushed in to a point below: the rim stays convex, the four valleys do not.
+    let mut vertices: Vec<DVec3> = Vec::new();
+    for y in [0.0, 1.0] {
+        vertices.extend([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, z)| DVec3::new(x, y, z)));
+    }
+    vertices.push(DVec3::new(0.5, 0.5, 0.5));
+    let mut triangles = vec![[0, 1, 2], [0, 2, 3]];
+    for i in 0..4 {
+        let (a, b) = (i, (i + 1) % 4);
+        triangles.extend([[a, 4 + a, 4 + b], [a, 4 + b, b], [4 + a, 8, 4 + b]]);
+    }
+    let mesh = Mesh::new(&vertices, &triangles).expect("triangles");
+    assert!(!mesh.is_convex());
+    assert_eq!((mesh.faces().len(), mesh.edges().len()), (9, 12));
+    // Those below are convex, those of the rim have a valley.
+    assert_eq!(mesh.corners().len(), 4);
+    let below = mesh.nearest(DVec3::new(0.5, 0.2, 0.5), 10.0).expect("near");
+    assert!(below.inside && (below.point.y).abs() < 1e-12);
+    let (time, _) = mesh.entered(DVec3::new(0.5, 1.5, 0.45), DVec3::new(0.5, 0.0, 0.45)).expect("enters");
+    assert!((1.5 - 1.5 * time - 0.55).abs() < 1e-6);
+}
+
+#[test]
+fn compounds_are_numbered_through_and_other_shapes_are_empty() {
+    let parts = vec![
+        (Pose::from_translation(Vec3::X), SharedShape::cuboid(0.1, 0.1, 0.1)),
+        (Pose::from_translation(-Vec3::X), SharedShape::ball(0.2)),
+    ];
+    let features = Features::of(SharedShape::compound(parts).0.as_ref());
+    let [(0, Solid::Mesh(mesh)), (12, Solid::Ball { centre, radius })] = features.solids() else { panic!("order") };
+    assert!((mesh.bounds().0.x - 0.9).abs() < 1e-6 && *centre == DVec3::NEG_X && (radius - 0.2).abs() < 1e-8);
+    assert!(Features::of(SharedShape::segment(Vec3::X, Vec3::Y).0.as_ref()).solids().is_empty());
+    assert!(Solid::from_triangles(&[DVec3::X], &[[0, 0, 0]]).is_none());
+    assert!(Solid::from_triangles(&[DVec3::NAN; 3], &[[0, 1, 2]]).is_none());
+}

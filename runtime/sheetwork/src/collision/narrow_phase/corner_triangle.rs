@@ -1,0 +1,160 @@
+//! Convex corners of a body on the triangles of a sheet: along the triangle's normal, as far as the body lies behind it.
+
+use glam::DVec3;
+
+use crate::collision::bvh::SkinTree;
+use crate::collision::constraint::{Contact, SheetPoint};
+use crate::collision::features::{Corner, Mesh};
+use crate::collision::geometry::{barycentric_along, point_meets_triangle, point_triangle};
+use crate::collision::narrow_phase::Limits;
+use crate::collision::narrow_phase::body_frame::{Local, Meeting};
+use crate::collision::narrow_phase::feature_keys::Kind;
+
+use crate::collision::narrow_phase::edge_edge::{BEYOND, SLACK, SLIPS};
+
+/// Distance of a point from a triangle it meets, m: rounding.
+const TOUCH: f64 = 1e-9;
+
+/// Rows of all convex corners of a surface; returns how many triangles were looked at.
+pub(crate) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
+    let limits = meeting.limits(mesh.thinness());
+    let around = local.around.grown(limits.offset + limits.margin);
+    let mut tests = 0;
+    for (index, corner) in mesh.corners().iter().enumerate() {
+        if !(corner.place.cmpge(around.low).all() && corner.place.cmple(around.high).all()) {
+            continue;
+        }
+        let mut nearest: Option<(f64, u32, bool)> = None;
+        let mut put = |t: u32, (normal, weights): (DVec3, [f64; 3])| {
+            let point = SheetPoint { masses: meeting.skin.triangles()[t as usize].masses, weights };
+            rows.push(meeting.row((point, Kind::Triangle, t), (corner.place, Kind::Corner, index as u32), normal));
+        };
+        for t in tree.triangles_in(&meeting.swept(corner.place, corner.place)) {
+            let places = local.of(meeting.skin.triangles()[t as usize].masses);
+            tests += 1;
+            let found = touch(corner, places, &limits);
+            let distance = at(places[1], point_triangle(corner.place, places[1])).distance(corner.place);
+            if nearest.is_none_or(|(least, other, _)| distance < least || (distance == least && t < other)) {
+                nearest = Some((distance, t, found.is_some()));
+            }
+            if let Some(found) = found {
+                put(t, found);
+            }
+        }
+        if let Some((_, t, false)) = nearest {
+            let places = local.of(meeting.skin.triangles()[t as usize].masses);
+            if let Some(found) = held(corner, places, &limits) {
+                put(t, found);
+            }
+        }
+    }
+    tests
+}
+
+/// Normal and weights with which a moving triangle touches a corner.
+fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
+    let gap = at(base, point_triangle(corner.place, base)) - corner.place;
+    // Of two sides it is on the one where the stage began.
+    let placed = base != start;
+    let near =
+        || facing(corner, base).filter(|n| gap.length() <= limits.near() && (placed || n.dot(gap) >= -limits.deep));
+    let over = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, end)?)?));
+    // Where contact has put it once says better which point touches than where it would be without.
+    let known = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, base)?)?)).filter(|_| placed);
+    // A triangle that met the corner and has slid off it since is held where it met.
+    let (normal, w) = near().and_then(|n| known(n).or_else(|| over(n))).or_else(|| {
+        // What would stay clear without contact, contact elsewhere may have taken right through.
+        let pushed = || met_on_the_way(corner, start, base, limits).filter(|_| placed);
+        let (n, met) = met_on_the_way(corner, start, end, limits).or_else(pushed)?;
+        over(n).or(met.map(|w| (n, w)))
+    })?;
+    closes(corner, (normal, w), [start, base, end], limits)
+}
+
+/// The same for the triangle that is nearest to a corner at the base, where no triangle is over it in the end: over a fold that
+/// bends away from it none may be, and what the free motion slides off, contact and friction may hold.
+fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
+    let w = point_triangle(corner.place, base);
+    let gap = at(base, w) - corner.place;
+    let normal = facing(corner, base)?;
+    let slid = (at(end, w) - at(base, w)).reject_from_normalized(normal).length();
+    // Beyond the border of the sheet it is the edges that touch.
+    let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + TOUCH;
+    let off = base == start && slid > SLIPS;
+    if gap.length() > limits.near() || beside || off || (base == start && normal.dot(gap) < -limits.deep) {
+        return None;
+    }
+    closes(corner, (normal, w), [start, base, end], limits)
+}
+
+/// A touch, if the two come together at the end and were not on each other's far sides at the start.
+fn closes(
+    corner: &Corner,
+    (normal, w): (DVec3, [f64; 3]),
+    [start, base, end]: [[DVec3; 3]; 3],
+    limits: &Limits,
+) -> Option<(DVec3, [f64; 3])> {
+    let height = |x: [DVec3; 3]| normal.dot(at(x, w) - corner.place);
+    // What would stay clear without contact, contact elsewhere may have pushed in.
+    let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
+    let was_apart = || {
+        height(start) >= -limits.deep
+            || was_in_front(corner, start, limits)
+            || was_on_that_side(corner, normal, [start, base], limits)
+    };
+    (gap <= limits.margin && was_apart()).then_some((normal, w))
+}
+
+/// Whether a triangle was on the near side of the corner at the start, as it stood then: where it slides and turns, the point that
+/// touches in the end may have been behind a plane through the corner that was not there yet.
+fn was_in_front(corner: &Corner, start: [DVec3; 3], limits: &Limits) -> bool {
+    let gap = at(start, point_triangle(corner.place, start)) - corner.place;
+    facing(corner, start).is_some_and(|normal| normal.dot(gap) >= -limits.deep)
+}
+
+/// Whether the corner was at the start on the side of the triangle that `normal` leads away from at the base: seen from a body that a blow has
+/// turned by much in the stage, neither plane tells.
+fn was_on_that_side(corner: &Corner, normal: DVec3, [start, base]: [[DVec3; 3]; 2], limits: &Limits) -> bool {
+    let upwards = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
+    let away = if normal.dot(upwards(base)) < 0.0 { -upwards(start) } else { upwards(start) };
+    away.dot(at(start, point_triangle(corner.place, start)) - corner.place) >= -limits.deep
+}
+
+/// The normal of a triangle that was far, and where it met.
+fn met_on_the_way(
+    corner: &Corner,
+    start: [DVec3; 3],
+    end: [DVec3; 3],
+    limits: &Limits,
+) -> Option<(DVec3, Option<[f64; 3]>)> {
+    let four = |[a, b, c]: [DVec3; 3]| [corner.place, a, b, c];
+    if let Some(hit) = point_meets_triangle(four(start), four(end), TOUCH) {
+        let there = [0, 1, 2].map(|i: usize| start[i].lerp(end[i], hit.time));
+        return facing(corner, there).map(|n| (n, Some(hit.weights)));
+    }
+    let gap = at(end, point_triangle(corner.place, end)) - corner.place;
+    if gap.length() > limits.offset + limits.margin {
+        return None;
+    }
+    facing(corner, end).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
+}
+
+/// The normal of the triangle on whose far side the body lies.
+fn facing(corner: &Corner, [a, b, c]: [DVec3; 3]) -> Option<DVec3> {
+    let normal = (b - a).cross(c - a).try_normalize()?;
+    [normal, -normal].into_iter().find(|n| corner.faces(*n, SLACK))
+}
+
+pub(crate) fn at(x: [DVec3; 3], w: [f64; 3]) -> DVec3 {
+    x[0] * w[0] + x[1] * w[1] + x[2] * w[2]
+}
+
+/// Weights of a point inside a triangle, brought inside if they are beyond by rounding; `None` further out.
+pub(crate) fn within(w: [f64; 3]) -> Option<[f64; 3]> {
+    if w.iter().any(|x| x.is_nan() || *x < -BEYOND) {
+        return None;
+    }
+    let inside = w.map(|x| x.max(0.0));
+    let sum: f64 = inside.iter().sum();
+    Some(inside.map(|x| x / sum))
+}

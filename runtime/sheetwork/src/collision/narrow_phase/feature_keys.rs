@@ -1,0 +1,37 @@
+//! Names of features: a kind, the sheet or body it belongs to, and its number there.
+
+use crate::collision::constraint::Key;
+
+/// What a feature is.
+#[derive(Clone, Copy)]
+pub(crate) enum Kind {
+    Mass = 1,
+    SheetEdge,
+    Triangle,
+    Face,
+    BodyEdge,
+    Corner,
+    Ball,
+}
+
+/// The name of feature number `index` of the sheet or body `id`.
+pub(crate) fn name(kind: Kind, id: u32, index: u32) -> u64 {
+    (kind as u64) << 56 | u64::from(id & 0x00ff_ffff) << 32 | u64::from(index)
+}
+
+/// The sheet or body that the feature called `name` belongs to, as a number that is the same for all its features.
+pub(crate) fn thing(name: u64) -> u64 {
+    let is_sheet = name >> 56 <= Kind::Triangle as u64;
+    (name >> 32 & 0x00ff_ffff) << 1 | u64::from(is_sheet)
+}
+
+/// Whether a contact of this name is of a mass and the surface of a body.
+pub(crate) fn is_of_surface(key: &Key) -> bool {
+    let [of, on] = key.map(|name| name >> 56);
+    of == Kind::Mass as u64 && (on == Kind::Face as u64 || on == Kind::Ball as u64)
+}
+
+/// Whether a contact of this name is of a ball.
+pub(crate) fn is_of_ball(key: &Key) -> bool {
+    key[1] >> 56 == Kind::Ball as u64
+}

@@ -1,0 +1,76 @@
+//! Whether a sheet is a graph over a plane throughout a stage, and so cannot meet itself.
+//!
+//! Project a surface of the shape of a disc along a direction m. Where every triangle keeps its side up (n·m > 0), and the border, seen
+//! along m, runs once around a point that it always has on its left, the projection is one to one: no two places of the surface are
+//! above each other (the argument of degree; P. Volino, N. Magnenat-Thalmann, "Efficient self-collision detection on smoothly
+//! discretized surface animations using geometrical shape regularity", Computer Graphics Forum 13, 1994). Masses move along straight
+//! lines, so that a triangle's area vector is A₀ (1-t)² + 2 A₁ t (1-t) + A₂ t², and keeps its side up if these three do.
+//!
+//! A triangle is asked to be within an angle of m whose cosine leaves room for the sheet's thickness: two walls of that slope are
+//! further apart than it a triangle away from where they meet.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use crate::collision::collision_surface::Skin;
+use crate::collision::narrow_phase::SheetMotion;
+use crate::math::Vectors;
+
+/// Least cosine, and least cosine times height of a triangle over the distance at which the sheet touches.
+const STEEPEST: f64 = 0.2;
+const ROOM: f64 = 3.0;
+
+/// Whether the sheet, if it is one rectangle, is such a graph; `height` is the least height of its triangles, m.
+pub(crate) fn stays_graph(sheet: &SheetMotion, height: f64) -> bool {
+    let (skin, start, end) = (sheet.skin, sheet.start, sheet.end);
+    if !skin.is_rectangle() || start.len() != end.len() {
+        return false;
+    }
+    let area = |x: &Vectors, masses: [u32; 3]| {
+        let [p, q] = sides(x, masses);
+        p.cross(q)
+    };
+    let whole = |x| skin.triangles().iter().map(|t| area(x, t.masses)).sum::<DVec3>();
+    let up = (whole(start) + whole(end)).normalize_or_zero();
+    let least = STEEPEST.max(ROOM * skin.offset() / height);
+    let faces_up = |a: DVec3| {
+        let along = a.dot(up);
+        along > 0.0 && along * along > least * least * a.length_squared()
+    };
+    let keeps_up = skin.triangles().iter().all(|t| {
+        let ([p, q], [r, s]) = (sides(start, t.masses), sides(end, t.masses));
+        let between = 0.5 * (p.cross(s) + r.cross(q));
+        faces_up(p.cross(q)) && faces_up(r.cross(s)) && between.dot(up) > 0.0
+    });
+    keeps_up && [start, end].into_iter().all(|x| runs_around(skin, x, up))
+}
+
+/// Two sides of a triangle.
+#[inline(always)]
+fn sides(x: &Vectors, masses: [u32; 3]) -> [DVec3; 2] {
+    let [a, b, c] = masses.map(|m| x.get(m as usize));
+    [b - a, c - a]
+}
+
+/// Whether the border, seen along `up`, runs once around its own middle.
+fn runs_around(skin: &Skin, x: &Vectors, up: DVec3) -> bool {
+    let border = || skin.edges().iter().filter(|e| e.is_border());
+    let (sum, count) = border().fold((DVec3::ZERO, 0), |(sum, n), e| (sum + x.get(e.masses[0] as usize), n + 1));
+    let middle = sum / f64::from(count.max(1));
+    let (mut turned, mut left) = (0.0, true);
+    for edge in border() {
+        let masses = skin.triangles()[edge.triangles[0] as usize].masses;
+        let [a, b] = edge.masses;
+        // As its triangle has it: with the surface on its left.
+        let forward = (0..3).any(|k| masses[k] == a && masses[(k + 1) % 3] == b);
+        let [p, q] = if forward { [a, b] } else { [b, a] }.map(|m| {
+            let arm = x.get(m as usize) - middle;
+            arm - up * arm.dot(up)
+        });
+        let across = p.cross(q).dot(up);
+        left &= across > 0.0;
+        turned += across.atan2(p.dot(q));
+    }
+    left && (turned / TAU).round() == 1.0
+}

@@ -1,0 +1,97 @@
+//! Cases whose contacts are known from the geometry alone.
+
+pub(crate) mod bodies;
+pub(crate) mod random;
+pub(crate) mod sheets;
+
+use glam::DVec3;
+
+use crate::collision::constraint::{SheetPoint, Side};
+use crate::collision::features::Features;
+use crate::collision::narrow_phase::*;
+
+/// Half the thickness of the test sheets, m.
+pub const HALF: f64 = 2.5e-4;
+
+/// Margin of the test problems, m.
+pub const MARGIN: f64 = 2e-4;
+
+/// A grid of `n` by `n` masses over a square of side `size` (m), its middle at the origin, in the plane y = 0.
+pub fn square(n: u32, size: f64) -> Vectors {
+    let mut x = Vectors::default();
+    let step = size / f64::from(n - 1);
+    for j in 0..n {
+        for i in 0..n {
+            x.push(DVec3::new(f64::from(i) * step - 0.5 * size, 0.0, f64::from(j) * step - 0.5 * size));
+        }
+    }
+    x
+}
+
+/// Its surface, with diagonals that alternate.
+pub fn skin(n: u32, rest: &Vectors) -> Skin {
+    let mut triangles = Vec::new();
+    for j in 0..n - 1 {
+        for i in 0..n - 1 {
+            let (a, c) = (j * n + i, (j + 1) * n + i);
+            let (b, d) = (a + 1, c + 1);
+            let halves = if (i + j) % 2 == 0 { [[a, c, d], [a, d, b]] } else { [[a, c, b], [b, c, d]] };
+            triangles.extend(halves);
+        }
+    }
+    Skin::new(&triangles, rest, HALF, true)
+}
+
+/// The masses, each taken somewhere.
+pub fn mapped(x: &Vectors, f: impl Fn(DVec3) -> DVec3) -> Vectors {
+    let mut y = Vectors::default();
+    x.iter().for_each(|p| y.push(f(p)));
+    y
+}
+
+pub fn shifted(x: &Vectors, by: DVec3) -> Vectors {
+    mapped(x, |p| p + by)
+}
+
+pub fn still(id: u32, features: &Features) -> BodyMotion<'_> {
+    let here = RigidFrame::IDENTITY;
+    BodyMotion { id, features, start: here, base: here, end: here, awake: false }
+}
+
+pub fn moved<'a>(id: u32, skin: &'a Skin, start: &'a Vectors, end: &'a Vectors) -> SheetMotion<'a> {
+    SheetMotion { id, skin, start, base: start, end, awake: true }
+}
+
+/// All rows of some sheets and bodies.
+pub fn rows(sheets: &[SheetMotion], bodies: &[BodyMotion]) -> Vec<Contact> {
+    let problem = Problem { sheets, bodies, margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
+    let mut finder = Finder::default();
+    finder.begin(&problem, 10.0);
+    let mut out = Vec::new();
+    finder.find(&problem, &mut out);
+    for row in &out {
+        assert!((row.normal.length() - 1.0).abs() < 1e-9, "{row:?}");
+        let Side::Sheet { point, .. } = row.a else { panic!("a sheet is always the first side") };
+        assert!((point.weights.iter().sum::<f64>() - 1.0).abs() < 1e-9 && point.weights.iter().all(|w| *w >= 0.0));
+    }
+    assert!(out.windows(2).all(|w| w[0].key < w[1].key), "doubled or out of order");
+    out
+}
+
+/// Place of a side of a row of a problem with its sheets at `x`, one for each, and its bodies where their frame is.
+pub fn place(side: &Side, x: &[&Vectors], frames: &[RigidFrame]) -> DVec3 {
+    match side {
+        Side::Sheet { sheet, point } => point.of(x[*sheet as usize]),
+        Side::Body { body, local } => frames[*body as usize].world(*local),
+    }
+}
+
+pub fn gap(row: &Contact, x: &[&Vectors], frames: &[RigidFrame]) -> f64 {
+    row.normal.dot(place(&row.a, x, frames) - place(&row.b, x, frames)) - row.offset
+}
+
+/// What a row's first side is: how many masses carry it.
+pub fn carriers(row: &Contact) -> usize {
+    let Side::Sheet { point, .. } = row.a else { return 0 };
+    point.terms().count()
+}

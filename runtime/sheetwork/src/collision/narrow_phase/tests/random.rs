@@ -1,0 +1,130 @@
+//! Random motions against what sampling in time and on the surface says of them.
+
+use glam::{DQuat, DVec3, EulerRot};
+use proptest::prelude::*;
+use rapier3d::prelude::SharedShape;
+
+use crate::collision::geometry::point_triangle;
+use crate::collision::narrow_phase::tests::*;
+use crate::collision::penetration;
+
+/// Half sides of the body, m.
+const SIZE: DVec3 = DVec3::new(0.03, 0.02, 0.025);
+
+fn vector(reach: f64) -> impl Strategy<Value = DVec3> {
+    (-1.0..1.0, -1.0..1.0, -1.0..1.0).prop_map(move |(x, y, z)| reach * DVec3::new(x, y, z))
+}
+
+fn turn(v: DVec3) -> DQuat {
+    DQuat::from_euler(EulerRot::XYZ, v.x, v.y, v.z)
+}
+
+/// A bent sheet somewhere.
+fn posed(flat: &Vectors, angles: DVec3, bend: f64, place: DVec3) -> Vectors {
+    mapped(flat, |p| turn(angles) * (p + DVec3::Y * bend * (p.x * p.x - p.x * p.z)) + place)
+}
+
+/// Distance of a point from the box, negative inside.
+fn distance(p: DVec3) -> f64 {
+    let d = p.abs() - SIZE;
+    d.max(DVec3::ZERO).length() + d.max_element().min(0.0)
+}
+
+/// Signed distance of a sheet from the box, by sampling its triangles.
+fn clearance(skin: &Skin, x: &Vectors) -> f64 {
+    let mut least = f64::INFINITY;
+    for t in skin.triangles() {
+        let [a, b, c] = t.masses.map(|i| x.get(i as usize));
+        for i in 0..=8_u32 {
+            for j in 0..=8 - i {
+                let (v, w) = (f64::from(i) / 8.0, f64::from(j) / 8.0);
+                least = least.min(distance(a * (1.0 - v - w) + b * v + c * w));
+            }
+        }
+    }
+    least
+}
+
+fn between(x: &Vectors, y: &Vectors, t: f64) -> Vectors {
+    let mut z = Vectors::default();
+    x.iter().zip(y.iter()).for_each(|(p, q)| z.push(p.lerp(q, t)));
+    z
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    /// A sheet outside a box goes somewhere. Every mass that has been in the box has a row that it violates, if the sheet
+    /// ends in the box some row is violated, and a sheet that stayed away has none.
+    #[test]
+    fn a_box_is_felt_exactly_where_it_is(angles in vector(1.6), bend in -6.0..6.0, place in vector(0.1),
+                                         way in vector(0.2), twist in vector(0.3), unbend in -3.0..3.0) {
+        let flat = square(5, 0.08);
+        let own = skin(5, &flat);
+        let start = posed(&flat, angles, bend, place);
+        prop_assume!(clearance(&own, &start) > 2e-3);
+        let end = posed(&flat, angles + twist, bend + unbend, place + way);
+        let features = Features::of(SharedShape::cuboid(0.03, 0.02, 0.025).0.as_ref());
+        let found = rows(&[moved(0, &own, &start, &end)], &[still(0, &features)]);
+        let here = [RigidFrame::IDENTITY];
+        let least = (0..=40).map(|k| clearance(&own, &between(&start, &end, f64::from(k) / 40.0)));
+        let least = least.fold(f64::INFINITY, f64::min);
+        for row in &found {
+            // What slides over an edge and turns may have been behind a plane that was not there yet, but it has come to the box.
+            prop_assert!(gap(row, &[&start], &here) > -2e-4 || least < 3e-3, "was never apart: {row:?}");
+        }
+        let times = 200;
+        for i in 0..flat.len() {
+            let (p, q) = (start.get(i), end.get(i));
+            let deepest = (0..=times).map(|k| distance(p.lerp(q, f64::from(k) / f64::from(times))));
+            if deepest.fold(f64::INFINITY, f64::min) < -2e-3 {
+                let held = found.iter().any(|r| match r.a {
+                    Side::Sheet { point, .. } => {
+                        point.terms().any(|(m, _)| m as usize == i) && gap(r, &[&end], &here) < 0.0
+                    }
+                    Side::Body { .. } => false,
+                });
+                prop_assert!(held, "mass {i} came through");
+            }
+        }
+        let depth = penetration::into_body(&own, &end, &features, &here[0], false);
+        prop_assert!(depth < 1e-4 || found.iter().any(|r| gap(r, &[&end], &here) < 0.0), "{depth} and no row");
+        if least > 0.02 {
+            prop_assert!(found.is_empty());
+        }
+    }
+
+    /// Two sheets: every mass of one that changes sides of a triangle of the other within it has a row.
+    #[test]
+    fn no_mass_passes_a_sheet(angles in vector(0.7), bend in -4.0..4.0, place in vector(0.02), way in vector(0.01),
+                              fall in 0.05..0.3, shake in vector(0.2)) {
+        let flat = square(4, 0.06);
+        let own = skin(4, &flat);
+        let lying = posed(&flat, shake, 0.3 * bend, DVec3::ZERO);
+        let start = posed(&flat, angles, bend, place + DVec3::Y * 0.12);
+        let end = posed(&flat, angles + shake, bend, place + way + DVec3::Y * (0.12 - fall));
+        let found = rows(&[moved(0, &own, &lying, &lying), moved(1, &own, &start, &end)], &[]);
+        for row in &found {
+            prop_assert!(gap(row, &[&lying, &start], &[]) > 0.0, "{row:?}");
+        }
+        for i in 0..flat.len() {
+            let crossed = own.triangles().iter().any(|t| {
+                let [a, b, c] = t.masses.map(|m| lying.get(m as usize));
+                let n = (b - a).cross(c - a);
+                let (p, q) = (start.get(i), end.get(i));
+                let (before, after) = (n.dot(p - a), n.dot(q - a));
+                let x = p.lerp(q, before / (before - after));
+                before > 0.0 && after < 0.0 && point_triangle(x, [a, b, c]).iter().all(|w| *w > 0.01)
+            });
+            // Where a mass meets a mass one row says it for both (`prune`), and may be the other's.
+            let own = |side: &Side| matches!(side, Side::Sheet { sheet: 1, point } if *point == SheetPoint::mass(i as u32));
+            let there = |side: &Side| match side {
+                Side::Sheet { sheet: 1, point } => point.terms().any(|(m, w)| m as usize == i && w > 0.98),
+                _ => false,
+            };
+            let of_mass = |side: &Side| matches!(side, Side::Sheet { sheet: 0, point } if point.weights[0] == 1.0);
+            let held = found.iter().any(|r| own(&r.a) || of_mass(&r.a) && there(&r.b));
+            prop_assert!(!crossed || held, "mass {i} came through");
+        }
+    }
+}

@@ -1,0 +1,230 @@
+//! Masses on the faces of a body.
+//!
+//! Seen from the body, a mass goes from a to b on a straight line. With d_k its distance from plane k beyond the offset, it
+//! is inside a convex solid where all d_k < 0. Of the faces that it was in front of, it has come in through the one whose
+//! plane it passed last (the line clipped by slabs: Cyrus and Beck, Generalized two- and three-dimensional clipping, 1978).
+//! Near a rim two faces may pass for that: then it is the one that the sheet lies along, since a sheet that lies on a face
+//! and slides must not catch on the next one, nor one that hangs beside a body be lifted to its top.
+
+use glam::DVec3;
+
+use crate::collision::bvh::SkinTree;
+use crate::collision::constraint::{Contact, SheetPoint};
+use crate::collision::features::Mesh;
+use crate::collision::narrow_phase::Limits;
+use crate::collision::narrow_phase::body_frame::{Local, Meeting};
+use crate::collision::narrow_phase::feature_keys::Kind;
+
+/// Distance from a rim up to which either face may be the one, m.
+const RIM: f64 = 5e-5;
+
+/// How far below its plane a mass may pass a rim and still lie on the face that the sheet lies along, m: what a resting
+/// sheet falls freely in a long step.
+const FALL: f64 = 2e-3;
+
+/// Cosine of the angle below which two faces make a ridge: a mass that comes over it is below the planes of both, and in neither.
+const SHARP: f64 = -0.1;
+
+/// Cosine of the angle above which two faces go over into each other smoothly.
+const SMOOTH: f64 = 0.7;
+
+/// A mass that cuts off a corner no deeper than this, m, has not passed through the body.
+pub(crate) const GRAZE: f64 = 1e-3;
+
+/// Rows of all masses against a half space.
+pub(crate) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: &mut Vec<Contact>) {
+    for (i, p) in local.end.iter().enumerate().filter(|(i, _)| !meeting.skin.is_gone(*i)) {
+        let height = normal.dot(*p);
+        if height.min(normal.dot(local.put(i))) <= meeting.offset + meeting.margin {
+            let i = i as u32;
+            let foot = *p - normal * height;
+            rows.push(meeting.row((SheetPoint::mass(i), Kind::Mass, i), (foot, Kind::Face, 0), normal));
+        }
+    }
+}
+
+/// Rows of all masses against a surface of faces; returns how many were looked at.
+pub(crate) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
+    let limits = meeting.limits(mesh.thinness());
+    let (low, high) = mesh.bounds();
+    let room = DVec3::splat(limits.offset + limits.margin);
+    let (low, high) = (low - room, high + room);
+    let few = mesh.has_few_faces();
+    let mut tests = 0;
+    for i in 0..local.end.len() {
+        let (a, b, put) = (local.start[i], local.end[i], local.put(i));
+        if !(a.min(b).min(put).cmple(high).all() && a.max(b).max(put).cmpge(low).all()) || meeting.skin.is_gone(i) {
+            continue;
+        }
+        tests += 1;
+        let first = a;
+        let a = if few { last_outside(mesh, a, local.base[i], &limits) } else { a };
+        // Asked for at rims only.
+        let lies = || meeting.at_base(tree.mass_normal(i));
+        let face = |a, b| {
+            if few { entered(mesh, a, b, &lies, &limits) } else { entered_by_query(mesh, a, b, &lies, &limits) }
+        };
+        // What would stay clear without contact, contact elsewhere may have pushed in.
+        let pushed = || Some(put).filter(|p| *p != b).and_then(|p| face(first, p));
+        let Some(index) = face(a, b).or_else(pushed) else { continue };
+        let face = &mesh.faces()[index as usize];
+        let foot = b - face.normal * face.height(b);
+        let i = i as u32;
+        rows.push(meeting.row((SheetPoint::mass(i), Kind::Mass, i), (foot, Kind::Face, index), face.normal));
+    }
+    tests
+}
+
+/// Where the way into a convex solid begins: at the base if that is outside, for the mass may have gone around a rim since
+/// the start; else, and where the mass has gone through to there, at the start.
+fn last_outside(mesh: &Mesh, start: DVec3, base: DVec3, limits: &Limits) -> DVec3 {
+    let outside = start != base && mesh.faces().iter().any(|f| f.height(base) - limits.offset >= -limits.deep);
+    if outside && !has_passed(mesh, start, base, limits) { base } else { start }
+}
+
+/// Whether the way from `a` to `b`, both outside, leads through a convex solid.
+fn has_passed(mesh: &Mesh, a: DVec3, b: DVec3, limits: &Limits) -> bool {
+    let (mut enters, mut leaves) = ((0, 0.0_f64), (0, 1.0_f64));
+    for (k, face) in mesh.faces().iter().enumerate() {
+        let (from, to) = (face.height(a) - limits.offset, face.height(b) - limits.offset);
+        if from >= 0.0 && to >= 0.0 {
+            return false;
+        }
+        let time = from / (from - to);
+        if from > 0.0 && time > enters.1 {
+            enters = (k, time);
+        } else if to > 0.0 && time < leaves.1 {
+            leaves = (k, time);
+        }
+    }
+    enters.1 > 0.0 && leaves.1 < 1.0 && passed(mesh, a, b, enters, leaves, limits)
+}
+
+/// The face of a convex solid that a mass going from `a` to `b` has come in through or is near; `lies` is the normal of the
+/// sheet there.
+fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
+    let faces = mesh.faces();
+    let ends = |k: usize| (faces[k].height(a) - limits.offset, faces[k].height(b) - limits.offset);
+    let (mut outmost, mut furthest) = (0, f64::NEG_INFINITY);
+    let (mut last, mut time, mut out) = (None, f64::NEG_INFINITY, (0, f64::INFINITY));
+    for k in 0..faces.len() {
+        let (d0, d1) = ends(k);
+        if d1 > furthest {
+            (outmost, furthest) = (k, d1);
+        }
+        if d1 > limits.margin && d0 > 0.0 {
+            return None;
+        }
+        // Nearly level, the time of passing is noise.
+        let t = if d0 - d1 > 1e-12 { (d0 / (d0 - d1)).max(0.0) } else { 0.0 };
+        if d0 >= -limits.deep && (t > time || (t == time && last.is_some_and(|j| d1 > ends(j).1))) {
+            (last, time) = (Some(k), t);
+        }
+        if d1 > 0.0 && d1 > d0 && -d0 / (d1 - d0) < out.1 {
+            out = (k, -d0 / (d1 - d0));
+        }
+    }
+    if furthest > 0.0 && furthest <= limits.margin {
+        let chosen = along(mesh, outmost, lies, |k| ends(k).1 >= furthest - RIM);
+        if ends(chosen).0 >= -limits.deep {
+            return Some(chosen as u32);
+        }
+    }
+    if furthest > 0.0 {
+        return last.filter(|k| passed(mesh, a, b, (*k, time), out, limits)).map(|k| k as u32);
+    }
+    // One that was inside before is let out the shortest way.
+    let Some(last) = last else { return shallowest(mesh, a).map(|k| k as u32) };
+    let time = time.min(1.0);
+    let chosen = along(mesh, last, lies, |k| {
+        let (d0, d1) = ends(k);
+        let passing = d0 + (d1 - d0) * time;
+        let sharp = faces[k].normal.dot(faces[last].normal) < SHARP;
+        let deep = if sharp { limits.deep.min(RIM) } else { limits.deep };
+        if d0 < -deep || passing >= -deep {
+            return d0 >= -deep;
+        }
+        let lies = lies();
+        let lain_on = faces[k].normal.dot(lies).abs() > 0.9 && faces[last].normal.dot(lies).abs() < 0.5;
+        d0 < FALL && lain_on && passing >= -FALL.min(0.4 * mesh.thinness())
+    });
+    Some(settled(mesh, chosen, b) as u32)
+}
+
+/// Whether the way through a solid is more than a graze of a corner.
+fn passed(
+    mesh: &Mesh,
+    a: DVec3,
+    b: DVec3,
+    (k, enters): (usize, f64),
+    (j, leaves): (usize, f64),
+    limits: &Limits,
+) -> bool {
+    if enters >= leaves || enters > 1.0 {
+        return false;
+    }
+    let faces = mesh.faces();
+    let middle = a.lerp(b, 0.5 * (enters + leaves));
+    let depth = faces.iter().map(|f| limits.offset - f.height(middle)).fold(f64::INFINITY, f64::min);
+    depth > GRAZE || (depth > 0.0 && faces[k].normal.dot(faces[j].normal) < -0.1)
+}
+
+/// Of face `first` and those at a sharp angle to it that `allowed` lets pass, the one that the sheet lies along.
+fn along(mesh: &Mesh, first: usize, lies: &dyn Fn() -> DVec3, allowed: impl Fn(usize) -> bool) -> usize {
+    let faces = mesh.faces();
+    let (mut best, mut most) = (first, 0.0);
+    for (k, face) in faces.iter().enumerate() {
+        if k == first || face.normal.dot(faces[first].normal) >= SMOOTH || !allowed(k) {
+            continue;
+        }
+        let lies = lies();
+        let aligned = face.normal.dot(lies).abs();
+        if aligned > faces[first].normal.dot(lies).abs() + 0.1 && aligned > most {
+            (best, most) = (k, aligned);
+        }
+    }
+    best
+}
+
+/// Of face `first` and those it goes over into smoothly, the one that `b` is least behind.
+fn settled(mesh: &Mesh, first: usize, b: DVec3) -> usize {
+    let faces = mesh.faces();
+    let (mut best, mut height) = (first, faces[first].height(b));
+    for (k, face) in faces.iter().enumerate() {
+        if face.height(b) > height && face.normal.dot(faces[first].normal) > SMOOTH {
+            (best, height) = (k, face.height(b));
+        }
+    }
+    best
+}
+
+fn shallowest(mesh: &Mesh, p: DVec3) -> Option<usize> {
+    let heights = mesh.faces().iter().enumerate().map(|(k, f)| (k, f.height(p)));
+    heights.max_by(|x, y| x.1.total_cmp(&y.1)).map(|x| x.0)
+}
+
+/// The same for surfaces that are not convex or have many faces, by distance and ray queries.
+fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
+    let faces = mesh.faces();
+    let travel = a.distance(b);
+    let reach = limits.offset + limits.margin;
+    let ray = || mesh.entered(a, b).map(|(_, face)| face);
+    let Some(near) = mesh.nearest(b, reach + travel) else { return ray() };
+    let face = &faces[near.face as usize];
+    let came_in_front = face.height(a) >= -limits.deep.min(0.5 * limits.offset + RIM);
+    if !near.inside {
+        if b.distance(near.point) > reach {
+            // Nearest to the end is not what lies on the way.
+            return (travel > b.distance(near.point)).then(ray).flatten().filter(|k| *k != near.face || !came_in_front);
+        }
+        // Beside a rim the edges and corners of the body say what is met.
+        let over = face.height(b) >= 0.9 * b.distance(near.point);
+        return (came_in_front && over).then_some(near.face);
+    }
+    let Some(through) = (travel > RIM).then(ray).flatten() else { return Some(near.face) };
+    let other = &faces[through as usize];
+    let smooth = other.normal.dot(face.normal) > SMOOTH;
+    let lies_along = |lies: DVec3| face.normal.dot(lies).abs() > other.normal.dot(lies).abs() + 0.1;
+    let shallow = face.height(b) > -FALL && lies_along(lies());
+    Some(if came_in_front && (smooth || shallow) { near.face } else { through })
+}

@@ -1,0 +1,65 @@
+//! Overlap of two sheets: how much closer than the sum of their half thicknesses their surfaces come, m.
+
+use glam::DVec3;
+
+use crate::collision::overlap::{corners, distance, faces, half_thickness};
+use crate::sheet::Sheet;
+
+/// A triangle with the box around it.
+struct Boxed {
+    corners: [DVec3; 3],
+    low: DVec3,
+    high: DVec3,
+}
+
+fn boxed(sheet: &Sheet) -> Vec<Boxed> {
+    let of = |t: &[u32; 3]| {
+        let corners = corners(&sheet.x, t);
+        let [a, b, c] = corners;
+        Boxed { corners, low: a.min(b).min(c), high: a.max(b).max(c) }
+    };
+    faces(sheet).iter().map(of).collect()
+}
+
+/// Overlap of every two sheets, the largest, m; 0 where none touch. Surfaces that cross overlap by the sum of their half thicknesses.
+pub fn between(sheets: &[Sheet]) -> f64 {
+    pairs(sheets, 0.0).into_iter().map(|(_, _, overlap)| overlap).fold(0.0, f64::max)
+}
+
+/// Numbers and overlap (m) of every two sheets that are closer than `slack` (m) to touching.
+pub fn pairs(sheets: &[Sheet], slack: f64) -> Vec<(usize, usize, f64)> {
+    let surfaces: Vec<Vec<Boxed>> = sheets.iter().map(boxed).collect();
+    let mut found = Vec::new();
+    for (i, a) in sheets.iter().enumerate() {
+        for (j, b) in sheets.iter().enumerate().skip(i + 1) {
+            let touching = half_thickness(a) + half_thickness(b);
+            let reach = touching + slack;
+            let (Some(around), Some(other)) = (a.x.bounds(), b.x.bounds()) else { continue };
+            if apart(around, other, reach) {
+                continue;
+            }
+            let distance = closest(&surfaces[i], &surfaces[j], reach);
+            if distance < reach {
+                found.push((i, j, touching - distance));
+            }
+        }
+    }
+    found
+}
+
+fn apart(a: (DVec3, DVec3), b: (DVec3, DVec3), by: f64) -> bool {
+    (a.0 - b.1).max(b.0 - a.1).max_element() > by
+}
+
+/// Distance of two surfaces where it is below `reach`, else `reach`.
+fn closest(a: &[Boxed], b: &[Boxed], reach: f64) -> f64 {
+    let mut least = reach;
+    for s in a {
+        for t in b {
+            if !apart((s.low, s.high), (t.low, t.high), least) {
+                least = least.min(distance::triangles(&s.corners, &t.corners));
+            }
+        }
+    }
+    least
+}

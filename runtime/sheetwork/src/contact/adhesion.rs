@@ -1,0 +1,308 @@
+//! Adhesion of hot sheets: contacts become bonds that bear tension and break under load or when
+//! cold.
+//!
+//! The contact solvers do not know adhesion. After a step, every closed contact of a node becomes a
+//! bond if the sheet is adhesive and warm enough, or was bonded and is not too cold. In the next
+//! step the two sides are pulled together by a constant force f along the contact normal, as an
+//! applied force. The contact force is then p + f ≥ 0 for tensile loads up to f, and friction is
+//! bounded by μ (p + f). A bond under a larger load opens and is not closed after the step, which
+//! removes it.
+//!
+//! The force is bounded by σ A, with σ the adhesion strength (Pa) and A the area (m²) of the node.
+//! Between two sheets, where nodes of each meet triangles of the other, half of that area counts. A
+//! node divides its force among the contacts on the same side of the sheet. Edge contacts and
+//! corner contacts without a node form no bond.
+//!
+//! Because f moves the free motion deep into the other side, only the part of σ A that may be
+//! needed is applied. It is the larger of two values: the force that accelerates the node by
+//! [`RESERVE`] (plus the share of a suspended body), and twice the load of the bond in the last
+//! step. A load must therefore more than double within a step, from 200 m/s² on, to break a bond
+//! that σ would hold.
+
+use glam::DVec3;
+
+use crate::collision::constraint::{Contact, SheetPoint, Side};
+use crate::contact::stage::Scratch;
+use crate::contact::step_bodies::Surroundings;
+use crate::math::Vectors;
+use crate::scene::Tack;
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::Sheet;
+use crate::thermal::REFERENCE;
+
+/// Acceleration (m/s²) that a bond bears without an earlier load: of the node, and of a body that
+/// hangs on it.
+const RESERVE: f64 = 200.0;
+const RESERVE_OF_BODY: f64 = 20.0;
+/// Largest ratio of the bond force to the load in the last step.
+const GROWTH: f64 = 2.0;
+
+/// Bonds of a sheet and their forces.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Stuck {
+    /// Bond force on each node, N, of this step and the last one.
+    pull: Vectors,
+    was_pull: Vectors,
+    /// Bond forces on dynamic bodies: index in [`Surroundings`], force (N), point in the body's
+    /// frame (m).
+    on_bodies: Vec<(u32, DVec3, DVec3)>,
+    /// Whether each node has a bond, in this step and the last one.
+    held: Vec<bool>,
+    was_held: Vec<bool>,
+    /// Direction from each node to its first contact, and number of contacts on that side and on
+    /// the other one.
+    towards: Vec<DVec3>,
+    count: Vec<[u32; 2]>,
+    /// Applied forces without the bond forces, to restore them after the step.
+    applied: Vectors,
+    /// Number of nodes with a bond.
+    bonds: usize,
+}
+
+impl Stuck {
+    /// Serialise the bonds.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.vector_list(&self.pull);
+        to.vector_list(&self.was_pull);
+        to.count(self.on_bodies.len() as u64);
+        for (body, force, at) in &self.on_bodies {
+            to.count(u64::from(*body));
+            to.vector(*force);
+            to.vector(*at);
+        }
+        to.flags(&self.held);
+        to.flags(&self.was_held);
+        to.count(self.bonds as u64);
+    }
+
+    /// Deserialise the bonds of a sheet with `masses` nodes.
+    pub fn taken(from: &mut Taker, masses: usize) -> Taken<Self> {
+        let mut stuck = Self::default();
+        from.vector_list(&mut stuck.pull, masses)?;
+        from.vector_list(&mut stuck.was_pull, masses)?;
+        for _ in 0..from.length(49)? {
+            stuck.on_bodies.push((from.small()?, from.vector()?, from.vector()?));
+        }
+        from.flags(&mut stuck.held)?;
+        from.flags(&mut stuck.was_held)?;
+        stuck.bonds = from.length(0)?;
+        if [stuck.pull.len(), stuck.was_pull.len(), stuck.held.len(), stuck.was_held.len()] != [masses; 4] {
+            return Err(Cut);
+        }
+        (stuck.count, stuck.towards) = (vec![[0; 2]; masses], vec![DVec3::ZERO; masses]);
+        stuck.applied = Vectors::zeros(masses);
+        Ok(stuck)
+    }
+
+    fn begin(&mut self, masses: usize) {
+        if self.held.len() != masses {
+            *self = Self { pull: Vectors::zeros(masses), held: vec![false; masses], ..Self::default() };
+            (self.was_held, self.count) = (vec![false; masses], vec![[0; 2]; masses]);
+            self.towards = vec![DVec3::ZERO; masses];
+            (self.applied, self.was_pull) = (Vectors::zeros(masses), Vectors::zeros(masses));
+        }
+        std::mem::swap(&mut self.held, &mut self.was_held);
+        std::mem::swap(&mut self.pull, &mut self.was_pull);
+        self.held.fill(false);
+        self.count.fill([0; 2]);
+        self.pull.clear();
+        self.on_bodies.clear();
+        self.bonds = 0;
+    }
+
+    /// Count a contact of node `i` in direction `towards`.
+    fn has_contact(&mut self, i: u32, towards: DVec3) {
+        let i = i as usize;
+        if self.count[i] == [0; 2] {
+            self.towards[i] = towards;
+        }
+        self.count[i][usize::from(self.towards[i].dot(towards) < 0.0)] += 1;
+    }
+
+    /// Number of contacts of node `i` on the side of direction `towards`.
+    fn contacts(&self, i: u32, towards: DVec3) -> u32 {
+        let i = i as usize;
+        self.count[i][usize::from(self.count[i] != [0; 2] && self.towards[i].dot(towards) < 0.0)]
+    }
+}
+
+impl Sheet {
+    /// Number of nodes of the sheet with a bond.
+    pub fn bonds(&self) -> usize {
+        self.work.stuck.as_ref().map_or(0, |s| s.bonds)
+    }
+
+    /// Add the bond forces to the applied forces.
+    pub(crate) fn hold_on(&mut self) {
+        if let Some(stuck) = &mut self.work.stuck {
+            stuck.applied.copy_from(&self.applied);
+            self.applied.add_scaled(1.0, &stuck.pull);
+        }
+    }
+
+    /// Restore the applied forces without the bond forces.
+    pub(crate) fn hold_no_more(&mut self) {
+        if let Some(stuck) = &self.work.stuck {
+            self.applied.copy_from(&stuck.applied);
+        }
+    }
+
+    /// Remove all bonds.
+    pub(crate) fn unstick(&mut self) {
+        let masses = self.masses();
+        if let Some(stuck) = &mut self.work.stuck {
+            stuck.begin(masses);
+        }
+    }
+
+    /// Temperature of node `i`, °C.
+    fn celsius(&self, i: u32) -> f64 {
+        let of_mass = self.temperatures().and_then(|t| t.get(i as usize).copied());
+        of_mass.or_else(|| self.temperature()).unwrap_or(REFERENCE)
+    }
+
+    /// Adhesion strength at a point of the sheet, Pa; 0 if it is too cold. `stuck` selects the
+    /// lower temperature limit of existing bonds.
+    fn strength(&self, point: &SheetPoint, stuck: bool) -> f64 {
+        let Some(Tack { strength, above, lets_go_below }) = self.tack() else { return 0.0 };
+        let celsius: f64 = point.terms().map(|(i, w)| w * self.celsius(i)).sum();
+        let holds = stuck && lets_go_below.is_none_or(|limit| celsius >= limit);
+        if celsius >= above || holds { strength } else { 0.0 }
+    }
+}
+
+/// Call `push` for every bond force of `members` on a dynamic body, with the body's index, force
+/// (N) and point in its frame (m).
+pub(crate) fn on_bodies(sheets: &[Sheet], members: &[u32], mut push: impl FnMut(u32, DVec3, DVec3)) {
+    for stuck in members.iter().filter_map(|i| sheets[*i as usize].work.stuck.as_ref()) {
+        stuck.on_bodies.iter().for_each(|(body, force, at)| push(*body, *force, *at));
+    }
+}
+
+/// Update the bonds of the sheets `members` after a step. `bodies` maps the island's body indices
+/// to indices in `around`.
+pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, around: &Surroundings, bodies: &[u32]) {
+    let is_sticky = |i: &u32| sheets[*i as usize].tack().is_some();
+    if !members.iter().any(is_sticky) {
+        return;
+    }
+    for i in members.iter().map(|i| *i as usize) {
+        let masses = sheets[i].masses();
+        sheets[i].work.stuck.get_or_insert_default().begin(masses);
+    }
+    scratch.closed(|contact, _| {
+        if let Some((sheet, mass, _)) = of_mass(contact)
+            && let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck
+        {
+            stuck.has_contact(mass, towards(contact));
+        }
+    });
+    let hanging = |body: u32| {
+        let mut rows = 0.0;
+        scratch.closed(|c, _| rows += if other_body(c) == Some(body) { 1.0 } else { 0.0 });
+        rows
+    };
+    let mut last = (u32::MAX, 0.0);
+    scratch.closed(|contact, _| {
+        let Some((sheet, mass, point)) = of_mass(contact) else { return };
+        let own = &sheets[members[sheet as usize] as usize];
+        let Some(stuck) = &own.work.stuck else { return };
+        let was = stuck.was_held[mass as usize];
+        let (mut strength, mut share) = (own.strength(&point, was), 1.0);
+        if let Some((other, place)) = other_sheet(contact) {
+            let other = &sheets[members[other as usize] as usize];
+            strength = strength.max(other.strength(&place, was));
+            // This contact also represents nodes of the other sheet that have no contact of their
+            // own.
+            let silent = |i: u32| other.work.stuck.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
+            share = 0.5 * (1.0 + place.terms().filter(|(i, _)| silent(*i)).map(|(_, w)| w).sum::<f64>());
+        }
+        if strength <= 0.0 {
+            return;
+        }
+        let mut need = RESERVE * own.mass(mass as usize);
+        let body = other_body(contact).and_then(|b| Some((b, around.bodies.get(*bodies.get(b as usize)? as usize)?)));
+        if let Some((body, over)) = body.filter(|(_, over)| over.start.gives()) {
+            if last.0 != body {
+                last = (body, hanging(body));
+            }
+            need += RESERVE_OF_BODY * over.start.mass() / f64::max(last.1, 1.0);
+        }
+        let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
+        let before = stuck.was_pull.get(mass as usize).length() / parts;
+        need = (need / parts).max(GROWTH * borne(scratch, contact, before));
+        let most = strength * share * own.area_of(mass) / parts;
+        pull(sheets, members, contact, need.min(most), bodies, around);
+        if let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck {
+            stuck.bonds += usize::from(!std::mem::replace(&mut stuck.held[mass as usize], true));
+        }
+    });
+}
+
+/// Load of a bond in the step, N, given the bond force `force`: its tension, plus the normal force
+/// that its friction requires.
+fn borne(scratch: &Scratch, contact: &Contact, force: f64) -> f64 {
+    let contact_force = scratch.force_of(&contact.key).unwrap_or(DVec3::ZERO);
+    let across = contact_force.dot(contact.normal).abs();
+    let along = contact_force.reject_from_normalized(contact.normal).length();
+    let friction = if contact.friction > 0.0 { along / contact.friction } else { 0.0 };
+    (force - across).max(0.0) + friction
+}
+
+/// Pull the two sides of a contact together with `force` (N).
+fn pull(sheets: &mut [Sheet], members: &[u32], contact: &Contact, force: f64, bodies: &[u32], around: &Surroundings) {
+    let Some((owner, ..)) = of_mass(contact) else { return };
+    for (side, sign) in [(&contact.a, -force), (&contact.b, force)] {
+        let push = contact.normal * sign;
+        match side {
+            Side::Sheet { sheet, point } => {
+                let Some(stuck) = &mut sheets[members[*sheet as usize] as usize].work.stuck else { continue };
+                for (i, w) in point.terms() {
+                    stuck.pull.set(i as usize, stuck.pull.get(i as usize) + push * w);
+                }
+            }
+            Side::Body { body, local } => {
+                let Some(index) = bodies.get(*body as usize) else { continue };
+                let gives = around.bodies.get(*index as usize).is_some_and(|b| b.start.gives());
+                if let Some(stuck) = sheets[members[owner as usize] as usize].work.stuck.as_mut().filter(|_| gives) {
+                    stuck.on_bodies.push((*index, push, *local));
+                }
+            }
+        }
+    }
+}
+
+/// Sheet, node and point of a contact of one node with a body or triangle; `None` for other
+/// contacts.
+fn of_mass(contact: &Contact) -> Option<(u32, u32, SheetPoint)> {
+    let single = |side: &Side| match side {
+        Side::Sheet { sheet, point } if point.weights[0] == 1.0 => Some((*sheet, point.masses[0], *point)),
+        _ => None,
+    };
+    single(&contact.a).or_else(|| single(&contact.b))
+}
+
+/// Direction from the node of a contact to its other side.
+fn towards(contact: &Contact) -> DVec3 {
+    let of_a = matches!(contact.a, Side::Sheet { point, .. } if point.weights[0] == 1.0);
+    if of_a { -contact.normal } else { contact.normal }
+}
+
+/// The other sheet of a sheet-sheet contact, with the contact point on it.
+fn other_sheet(contact: &Contact) -> Option<(u32, SheetPoint)> {
+    let (sheet, mass, own) = of_mass(contact)?;
+    [contact.a, contact.b].into_iter().find_map(|side| match side {
+        Side::Sheet { sheet: other, point } if (other, point) != (sheet, own) => {
+            Some((other, point)).filter(|_| other != sheet || point.masses[0] != mass)
+        }
+        _ => None,
+    })
+}
+
+/// Index in the island of the body of a contact, if it has one.
+fn other_body(contact: &Contact) -> Option<u32> {
+    [contact.a, contact.b].into_iter().find_map(|side| match side {
+        Side::Body { body, .. } => Some(body),
+        Side::Sheet { .. } => None,
+    })
+}

@@ -1,0 +1,75 @@
+//! Contact of sheets with rigid bodies, with each other and with themselves.
+//!
+//! Every contact joins a point of a sheet to a point of a body or sheet. Its gap g (m) along the
+//! unit normal n and its force p (N) obey the Signorini conditions and Coulomb's law with friction
+//! coefficient μ:
+//!
+//!   0 ≤ g ⊥ p_n ≥ 0,   |p_t| ≤ μ p_n,   p_t = -μ p_n u_t/|u_t| in slip.
+//!
+//! One stage of an implicit integrator, for one island:
+//!
+//! 1. Free motion: each sheet solves its linearised stage problem without contact.
+//! 2. Detection (`collision`): contacts that the free motion may close, with keys that identify
+//!    them from step to step (`detected`).
+//! 3. Position solve: forces p and displacements δ with H δ = Jᵀ p, where H = M/h² + K is the
+//!    tangent matrix of sheets and bodies, h (s) the weight of the stage and J the contact
+//!    Jacobian. Penetration is removed; friction acts against the tangential displacement of the
+//!    stage.
+//! 4. The iterate moves by free motion plus δ. Steps 1 to 4 are the outer iteration
+//!    (`outer_iteration`). It ends when the strain is the predicted one and no surface penetrates
+//!    another (`convergence`).
+//! 5. Velocity solve: the same system for the contacts that are closed, with restitution.
+//!
+//! `stage` chooses the contact solver in one function, `positions_by_newton`:
+//!
+//! | solver | unknowns | used when |
+//! |---|---|---|
+//! | `solver/dual` | contact forces | the working set is small compared to the nodes |
+//! | `solver/primal` | displacements | many contacts |
+//! | `solver/alart_curnier` | contact forces | the dual solver stagnates, up to 128 contacts |
+//! | `solver/node_sweeps` (PGS) | contact forces | explicit integrators; last fallback of a single sheet |
+//!
+//! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
+//! method in either set of unknowns, with an interior point method for the primal one when many
+//! contacts change state.
+//!
+//! A friction law enters in `coulomb` (one contact), `solver/augmented_lagrangian/contact_state`
+//! (projection and derivative), `solver/alart_curnier` (residual and derivative), `solver/pgs`
+//! (projection) and `solver/augmented_lagrangian/interior_point` (smoothed law).
+//!
+//! With explicit integrators, nodes meet kinematic and static bodies one by one, without a solver
+//! (`node`; thesis 4.6 and appendix B). Their other contacts go through the PGS solver with H =
+//! M/h².
+//!
+//! `adhesion` adds the tensile forces of hot sheets as applied forces. `warm_start` stores contact
+//! forces between solves. Contact knows positions, velocities, masses and the tangent matrix of a
+//! sheet, not its elements.
+//!
+//! Rapier works in `f32` in the frame of each body. Positions are transformed to that frame in
+//! `f64`, so that distance from the origin costs no accuracy.
+
+pub(crate) mod adhesion;
+pub(crate) mod attachment;
+pub(crate) mod convergence;
+pub mod coulomb;
+pub(crate) mod detected;
+pub(crate) mod gap;
+pub mod node;
+pub(crate) mod outer_iteration;
+pub mod solver;
+pub(crate) mod solver_body;
+pub(crate) mod stage;
+pub(crate) mod step_bodies;
+pub(crate) mod warm_start;
+
+pub(crate) use crate::contact::node::clearance::Clearance;
+pub(crate) use crate::contact::solver::delassus::{Group, Unit};
+pub use crate::contact::stage::ContactCounters;
+
+/// Contact offset of a surface without thickness, m. It exceeds the resolution of `f32` at the
+/// scale of a body.
+pub const SKIN: f64 = 1e-5;
+
+/// Approach speed (m/s) below which a node of an explicit integrator does not rebound. A resting
+/// node falls into the surface by g·dt per step and must stay on it.
+pub const REST_SPEED: f64 = 0.01;

@@ -1,0 +1,326 @@
+//! Which masses of an explicit engine met which surfaces in a step, of bodies that do not give way: a mass then answers for
+//! itself alone, and needs no solver. All else that may touch them is for `stage`.
+//!
+//! Rapier's broad phase gives the colliders near the box that the sheet swept; masses that may have reached one (see
+//! `clearance`) are taken into its frame, met with its shape (`target`) and turned back (`response`). Impacts are then
+//! shared between layers (`through_thickness`), and masses that met two bodies are freed of both.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+use rapier3d::math::Real;
+use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
+use rapier3d::parry::shape::{Shape, TypedShape};
+use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
+
+use crate::contact::SKIN;
+use crate::contact::node::clearance::{First, Leg};
+use crate::contact::node::response::{Flight, Surface, arrival, resolve};
+use crate::contact::node::target::{Frame, Meeting, NO_FACE, Target};
+use crate::contact::node::through_thickness::{Strike, share_impacts};
+use crate::rigid::RigidView;
+use crate::sheet::Sheet;
+
+/// Bodies further than this fraction of the sheet's diagonal from its swept box are not looked at.
+const MARGIN: f64 = 0.05;
+
+/// Rounds in which masses caught between two bodies are freed.
+const CORNER_ROUNDS: usize = 3;
+
+/// A mass that goes less far than this after it met a surface, m, is not followed: it can get no deeper.
+const LONG_LEG: f64 = 10.0 * SKIN;
+
+/// Cosine of the angle below which two normals are those of one face.
+const SAME_FACE: f64 = 1.0 - 1e-6;
+
+/// Told of every mass that touches a collider in a step.
+pub trait Touch {
+    /// Mass `mass` touched `collider`.
+    fn touched(&mut self, collider: ColliderHandle, mass: usize);
+}
+
+/// Resolves the contact of `sheet` after its engine moved it for `dt` s from `work.x_before`, `work.v_before`.
+///
+/// `remaining` is the time from the end of this part of the step to the time the bodies' poses are of.
+pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) {
+    let reach = reach_of_moving(view, dt + remaining);
+    let offset = sheet.contact_offset();
+    let margin = (MARGIN * sheet.spread).max(2.0 * offset);
+    // Bodies that are only lent may be moved by their owner without a velocity to know it by.
+    if !view.owned {
+        sheet.work.clearance.forget();
+    }
+    let inverse_mass = &sheet.inverse_mass;
+    if !sheet.work.clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
+        return;
+    }
+    let Some((low, high)) = swept(sheet) else { return };
+    let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
+    for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
+        let target = Target::new(handle, collider, view, sheet, dt, remaining);
+        meet(sheet, &target, dt, margin);
+    }
+    let mut struck = turn_all(sheet, dt, touch);
+    if !sheet.work.clearance.legs.is_empty() {
+        struck |= follow(sheet, view, dt, remaining, touch);
+    }
+    if struck {
+        if sheet.stack.is_layered() {
+            share_impacts(sheet, dt);
+        }
+        sheet.work.struck.fill(Strike::default());
+    }
+    if !sheet.work.clearance.cornered.is_empty() {
+        free_cornered(sheet, view, around, dt, remaining);
+    }
+    sheet.work.clearance.end(&sheet.x);
+}
+
+/// Radius of a body that has no bounds, m: as far as anything may be placed.
+const UNBOUNDED: f64 = 1e4;
+
+/// How far any point of a moving body may have come in `time` s: its speed, and its turn times its radius.
+fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
+    let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && !view.gives_way(b));
+    let reach = moving.map(|(_, body)| {
+        let turn = f64::from(body.angvel().length());
+        let radius = if turn > 0.0 { radius_of(body, view) } else { 0.0 };
+        (f64::from(body.linvel().length()) + turn * radius) * time
+    });
+    reach.fold(0.0, f64::max)
+}
+
+/// Distance from a body's centre of mass to the furthest corner of the boxes around its colliders, m.
+fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
+    let centre = body.center_of_mass();
+    let colliders = body.colliders().iter().filter_map(|c| view.colliders.get(*c));
+    let radii = colliders.map(|collider| {
+        let sphere = collider.shape().compute_bounding_sphere(collider.position());
+        f64::from(sphere.center.distance(centre) + sphere.radius)
+    });
+    radii.fold(0.0, f64::max).min(UNBOUNDED)
+}
+
+fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
+    let (a, b) = sheet.work.x_before.bounds()?;
+    let (c, d) = sheet.x.bounds()?;
+    Some((a.min(c), b.max(d)))
+}
+
+/// Finds for the masses that must be looked at where they meet one collider, and keeps the surface that each meets first.
+fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
+    let offset = sheet.contact_offset();
+    for i in 0..sheet.x.len() {
+        if sheet.work.clearance.nearest[i] < 0.0 {
+            continue;
+        }
+        let flight = whole_flight(sheet, i, dt);
+        let reach = if sheet.work.clearance.is_new(i) { Real::MAX } else { margin as Real };
+        let (near, mut face) = sheet.work.clearance.face[i];
+        if near != target.handle {
+            face = NO_FACE;
+        }
+        let (a, b) = (target.start.local(flight.x0), target.end.local(flight.x1));
+        let clearance = &mut sheet.work.clearance;
+        match target.meet(a, b, reach, &mut face) {
+            Meeting::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
+            Meeting::Surface(surface) => {
+                let tau = arrival(&flight, &surface, offset);
+                let before = &mut clearance.first[i];
+                let earlier = before.is_none_or(|b| tau < b.tau);
+                if before.is_none() {
+                    clearance.met.push(i as u32);
+                }
+                let another = before.is_some();
+                if earlier {
+                    *before = Some(First { collider: target.handle, face, surface, tau, another });
+                } else if let Some(before) = before {
+                    before.another = true;
+                }
+            }
+        }
+    }
+}
+
+/// Mass `i` over a step of `dt` s as the engine moved it.
+fn whole_flight(sheet: &Sheet, i: usize, dt: f64) -> Flight {
+    let work = &sheet.work;
+    let drift = sheet.engine_kind.info().drift;
+    Flight { x0: work.x_before.get(i), v0: work.v_before.get(i), x1: sheet.x.get(i), v1: sheet.v.get(i), dt, drift }
+}
+
+/// Turns aside every mass that met something at what it met first; true if any took an impact.
+fn turn_all(sheet: &mut Sheet, dt: f64, touch: &mut dyn Touch) -> bool {
+    let mut struck = false;
+    for k in 0..sheet.work.clearance.met.len() {
+        let i = sheet.work.clearance.met[k] as usize;
+        let Some(first) = sheet.work.clearance.first[i].take() else { continue };
+        let flight = whole_flight(sheet, i, dt);
+        sheet.work.clearance.face[i] = (first.collider, first.face);
+        struck |= turn_aside(sheet, i, &flight, &first.surface, first.collider, first.another);
+        touch.touched(first.collider, i);
+    }
+    struck
+}
+
+/// Lets mass `i` on its `flight` meet `surface` of a collider, and keeps the rest of its way if it is long or `another`
+/// collider was in it; true if that was an impact.
+fn turn_aside(
+    sheet: &mut Sheet,
+    i: usize,
+    flight: &Flight,
+    surface: &Surface,
+    from: ColliderHandle,
+    another: bool,
+) -> bool {
+    let out = resolve(flight, surface, sheet.contact_offset());
+    sheet.x.set(i, out.x);
+    sheet.v.set(i, out.v);
+    sheet.counters.contacts += 1;
+    let clearance = &mut sheet.work.clearance;
+    clearance.nearest[i] = 0.0;
+    if sheet.work.touching[i] {
+        clearance.cornered.push(i as u32);
+    }
+    sheet.work.touching[i] = true;
+    if out.rest > 0.0 && (another || out.x.distance_squared(out.touch) > LONG_LEG * LONG_LEG) {
+        let (x0, v0, x1, v1) = (out.touch, out.leaving, out.x, out.v);
+        let flight = Flight { x0, v0, x1, v1, dt: out.rest, drift: flight.drift };
+        clearance.legs.push(Leg { mass: i as u32, from, normal: surface.normal, flight });
+    }
+    if out.impact > 0.0 {
+        sheet.work.struck[i] = Strike {
+            share: 1.0,
+            normal: surface.normal,
+            body: surface.velocity,
+            restitution: surface.restitution,
+            friction: surface.friction,
+            rest: out.rest,
+        };
+    }
+    out.impact > 0.0
+}
+
+/// Follows masses that were turned aside on the rest of their way, which may take them into another face or body: a mass
+/// that slides along one wall of a corner must not leave through the other. True if any took an impact.
+fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) -> bool {
+    let mut struck = false;
+    for _ in 0..CORNER_ROUNDS {
+        let clearance = &mut sheet.work.clearance;
+        std::mem::swap(&mut clearance.legs, &mut clearance.last_legs);
+        clearance.legs.clear();
+        let ends = clearance.last_legs.iter().flat_map(|leg| [leg.flight.x0, leg.flight.x1]);
+        let low = ends.clone().fold(DVec3::INFINITY, DVec3::min);
+        let high = ends.fold(DVec3::NEG_INFINITY, DVec3::max);
+        if low.x > high.x {
+            break;
+        }
+        let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened(reach_of_moving(view, dt + remaining) as Real);
+        for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
+            let target = Target::new(handle, collider, view, sheet, dt, remaining);
+            for k in 0..sheet.work.clearance.last_legs.len() {
+                let leg = sheet.work.clearance.last_legs[k];
+                let i = leg.mass as usize;
+                // Along one face of a convex body there is no way into it.
+                if leg.from == handle && target.convex {
+                    continue;
+                }
+                let flight = Flight { x1: sheet.x.get(i), v1: sheet.v.get(i), ..leg.flight };
+                let (a, b) = (target.before_end(flight.dt).local(flight.x0), target.end.local(flight.x1));
+                let Meeting::Surface(surface) = target.meet(a, b, 0.0, &mut { NO_FACE }) else { continue };
+                if leg.from == handle && surface.normal.dot(leg.normal) > SAME_FACE {
+                    continue;
+                }
+                struck |= turn_aside(sheet, i, &flight, &surface, handle, false);
+                touch.touched(handle, i);
+            }
+        }
+    }
+    struck
+}
+
+/// Puts masses that met two bodies outside both, without approach velocity, in a few alternating projections.
+fn free_cornered(sheet: &mut Sheet, view: &RigidView, around: Aabb, dt: f64, remaining: f64) {
+    for _ in 0..CORNER_ROUNDS {
+        for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
+            let target = Target::new(handle, collider, view, sheet, dt, remaining);
+            for k in 0..sheet.work.clearance.cornered.len() {
+                let i = sheet.work.clearance.cornered[k] as usize;
+                let Some(surface) = target.holds(sheet.x.get(i)) else { continue };
+                let depth = sheet.contact_offset() - (sheet.x.get(i) - surface.point).dot(surface.normal);
+                let approach = (sheet.v.get(i) - surface.velocity).dot(surface.normal);
+                sheet.x.set(i, sheet.x.get(i) + surface.normal * depth.max(0.0));
+                sheet.v.set(i, sheet.v.get(i) - surface.normal * approach.min(0.0));
+            }
+        }
+    }
+}
+
+/// How deep the deepest mass of `sheet` is inside a body now, m; 0 when none is.
+pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
+    let Some((low, high)) = sheet.x.bounds() else { return 0.0 };
+    let mut deepest = 0.0_f64;
+    for (_, collider) in view.query().intersect_aabb_conservative(Aabb::new(low.as_vec3(), high.as_vec3())) {
+        let frame = Frame::of(collider.position());
+        for p in sheet.x.iter() {
+            let local = frame.local(p);
+            // Of Parry's projections this is the one that knows the inside of an oriented mesh.
+            let (projection, _) = collider.shape().project_local_point_and_get_feature(local);
+            let depth = frame.world(projection.point).distance(p);
+            if projection.is_inside && depth > deepest && is_within(collider.shape(), local.as_dvec3()) {
+                deepest = depth;
+            }
+        }
+    }
+    deepest
+}
+
+/// Whether `p` is within a solid whose projections say so: a polyhedron is to wind around it, which is that the solid angles of its triangles seen
+/// from there add up to 4π, and from outside to nothing. By itself Parry takes what is near a sharp corner to be inside where it is not.
+/// (Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983.)
+fn is_within(shape: &dyn Shape, p: DVec3) -> bool {
+    let angle = |corners: [Vector; 3]| {
+        let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p);
+        let (x, y, z) = (a.length(), b.length(), c.length());
+        let volume = a.dot(b.cross(c));
+        2.0 * volume.atan2(x * y * z + a.dot(b) * z + b.dot(c) * x + c.dot(a) * y)
+    };
+    let around: f64 = match shape.as_typed_shape() {
+        TypedShape::TriMesh(mesh) => mesh.triangles().map(|t| angle([t.a, t.b, t.c])).sum(),
+        TypedShape::ConvexPolyhedron(solid) => {
+            let (vertices, triangles) = solid.to_trimesh();
+            triangles.iter().map(|t| angle(t.map(|i| vertices[i as usize]))).sum()
+        }
+        _ => return true,
+    };
+    around.abs() > TAU
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::polyhedron::pyramid::pyramid;
+    use rapier3d::prelude::{SharedShape, TriMeshFlags};
+
+    /// A slender pyramid is where projections err: what is beside its tip they may take to be within.
+    #[test]
+    fn what_is_beside_a_needles_tip_is_not_within_it() {
+        let needle = pyramid(0.016, 0.05);
+        let vertices: Vec<_> = needle.vertices.iter().map(|p| p.as_vec3()).collect();
+        let triangles = needle.triangulate();
+        let mesh = SharedShape::trimesh_with_flags(vertices.clone(), triangles.clone(), TriMeshFlags::ORIENTED);
+        let shapes = [mesh.expect("closed"), SharedShape::convex_mesh(vertices, &triangles).expect("convex")];
+        let steps = |n: i32, scale: f64| (0..=n).map(move |k| scale * (f64::from(k) + 0.37) / f64::from(n));
+        let mut within = [0, 0];
+        for (x, y, z) in steps(12, 0.024).flat_map(|x| {
+            steps(12, 0.06).flat_map(move |y| steps(12, 0.024).map(move |z| (x - 0.012, y - 0.005, z - 0.012)))
+        }) {
+            let inside = y > 0.0 && x.abs().max(z.abs()) < 0.008 * (1.0 - y / 0.05);
+            for (shape, count) in shapes.iter().zip(&mut within) {
+                assert_eq!(is_within(&*shape.0, DVec3::new(x, y, z)), inside, "({x}, {y}, {z})");
+                *count += u32::from(inside);
+            }
+        }
+        assert!(within[0] > 100, "{within:?}");
+    }
+}

@@ -1,0 +1,169 @@
+//! What contact does to one mass (thesis appendix B, with friction as Coulomb has it).
+//!
+//! With n the outward normal and v the velocity relative to the body, an impact at approach speed vₙ = v·n < 0 gives
+//! vₙ' = -e vₙ (e = 0 below [`REST_SPEED`]) and takes from the tangential velocity at most μ (1 + e) |vₙ|: less when that
+//! stops it, which is sticking.
+//!
+//! Within a step that takes a mass from x₀ to x₁ and its velocity from v₀ to v₁ through the surface, the instant of contact
+//! τ is where the straight line crosses it; the velocity there is v₁ - a (1 - τ) dt with a = (v₁ - v₀)/dt. After the impact
+//! the same acceleration acts for the rest of the step; where it presses into the surface its normal part is taken up, with
+//! friction again, and the mass moves on as the engine would move it: by its velocity and θ times the change of it. A mass at rest on a surface has τ = 0, so this
+//! one rule bounces, slides, sticks and rests, with an error of second order in the step.
+
+use glam::DVec3;
+
+use crate::contact::REST_SPEED;
+
+/// A surface that a mass met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surface {
+    /// Point of the surface nearest to where the mass would be, m.
+    pub point: DVec3,
+    /// Outward normal, unit.
+    pub normal: DVec3,
+    /// Velocity of the surface there, m/s.
+    pub velocity: DVec3,
+    /// Coefficient of friction of the pair.
+    pub friction: f64,
+    /// Coefficient of restitution of the pair.
+    pub restitution: f64,
+}
+
+/// A mass over a step, before contact: from (x0, v0) to (x1, v1) in `dt`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flight {
+    /// Position at the start, m.
+    pub x0: DVec3,
+    /// Velocity at the start, m/s.
+    pub v0: DVec3,
+    /// Position at the end, m.
+    pub x1: DVec3,
+    /// Velocity at the end, m/s.
+    pub v1: DVec3,
+    /// Length of the step, s.
+    pub dt: f64,
+    /// Weight of the acceleration in the engine's displacement, Δx = v h + θ a h².
+    pub drift: f64,
+}
+
+/// What came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    /// Where the mass met the surface, m.
+    pub touch: DVec3,
+    /// Its velocity right after that, m/s.
+    pub leaving: DVec3,
+    /// Position at the end of the step, m.
+    pub x: DVec3,
+    /// Velocity at the end of the step, m/s.
+    pub v: DVec3,
+    /// Approach speed of the impact, m/s; 0 for resting contact.
+    pub impact: f64,
+    /// How much of the step was left when the surface was met, s.
+    pub rest: f64,
+}
+
+/// `v` shortened by `amount` (m/s), to zero if that is more than its length.
+pub fn slowed(v: DVec3, amount: f64) -> DVec3 {
+    let speed = v.length();
+    if speed <= amount { DVec3::ZERO } else { v * (1.0 - amount / speed) }
+}
+
+/// When a flight that ends behind `surface` reaches it, as a fraction of the flight: 0 if it began there.
+pub fn arrival(flight: &Flight, surface: &Surface, skin: f64) -> f64 {
+    // In the frame of the surface, which moves with constant velocity over the step.
+    let start = (flight.x0 + surface.velocity * flight.dt - surface.point).dot(surface.normal) - skin;
+    let end = (flight.x1 - surface.point).dot(surface.normal) - skin;
+    if start > 0.0 { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// Resolves a flight that ends behind `surface`, keeping the mass `skin` in front of it.
+pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
+    let Flight { x0, v0, x1, v1, dt, drift } = *flight;
+    let n = surface.normal;
+    let tau = arrival(flight, surface, skin);
+    let rest = (1.0 - tau) * dt;
+    let acceleration = (v1 - v0) / dt;
+    let arriving = v1 - surface.velocity - acceleration * rest;
+
+    // The Euler schemes keep velocities half a step off the path they draw; an impact is at the path's own velocity.
+    let shift = acceleration * ((drift - 0.5) * dt);
+    let (mut leaving, impact) = bounce(arriving + shift, surface);
+    leaving = if impact > 0.0 { leaving - shift } else { bounce(arriving, surface).0 };
+    // The rest of the step.
+    let mut last = leaving + acceleration * rest;
+    let pressing = last.dot(n);
+    if pressing < 0.0 {
+        last = slowed(last - n * pressing, -surface.friction * pressing);
+    }
+    let touch = x0 + (x1 - x0) * tau;
+    let on_path = if impact > 0.0 { shift } else { DVec3::ZERO };
+    let weight = if impact > 0.0 { 0.5 } else { drift };
+    let mut x = touch + (surface.velocity + leaving.lerp(last, weight) + on_path) * rest;
+    let depth = skin - (x - surface.point).dot(n);
+    if depth > 0.0 {
+        x += n * depth;
+    }
+    Outcome { touch, leaving: leaving + surface.velocity, x, v: last + surface.velocity, impact, rest }
+}
+
+/// Relative velocity after the impact, and the approach speed if it counts as one.
+fn bounce(v: DVec3, surface: &Surface) -> (DVec3, f64) {
+    let n = surface.normal;
+    let approach = v.dot(n);
+    if approach >= 0.0 {
+        return (v, 0.0);
+    }
+    let is_impact = -approach > REST_SPEED;
+    let e = if is_impact { surface.restitution } else { 0.0 };
+    let impulse = -(1.0 + e) * approach;
+    let along = slowed(v - n * approach, surface.friction * impulse);
+    (along - n * (e * approach), if is_impact { -approach } else { 0.0 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FLOOR: Surface =
+        Surface { point: DVec3::ZERO, normal: DVec3::Y, velocity: DVec3::ZERO, friction: 0.3, restitution: 0.5 };
+
+    #[test]
+    fn an_impact_reverses_the_normal_and_slows_the_tangential_velocity() {
+        let v = DVec3::new(4.0, -2.0, 0.0);
+        let flight = Flight { x0: DVec3::Y, v0: v, x1: DVec3::Y + v, v1: v, dt: 1.0, drift: 0.5 };
+        let out = resolve(&flight, &FLOOR, 0.0);
+        // Friction takes 0.3 · 1.5 · 2 from 4; half the step is left after the impact.
+        assert!(out.v.distance(DVec3::new(3.1, 1.0, 0.0)) < 1e-12, "{out:?}");
+        assert!(out.x.distance(DVec3::new(2.0 + 1.55, 0.5, 0.0)) < 1e-12, "{out:?}");
+        assert_eq!(out.impact, 2.0);
+    }
+
+    #[test]
+    fn a_stuck_mass_stays_exactly_where_it_is() {
+        let g = DVec3::new(0.2, -1.0, 0.0);
+        let flight = Flight { x0: DVec3::ZERO, v0: DVec3::ZERO, x1: g * 0.005, v1: g * 0.1, dt: 0.1, drift: 0.5 };
+        let out = resolve(&flight, &FLOOR, 0.0);
+        assert_eq!((out.x, out.v), (DVec3::ZERO, DVec3::ZERO));
+    }
+
+    #[test]
+    fn a_sliding_mass_slows_by_friction_times_the_normal_acceleration() {
+        let (g, dt) = (DVec3::new(0.0, -10.0, 0.0), 0.01);
+        let v0 = DVec3::new(1.0, 0.0, 0.0);
+        let flight = Flight { x0: DVec3::ZERO, v0, x1: v0 * dt + g * (0.5 * dt * dt), v1: v0 + g * dt, dt, drift: 0.5 };
+        let out = resolve(&flight, &FLOOR, 0.0);
+        assert!((out.v.x - (1.0 - 0.3 * 10.0 * dt)).abs() < 1e-12);
+        assert!((out.x.x - (dt - 0.5 * 3.0 * dt * dt)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_surface_that_moves_carries_what_sticks_to_it() {
+        let belt = Surface { velocity: DVec3::new(0.5, 0.0, 0.0), friction: 10.0, ..FLOOR };
+        let (dt, g) = (0.01, DVec3::new(0.0, -10.0, 0.0));
+        let v0 = belt.velocity;
+        let flight = Flight { x0: DVec3::ZERO, v0, x1: v0 * dt + g * (0.5 * dt * dt), v1: v0 + g * dt, dt, drift: 0.5 };
+        let out = resolve(&flight, &belt, 0.0);
+        assert!(out.v.distance(v0) < 1e-15 && out.x.distance(v0 * dt) < 1e-15, "{out:?}");
+    }
+}

@@ -1,0 +1,297 @@
+//! One collider over a step of a sheet: its frame at the start and at the end, and what a moving point meets of it.
+//!
+//! A point goes from a (in the collider's frame at the start of the step) to b (in its frame at the end). Parry projects b
+//! on the shape. With n the normal of the nearest face, a convex shape lies wholly behind that face: a point that ends
+//! outside and is in front of the face at both ends met nothing, and one that ends inside and was in front came through it.
+//! Everything else (a concave shape, a way in through another face, a passage right through a thin plate) is settled by
+//! casting the way from a to b as a ray.
+
+use glam::{DMat3, DQuat, DVec3};
+use rapier3d::math::{Pose, Real, Vector};
+use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
+use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
+use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
+use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
+
+use crate::contact::SKIN;
+use crate::contact::node::response::Surface;
+use crate::rigid::{CONVEX, RigidView};
+use crate::sheet::Sheet;
+
+/// A rigid frame in f64.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame {
+    /// Where its origin is, m.
+    pub origin: DVec3,
+    /// From its axes to the world's.
+    pub rotation: DMat3,
+}
+
+impl Frame {
+    pub fn of(pose: &Pose) -> Self {
+        let rotation = DMat3::from_quat(pose.rotation.as_dquat().normalize());
+        Self { origin: pose.translation.as_dvec3(), rotation }
+    }
+
+    pub fn local(&self, p: DVec3) -> Vector {
+        (self.rotation.transpose() * (p - self.origin)).as_vec3()
+    }
+
+    pub fn world(&self, p: Vector) -> DVec3 {
+        self.rotation * p.as_dvec3() + self.origin
+    }
+
+    /// The frame a time `dt` earlier, for a body moving with `linear` and `angular` about `centre`.
+    fn earlier(&self, linear: DVec3, angular: DVec3, centre: DVec3, dt: f64) -> Self {
+        let back = DMat3::from_quat(DQuat::from_scaled_axis(-angular * dt));
+        Self { origin: centre + back * (self.origin - centre) - linear * dt, rotation: back * self.rotation }
+    }
+}
+
+/// What a point met, or how far from the shape it certainly is.
+pub(crate) enum Meeting {
+    /// It ended behind this surface, or passed it.
+    Surface(Surface),
+    /// It met nothing, and the shape is at least this far away, m.
+    Clear(Real),
+}
+
+/// A collider over a step.
+pub(crate) struct Target<'a> {
+    pub handle: ColliderHandle,
+    pub end: Frame,
+    pub start: Frame,
+    shape: &'a dyn Shape,
+    kind: Kind<'a>,
+    pub convex: bool,
+    /// Whether its body may move.
+    moves: bool,
+    /// Box of the shape in its own frame, grown by the skin.
+    bounds: Aabb,
+    linear: DVec3,
+    angular: DVec3,
+    centre: DVec3,
+    friction: f64,
+    restitution: f64,
+    /// Distance at which a mass lies on it, m.
+    skin: f64,
+}
+
+/// Shapes with a way of their own.
+#[derive(Clone, Copy)]
+enum Kind<'a> {
+    Mesh(&'a TriMesh),
+    /// A half space, by its outward normal.
+    Plane(Vector),
+    Other,
+}
+
+/// Where a point projects on a shape.
+struct Nearest {
+    point: Vector,
+    inside: bool,
+    normal: Option<Vector>,
+    face: u32,
+}
+
+/// Stands for no face in a hint.
+pub(crate) const NO_FACE: u32 = u32::MAX;
+
+impl<'a> Target<'a> {
+    /// `remaining` is the time from the end of the step to the time the body's pose is of.
+    pub fn new(
+        handle: ColliderHandle,
+        collider: &'a Collider,
+        view: &RigidView<'a>,
+        sheet: &Sheet,
+        dt: f64,
+        remaining: f64,
+    ) -> Self {
+        let body = collider.parent().and_then(|h| view.bodies.get(h)).filter(|b| !b.is_fixed());
+        let (linear, angular, centre) = body.map_or((DVec3::ZERO, DVec3::ZERO, DVec3::ZERO), |b| {
+            (b.linvel().as_dvec3(), b.angvel().as_dvec3(), b.center_of_mass().as_dvec3())
+        });
+        let last = Frame::of(collider.position());
+        let (mut end, mut start) = (last, last);
+        if body.is_some() {
+            end = last.earlier(linear, angular, centre, remaining);
+            start = last.earlier(linear, angular, centre, remaining + dt);
+        }
+        let shape = collider.shape();
+        let kind = match shape.as_typed_shape() {
+            TypedShape::TriMesh(mesh) => Kind::Mesh(mesh),
+            TypedShape::HalfSpace(plane) => Kind::Plane(plane.normal),
+            _ => Kind::Other,
+        };
+        let skin = sheet.contact_offset();
+        let (friction, restitution) = view.coefficients(sheet, handle, collider);
+        Self {
+            handle,
+            shape,
+            kind,
+            moves: body.is_some(),
+            convex: collider.user_data == CONVEX || is_convex(shape),
+            bounds: shape.compute_local_aabb().loosened(2.0 * skin as Real),
+            end,
+            start,
+            linear,
+            angular,
+            centre: centre - linear * remaining,
+            friction,
+            restitution,
+            skin,
+        }
+    }
+
+    /// Its frame a time `dt` before the end of the step.
+    pub fn before_end(&self, dt: f64) -> Frame {
+        if self.moves { self.end.earlier(self.linear, self.angular, self.centre, dt) } else { self.end }
+    }
+
+    /// What a point going from `a` (local, at the start) to `b` (local, at the end) meets. Surfaces further than `reach`
+    /// from b need not be found. `face` is where the point lay on this shape last, if it did, and is brought up to date.
+    pub fn meet(&self, a: Vector, b: Vector, reach: Real, face: &mut u32) -> Meeting {
+        let (skin, fine) = (self.skin as Real, SKIN as Real);
+        if let Kind::Plane(n) = self.kind {
+            let height = b.dot(n);
+            return if height < skin {
+                Meeting::Surface(self.surface(b - n * height, n))
+            } else {
+                Meeting::Clear(height)
+            };
+        }
+        if !self.bounds.intersects(&Aabb::new(a.min(b), a.max(b))) {
+            return Meeting::Clear(self.bounds.distance_to_local_point(b, true));
+        }
+        if let Some(surface) = self.still_on(*face, a, b) {
+            return Meeting::Surface(surface);
+        }
+        let travel = (b - a).length();
+        let reach = reach.max(travel + 2.0 * skin);
+        let Some(nearest) = self.nearest(b, reach) else { return Meeting::Clear(reach) };
+        *face = nearest.face;
+        let offset = b - nearest.point;
+        let distance = offset.length();
+        if let Some(n) = nearest.normal.filter(|_| self.convex) {
+            let came_in_front = (a - nearest.point).dot(n) >= -0.5 * fine;
+            if came_in_front && (nearest.inside || distance < skin) {
+                return Meeting::Surface(self.surface(nearest.point, n));
+            }
+            if came_in_front && offset.dot(n) > 0.0 {
+                return Meeting::Clear(distance);
+            }
+        }
+        let may_have_crossed = travel > 10.0 * fine && (nearest.inside || distance < travel);
+        if let Some(surface) = may_have_crossed.then(|| self.cast(a, b)).flatten() {
+            return Meeting::Surface(surface);
+        }
+        if !nearest.inside && distance >= skin {
+            return Meeting::Clear(distance);
+        }
+        let away = if nearest.inside { -offset } else { offset };
+        let normal = nearest.normal.or_else(|| away.try_normalize()).or_else(|| (a - b).try_normalize());
+        normal.map_or(Meeting::Clear(0.0), |n| Meeting::Surface(self.surface(nearest.point, n)))
+    }
+
+    /// A point that lay on a face of a convex mesh and ends behind it, over the same triangle, is on it still: no search
+    /// is needed. Most points of a resting sheet are.
+    fn still_on(&self, face: u32, a: Vector, b: Vector) -> Option<Surface> {
+        let Kind::Mesh(mesh) = self.kind else { return None };
+        if face == NO_FACE || !self.convex || face as usize >= mesh.num_triangles() {
+            return None;
+        }
+        let triangle = mesh.triangle(face);
+        let (u, v) = (triangle.b - triangle.a, triangle.c - triangle.a);
+        let area = u.cross(v);
+        let n = area.try_normalize()?;
+        let (before, after) = ((a - triangle.a).dot(n), (b - triangle.a).dot(n));
+        if before < -0.5 * SKIN as Real || after >= self.skin as Real {
+            return None;
+        }
+        let along = b - n * after - triangle.a;
+        let whole = area.dot(area);
+        let (s, t) = (along.cross(v).dot(area), u.cross(along).dot(area));
+        (s >= 0.0 && t >= 0.0 && s + t <= whole).then(|| self.surface(b - n * after, n))
+    }
+
+    /// The surface at which a point at rest at `p` (world) is held back, if it is nearer than the skin or inside.
+    pub fn holds(&self, p: DVec3) -> Option<Surface> {
+        let b = self.end.local(p);
+        if !self.bounds.contains_local_point(b) {
+            return None;
+        }
+        let nearest = self.nearest(b, Real::MAX)?;
+        let close = nearest.inside || b.distance(nearest.point) < self.skin as Real;
+        Some(self.surface(nearest.point, nearest.normal?)).filter(|_| close)
+    }
+
+    fn nearest(&self, b: Vector, reach: Real) -> Option<Nearest> {
+        match self.kind {
+            Kind::Mesh(mesh) => {
+                let (on, (face, _)) = mesh.project_local_point_and_get_location_with_max_dist(b, false, reach)?;
+                let normal = mesh.triangle(face).normal();
+                Some(Nearest { point: on.point, inside: on.is_inside, normal, face })
+            }
+            Kind::Plane(n) => {
+                let height = b.dot(n);
+                Some(Nearest { point: b - n * height, inside: height <= 0.0, normal: Some(n), face: NO_FACE })
+            }
+            Kind::Other => {
+                let (on, feature) = self.shape.project_local_point_and_get_feature(b);
+                let normal = normal_of(self.shape, feature, on.point);
+                Some(Nearest { point: on.point, inside: on.is_inside, normal, face: NO_FACE })
+            }
+        }
+    }
+
+    fn cast(&self, a: Vector, b: Vector) -> Option<Surface> {
+        let ray = Ray::new(a, b - a);
+        let hit = self.shape.cast_local_ray_and_get_normal(&ray, 1.0, false)?;
+        let point = ray.point_at(hit.time_of_impact);
+        let normal = normal_of(self.shape, hit.feature, point).unwrap_or(hit.normal);
+        // A ray that starts inside meets the surface from behind: it is on its way out.
+        (ray.dir.dot(normal) < 0.0).then(|| self.surface(point, normal))
+    }
+
+    fn surface(&self, point: Vector, normal: Vector) -> Surface {
+        let point = self.end.world(point);
+        Surface {
+            point,
+            normal: (self.end.rotation * normal.as_dvec3()).normalize_or(DVec3::Y),
+            velocity: self.linear + self.angular.cross(point - self.centre),
+            friction: self.friction,
+            restitution: self.restitution,
+        }
+    }
+}
+
+/// Shapes whose own kind says they are convex.
+fn is_convex(shape: &dyn Shape) -> bool {
+    matches!(
+        shape.as_typed_shape(),
+        TypedShape::Ball(_)
+            | TypedShape::Cuboid(_)
+            | TypedShape::Capsule(_)
+            | TypedShape::HalfSpace(_)
+            | TypedShape::Cylinder(_)
+            | TypedShape::Cone(_)
+            | TypedShape::ConvexPolyhedron(_)
+    )
+}
+
+/// The exact normal of the face a feature names. Directions to nearby points lose all accuracy at a distance of a skin.
+fn normal_of(shape: &dyn Shape, feature: FeatureId, point: Vector) -> Option<Vector> {
+    if let Some(mesh) = shape.as_trimesh() {
+        let FeatureId::Face(face) = feature else { return None };
+        // Parry counts the back of face i as face i + n.
+        let face = face % mesh.num_triangles() as u32;
+        return mesh.triangle(face).normal();
+    }
+    if let Some(plane) = shape.as_halfspace() {
+        return Some(plane.normal);
+    }
+    match feature {
+        FeatureId::Face(_) => shape.feature_normal_at_point(feature, point),
+        _ => None,
+    }
+}

@@ -1,0 +1,298 @@
+//! The tangent that contact is added to: of one sheet as it is, or of several sheets and the bodies that give way as one matrix.
+//!
+//! A body that gives way has two block rows, the displacement of its centre of mass and its turn, with m/h² and I/h² on the
+//! diagonal: what the tangent M/h² + K of a sheet is for K = 0. Sheets and bodies do not couple but by contact, so the pattern
+//! of the joint matrix is theirs and what the contacts there are join. It is analysed anew when a contact joins what none
+//! joined before; a scene at rest keeps its pattern.
+
+use glam::DMat3;
+
+use crate::contact::solver::augmented_lagrangian::Row;
+use crate::contact::solver::delassus::Group;
+use crate::contact::solver_body::Mover;
+use crate::linear::{Backend, Factor, Pattern, analyse_joined};
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::System;
+
+/// How many times the blocks that contact has now may be kept of those that it has had.
+const MORE: f64 = 1.3;
+
+/// Block rows of something that has none.
+pub(crate) const NO_ROWS: u32 = u32::MAX;
+
+/// A symmetric matrix of 3x3 blocks that can be factorised with contact added to it.
+pub(crate) trait Tangent {
+    /// Where its blocks are.
+    fn pattern(&self) -> &Pattern;
+
+    /// Factorises it with what `add` adds to its values; false when that has no factor.
+    fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool;
+
+    /// Solves with the last factor, in place.
+    fn solve(&mut self, right: &mut [f64]);
+}
+
+/// The joint matrix of a group.
+#[derive(Default)]
+pub(crate) struct Joint {
+    /// First block row of every sheet and then of every body of the group; [`NO_ROWS`] for a body that does not give way.
+    first: Vec<u32>,
+    /// What the pattern was made for: block rows and blocks of every sheet, and `first`.
+    sizes: Vec<(u32, u32)>,
+    made_for: Vec<(u32, u32)>,
+    pattern: Pattern,
+    factor: Option<Box<dyn Factor>>,
+    /// Of every block of every sheet in turn, its block in the joint pattern.
+    slots: Vec<u32>,
+    base: Vec<f64>,
+    values: Vec<f64>,
+    places: Vec<[f64; 2]>,
+    depths: Vec<f64>,
+    /// Times that a pattern was analysed.
+    pub analyses: u64,
+    /// Whether the pattern is of a snapshot, and has no factor yet.
+    restored: bool,
+}
+
+impl Joint {
+    /// Lays the rows of `group` out; rows of contacts are made after this.
+    pub fn lay_out(&mut self, group: &Group) {
+        self.first.clear();
+        self.sizes.clear();
+        let mut next = 0;
+        for local in 0..group.members.len() as u32 {
+            let sheet = group.sheet(local);
+            let (rows, blocks) = sheet.tangent().map_or((0, 0), |t| (t.pattern().size(), t.pattern().blocks()));
+            self.first.push(next);
+            self.sizes.push((next, blocks as u32));
+            next += rows as u32;
+        }
+        for mover in &group.movers {
+            let first = if mover.gives() { next } else { NO_ROWS };
+            self.first.push(first);
+            self.sizes.push((first, 0));
+            next += if mover.gives() { 2 } else { 0 };
+        }
+        self.sizes.push((next, 0));
+    }
+
+    /// Block rows in all.
+    pub fn size(&self) -> usize {
+        self.sizes.last().map_or(0, |s| s.0 as usize)
+    }
+
+    /// First block row of sheet number `local` of the group.
+    pub fn sheet(&self, local: u32) -> u32 {
+        self.first[local as usize]
+    }
+
+    /// First block row of body number `body` of a group of `sheets` sheets, if it gives way.
+    pub fn body(&self, sheets: usize, body: u32) -> Option<u32> {
+        Some(self.first[sheets + body as usize]).filter(|f| *f != NO_ROWS)
+    }
+
+    /// Diagonal block of `row` in a stage of weight `h` (s), N/m.
+    pub fn diagonal_of(&self, group: &Group, row: u32, h: f64) -> DMat3 {
+        let sheets = group.members.len();
+        let local = self.first[..sheets].partition_point(|first| *first <= row) - 1;
+        let within = row - self.first[local];
+        let tangent = group.sheet(local as u32).tangent();
+        if let Some(tangent) = tangent.filter(|t| (within as usize) < t.pattern().size()) {
+            return tangent.diagonal(within);
+        }
+        let bodies = self.first[sheets..].iter().zip(&group.movers);
+        let of = bodies.into_iter().find(|(first, _)| **first != NO_ROWS && row.wrapping_sub(**first) < 2);
+        of.map_or(DMat3::IDENTITY, |(first, mover)| {
+            let (mass, inertia) = weight_of(mover, h);
+            if row == *first { mass } else { inertia }
+        })
+    }
+
+    /// Fills in the tangents of the sheets and the masses of the bodies in a stage of weight `h` (s), in a pattern that has what
+    /// `rows` join.
+    pub fn fill(&mut self, group: &Group, rows: &[Row], h: f64) {
+        if std::mem::take(&mut self.restored) && self.made_for == self.sizes {
+            self.begin_factor(group);
+        }
+        if self.made_for != self.sizes || !rows.iter().all(|row| covers(&self.pattern, row)) {
+            self.analyse(group, rows);
+        }
+        if let Some(factor) = &mut self.factor {
+            factor.use_threads(group.parallel);
+        }
+        self.base.fill(0.0);
+        let mut slots = self.slots.iter();
+        for local in 0..group.members.len() as u32 {
+            let Some(tangent) = group.sheet(local).tangent() else { continue };
+            for (block, slot) in tangent.values().chunks_exact(9).zip(slots.by_ref()) {
+                let at = 9 * *slot as usize;
+                self.base[at..at + 9].copy_from_slice(block);
+            }
+        }
+        for (i, mover) in group.movers.iter().enumerate() {
+            if let Some(first) = self.body(group.members.len(), i as u32) {
+                let (mass, inertia) = weight_of(mover, h);
+                for (row, block) in [(first, mass), (first + 1, inertia)] {
+                    let at = 9 * self.pattern.starts[row as usize] as usize;
+                    self.base[at..at + 9].copy_from_slice(&block.to_cols_array());
+                }
+            }
+        }
+    }
+
+    /// Makes the pattern for what `rows` join.
+    fn analyse(&mut self, group: &Group, rows: &[Row]) {
+        self.analyses += 1;
+        let same = self.made_for == self.sizes;
+        self.made_for.clone_from(&self.sizes);
+        let mut pairs = Vec::new();
+        for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
+            if let Some(tangent) = group.sheet(local).tangent() {
+                pairs.extend(tangent.pattern().iter().map(|(_, row, column)| (first + row, first + column)));
+            }
+        }
+        for (row, column) in rows.iter().flat_map(Row::pairs) {
+            pairs.push((row, column));
+        }
+        // What touched before may again, and another analysis is dearer than a few blocks that are zero.
+        let fresh = Pattern::new(self.size(), pairs.iter().copied());
+        pairs.extend(self.pattern.iter().filter(|_| same).map(|(_, row, column)| (row, column)));
+        let joined = Pattern::new(self.size(), pairs);
+        let is_little = joined.blocks() as f64 <= MORE * fresh.blocks() as f64;
+        self.pattern = if is_little { joined } else { fresh };
+        self.put(group);
+        self.begin_factor(group);
+    }
+
+    /// Keeps for a snapshot what the order of elimination depends on: it is of the step in which a contact last joined something new.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.count(self.made_for.len() as u64);
+        for (first, blocks) in &self.made_for {
+            to.count(u64::from(*first));
+            to.count(u64::from(*blocks));
+        }
+        to.count(self.pattern.size() as u64);
+        for column in 0..self.pattern.size() {
+            let rows = &self.pattern.rows[self.pattern.column(column)];
+            to.count(rows.len() as u64);
+            // The diagonal comes first, and rows ascend.
+            rows.windows(2).for_each(|pair| to.count(u64::from(pair[1] - pair[0])));
+        }
+        self.places.iter().for_each(|place| to.numbers(place));
+        to.numbers(&self.depths);
+    }
+
+    /// Takes it back. The factor is made when it is wanted, unless it is of just this.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        let mut made_for = Vec::new();
+        for _ in 0..from.length(2)? {
+            made_for.push((from.small()?, from.small()?));
+        }
+        let size = from.length(25)?;
+        let mut pairs = Vec::new();
+        for column in 0..size as u32 {
+            let mut row = column;
+            for _ in 1..from.length(1)? {
+                row = row.checked_add(from.small()?).filter(|r| (*r as usize) < size).ok_or(Cut)?;
+                pairs.push((row, column));
+            }
+        }
+        let pattern = Pattern::new(size, pairs);
+        let mut places = vec![[0.0; 2]; size];
+        places.iter_mut().try_for_each(|place| from.numbers(place))?;
+        let mut depths = vec![0.0; size];
+        from.numbers(&mut depths)?;
+        let has_factor = self.factor.is_some() && !self.restored;
+        if has_factor
+            && (&self.made_for, &self.pattern, &self.places, &self.depths) == (&made_for, &pattern, &places, &depths)
+        {
+            return Ok(());
+        }
+        // A size that fits no more makes it anew.
+        self.restored = !made_for.is_empty() && made_for.last().is_some_and(|s| s.0 as usize == size);
+        (self.made_for, self.pattern, self.places, self.depths) = (made_for, pattern, places, depths);
+        if !self.restored {
+            self.made_for.clear();
+        }
+        Ok(())
+    }
+
+    /// Makes ready for factors of the pattern there is.
+    fn begin_factor(&mut self, group: &Group) {
+        self.slots.clear();
+        for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
+            if let Some(tangent) = group.sheet(local).tangent() {
+                let slot =
+                    |(_, row, column): (usize, u32, u32)| self.pattern.slot(first + row, first + column).unwrap_or(0);
+                self.slots.extend(tangent.pattern().iter().map(slot));
+            }
+        }
+        self.factor = Some(analyse_joined(&self.pattern, &self.places, &self.depths, Backend::default()));
+        self.base.clear();
+        self.base.resize(9 * self.pattern.blocks(), 0.0);
+    }
+
+    /// Places of the block rows, which guide the ordering: on the ground, and the height of the sheet, which tells the sheets of
+    /// a pile apart.
+    fn put(&mut self, group: &Group) {
+        self.places.clear();
+        self.depths.clear();
+        for local in 0..group.members.len() as u32 {
+            let sheet = group.sheet(local);
+            let height = sheet.centre_of_mass().y;
+            for mass in sheet.block_masses() {
+                let x = sheet.x.get(*mass as usize);
+                self.places.push([x.x, x.z]);
+                self.depths.push(height);
+            }
+        }
+        for mover in group.movers.iter().filter(|m| m.gives()) {
+            let centre = mover.free.centre();
+            self.places.extend([[centre.x, centre.z]; 2]);
+            self.depths.extend([centre.y; 2]);
+        }
+    }
+}
+
+impl Tangent for Joint {
+    fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
+        self.values.clone_from(&self.base);
+        add(&mut self.values);
+        self.factor.as_mut().is_some_and(|f| f.factorize(&self.values).is_ok())
+    }
+
+    fn solve(&mut self, right: &mut [f64]) {
+        if let Some(factor) = &mut self.factor {
+            factor.solve(right);
+        }
+    }
+}
+
+impl Tangent for System {
+    fn pattern(&self) -> &Pattern {
+        self.pattern()
+    }
+
+    fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
+        self.factorize_with(add)
+    }
+
+    fn solve(&mut self, right: &mut [f64]) {
+        self.solve(right);
+    }
+}
+
+/// m/h² and I/h² of a body that gives way.
+fn weight_of(mover: &Mover, h: f64) -> (DMat3, DMat3) {
+    let per = 1.0 / (h * h);
+    (DMat3::from_diagonal(glam::DVec3::splat(per / mover.free.inverse_mass())), mover.free.inertia() * per)
+}
+
+/// Whether `pattern` couples all that `row` joins.
+pub(crate) fn covers(pattern: &Pattern, row: &Row) -> bool {
+    row.pairs().all(|(row, column)| pattern.slot(row, column).is_some())
+}

@@ -1,0 +1,402 @@
+//! Delassus operator W = Σ J H⁻¹ Jᵀ, extended contact by contact.
+//!
+//! The Jacobian J of a contact holds, on a sheet, the weights of its nodes times the contact frame;
+//! on a body, the frame and its moment. A sheet contributes with the factor of its tangent H = L
+//! Lᵀ, by half solutions L⁻¹ Jᵀ (see [`crate::linear::HalfSolutions`]); a body with the compliance
+//! of [`Mover`].
+
+use glam::{DMat3, DVec3};
+
+use crate::collision::constraint::{Contact, Side};
+use crate::contact::solver::pgs::Problem;
+use crate::contact::solver_body::Mover;
+use crate::integrators::implicit::staged::Jump;
+use crate::linear::{HalfSolutions, Loads};
+use crate::math::Vectors;
+use crate::sheet::Sheet;
+
+/// Contact arrays of a sheet.
+#[derive(Default)]
+pub(crate) struct Unit {
+    /// Active contacts of the sheet, as ascending indices into the active list.
+    list: Vec<u32>,
+    loads: Loads,
+    halves: HalfSolutions,
+    touched: bool,
+    kept_dx: Vectors,
+    /// Contact force on each node, N.
+    force: Vectors,
+    /// Response of the sheet to contact in this stage.
+    pub jump: Jump,
+}
+
+impl Unit {
+    fn clear(&mut self, n: usize) {
+        self.touched = false;
+        self.list.clear();
+        self.halves.clear();
+        for buffer in [&mut self.force, &mut self.jump.dx, &mut self.jump.dv, &mut self.jump.acceleration] {
+            if buffer.len() != n {
+                *buffer = Vectors::zeros(n);
+            }
+        }
+        self.jump.dx.clear();
+    }
+
+    /// Remove all contacts from the sheet.
+    pub fn release(&mut self) {
+        self.touched = false;
+        self.list.clear();
+    }
+
+    /// Whether any contact is on the sheet.
+    pub fn is_touched(&self) -> bool {
+        self.touched || !self.list.is_empty()
+    }
+
+    /// Prepare for contacts that are not in the list, on a sheet of `n` nodes.
+    pub fn touch(&mut self, n: usize) {
+        self.clear(n);
+        self.force.clear();
+        self.touched = true;
+    }
+
+    /// Add `force` (N) at `point`.
+    pub fn push(&mut self, point: &crate::collision::constraint::SheetPoint, force: DVec3) {
+        for (mass, weight) in point.terms() {
+            let there = self.force.get(mass as usize);
+            self.force.set(mass as usize, there + force * weight);
+        }
+    }
+
+    /// Compute the accelerations by the contact forces, with the inverse node masses `inverse`
+    /// (1/kg).
+    pub fn accelerate(&mut self, inverse: &[f64]) {
+        for (i, w) in inverse.iter().enumerate() {
+            self.jump.acceleration.set(i, self.force.get(i) * *w);
+        }
+    }
+}
+
+/// Sheets and solver bodies of an island, borrowed for a step.
+pub(crate) struct Group<'a> {
+    pub sheets: &'a mut [Sheet],
+    /// Indices of the island's sheets, ascending. [`Side::Sheet`] holds a position in this list.
+    pub members: &'a [u32],
+    pub movers: Vec<Mover>,
+    /// Whether to work on several sheets in parallel.
+    pub parallel: bool,
+    /// Largest penetration between bodies that this step removes, m. Whatever lies on the bodies is
+    /// lifted by as much.
+    pub lift: f64,
+    /// Number of dynamic bodies that touch another dynamic body.
+    pub leaning: usize,
+}
+
+impl Group<'_> {
+    /// Sheet number `local` of the island.
+    pub fn sheet(&self, local: u32) -> &Sheet {
+        &self.sheets[self.members[local as usize] as usize]
+    }
+
+    /// Sheet number `local` of the island, mutable.
+    pub fn sheet_mut(&mut self, local: u32) -> &mut Sheet {
+        &mut self.sheets[self.members[local as usize] as usize]
+    }
+
+    /// Number of independent parts: a single sheet and the bodies that touch only it count as one.
+    /// With more parts, some contact changes state in almost every iteration.
+    pub fn pieces(&self) -> usize {
+        self.members.len() + self.leaning.saturating_sub(1)
+    }
+
+    /// Number of nodes of the island.
+    pub fn masses(&self) -> usize {
+        self.members.iter().map(|i| self.sheets[*i as usize].masses()).sum()
+    }
+
+    /// Call `work` for every sheet of the island, in parallel if enabled. The work on one sheet
+    /// must not depend on the others.
+    pub fn each(&mut self, work: impl Fn(&mut Sheet) + Sync) {
+        use rayon::prelude::*;
+        let members = self.members;
+        if self.parallel {
+            let all = self.sheets.par_iter_mut().enumerate();
+            all.filter(|(i, _)| members.binary_search(&(*i as u32)).is_ok()).for_each(|(_, sheet)| work(sheet));
+        } else {
+            members.iter().for_each(|i| work(&mut self.sheets[*i as usize]));
+        }
+    }
+}
+
+/// An active contact.
+#[derive(Clone, Copy)]
+struct Active {
+    contact: u32,
+    /// Contact frame; columns are the normal and two tangents.
+    frame: DMat3,
+    /// For each side: the sheet and the position in its list of active contacts. A side without a
+    /// sheet, or on the same sheet as side a, holds [`NONE`].
+    units: [(u32, u32); 2],
+}
+
+/// Delassus operator and the problem on it.
+#[derive(Default)]
+pub(crate) struct Delassus {
+    active: Vec<Active>,
+    /// Active contacts of each body, ascending.
+    on_body: Vec<Vec<u32>>,
+    pub problem: Problem,
+    row: Vec<DMat3>,
+    touched: Vec<u32>,
+}
+
+const NONE: (u32, u32) = (u32::MAX, 0);
+
+impl Delassus {
+    /// Remove all contacts, and clear the displacements of the sheets.
+    pub fn clear(&mut self, group: &mut Group) {
+        self.active.clear();
+        self.problem.clear();
+        self.on_body.iter_mut().for_each(Vec::clear);
+        self.on_body.resize_with(group.movers.len(), Vec::new);
+        group.each(|sheet| {
+            let n = sheet.masses();
+            sheet.work.unit.clear(n);
+        });
+    }
+
+    /// Remove all contacts, but keep the displacements of the sheets.
+    pub fn clear_for_velocities(&mut self, group: &mut Group) {
+        group.each(|sheet| std::mem::swap(&mut sheet.work.unit.kept_dx, &mut sheet.work.unit.jump.dx));
+        self.clear(group);
+        group.each(|sheet| {
+            let unit = &mut sheet.work.unit;
+            std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx);
+            unit.touched = true;
+        });
+    }
+
+    /// Index of active contact `i` among the detected contacts.
+    pub fn contact(&self, i: usize) -> usize {
+        self.active[i].contact as usize
+    }
+
+    /// Indices of all active contacts among the detected contacts.
+    pub fn contacts(&self) -> impl Iterator<Item = usize> + '_ {
+        self.active.iter().map(|a| a.contact as usize)
+    }
+
+    /// Frame of active contact `i`: normal and two tangents.
+    pub fn frame(&self, i: usize) -> DMat3 {
+        self.active[i].frame
+    }
+
+    /// Add the contacts `new`, which the caller has pushed to the problem, in a stage of weight `h`
+    /// (s).
+    pub fn add(&mut self, group: &mut Group, contacts: &[Contact], new: &[u32], h: f64) {
+        let first = self.active.len();
+        group.each(|sheet| sheet.work.unit.loads.clear());
+        for number in new {
+            self.load(group, contacts, *number);
+        }
+        group.each(|sheet| {
+            let mut unit = std::mem::take(&mut sheet.work.unit);
+            if !unit.loads.is_empty() {
+                sheet.half_solve(&unit.loads, &mut unit.halves);
+            }
+            sheet.work.unit = unit;
+        });
+        for i in first..self.active.len() {
+            self.couple(group, contacts, i, h);
+        }
+    }
+
+    /// Add the Jacobian of a contact to the lists of its sheets and bodies.
+    fn load(&mut self, group: &mut Group, contacts: &[Contact], number: u32) {
+        let contact = &contacts[number as usize];
+        let index = self.active.len() as u32;
+        let frame = frame_of(contact.normal);
+        let mut units = [NONE; 2];
+        let same =
+            matches!((contact.a, contact.b), (Side::Sheet { sheet: a, .. }, Side::Sheet { sheet: b, .. }) if a == b);
+        for (k, side) in [contact.a, contact.b].into_iter().enumerate() {
+            match side {
+                Side::Body { body, .. } => {
+                    if group.movers[body as usize].gives() {
+                        self.on_body[body as usize].push(index);
+                    }
+                }
+                Side::Sheet { sheet, .. } if k == 0 || !same => {
+                    let member = group.sheet_mut(sheet);
+                    let mut unit = std::mem::take(&mut member.work.unit);
+                    for column in [frame.x_axis, frame.y_axis, frame.z_axis] {
+                        unit.loads.push(loads(member, contact, sheet, column));
+                    }
+                    units[k] = (sheet, unit.list.len() as u32);
+                    unit.list.push(index);
+                    member.work.unit = unit;
+                }
+                Side::Sheet { .. } => {}
+            }
+        }
+        self.active.push(Active { contact: number, frame, units });
+    }
+
+    /// Compute the blocks of W between active contact `i` and those before it, and itself.
+    fn couple(&mut self, group: &Group, contacts: &[Contact], i: usize, h: f64) {
+        self.row.resize(self.active.len(), DMat3::ZERO);
+        self.touched.clear();
+        let active = self.active[i];
+        for (sheet, place) in active.units.into_iter().filter(|u| *u != NONE) {
+            let unit = &group.sheet(sheet).work.unit;
+            for (other, j) in unit.list[..=place as usize].iter().enumerate() {
+                let block = unit.halves.block(place as usize, other);
+                self.gather(*j, DMat3::from_cols_array_2d(&block).transpose());
+            }
+        }
+        let contact = &contacts[active.contact as usize];
+        for (body, arm, sign) in arms(contact, &group.movers).into_iter().flatten() {
+            let mover = &group.movers[body as usize];
+            for k in 0..self.on_body[body as usize].len() {
+                let j = self.on_body[body as usize][k];
+                if j as usize > i {
+                    break;
+                }
+                let other = self.active[j as usize];
+                let others = arms(&contacts[other.contact as usize], &group.movers);
+                for (_, at, its) in others.into_iter().flatten().filter(|a| a.0 == body) {
+                    let compliance = mover.compliance(arm, at) * (h * h * sign * its);
+                    self.gather(j, active.frame.transpose() * compliance * other.frame);
+                }
+            }
+        }
+        for j in &self.touched {
+            self.problem.couple(i, *j as usize, self.row[*j as usize]);
+            self.row[*j as usize] = DMat3::ZERO;
+        }
+    }
+
+    fn gather(&mut self, j: u32, block: DMat3) {
+        let there = &mut self.row[j as usize];
+        if *there == DMat3::ZERO {
+            self.touched.push(j);
+        }
+        *there += block;
+    }
+
+    /// Compute the contact forces on the nodes of each sheet, N.
+    fn forces(&self, group: &mut Group, contacts: &[Contact]) {
+        group.each(|sheet| {
+            if sheet.work.unit.is_touched() {
+                sheet.work.unit.force.clear();
+            }
+        });
+        for (active, p) in self.active.iter().zip(&self.problem.force) {
+            if *p == DVec3::ZERO {
+                continue;
+            }
+            let force = active.frame * *p;
+            let contact = &contacts[active.contact as usize];
+            for (side, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
+                if let Side::Sheet { sheet, point } = side {
+                    group.sheet_mut(sheet).work.unit.push(&point, force * sign);
+                }
+            }
+        }
+    }
+
+    /// Compute the displacements by the forces of the problem, and the accelerations that
+    /// correspond to the forces, in sheets and solver bodies. `h` is the weight of the stage (s).
+    pub fn displace(&self, group: &mut Group, contacts: &[Contact], h: f64) {
+        self.forces(group, contacts);
+        group.each(|sheet| {
+            let mut unit = std::mem::take(&mut sheet.work.unit);
+            if unit.is_touched() {
+                sheet.answer(&unit.force, &mut unit.jump.dx);
+                unit.accelerate(&sheet.inverse_mass);
+            }
+            sheet.work.unit = unit;
+        });
+        group.movers.iter_mut().for_each(Mover::release);
+        self.push_bodies(group, contacts, |mover, force, moment| {
+            mover.displace(force, moment, h);
+        });
+    }
+
+    /// Compute the velocity jumps by the forces of the problem acting for `h` (s), in sheets and
+    /// solver bodies.
+    pub fn kick(&self, group: &mut Group, contacts: &[Contact], h: f64) {
+        self.forces(group, contacts);
+        group.each(|sheet| {
+            let mut unit = std::mem::take(&mut sheet.work.unit);
+            if unit.is_touched() {
+                sheet.answer(&unit.force, &mut unit.jump.dv);
+                unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
+            }
+            sheet.work.unit = unit;
+        });
+        group.movers.iter_mut().for_each(|m| (m.kick, m.twist) = (DVec3::ZERO, DVec3::ZERO));
+        self.push_bodies(group, contacts, |mover, force, moment| {
+            mover.strike(force, moment, h);
+        });
+    }
+
+    /// Call `push` for every contact on a dynamic body with its force (N) and the moment about the
+    /// centre of mass (N m).
+    fn push_bodies(&self, group: &mut Group, contacts: &[Contact], push: impl Fn(&mut Mover, DVec3, DVec3)) {
+        for (active, p) in self.active.iter().zip(&self.problem.force) {
+            if *p == DVec3::ZERO {
+                continue;
+            }
+            for (body, arm, sign) in arms(&contacts[active.contact as usize], &group.movers).into_iter().flatten() {
+                let force = active.frame * *p * sign;
+                let mover = &mut group.movers[body as usize];
+                if mover.gives() {
+                    push(mover, force, arm.cross(force));
+                }
+            }
+        }
+    }
+}
+
+/// Bodies of a contact: index, arm from the centre of mass (m), sign of the force.
+fn arms(contact: &Contact, movers: &[Mover]) -> [Option<(u32, DVec3, f64)>; 2] {
+    [(contact.a, 1.0), (contact.b, -1.0)].map(|(side, sign)| match side {
+        Side::Body { body, local } => {
+            let mover = &movers[body as usize];
+            Some((body, mover.free.place(local) - mover.free.centre(), sign))
+        }
+        Side::Sheet { .. } => None,
+    })
+}
+
+/// Load of a contact force of 1 N along `direction` on the block rows of sheet `number`.
+fn loads<'a>(
+    sheet: &'a Sheet,
+    contact: &Contact,
+    number: u32,
+    direction: DVec3,
+) -> impl Iterator<Item = (u32, [f64; 3])> + use<'a> {
+    let sides = [(contact.a, 1.0), (contact.b, -1.0)];
+    sides.into_iter().flat_map(move |(side, sign)| {
+        let terms = match side {
+            Side::Sheet { sheet, point } if sheet == number => Some(point),
+            _ => None,
+        };
+        terms.into_iter().flat_map(move |point| {
+            (0..3).filter_map(move |k| {
+                let weight = point.weights[k];
+                let (row, free) = sheet.free_row(point.masses[k]).filter(|_| weight != 0.0)?;
+                Some((row, (direction * free * (sign * weight)).to_array()))
+            })
+        })
+    })
+}
+
+/// Orthonormal frame whose first column is `normal`.
+pub(crate) fn frame_of(normal: DVec3) -> DMat3 {
+    let axis = if normal.x.abs() < 0.7 { DVec3::X } else { DVec3::Y };
+    let tangent = (axis - normal * axis.dot(normal)).normalize();
+    DMat3::from_cols(normal, tangent, normal.cross(tangent))
+}

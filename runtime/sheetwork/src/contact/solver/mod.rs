@@ -1,0 +1,22 @@
+//! Contact solvers, primal (in displacements) and dual (in contact forces).
+//!
+//! With H the tangent matrix (N/m), J the contact Jacobian, W = J H⁻¹ Jᵀ the Delassus operator
+//! (m/N) and b the relative position or velocity without contact, all solvers find forces p and u =
+//! W p + b = J δ + b that obey Coulomb's law at every contact.
+//!
+//! - `primal`, `dual`: assemble the problem, choose the working set, store the result.
+//! - `augmented_lagrangian`: semismooth Newton method in either set of unknowns; interior point
+//!   method.
+//! - `alart_curnier`: Newton method on normal force and friction bound together.
+//! - `pgs`, `node_sweeps`: projected Gauss-Seidel, and its working set.
+//! - `delassus`: W; `newton`: linear systems in contact forces; `working_set`: choice of contacts.
+
+pub(crate) mod alart_curnier;
+pub(crate) mod augmented_lagrangian;
+pub(crate) mod delassus;
+pub(crate) mod dual;
+pub(crate) mod newton;
+pub(crate) mod node_sweeps;
+pub mod pgs;
+pub(crate) mod primal;
+pub(crate) mod working_set;

@@ -1,0 +1,144 @@
+//! Working set of the dual solvers. For each pair of sheets or bodies, a few contacts are added at
+//! a time: the deepest first, then deep ones far from those already chosen. A sheet at rest needs
+//! about forty of several hundred contacts, and each costs as much as all before it. Gaps in m.
+
+use glam::DVec3;
+
+use crate::collision::constraint::{Contact, Side};
+use crate::contact::gap::Gaps;
+use crate::contact::stage::Scratch;
+
+/// Minimum number of contacts of a pair added at a time.
+const FEW: usize = 6;
+
+/// Working set of contacts.
+#[derive(Default)]
+pub(crate) struct Picker {
+    is_active: Vec<bool>,
+    /// Contacts to be added, as indices into the detected contacts.
+    pub new: Vec<u32>,
+    reach: Vec<f64>,
+    /// Violated contacts and active contacts, sorted by pair.
+    violated: Vec<(u64, u32)>,
+    held: Vec<(u64, u32)>,
+}
+
+impl Picker {
+    /// Start with an empty working set for `count` contacts.
+    pub fn begin(&mut self, count: usize) {
+        self.is_active.clear();
+        self.is_active.resize(count, false);
+        self.new.clear();
+    }
+
+    /// Mark the new contacts as active.
+    pub fn activate(&mut self) {
+        self.new.iter().for_each(|i| self.is_active[*i as usize] = true);
+    }
+
+    /// Whether contact `i` is active or excluded.
+    pub fn is_active(&self, i: usize) -> bool {
+        self.is_active[i]
+    }
+
+    /// Exclude contact `i`.
+    pub fn leave_out(&mut self, i: usize) {
+        self.is_active[i] = true;
+    }
+
+    /// Add attachments, and contacts that have a cached force and penetrate.
+    pub fn pick_known(&mut self, scratch: &Scratch) {
+        for (i, contact) in scratch.found.contacts.iter().enumerate() {
+            let had_force = || scratch.remembered(&contact.key).is_some_and(|r| r.position != DVec3::ZERO);
+            let was = scratch.gaps.free[i] < 0.0 && had_force();
+            if (i >= scratch.found.glue_from || was) && !self.is_active[i] {
+                self.new.push(i as u32);
+            }
+        }
+    }
+
+    /// Add the contact with the smallest gap, so that the set is not empty.
+    pub fn pick_deepest(&mut self, gap: &[f64]) {
+        let all = (0..gap.len()).filter(|i| !self.is_active[*i]);
+        self.new.extend(all.min_by(|a, b| gap[*a].total_cmp(&gap[*b])).map(|i| i as u32));
+    }
+
+    /// Add inactive contacts that penetrate by more than `depth`: the deepest of each pair, then
+    /// deep ones far from the added and the `active` ones.
+    pub fn pick_violated(&mut self, scratch: &Scratch, gap: &[f64], depth: f64, active: impl Iterator<Item = usize>) {
+        let contacts = &scratch.found.contacts;
+        self.new.clear();
+        self.violated.clear();
+        for (i, contact) in contacts.iter().enumerate() {
+            if gap[i] < -depth && !self.is_active[i] {
+                self.violated.push((pair_of(contact), i as u32));
+            }
+        }
+        if self.violated.is_empty() {
+            return;
+        }
+        self.violated.sort_unstable();
+        self.held.clear();
+        self.held.extend(active.map(|i| (pair_of(&contacts[i]), i as u32)));
+        self.held.sort_unstable();
+        let (mut violated, mut held) = (self.violated.as_slice(), self.held.as_slice());
+        while let Some((pair, _)) = violated.first().copied() {
+            let here = violated.partition_point(|v| v.0 == pair);
+            let passed = held.partition_point(|v| v.0 < pair);
+            held = &held[passed..];
+            let own = held.partition_point(|v| v.0 == pair);
+            let of_pair = (&violated[..here], &held[..own]);
+            pick(of_pair, gap, &scratch.gaps, (&mut self.reach, &mut self.new));
+            violated = &violated[here..];
+        }
+        self.new.sort_unstable();
+    }
+}
+
+/// Number that identifies the pair of sheets or bodies of a contact.
+fn pair_of(contact: &Contact) -> u64 {
+    let thing = |side: &Side| match side {
+        Side::Sheet { sheet, .. } => u64::from(*sheet) << 1,
+        Side::Body { body, .. } => u64::from(*body) << 1 | 1,
+    };
+    let (a, b) = (thing(&contact.a), thing(&contact.b));
+    a.min(b) << 32 | a.max(b)
+}
+
+/// Append some of the `violated` contacts of a pair to `picks`; `held` are its active contacts. The
+/// score of a contact is its depth times the square of its distance from the chosen ones.
+fn pick(
+    (violated, held): (&[(u64, u32)], &[(u64, u32)]),
+    gap: &[f64],
+    gaps: &Gaps,
+    (reach, picks): (&mut Vec<f64>, &mut Vec<u32>),
+) {
+    let most = FEW.max(held.len() / 2);
+    let depth = |k: usize| -gap[violated[k].1 as usize];
+    let apart =
+        |k: usize, other: u32| gaps.places[violated[k].1 as usize].distance_squared(gaps.places[other as usize]);
+    reach.clear();
+    reach.resize(violated.len(), f64::INFINITY);
+    for (k, reach) in reach.iter_mut().enumerate() {
+        *reach = held.iter().fold(*reach, |least, (_, other)| least.min(apart(k, *other)));
+    }
+    let deeper = |a: &usize, b: &usize| depth(*a).total_cmp(&depth(*b)).then(b.cmp(a));
+    let mut next = (0..violated.len()).max_by(deeper);
+    let first = picks.len();
+    while let Some(picked) = next {
+        let contact = violated[picked].1;
+        picks.push(contact);
+        if picks.len() - first >= most {
+            break;
+        }
+        let mut best = (0.0, None);
+        for (k, reach) in reach.iter_mut().enumerate() {
+            *reach = reach.min(apart(k, contact));
+            let score = *reach * depth(k);
+            if score > best.0 {
+                best = (score, Some(k));
+            }
+        }
+        next = best.1;
+    }
+}

@@ -1,0 +1,100 @@
+//! A rigid body as the contact solver sees it over one stage: its motion without contact, and its
+//! response to contact forces.
+//!
+//! In a stage of weight h (s), a force p (N) at arm r (m, from the centre of mass) displaces the
+//! centre by h² p/m and rotates the body by h² I⁻¹ (r × p). An impulse h p changes the velocities
+//! by h p/m and h I⁻¹ (r × p). A sheet responds with its tangent M/h² + K; the body is the case K =
+//! 0, so that action equals reaction.
+
+use glam::{DMat3, DVec3};
+
+use crate::math::RigidFrame;
+use crate::rigid::BodyState;
+
+/// A rigid body over one stage.
+#[derive(Clone, Copy)]
+pub(crate) struct Mover {
+    /// State at the start of the stage, and at its end without contact.
+    pub start: BodyState,
+    pub free: BodyState,
+    /// I⁻¹ in world axes at the end of the stage, 1/(kg m²).
+    inverse_inertia: DMat3,
+    /// Response to contact: displacement of the centre (m), rotation vector (rad), change of
+    /// velocity (m/s) and of angular velocity (rad/s).
+    pub shift: DVec3,
+    pub turn: DVec3,
+    pub kick: DVec3,
+    pub twist: DVec3,
+}
+
+impl Mover {
+    /// A body at rest in state `start`.
+    pub fn new(start: BodyState) -> Self {
+        let none = DVec3::ZERO;
+        Self { start, free: start, inverse_inertia: DMat3::ZERO, shift: none, turn: none, kick: none, twist: none }
+    }
+
+    /// Begin a stage that ends in state `free` without contact.
+    pub fn begin(&mut self, free: BodyState) {
+        self.free = free;
+        self.inverse_inertia = free.inverse_inertia();
+        self.release();
+        (self.kick, self.twist) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
+    /// Clear the displacement by contact.
+    pub fn release(&mut self) {
+        (self.shift, self.turn) = (DVec3::ZERO, DVec3::ZERO);
+    }
+
+    /// State at the end of the stage, with contact.
+    pub fn end(&self) -> BodyState {
+        if !self.gives() {
+            return self.free;
+        }
+        let placed = self.free.displaced(self.shift, self.turn);
+        placed.with_velocity(self.free.velocity() + self.kick, self.free.spin() + self.twist)
+    }
+
+    /// Frame at the end of the stage, with the contact displacement found so far.
+    pub fn end_frame(&self) -> RigidFrame {
+        frame(&self.free.displaced(self.shift, self.turn))
+    }
+
+    /// Displacement (m) by contact of the point at arm `r` (m).
+    pub fn moved(&self, r: DVec3) -> DVec3 {
+        self.shift + self.turn.cross(r)
+    }
+
+    /// Add the displacement by `force` (N) with `moment` (N m) about the centre of mass in a stage
+    /// of weight `h` (s).
+    pub fn displace(&mut self, force: DVec3, moment: DVec3, h: f64) {
+        self.shift += force * (h * h * self.free.inverse_mass());
+        self.turn += self.inverse_inertia * moment * (h * h);
+    }
+
+    /// Add the velocity change by `force` (N) with `moment` (N m) in a stage of weight `h` (s).
+    pub fn strike(&mut self, force: DVec3, moment: DVec3, h: f64) {
+        self.kick += force * (h * self.free.inverse_mass());
+        self.twist += self.inverse_inertia * moment * h;
+    }
+
+    /// Compliance block for a force at arm `at` and a displacement at arm `r`, divided by h²: a 3×3
+    /// matrix, 1/kg.
+    pub fn compliance(&self, r: DVec3, at: DVec3) -> DMat3 {
+        let inverse_mass = self.free.inverse_mass();
+        let column = |e: DVec3| e * inverse_mass + (self.inverse_inertia * at.cross(e)).cross(r);
+        DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
+    }
+
+    /// Whether the body is dynamic.
+    pub fn gives(&self) -> bool {
+        self.free.gives()
+    }
+}
+
+/// Frame of a body in state `state`.
+pub(crate) fn frame(state: &BodyState) -> RigidFrame {
+    let (origin, rotation) = state.frame();
+    RigidFrame { origin, rotation }
+}

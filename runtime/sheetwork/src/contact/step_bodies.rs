@@ -1,0 +1,143 @@
+//! All bodies over one step, for detection and contact: states at its start and end, features of
+//! their colliders, swept bounding boxes. The features of a collider are computed once and cached
+//! while its shape is unchanged.
+
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+use rapier3d::prelude::{Collider, ColliderHandle, SharedShape};
+
+use crate::collision::features::Features;
+use crate::math::RigidFrame;
+use crate::rigid::{BodyState, RigidView, RigidWorld};
+
+/// A collider over one step.
+pub(crate) struct Part {
+    pub handle: ColliderHandle,
+    /// Index of its body in [`Surroundings::bodies`].
+    pub body: u32,
+    pub features: Arc<Features>,
+    /// Frame of the collider in the frame of its body.
+    pub frame: RigidFrame,
+    /// Corners of the swept bounding box, m.
+    pub low: DVec3,
+    pub high: DVec3,
+}
+
+/// A body over one step.
+#[derive(Clone, Copy)]
+pub(crate) struct BodyOver {
+    pub start: BodyState,
+    pub end: BodyState,
+    /// Index in the world's list of bodies; `None` for a body owned by the caller.
+    pub own: Option<u32>,
+    pub asleep: bool,
+    /// Distance of the furthest point from the centre of mass (m), and radius of a ball (m). Both
+    /// for bodies of the world only.
+    pub extent: f64,
+    pub ball: Option<f64>,
+}
+
+impl BodyOver {
+    /// Whether the body moves during the step.
+    pub fn moves(&self) -> bool {
+        !self.asleep && (self.start.moves() || self.end.moves())
+    }
+}
+
+struct Cached {
+    handle: ColliderHandle,
+    shape: SharedShape,
+    features: Arc<Features>,
+}
+
+/// All bodies and colliders over one step.
+#[derive(Default)]
+pub(crate) struct Surroundings {
+    pub parts: Vec<Part>,
+    pub bodies: Vec<BodyOver>,
+    cache: Vec<Option<Cached>>,
+}
+
+impl Surroundings {
+    /// Update all states for a step of `dt` (s): bodies of the world from `rigid`, other bodies
+    /// from `view`.
+    pub fn update(&mut self, view: &RigidView, rigid: Option<&RigidWorld>, dt: f64) {
+        self.parts.clear();
+        self.bodies.clear();
+        if let Some(rigid) = rigid {
+            for index in 0..rigid.bodies().len() {
+                let (Some(start), Some(end)) = (rigid.start(index), rigid.state(index)) else { continue };
+                let asleep = rigid.is_asleep(index);
+                let (extent, ball) = (rigid.extent(index), rigid.radius(index));
+                self.bodies.push(BodyOver { start: *start, end: *end, own: Some(index as u32), asleep, extent, ball });
+            }
+        }
+        let own = self.bodies.len();
+        let query = view.query();
+        for (handle, collider) in view.colliders.iter() {
+            if collider.is_sensor() || !query.filter.test(query.bodies, handle, collider) {
+                continue;
+            }
+            let body = match view.body_of(handle).filter(|b| *b < own) {
+                Some(body) => body,
+                None => {
+                    self.bodies.push(lent(view, collider, dt));
+                    self.bodies.len() - 1
+                }
+            };
+            let features = self.features_of(handle, collider);
+            let over = &self.bodies[body];
+            let of_body = crate::contact::solver_body::frame(&over.end);
+            let there = RigidFrame::of(collider.position());
+            let frame = if body < own { within(&of_body, &there) } else { RigidFrame::IDENTITY };
+            let bounds = collider.compute_aabb();
+            let (low, high) = (bounds.mins.as_dvec3(), bounds.maxs.as_dvec3());
+            // The swept box extends the box at the end by the displacement of the centre and the
+            // rotation, which bound the motion of its corners.
+            let radius = (high - low).length();
+            let gone = over.start.centre().distance(over.end.centre());
+            let turned = if over.moves() { over.start.spin().length() * dt * radius.min(1e4) } else { 0.0 };
+            let slack = DVec3::splat(gone + turned.min(2.0 * radius));
+            self.parts.push(Part { handle, body: body as u32, features, frame, low: low - slack, high: high + slack });
+        }
+    }
+
+    fn features_of(&mut self, handle: ColliderHandle, collider: &Collider) -> Arc<Features> {
+        let at = handle.into_raw_parts().0 as usize;
+        if self.cache.len() <= at {
+            self.cache.resize_with(at + 1, || None);
+        }
+        let shape = collider.shared_shape();
+        let same = |c: &Cached| c.handle == handle && Arc::ptr_eq(&c.shape.0, &shape.0);
+        match &self.cache[at] {
+            Some(cached) if same(cached) => cached.features.clone(),
+            _ => {
+                let features = Arc::new(Features::of(collider.shape()));
+                self.cache[at] = Some(Cached { handle, shape: shape.clone(), features: features.clone() });
+                features
+            }
+        }
+    }
+}
+
+/// A body that the caller moves: its present pose is the pose at the end of the step.
+fn lent(view: &RigidView, collider: &Collider, dt: f64) -> BodyOver {
+    let pose = collider.position();
+    let (origin, rotation) = (pose.translation.as_dvec3(), pose.rotation.as_dquat());
+    let body = collider.parent().and_then(|h| view.bodies.get(h)).filter(|b| !b.is_fixed());
+    let (velocity, spin) = body.map_or((DVec3::ZERO, DVec3::ZERO), |b| {
+        let spin = b.angvel().as_dvec3();
+        (b.linvel().as_dvec3() + spin.cross(origin - b.center_of_mass().as_dvec3()), spin)
+    });
+    let end = BodyState::standing(origin, rotation).with_velocity(velocity, spin);
+    BodyOver { start: end.fly(-dt, DVec3::ZERO), end, own: None, asleep: false, extent: 0.0, ball: None }
+}
+
+/// Frame `inner` expressed in `outer`; exactly the identity if both agree to single precision.
+fn within(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
+    let frame = RigidFrame { origin: outer.local(inner.origin), rotation: outer.rotation.transpose() * inner.rotation };
+    let size = 1.0 + outer.origin.abs().max_element();
+    let turned = (frame.rotation - DMat3::IDENTITY).to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+    if frame.origin.length() < 1e-6 * size && turned < 1e-5 { RigidFrame::IDENTITY } else { frame }
+}

@@ -1,0 +1,512 @@
+//! Bending of a shell: curvatures κ_a = Σ w x as vectors, energy ½ Σ S κᵀ D κ (S area, D bending stiffness, N m).
+//!
+//! Quadratic in x, so its tangent is constant (Wardetzky, Bergou, Harmon, Zorin, Grinspun, "Discrete quadratic curvature
+//! energies", CAGD 24, 2007, for hinges; here for central differences and for the triangle of `element/triangle`). For a
+//! sheet that hardly stretches |x_uu| is its curvature, whatever the rotation.
+//!
+//! With a retardation time τ the rate of the scalar curvature k = κ·n along the normal is resisted, ½ (τ/h) S (k-k_w)ᵀ D
+//! (k-k_w); the vector κ itself turns with the sheet, and resisting that would brake a bent sheet that spins. n is taken
+//! from where the iteration stands and not differentiated: κ lies along it.
+//!
+//! A sheet that has set, or is warmer on one side than on the other, is at rest at curvatures κ₀ that turn with it: the energy is
+//! then ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀), its tangent the same. κ₀ is kept in axes of the sheet, the frame's first side, the normal
+//! and what is square to both, and is all but along the normal. One that has not holds no κ₀ and computes nothing for it.
+//!
+//! A sheet that is made bent, or may stay bent by yield or creep, has its rest along the normal in `rest` instead.
+
+pub(crate) mod normal_rotation;
+pub(crate) mod remap;
+pub(crate) mod rest;
+pub(crate) mod serialization;
+pub(crate) mod sums;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+
+use crate::elements::bending::rest::Rests;
+use crate::elements::creep::Flows;
+use crate::elements::curvature::CurvatureGroup;
+use crate::elements::fracture::Open;
+use crate::elements::remap::Carry;
+use crate::elements::staggered::Left;
+use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// One place with its curvatures.
+#[derive(Clone, Debug)]
+struct Group {
+    /// Range of its entries in `masses` and `weights`.
+    entries: (u32, u32),
+    /// What prescribed slopes add to the curvatures, 1/m.
+    prescribed: [DVec3; 3],
+    frame: [u32; 4],
+    /// S D, relaxed directions condensed out, N m³; as warmth has made it.
+    stiffness: [[f64; 3]; 3],
+    /// What of the law's stiffness warmth has left.
+    softness: f64,
+    /// k_w, 1/m.
+    anchor: [f64; 3],
+    /// k̇ at the end of the last stage, 1/(m s).
+    rate: [f64; 3],
+    /// Range of its pairs.
+    pairs: (u32, u32),
+}
+
+/// Two masses of a group and what ties them.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    block: u32,
+    /// Places of the two in the group's entries.
+    of: (u32, u32),
+    /// Σ w_a S D_ab w_b, N/m.
+    value: f64,
+}
+
+/// The bending of a whole shell.
+#[derive(Clone, Debug, Default)]
+pub struct Bending {
+    source: Vec<CurvatureGroup>,
+    groups: Vec<Group>,
+    /// κ₀ of each group in its axes, 1/m, and the part along the normal that a difference of temperature makes; empty for a sheet
+    /// at rest where flat.
+    rest: Vec<[DVec3; 3]>,
+    curl: Vec<f64>,
+    masses: Vec<u32>,
+    /// Weights of uu, vv, 2uv of each entry, 1/m².
+    weights: Vec<[f64; 3]>,
+    pairs: Vec<Pair>,
+    /// Pairs with a block, by block.
+    order: Vec<u32>,
+    /// Blocks of the constant tangent with their value, summed over groups, N/m.
+    constant: Vec<(u32, f64)>,
+    retardation: f64,
+    viscous: f64,
+    per_time: f64,
+    /// Rest curvatures along the normal, of a sheet that is made bent or may stay bent.
+    rests: Option<Box<Rests>>,
+    /// What every group is where no cell is open; empty where none ever was.
+    whole: Vec<Left>,
+}
+
+impl Bending {
+    /// From the curvatures of a grid or a mesh; `directions` are the prescribed slopes they name, in the world.
+    pub fn new(source: Vec<CurvatureGroup>, directions: &[DVec3]) -> Self {
+        let mut all = Self::default();
+        for group in &source {
+            all.push(group, directions);
+        }
+        all.source = source;
+        all
+    }
+
+    /// Adds a group.
+    fn push(&mut self, source: &CurvatureGroup, directions: &[DVec3]) {
+        let first = self.masses.len();
+        let mut entries: Vec<(u32, [f64; 3])> = Vec::new();
+        for (a, row) in source.rows.iter().enumerate() {
+            for (mass, weight) in row {
+                match entries.iter_mut().find(|(m, _)| m == mass) {
+                    Some((_, w)) => w[a] += weight,
+                    None => {
+                        let mut w = [0.0; 3];
+                        w[a] = *weight;
+                        entries.push((*mass, w));
+                    }
+                }
+            }
+        }
+        // By mass, so that pairs are of the lower triangle.
+        entries.sort_by_key(|(m, _)| *m);
+        let pairs = self.pairs.len();
+        for p in 0..entries.len() {
+            for q in 0..=p {
+                self.pairs.push(Pair { block: NO_BLOCK, of: (p as u32, q as u32), value: 0.0 });
+            }
+        }
+        for (mass, weight) in entries {
+            self.masses.push(mass);
+            self.weights.push(weight);
+        }
+        let prescribed = [0, 1, 2].map(|a| {
+            let each = source.clamps[a].iter().filter_map(|(d, w)| directions.get(*d as usize).map(|t| *t * *w));
+            each.sum::<DVec3>()
+        });
+        self.groups.push(Group {
+            entries: (first as u32, self.masses.len() as u32),
+            prescribed,
+            frame: source.frame,
+            stiffness: [[0.0; 3]; 3],
+            softness: 1.0,
+            anchor: [0.0; 3],
+            rate: [0.0; 3],
+            pairs: (pairs as u32, self.pairs.len() as u32),
+        });
+    }
+
+    fn entries(&self, group: &Group) -> impl Iterator<Item = (usize, &[f64; 3])> {
+        let range = group.entries.0 as usize..group.entries.1 as usize;
+        self.masses[range.clone()].iter().map(|m| *m as usize).zip(&self.weights[range])
+    }
+
+    /// κ of a group at `x`, or the rate of it at velocities `x` with nothing prescribed.
+    #[inline(always)]
+    fn curvature(&self, group: &Group, x: &Vectors, prescribed: &[DVec3; 3]) -> [DVec3; 3] {
+        let mut k = *prescribed;
+        for (mass, w) in self.entries(group) {
+            let p = x.get(mass);
+            for a in 0..3 {
+                k[a] += p * w[a];
+            }
+        }
+        k
+    }
+
+    /// Curvatures along the normal, 1/m, of every group: for reports.
+    pub fn normal_curvatures(&self, x: &Vectors) -> impl Iterator<Item = [f64; 3]> {
+        self.groups.iter().map(move |g| along(&self.curvature(g, x, &g.prescribed), normal(g, x)))
+    }
+
+    /// Adds `scale` Σ wᵀ m to `to`, m the moments (N m²) of a group.
+    #[inline(always)]
+    fn add_moments(&self, group: &Group, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {
+        for (mass, w) in self.entries(group) {
+            let f = (moments[0] * w[0] + moments[1] * w[1] + moments[2] * w[2]) * scale;
+            to.set(mass, to.get(mass) + f);
+        }
+    }
+}
+
+/// The unit normal of a group's frame; zero where it has none.
+#[inline(always)]
+fn normal(group: &Group, x: &Vectors) -> DVec3 {
+    let [a, b, c, d] = group.frame;
+    let n = (x.get(b as usize) - x.get(a as usize)).cross(x.get(d as usize) - x.get(c as usize));
+    let squared = n.length_squared();
+    if squared > 0.0 { n / squared.sqrt() } else { DVec3::ZERO }
+}
+
+/// Axes that turn with a group: the first side of its frame, its normal, and what is square to both.
+#[inline(always)]
+fn axes(group: &Group, x: &Vectors) -> [DVec3; 3] {
+    let n = normal(group, x);
+    let [a, b, ..] = group.frame;
+    let p = (x.get(b as usize) - x.get(a as usize)).normalize_or_zero();
+    [p, n, n.cross(p)]
+}
+
+/// The unit normal and its rate of change, 1/s.
+fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
+    let sides = |of: &Vectors| {
+        let [a, b, c, d] = group.frame.map(|m| of.get(m as usize));
+        (b - a, d - c)
+    };
+    let ((p, q), (p_rate, q_rate)) = (sides(x), sides(v));
+    let across = p.cross(q);
+    let length = across.length();
+    if length <= 0.0 {
+        return (DVec3::ZERO, DVec3::ZERO);
+    }
+    let n = across / length;
+    let rate = (p_rate.cross(q) + p.cross(q_rate)) / length;
+    (n, rate - n * rate.dot(n))
+}
+
+/// What warmth leaves of the stiffness of a curvature, and the curvature (1/m) it makes: those at its masses, by their weights
+/// in it.
+fn warmth_of(warmth: &Warmth, masses: &[u32], weights: &[[f64; 3]]) -> (f64, f64) {
+    let (mut compliance, mut curl, mut sum) = (0.0, 0.0, 0.0);
+    for (mass, w) in masses.iter().zip(weights) {
+        let weight = w[0].abs() + w[1].abs() + w[2].abs();
+        compliance += weight * warmth.compliance[*mass as usize];
+        curl += weight * warmth.curl.get(*mass as usize).copied().unwrap_or(0.0);
+        sum += weight;
+    }
+    (sum / compliance, curl / sum)
+}
+
+// Written out, because closures over arrays are not inlined into the loops over groups.
+#[inline(always)]
+fn along(k: &[DVec3; 3], n: DVec3) -> [f64; 3] {
+    [k[0].dot(n), k[1].dot(n), k[2].dot(n)]
+}
+
+#[inline(always)]
+fn times(d: &[[f64; 3]; 3], k: &[DVec3; 3]) -> [DVec3; 3] {
+    [
+        k[0] * d[0][0] + k[1] * d[0][1] + k[2] * d[0][2],
+        k[0] * d[1][0] + k[1] * d[1][1] + k[2] * d[1][2],
+        k[0] * d[2][0] + k[1] * d[2][1] + k[2] * d[2][2],
+    ]
+}
+
+#[inline(always)]
+fn times_scalar(d: &[[f64; 3]; 3], k: &[f64; 3]) -> [f64; 3] {
+    [
+        k[0] * d[0][0] + k[1] * d[0][1] + k[2] * d[0][2],
+        k[0] * d[1][0] + k[1] * d[1][1] + k[2] * d[1][2],
+        k[0] * d[2][0] + k[1] * d[2][1] + k[2] * d[2][2],
+    ]
+}
+
+/// D with the directions `relaxed` free to adjust: D - D B (Bᵀ D B)⁻¹ Bᵀ D, one direction after another, each made
+/// independent (in the sense of D) of those before.
+pub fn condensed(mut d: [[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
+    let largest = d[0][0].max(d[1][1]).max(d[2][2]);
+    for b in relaxed {
+        let db = [0, 1, 2].map(|i: usize| d[i][0] * b[0] + d[i][1] * b[1] + d[i][2] * b[2]);
+        let bdb = b[0] * db[0] + b[1] * db[1] + b[2] * db[2];
+        let size = b[0] * b[0] + b[1] * b[1] + b[2] * b[2];
+        if bdb <= 1e-12 * largest * size {
+            continue;
+        }
+        for i in 0..3 {
+            for j in 0..3 {
+                d[i][j] -= db[i] * db[j] / bdb;
+            }
+        }
+    }
+    d
+}
+
+impl Element for Bending {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        for group in &self.groups {
+            let masses = &self.masses[group.entries.0 as usize..group.entries.1 as usize];
+            for (p, a) in masses.iter().enumerate() {
+                masses[..p].iter().for_each(|b| visit(*a, *b));
+            }
+        }
+        if let Some(rests) = &self.rests {
+            rests.turning.couples(visit);
+        }
+    }
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for group in &self.groups {
+            let first = group.entries.0;
+            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
+                let (a, b) = (self.masses[(first + pair.of.0) as usize], self.masses[(first + pair.of.1) as usize]);
+                pair.block = block(a, b);
+            }
+        }
+        self.order.clear();
+        self.order.extend((0..self.pairs.len() as u32).filter(|i| self.pairs[*i as usize].block != NO_BLOCK));
+        self.order.sort_by_key(|i| self.pairs[*i as usize].block);
+        self.sum_constant();
+        if let Some(rests) = &mut self.rests {
+            rests.turning.bind(block);
+        }
+    }
+
+    fn set_law(&mut self, law: &Law) {
+        self.retardation = law.retardation;
+        for (group, source) in self.groups.iter_mut().zip(&self.source) {
+            let soft = source.area * group.softness;
+            group.stiffness = condensed(law.bending, &source.relaxed).map(|row| row.map(|d| d * soft));
+            let first = group.entries.0;
+            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
+                let (p, q) = (&self.weights[(first + pair.of.0) as usize], &self.weights[(first + pair.of.1) as usize]);
+                let m = times_scalar(&group.stiffness, q);
+                pair.value = p[0] * m[0] + p[1] * m[1] + p[2] * m[2];
+            }
+        }
+        if self.rests.is_some() {
+            return self.set_rest_law(law.bending[0][0]);
+        }
+        self.sum_constant();
+    }
+
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        if self.rest.is_empty() {
+            self.rest = vec![[DVec3::ZERO; 3]; self.groups.len()];
+            self.curl = vec![0.0; self.groups.len()];
+        }
+        for i in 0..self.groups.len() {
+            let group = &self.groups[i];
+            let range = group.entries.0 as usize..group.entries.1 as usize;
+            let (softness, curl) = warmth_of(warmth, &self.masses[range.clone()], &self.weights[range]);
+            let (k, axes) = (self.curvature(group, x, &group.prescribed), axes(group, x));
+            let rest = &mut self.rest[i];
+            // Where twist alone is known nothing else can rest.
+            let rows = &self.source[i].rows;
+            let bends = !(rows[0].is_empty() && rows[1].is_empty());
+            let curled = if bends { curl - self.curl[i] } else { 0.0 };
+            let mut along_normal = self.rests.as_deref_mut();
+            if let Some(rests) = &mut along_normal {
+                rests.warm(i, curled, k.map(|k| k.dot(axes[1])), (group.softness, softness));
+            } else {
+                (0..2).for_each(|a| rest[a].y += curled);
+            }
+            for a in 0..3 {
+                for (part, axis) in axes.iter().enumerate().filter(|(part, _)| *part != 1 || along_normal.is_none()) {
+                    rest[a][part] = set_rest(k[a].dot(*axis), rest[a][part], group.softness, softness);
+                }
+            }
+            self.curl[i] = curl;
+            let group = &mut self.groups[i];
+            let change = softness / group.softness;
+            group.softness = softness;
+            group.stiffness.iter_mut().flatten().for_each(|s| *s *= change);
+            let pairs = group.pairs.0 as usize..group.pairs.1 as usize;
+            self.pairs[pairs].iter_mut().for_each(|p| p.value *= change);
+        }
+        if let Some(rests) = &mut self.rests {
+            rests.look();
+        }
+        self.sum_constant();
+    }
+
+    fn open(&mut self, open: &Open, _gone: &[bool]) {
+        if self.whole.is_empty() {
+            self.whole = self.source.iter().map(Left::whole).collect();
+        }
+        let columns = open.size().0 + 1;
+        for ((source, group), whole) in self.source.iter_mut().zip(&mut self.groups).zip(&self.whole) {
+            let left = whole.of(source, columns, open);
+            (source.area, source.relaxed, source.frame, group.frame) =
+                (left.area, left.relaxed, left.frame, left.frame);
+        }
+        self.find_frames();
+    }
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        if let Some(rests) = self.rests.as_deref().filter(|r| !r.is_elastic()) {
+            return self.rest_energy(x, rests);
+        }
+        if self.rest.is_empty() { self.stored::<false>(x) } else { self.stored::<true>(x) }
+    }
+
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        if self.rest.is_empty() {
+            self.forces::<false>(x, v, force)
+        } else {
+            self.forces::<true>(x, v, force)
+        }
+        self.add_rest_gradient(x, -1.0, force);
+    }
+
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+        self.viscous = self.retardation * per_time;
+        self.per_time = per_time;
+        if self.viscous == 0.0 {
+            return;
+        }
+        for i in 0..self.groups.len() {
+            let g = &self.groups[i];
+            let mut sum = g.rate.map(|r| r * follow);
+            for anchor in anchors {
+                let k = along(&self.curvature(g, anchor.x, &g.prescribed), normal(g, anchor.x));
+                for a in 0..3 {
+                    sum[a] += anchor.weight * k[a];
+                }
+            }
+            self.groups[i].anchor = sum;
+        }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        if self.viscous == 0.0 {
+            return;
+        }
+        for i in 0..self.groups.len() {
+            let g = &self.groups[i];
+            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
+            let rate = [0, 1, 2].map(|a| (k[a] - g.anchor[a]) * self.per_time);
+            self.groups[i].rate = rate;
+        }
+    }
+
+    fn forget(&mut self) {
+        self.groups.iter_mut().for_each(|g| g.rate = [0.0; 3]);
+    }
+
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        self.groups.iter_mut().for_each(|g| visit(&mut g.rate));
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        self.keep_rates(to);
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        self.take_rates(from)
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        self.keep_law(to);
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        self.take_law(from)
+    }
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        let stored = if self.rest.is_empty() { self.staged::<false>(x) } else { self.staged::<true>(x) };
+        stored + self.rest_potential(x)
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        if self.rest.is_empty() {
+            self.gradient::<false>(x, gradient)
+        } else {
+            self.gradient::<true>(x, gradient)
+        }
+        self.add_rest_gradient(x, 1.0, gradient);
+    }
+
+    fn add_constant_tangent(&self, _per_time: f64, values: &mut [f64]) {
+        for (block, value) in &self.constant {
+            let at = *block as usize * 9;
+            for diagonal in [at, at + 4, at + 8] {
+                values[diagonal] += value;
+            }
+        }
+    }
+
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        self.add_rest_tangent(x, geometric, values);
+        if self.viscous == 0.0 {
+            return;
+        }
+        for g in &self.groups {
+            let n = normal(g, x).to_array();
+            for pair in &self.pairs[g.pairs.0 as usize..g.pairs.1 as usize] {
+                if pair.block != NO_BLOCK && pair.value != 0.0 {
+                    let at = pair.block as usize * 9;
+                    let scale = pair.value * self.viscous;
+                    for (row, a) in values[at..at + 9].chunks_exact_mut(3).zip(n) {
+                        for (to, b) in row.iter_mut().zip(n) {
+                            *to += scale * a * b;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        self.missed_turn(x, d)
+    }
+
+    fn settle(&mut self, _x: &Vectors) {}
+
+    fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
+        self.rests.is_some().then(|| self.made_angles())
+    }
+
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+        if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.carry_rests(old, carry);
+        }
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        self.rests.is_some().then_some(self as &mut dyn Flows)
+    }
+}

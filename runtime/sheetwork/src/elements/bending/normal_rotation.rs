@@ -1,0 +1,101 @@
+//! What the turn of a group's normal ties: the masses of the group and of its frame, whose blocks the tangent of rest curvature fills.
+//! A group at rest where flat has none of it, and bends as if this were not here.
+
+use crate::elements::bending::{Bending, NO_BLOCK};
+use crate::elements::curvature::dot;
+
+/// Two masses of a group or its frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Couple {
+    pub block: u32,
+    /// Places of the two among the group's.
+    pub of: (u32, u32),
+}
+
+/// The masses of all groups and of their frames, group by group.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Turning {
+    /// Rising in each group, so that couples are of the lower triangle.
+    masses: Vec<u32>,
+    /// Weights of each in its group, 1/m²; none for one of the frame alone.
+    weights: Vec<[f64; 3]>,
+    couples: Vec<Couple>,
+    /// Where the masses and the couples of each group end.
+    ends: Vec<(u32, u32)>,
+    /// Places of the frame's masses among the group's.
+    pub frame: Vec<[u32; 4]>,
+}
+
+impl Turning {
+    pub fn new(bending: &Bending) -> Self {
+        let mut all = Self::default();
+        for group in &bending.groups {
+            let mut own: Vec<(u32, [f64; 3])> = bending.entries(group).map(|(m, w)| (m as u32, *w)).collect();
+            for mass in group.frame {
+                if own.iter().all(|(m, _)| *m != mass) {
+                    own.push((mass, [0.0; 3]));
+                }
+            }
+            own.sort_by_key(|(m, _)| *m);
+            for p in 0..own.len() as u32 {
+                all.couples.extend((0..=p).map(|q| Couple { block: NO_BLOCK, of: (p, q) }));
+            }
+            all.masses.extend(own.iter().map(|(m, _)| m));
+            all.weights.extend(own.iter().map(|(_, w)| w));
+            all.ends.push((all.masses.len() as u32, all.couples.len() as u32));
+        }
+        all.find_frames(bending);
+        all
+    }
+
+    /// Finds where the masses of the frames are, which are another group's where cells have opened.
+    pub fn find_frames(&mut self, bending: &Bending) {
+        let place = |i: usize, mass: u32| self.masses_of(i).iter().position(|m| *m == mass).unwrap_or(0) as u32;
+        self.frame = bending.groups.iter().enumerate().map(|(i, g)| g.frame.map(|m| place(i, m))).collect();
+    }
+
+    fn first(&self, i: usize) -> (usize, usize) {
+        i.checked_sub(1).map_or((0, 0), |before| (self.ends[before].0 as usize, self.ends[before].1 as usize))
+    }
+
+    /// Masses of group `i` and of its frame.
+    pub fn masses_of(&self, i: usize) -> &[u32] {
+        &self.masses[self.first(i).0..self.ends[i].0 as usize]
+    }
+
+    /// Their couples.
+    pub fn couples_of(&self, i: usize) -> &[Couple] {
+        &self.couples[self.first(i).1..self.ends[i].1 as usize]
+    }
+
+    /// The part of `moment` (N m²) that each of them has, N m.
+    pub fn parts_of<'a>(&'a self, i: usize, moment: &'a [f64; 3]) -> impl Iterator<Item = f64> + 'a {
+        self.weights[self.first(i).0..self.ends[i].0 as usize].iter().map(|w| dot(w, moment))
+    }
+
+    /// The most masses that a group has.
+    pub fn most(&self) -> usize {
+        (0..self.ends.len()).map(|i| self.masses_of(i).len()).max().unwrap_or(0)
+    }
+
+    /// Names every two masses that share a block.
+    pub fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        for i in 0..self.ends.len() {
+            let masses = self.masses_of(i);
+            for (p, a) in masses.iter().enumerate() {
+                masses[..p].iter().for_each(|b| visit(*a, *b));
+            }
+        }
+    }
+
+    /// Takes up the blocks of a matrix.
+    pub fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for i in 0..self.ends.len() {
+            let (masses, couples) = self.first(i);
+            for couple in &mut self.couples[couples..self.ends[i].1 as usize] {
+                let [a, b] = [couple.of.0, couple.of.1].map(|place| self.masses[masses + place as usize]);
+                couple.block = block(a, b);
+            }
+        }
+    }
+}

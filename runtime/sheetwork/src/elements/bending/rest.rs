@@ -1,0 +1,564 @@
+//! Rest curvature of a shell, and how it flows: E = ½ S (κ - k₀ n)ᵀ D (κ - k₀ n) with n the sheet's normal, k₀ = (uu, vv, 2uv), 1/m.
+//!
+//! The part ½ S κᵀ D κ has a constant tangent and is the bending element's own; this adds -S k₀ᵀ D (κ·n) + ½ S k₀ᵀ D k₀. Its gradient has
+//! the change of the normal in it, so that forces have a potential and no moment. With J = w - k₀ ∂n the tangent is S Jᵀ D J and
+//! what the curvature of n adds, which for a sheet that does not stretch is S (k - k₀)ᵀ D k₀ ∂nᵀ ∂n, k = κ·n.
+//!
+//! k₀ is what a sheet is made with (creases, curl), what yields, and what creeps (see `flow`). A crease is an angle: where a grid bends by
+//! the angle φ between neighbouring cells, k₀ is 2 sin(φ/2)/h, and yield counts angles too.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DMat3, DVec3};
+
+use crate::elements::bending::normal_rotation::Turning;
+use crate::elements::bending::{Bending, Group, along, normal, times, times_scalar};
+use crate::elements::creep::{FlowStep, Flows, Strain, Yield};
+use crate::elements::curvature::{CurvatureGroup, dot};
+use crate::elements::{Geometric, NO_BLOCK, keep_matrices, set_rest, take_matrices};
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// Rest curvatures of all groups.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rests {
+    /// k₀ of each group, in a step what its law has.
+    pub(crate) rest: Vec<[f64; 3]>,
+    /// What it was made with, as angles a length, 1/m.
+    pub(crate) made: Vec<[f64; 3]>,
+    /// S D of each group, N m³.
+    full: Vec<[[f64; 3]; 3]>,
+    /// Stiffness of each group in the step, of that at once.
+    scale: Vec<f64>,
+    /// Masses and couples of each group and its frame.
+    pub(crate) turning: Turning,
+    /// What creeps of each group; empty where nothing does.
+    pub(crate) strains: Vec<[Strain; 3]>,
+    /// Shares of the arms.
+    share: [f64; 2],
+    /// α of each group, 1/m; empty where nothing yields.
+    pub(crate) hardened: Vec<f64>,
+    /// D along the sheet's length, N m.
+    stiffness: f64,
+    /// Whether a step is on its way.
+    running: bool,
+    /// Whether k₀ is none anywhere: nothing here adds anything then, and none of it is worked out.
+    flat: bool,
+    /// Room for a group's derivatives.
+    turns: Vec<DMat3>,
+    coupled: Vec<f64>,
+}
+
+/// The sides of a group's frame, its normal and the length of their product.
+struct Frame {
+    p: DVec3,
+    q: DVec3,
+    n: DVec3,
+    length: f64,
+}
+
+impl Frame {
+    fn of(group: &Group, x: &Vectors) -> Option<Self> {
+        let [a, b, c, d] = group.frame.map(|m| x.get(m as usize));
+        let (p, q) = (b - a, d - c);
+        let across = p.cross(q);
+        let length = across.length();
+        (length > 0.0).then(|| Self { p, q, n: across / length, length })
+    }
+
+    /// The change of n for changes of the sides.
+    fn turn(&self, dp: DVec3, dq: DVec3) -> DVec3 {
+        let change = dp.cross(self.q) + self.p.cross(dq);
+        (change - self.n * self.n.dot(change)) / self.length
+    }
+
+    /// ∂n by the frame's masses a, b, c, d.
+    fn derivatives(&self) -> [DMat3; 4] {
+        let cross = |v: DVec3| DMat3::from_cols(v.cross(DVec3::X), v.cross(DVec3::Y), v.cross(DVec3::Z));
+        let n = self.n;
+        let project = (DMat3::IDENTITY - DMat3::from_cols(n * n.x, n * n.y, n * n.z)) * (1.0 / self.length);
+        let (by_p, by_q) = (project * cross(-self.q), project * cross(self.p));
+        [by_p * -1.0, by_p, by_q * -1.0, by_q]
+    }
+}
+
+impl Rests {
+    /// Warmth curls group `i` by `curled` (1/m), and makes its stiffness `softness.1` of the law's that was `softness.0`, at curvatures `k`
+    /// (1/m) along the normal: what stiffens keeps its moment.
+    pub fn warm(&mut self, i: usize, curled: f64, k: [f64; 3], softness: (f64, f64)) {
+        let kept = (softness.0 / softness.1).min(1.0);
+        for a in 0..3 {
+            let curl = if a < 2 { curled } else { 0.0 };
+            self.rest[i][a] += curl;
+            if let Some(strain) = self.strains.get_mut(i).map(|s| &mut s[a]) {
+                strain.move_rest(curl, self.share);
+                strain.set(k[a], kept, self.share);
+                self.rest[i][a] = strain.left();
+            } else {
+                self.rest[i][a] = set_rest(k[a], self.rest[i][a], softness.0, softness.1);
+            }
+        }
+        let change = softness.1 / softness.0;
+        self.full[i].iter_mut().flatten().for_each(|d| *d *= change);
+    }
+}
+
+impl Rests {
+    /// Looks whether the sheet is at rest where it is flat: after each change of k₀.
+    pub fn look(&mut self) {
+        self.flat = self.rest.iter().all(is_flat);
+    }
+
+    /// More than the square of the moment (N) is of group `i` at rest where flat, with `curvature` (1/m): asin s is at most π/2 s, and a
+    /// matrix without negative eigenvalues has none above the sum of its diagonal.
+    fn most_moment_squared(&self, i: usize, g: &Group, source: &CurvatureGroup, curvature: &[DVec3; 3]) -> f64 {
+        let bent = |a: usize| curvature[a].length_squared() / (source.gain[a] * source.gain[a]);
+        let full = &self.full[i];
+        let largest = (full[0][0] + full[1][1] + full[2][2]) / (g.softness * source.area);
+        FRAC_PI_2 * FRAC_PI_2 * self.stiffness * largest * (bent(0) + bent(1) + bent(2))
+    }
+
+    /// Whether the energy is that of a sheet that is at rest where it is flat, and has no arms.
+    pub fn is_elastic(&self) -> bool {
+        self.flat && self.strains.is_empty()
+    }
+
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        self.rest.iter().for_each(|r| to.numbers(r));
+        keep_matrices(self.full.iter(), to);
+        to.numbers(&self.scale);
+        self.strains.iter().flatten().for_each(|s| s.keep(to));
+        to.numbers(&self.hardened);
+        to.flag(self.running);
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.rest.iter_mut().try_for_each(|r| from.numbers(r))?;
+        take_matrices(self.full.iter_mut(), from)?;
+        from.numbers(&mut self.scale)?;
+        self.strains.iter_mut().flatten().try_for_each(|s| s.take(from))?;
+        from.numbers(&mut self.hardened)?;
+        self.running = from.flag()?;
+        self.look();
+        Ok(())
+    }
+}
+
+fn is_flat(rest: &[f64; 3]) -> bool {
+    *rest == [0.0; 3]
+}
+
+impl Bending {
+    /// As [`Bending::new`], with rest curvatures: `angles` are those of each group, (uu, vv, 2uv), as angles a length (1/m)
+    /// towards the sheet's upper side. `creeps` and `yields` say what it may do.
+    pub fn with_rest(
+        source: Vec<CurvatureGroup>,
+        directions: &[DVec3],
+        angles: &[[f64; 3]],
+        creeps: Option<[f64; 2]>,
+        yields: bool,
+    ) -> Self {
+        let mut all = Self::default();
+        for group in &source {
+            all.push(group, directions);
+        }
+        all.source = source;
+        let n = all.groups.len();
+        let mut rests = Rests { scale: vec![1.0; n], full: vec![[[0.0; 3]; 3]; n], ..Rests::default() };
+        rests.rest = all.source.iter().zip(angles).map(|(g, k)| [0, 1, 2].map(|a| g.of_angle(a, k[a]))).collect();
+        rests.rest.resize(n, [0.0; 3]);
+        rests.made = angles.to_vec();
+        rests.made.resize(n, [0.0; 3]);
+        rests.turning = Turning::new(&all);
+        let most = rests.turning.most();
+        rests.turns = vec![DMat3::ZERO; most];
+        rests.coupled = vec![0.0; most];
+        if let Some(share) = creeps {
+            rests.share = share;
+            let begun = |k: &[f64; 3]| k.map(|start| Strain { start, rest: start, ..Strain::default() });
+            rests.strains = rests.rest.iter().map(begun).collect();
+        }
+        if yields {
+            rests.hardened = vec![0.0; n];
+        }
+        rests.look();
+        all.rests = Some(Box::new(rests));
+        all
+    }
+
+    /// Finds where the masses of the frames are in their groups.
+    pub(crate) fn find_frames(&mut self) {
+        if let Some(mut rests) = self.rests.take() {
+            rests.turning.find_frames(self);
+            self.rests = Some(rests);
+        }
+    }
+
+    /// Takes up the stiffness of the groups; see [`crate::elements::Element::set_law`].
+    pub(crate) fn set_rest_law(&mut self, stiffness: f64) {
+        let Some(rests) = &mut self.rests else { return };
+        rests.stiffness = stiffness;
+        for (full, g) in rests.full.iter_mut().zip(&self.groups) {
+            *full = g.stiffness;
+        }
+        self.rescale();
+    }
+
+    /// Makes stiffnesses and the constant tangent those of the scales.
+    fn rescale(&mut self) {
+        let Some(rests) = &self.rests else { return };
+        for ((group, full), scale) in self.groups.iter_mut().zip(&rests.full).zip(&rests.scale) {
+            group.stiffness = full.map(|row| row.map(|d| d * scale));
+            let first = group.entries.0;
+            for pair in &mut self.pairs[group.pairs.0 as usize..group.pairs.1 as usize] {
+                let (p, q) = (&self.weights[(first + pair.of.0) as usize], &self.weights[(first + pair.of.1) as usize]);
+                pair.value = dot(p, &times_scalar(&group.stiffness, q));
+            }
+        }
+        self.sum_constant();
+    }
+
+    /// Energy that the sheet would give back with time to flow or without, J.
+    pub(crate) fn rest_energy(&self, x: &Vectors, rests: &Rests) -> f64 {
+        if rests.running || rests.strains.is_empty() {
+            return (0..self.groups.len()).map(|i| self.stored_at(i, &rests.rest[i], x)).sum();
+        }
+        let share = rests.share;
+        let one = |i: usize| {
+            let (full, strains) = (&rests.full[i], &rests.strains[i]);
+            let (k, n) = self.bent(i, x);
+            let scalar = along(&k, n);
+            let arms = [0, 1, 2].map(|a| strains[a].arms_at(scalar[a], share));
+            let mut sum = 0.0;
+            for i in (0..2).filter(|i| share[*i] > 0.0) {
+                let s = arms.map(|s| s[i]);
+                sum += 0.5 * dot(&s, &times_scalar(full, &s)) / share[i];
+            }
+            // What of κ is not along the normal has no arms of its own.
+            let across = [0, 1, 2].map(|a| k[a] - n * scalar[a]);
+            let m = times(full, &across);
+            sum + 0.5 * (across[0].dot(m[0]) + across[1].dot(m[1]) + across[2].dot(m[2]))
+        };
+        (0..self.groups.len()).map(one).sum()
+    }
+
+    /// The curvatures of group `i`, less those across the normal that warmth has made it rest at, and its normal.
+    fn bent(&self, i: usize, x: &Vectors) -> ([DVec3; 3], DVec3) {
+        let g = &self.groups[i];
+        let mut k = self.curvature(g, x, &g.prescribed);
+        if !self.rest.is_empty() {
+            self.less_rest::<true>(i, &mut k, x);
+        }
+        (k, normal(g, x))
+    }
+
+    /// ½ S (κ - k₀ n)ᵀ D (κ - k₀ n) of group `i`, J.
+    fn stored_at(&self, i: usize, rest: &[f64; 3], x: &Vectors) -> f64 {
+        let (k, n) = self.bent(i, x);
+        let e = [0, 1, 2].map(|a| k[a] - n * rest[a]);
+        let m = times(&self.groups[i].stiffness, &e);
+        0.5 * (e[0].dot(m[0]) + e[1].dot(m[1]) + e[2].dot(m[2]))
+    }
+
+    /// What rest curvatures add to the energy of the stage, J.
+    pub(crate) fn rest_potential(&self, x: &Vectors) -> f64 {
+        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
+        let bent = self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest));
+        let one = |(g, rest): (&Group, &[f64; 3])| {
+            let m = times_scalar(&g.stiffness, rest);
+            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
+            0.5 * dot(rest, &m) - dot(&k, &m)
+        };
+        bent.map(one).sum()
+    }
+
+    /// Adds `scale` times the gradient of [`Bending::rest_potential`].
+    pub(crate) fn add_rest_gradient(&self, x: &Vectors, scale: f64, to: &mut Vectors) {
+        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return };
+        for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
+            let Some(frame) = Frame::of(g, x) else { continue };
+            let m = times_scalar(&g.stiffness, rest);
+            let n = frame.n;
+            self.add_moments(g, &[n * m[0], n * m[1], n * m[2]], -scale, to);
+            let k = self.curvature(g, x, &g.prescribed);
+            let pull = k[0] * m[0] + k[1] * m[1] + k[2] * m[2];
+            let t = (pull - n * n.dot(pull)) * (scale / frame.length);
+            let (by_p, by_q) = (frame.q.cross(t), t.cross(frame.p));
+            for (mass, f) in g.frame.into_iter().zip([by_p, -by_p, by_q, -by_q]) {
+                to.set(mass as usize, to.get(mass as usize) + f);
+            }
+        }
+    }
+
+    /// Adds the tangent of [`Bending::rest_potential`].
+    pub(crate) fn add_rest_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        let Some(mut rests) = self.rests.take_if(|r| !r.flat) else { return };
+        let Rests { rest, turning, turns, coupled, .. } = &mut *rests;
+        for (i, (g, rest)) in self.groups.iter().zip(rest).enumerate().filter(|(_, (_, rest))| !is_flat(rest)) {
+            let Some(frame) = Frame::of(g, x) else { continue };
+            let m = times_scalar(&g.stiffness, rest);
+            turns[..turning.masses_of(i).len()].fill(DMat3::ZERO);
+            coupled.iter_mut().zip(turning.parts_of(i, &m)).for_each(|(to, part)| *to = part);
+            for (place, by) in turning.frame[i].iter().zip(frame.derivatives()) {
+                turns[*place as usize] += by;
+            }
+            let own = dot(rest, &m);
+            let now = dot(&along(&self.curvature(g, x, &g.prescribed), frame.n), &m);
+            let square = if geometric == Geometric::Clipped { now.max(own) } else { now };
+            for couple in turning.couples_of(i).iter().filter(|c| c.block != NO_BLOCK) {
+                let (p, q) = (couple.of.0 as usize, couple.of.1 as usize);
+                let (tp, tq) = (turns[p].transpose(), turns[q]);
+                let block = tp * tq * square - tq * coupled[p] - tp * coupled[q];
+                let at = couple.block as usize * 9;
+                let by_rows = block.transpose().to_cols_array();
+                values[at..at + 9].iter_mut().zip(by_rows).for_each(|(to, from)| *to += from);
+            }
+        }
+        self.rests = Some(rests);
+    }
+
+    /// Energy (J) of the turn of the normal that first order misses when `x` moves by `d`.
+    pub(crate) fn missed_turn(&self, x: &Vectors, d: &Vectors) -> f64 {
+        let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
+        let mut missed = 0.0;
+        for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
+            let Some(frame) = Frame::of(g, x) else { continue };
+            let [a, b, c, e] = g.frame.map(|m| d.get(m as usize));
+            let (dp, dq) = (b - a, e - c);
+            let across = (frame.p + dp).cross(frame.q + dq).normalize_or_zero();
+            let miss = across - frame.n - frame.turn(dp, dq);
+            missed += 0.5 * dot(rest, &times_scalar(&g.stiffness, rest)) * miss.length_squared();
+        }
+        missed
+    }
+
+    /// Lets groups yield whose moment is too large, at `x`.
+    fn yield_at(&self, x: &Vectors, law: &Yield, rests: &mut Rests) {
+        let within = law.moment * law.moment;
+        for (i, g) in self.groups.iter().enumerate() {
+            let source = &self.source[i];
+            let curvature = self.curvature(g, x, &g.prescribed);
+            if source.area <= 0.0 || (rests.flat && rests.most_moment_squared(i, g, source, &curvature) <= within) {
+                continue;
+            }
+            let n = normal(g, x);
+            if n == DVec3::ZERO {
+                continue;
+            }
+            let k = along(&curvature, n);
+            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.left()) };
+            let bent = [0, 1, 2].map(|a| source.angle_of(a, k[a]));
+            let made = [0, 1, 2].map(|a| source.angle_of(a, rest[a]));
+            let elastic = [bent[0] - made[0], bent[1] - made[1], bent[2] - made[2]];
+            // Yield is at the same strain however soft the sheet is: as if it were cold.
+            let full = &rests.full[i].map(|row| row.map(|d| d / g.softness));
+            let moment = (rests.stiffness * dot(&elastic, &times_scalar(full, &elastic)) / source.area).max(0.0).sqrt();
+            let flow = law.flow(moment, rests.stiffness, rests.hardened[i]);
+            if flow <= 0.0 {
+                continue;
+            }
+            rests.hardened[i] += flow;
+            let part = flow * rests.stiffness / moment;
+            let mut next = [0, 1, 2].map(|a| source.of_angle(a, made[a] + part * elastic[a]));
+            // Angles and curvatures go together but where they are large; energy may not rise even there.
+            let stored = |rest: &[f64; 3]| {
+                let e = [k[0] - rest[0], k[1] - rest[1], k[2] - rest[2]];
+                dot(&e, &times_scalar(full, &e))
+            };
+            if stored(&next) > stored(&rest) {
+                next = [0, 1, 2].map(|a| rest[a] + part * (k[a] - rest[a]));
+            }
+            if let Some(strains) = rests.strains.get_mut(i) {
+                (0..3).for_each(|a| strains[a].move_rest(next[a] - rest[a], rests.share));
+            }
+            rests.rest[i] = next;
+            rests.flat = false;
+        }
+    }
+
+    /// The angles a length, 1/m, towards the upper side, by which the sheet is bent where no moment acts, of each group.
+    pub(crate) fn made_angles(&self) -> Vec<[f64; 3]> {
+        let each = self.rests.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, &**r)));
+        let one = |(i, rests): (usize, &Rests)| {
+            let rest = if rests.strains.is_empty() { rests.rest[i] } else { rests.strains[i].map(|s| s.left()) };
+            [0, 1, 2].map(|a| self.source[i].angle_of(a, rest[a]))
+        };
+        each.map(one).collect()
+    }
+}
+
+impl Flows for Bending {
+    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
+        let Some(mut rests) = self.rests.take() else { return false };
+        let mut changed = false;
+        let Rests { strains, rest, scale, share, running, .. } = &mut *rests;
+        *running = true;
+        for (i, strains) in strains.iter_mut().enumerate() {
+            let g = &self.groups[i];
+            let Some(decay) = step.decay(&g.frame) else { continue };
+            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
+            (0..3).for_each(|a| strains[a].begin(k[a], *share, &decay));
+            rest[i] = strains.map(|s| s.rest);
+            changed |= std::mem::replace(&mut scale[i], decay.stiffness()) != decay.stiffness();
+        }
+        if !rests.strains.is_empty() {
+            rests.look();
+        }
+        self.rests = Some(rests);
+        if changed {
+            self.rescale();
+        }
+        changed
+    }
+
+    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
+        let Some(mut rests) = self.rests.take() else { return };
+        rests.running = false;
+        for (i, strains) in rests.strains.iter_mut().enumerate() {
+            let g = &self.groups[i];
+            let Some(decay) = step.decay(&g.frame) else { continue };
+            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
+            (0..3).for_each(|a| strains[a].end(k[a], &decay));
+        }
+        if let Some(law) = step.law.plastic.filter(|_| !rests.hardened.is_empty()) {
+            self.yield_at(x, &law, &mut rests);
+        }
+        self.rests = Some(rests);
+    }
+
+    fn stand(&mut self, x: &Vectors) -> bool {
+        let Some(mut rests) = self.rests.take() else { return false };
+        let Rests { strains, rest, scale, share, running, .. } = &mut *rests;
+        *running = false;
+        for (i, strains) in strains.iter_mut().enumerate() {
+            let g = &self.groups[i];
+            let k = along(&self.curvature(g, x, &g.prescribed), normal(g, x));
+            (0..3).for_each(|a| strains[a].stand(k[a], *share));
+            rest[i] = strains.map(|s| s.rest);
+        }
+        let changed = scale.iter().any(|s| *s != 1.0);
+        scale.fill(1.0);
+        if !rests.strains.is_empty() {
+            rests.look();
+        }
+        self.rests = Some(rests);
+        if changed {
+            self.rescale();
+        }
+        changed
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::derivative_check;
+    use crate::elements::staggered::{Grid, curvatures};
+    use crate::elements::triangle_bending::triangle_curvatures;
+    use crate::elements::{Element, Law};
+
+    fn law() -> Law {
+        Law { retardation: 0.0, ..derivative_check::law() }
+    }
+
+    fn creased(clamped: &[bool], angle: f64) -> Bending {
+        let grid = Grid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped };
+        let source = curvatures(&grid);
+        let angles: Vec<[f64; 3]> = source.iter().map(|_| [angle, 0.4 * angle, -0.3 * angle]).collect();
+        let mut bending = Bending::with_rest(source, &[DVec3::X, DVec3::Z], &angles, None, false);
+        bending.set_law(&law());
+        bending
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_the_potential() {
+        let mut bending = creased(&[false; 35], 1.3);
+        let x = derivative_check::bent_grid(7, 5, (0.1, 0.15));
+        bending.begin(0.0, &[], 0.0);
+        let mut gradient = Vectors::zeros(35);
+        bending.add_gradient(&x, &mut gradient);
+        let largest = gradient.max_squared().sqrt();
+        for dof in 0..105 {
+            let at = |by: f64| {
+                let mut y = x.clone();
+                let mut p = y.get(dof / 3);
+                p[dof % 3] += by;
+                y.set(dof / 3, p);
+                bending.potential(&y)
+            };
+            let slope = (at(1e-5) - at(-1e-5)) / 2e-5;
+            assert!((slope - gradient.get(dof / 3)[dof % 3]).abs() < 1e-7 * largest, "{dof}");
+        }
+        let mut force = Vectors::zeros(35);
+        bending.add_forces(&x, &Vectors::zeros(35), &mut force);
+        assert!((0..35).all(|i| (force.get(i) + gradient.get(i)).length() < 1e-12 * largest));
+        assert!((bending.energy(&x) - bending.potential(&x)).abs() < 1e-12 * bending.energy(&x));
+    }
+
+    #[test]
+    fn the_tangent_is_that_of_the_gradient_where_the_sheet_does_not_stretch() {
+        // Rolled up along u about a radius of 0.5, without stretch of its edges; made to be rolled so, and less.
+        let clamped = [false; 35];
+        let grid = Grid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped: &clamped };
+        let source = curvatures(&grid);
+        let turn = 2.0 * (0.1_f64).asin();
+        let made = |part: f64| {
+            let known = |g: &CurvatureGroup| if g.rows[0].is_empty() { 0.0 } else { part * turn / 0.1 };
+            let angles: Vec<[f64; 3]> = source.iter().map(|g| [known(g), 0.0, 0.0]).collect();
+            let mut bending = Bending::with_rest(source.clone(), &[DVec3::X, DVec3::Z], &angles, None, false);
+            bending.set_law(&law());
+            bending
+        };
+        let mut x = Vectors::default();
+        for j in 0..5 {
+            let mut p = DVec3::new(0.0, 0.0, 0.15 * f64::from(j));
+            for i in 0..7 {
+                x.push(p);
+                let angle = turn * f64::from(i);
+                p += DVec3::new(angle.cos(), angle.sin(), 0.0) * 0.1;
+            }
+        }
+        assert!(made(1.0).energy(&x) < 1e-20, "{}", made(1.0).energy(&x));
+        derivative_check::derivatives(&mut made(0.7), &x, 1e-6);
+    }
+
+    #[test]
+    fn forces_of_a_creased_sheet_have_no_resultant_and_no_moment() {
+        let bending = creased(&[false; 35], 0.9);
+        let x = derivative_check::bent_grid(7, 5, (0.1, 0.15));
+        let mut force = Vectors::zeros(35);
+        bending.add_forces(&x, &Vectors::zeros(35), &mut force);
+        let largest = force.max_squared().sqrt();
+        let total: DVec3 = force.iter().sum();
+        let moment: DVec3 = force.iter().zip(x.iter()).map(|(f, p)| p.cross(f)).sum();
+        assert!(total.length() < 1e-11 * largest && moment.length() < 1e-11 * largest, "{total} {moment}");
+    }
+
+    #[test]
+    fn triangles_bend_to_the_upper_side_too() {
+        use crate::mesh::outline::{Outline, OutlineSpec, mesh};
+        let spec = OutlineSpec::Polygon(vec![(-0.3, -0.3), (0.3, -0.3), (0.3, 0.3), (-0.3, 0.3)]);
+        let outline = Outline::new(Some(&spec), &[], &[], (0.6, 0.6), std::path::Path::new("")).expect("valid");
+        let mesh = mesh(&outline, (7, 7)).expect("valid");
+        let (source, _) = triangle_curvatures(&mesh, &|_| false);
+        let curvature = 0.02;
+        let angles: Vec<[f64; 3]> = source.iter().map(|_| [curvature, curvature, 0.0]).collect();
+        let mut bending = Bending::with_rest(source, &[], &angles, None, false);
+        bending.set_law(&law());
+        let dished = |sign: f64| {
+            let mut x = Vectors::default();
+            for [u, v] in &mesh.positions {
+                x.push(DVec3::new(*u, 0.5 * sign * curvature * (u * u + v * v), *v));
+            }
+            bending.energy(&x)
+        };
+        assert!(
+            dished(1.0) < 1e-3 * dished(0.0) && dished(-1.0) > 3.0 * dished(0.0),
+            "{} {}",
+            dished(1.0),
+            dished(0.0)
+        );
+    }
+}

@@ -1,0 +1,68 @@
+//! What of a shell's bending goes into a snapshot.
+
+use glam::DVec3;
+
+use crate::elements::bending::Bending;
+use crate::elements::{keep_matrices, take_matrices};
+use crate::serialize::{Keeper, Taken, Taker};
+
+impl Bending {
+    /// Rates of curvature; a group of a grid has one or two of the three.
+    pub(crate) fn keep_rates(&self, to: &mut Keeper) {
+        let mut rates = Vec::with_capacity(3 * self.groups.len());
+        self.groups.iter().for_each(|g| rates.extend_from_slice(&g.rate));
+        to.sparse(&rates);
+    }
+
+    pub(crate) fn take_rates(&mut self, from: &mut Taker) -> Taken {
+        let mut rates = vec![0.0; 3 * self.groups.len()];
+        from.sparse(&mut rates)?;
+        for (g, rate) in self.groups.iter_mut().zip(rates.chunks_exact(3)) {
+            g.rate.copy_from_slice(rate);
+        }
+        Ok(())
+    }
+
+    /// Stiffness as warmth and flow have made it, and where the groups are at rest. What pairs have is kept too: factor after factor has
+    /// rounded it.
+    pub(crate) fn keep_law(&self, to: &mut Keeper) {
+        self.groups.iter().for_each(|g| to.number(g.softness));
+        keep_matrices(self.groups.iter().map(|g| &g.stiffness), to);
+        self.pairs.iter().for_each(|p| to.number(p.value));
+        to.flag(!self.rest.is_empty());
+        for (rest, curl) in self.rest.iter().zip(&self.curl) {
+            rest.iter().for_each(|r| to.sparse(&r.to_array()));
+            to.number(*curl);
+        }
+        if let Some(rests) = &self.rests {
+            rests.keep(to);
+        }
+    }
+
+    pub(crate) fn take_law(&mut self, from: &mut Taker) -> Taken {
+        for group in &mut self.groups {
+            group.softness = from.number()?;
+        }
+        take_matrices(self.groups.iter_mut().map(|g| &mut g.stiffness), from)?;
+        for pair in &mut self.pairs {
+            pair.value = from.number()?;
+        }
+        let is_warm = from.flag()?;
+        let count = if is_warm { self.groups.len() } else { 0 };
+        self.rest.resize(count, [DVec3::ZERO; 3]);
+        self.curl.resize(count, 0.0);
+        for (rest, curl) in self.rest.iter_mut().zip(&mut self.curl) {
+            for r in rest {
+                let mut all = [0.0; 3];
+                from.sparse(&mut all)?;
+                *r = DVec3::from_array(all);
+            }
+            *curl = from.number()?;
+        }
+        if let Some(rests) = &mut self.rests {
+            rests.take(from)?;
+        }
+        self.sum_constant();
+        Ok(())
+    }
+}

@@ -1,0 +1,105 @@
+//! Sums over the groups of a shell's bending: energy ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀) and its gradient, of an instant and of a stage.
+//!
+//! Each is compiled twice, with and without κ₀: what has none computes nothing for it.
+
+use glam::DVec3;
+
+use crate::elements::bending::{Bending, Pair, along, axes, normal, times, times_scalar, turning_normal};
+use crate::math::Vectors;
+
+impl Bending {
+    /// Takes κ₀ of group `i` off its curvatures `k`.
+    #[inline(always)]
+    pub(crate) fn less_rest<const REST: bool>(&self, i: usize, k: &mut [DVec3; 3], x: &Vectors) {
+        if REST {
+            let rest = &self.rest[i];
+            // Most of what warms has never set.
+            if *rest == [DVec3::ZERO; 3] {
+                return;
+            }
+            let [p, n, q] = axes(&self.groups[i], x);
+            for (k, rest) in k.iter_mut().zip(rest) {
+                *k -= p * rest.x + n * rest.y + q * rest.z;
+            }
+        }
+    }
+
+    /// Energy where masses are at `x` (m), J.
+    pub(crate) fn stored<const REST: bool>(&self, x: &Vectors) -> f64 {
+        let each = self.groups.iter().enumerate().map(|(i, g)| {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            self.less_rest::<REST>(i, &mut k, x);
+            let m = times(&g.stiffness, &k);
+            0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]))
+        });
+        each.sum()
+    }
+
+    /// Adds the forces, N, with the retarded part as rates at `v` (m/s) have it.
+    pub(crate) fn forces<const REST: bool>(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        for (i, g) in self.groups.iter().enumerate() {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            if self.retardation > 0.0 {
+                let (n, turning) = turning_normal(g, x, v);
+                let rate = self.curvature(g, v, &[DVec3::ZERO; 3]);
+                // k̇ = κ̇·n + κ·ṅ, as stages find it from the change of k.
+                let rate = [0, 1, 2].map(|a| rate[a].dot(n) + k[a].dot(turning));
+                for a in 0..3 {
+                    k[a] += n * (rate[a] * self.retardation);
+                }
+            }
+            self.less_rest::<REST>(i, &mut k, x);
+            self.add_moments(g, &times(&g.stiffness, &k), -1.0, force);
+        }
+    }
+
+    /// Energy of a stage at `x`, with what resists the change since its anchor, J.
+    pub(crate) fn staged<const REST: bool>(&self, x: &Vectors) -> f64 {
+        let mut sum = 0.0;
+        for (i, g) in self.groups.iter().enumerate() {
+            let whole = self.curvature(g, x, &g.prescribed);
+            let mut k = whole;
+            self.less_rest::<REST>(i, &mut k, x);
+            let m = times(&g.stiffness, &k);
+            sum += 0.5 * (k[0].dot(m[0]) + k[1].dot(m[1]) + k[2].dot(m[2]));
+            if self.viscous > 0.0 {
+                let k = along(&whole, normal(g, x));
+                let change = [k[0] - g.anchor[0], k[1] - g.anchor[1], k[2] - g.anchor[2]];
+                let m = times_scalar(&g.stiffness, &change);
+                sum += 0.5 * self.viscous * (change[0] * m[0] + change[1] * m[1] + change[2] * m[2]);
+            }
+        }
+        sum
+    }
+
+    /// Adds the gradient of that, N.
+    pub(crate) fn gradient<const REST: bool>(&self, x: &Vectors, gradient: &mut Vectors) {
+        for (i, g) in self.groups.iter().enumerate() {
+            let mut k = self.curvature(g, x, &g.prescribed);
+            if self.viscous > 0.0 {
+                let n = normal(g, x);
+                let scalar = along(&k, n);
+                for a in 0..3 {
+                    k[a] += n * (self.viscous * (scalar[a] - g.anchor[a]));
+                }
+            }
+            self.less_rest::<REST>(i, &mut k, x);
+            self.add_moments(g, &times(&g.stiffness, &k), 1.0, gradient);
+        }
+    }
+
+    /// Sums what groups put into the same block; symmetric, so that a block of two masses appears once.
+    pub(crate) fn sum_constant(&mut self) {
+        self.constant.clear();
+        for i in &self.order {
+            let Pair { block, value, .. } = self.pairs[*i as usize];
+            if value == 0.0 {
+                continue;
+            }
+            match self.constant.last_mut() {
+                Some((last, sum)) if *last == block => *sum += value,
+                _ => self.constant.push((block, value)),
+            }
+        }
+    }
+}

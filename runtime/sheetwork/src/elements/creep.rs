@@ -1,0 +1,413 @@
+//! Flow: what a strain leaves behind, by creep and by yield.
+//!
+//! Creep is Burgers' model, a spring E, a dashpot E τ₁ and a Kelvin-Voigt element (E/r, τ₂) in series: under a constant stress
+//! the strain is J(t) times it, E J(t) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)). The same stress follows from two Maxwell arms side by side,
+//!
+//! σ = E (s₁ + s₂),  s_i⁺ = e^(-h/τ_i) s_i + a_i γ_i Δε,  γ_i = (1 - e^(-h/τ_i)) τ_i/h,
+//!
+//! with the roots of τ₁τ₂ s² + (τ₁ (1+r) + τ₂) s + 1 = 0 at s = -1/τ_i, and a₁ + a₂ = 1 (W. N. Findley, J. S. Lai, K. Onaran,
+//! *Creep and Relaxation of Nonlinear Viscoelastic Materials*, 1976, chapter 5; the recursion is that of R. L. Taylor, K. S. Pister,
+//! G. L. Goudreau, Int. J. Numer. Meth. Eng. 2, 1970). It is exact for a strain that stands still or changes evenly over a step of any
+//! length, and flows at the true rate under a stress that stands still.
+//!
+//! Within a step the law is an elastic one again, σ = g E (ε - ε*), g = Σ a_i γ_i, ε* = ε₀ - Σ e^(-h/τ_i) s_i / g: engines need not know
+//! of it. Since e^(-2h/τ) ≤ γ ≤ 1, no step gains energy by it. Times are multiplied by the shift a_T of Williams, Landel and Ferry
+//! (J. Am. Chem. Soc. 77, 1955).
+//!
+//! Yield is of bending: where |M| exceeds M_y + H α, the curvature that stays moves by Δα = (|M| - M_y - H α)/(D + H) once a step, along
+//! the elastic curvature; |M|² = D κ_eᵀ D κ_e, the moment of a bend to a cylinder that stores as much. M_y = σ_y t²/4 is the moment of a
+//! section that yields throughout.
+
+use crate::math::Vectors;
+use crate::scene::Material;
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// Largest exponent of ten of a shift: far below the glass transition nothing flows.
+const MOST_DECADES: f64 = 30.0;
+/// Part of a step's stress that flows away below which nothing is said to flow.
+const IDLE: f64 = 1e-8;
+
+/// Two Maxwell arms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arms {
+    /// Part a_i of the stiffness that each has; they add up to 1.
+    pub share: [f64; 2],
+    /// Relaxation time τ_i of each, s.
+    pub time: [f64; 2],
+}
+
+/// What a step does to two arms.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Decay {
+    /// e^(-h/τ_i).
+    pub keep: [f64; 2],
+    /// a_i γ_i.
+    pub give: [f64; 2],
+}
+
+impl Arms {
+    /// Those of Burgers' model: relaxation time τ₁ (s) of the dashpot with the spring, retardation time τ₂ (s), and r, what the
+    /// strain grows by with that time over what it is at once.
+    pub fn burgers(relaxation: f64, retardation: f64, retarded: f64) -> Self {
+        if retarded <= 0.0 {
+            return Self { share: [1.0, 0.0], time: [relaxation; 2] };
+        }
+        let product = relaxation * retardation;
+        let sum = relaxation * (1.0 + retarded) + retardation;
+        let slow = 0.5 * (sum + (sum * sum - 4.0 * product).sqrt());
+        let fast = product / slow;
+        let share = (relaxation - fast) / (slow - fast);
+        Self { share: [share, 1.0 - share], time: [slow, fast] }
+    }
+
+    /// What a step of `dt` s does where times are `shift` times theirs.
+    pub fn decay(&self, dt: f64, shift: f64) -> Decay {
+        let x = self.time.map(|t| dt / (t * shift));
+        let lost = x.map(|x| -(-x).exp_m1());
+        let gamma = [0, 1].map(|i| if x[i] > 1e-12 { lost[i] / x[i] } else { 1.0 });
+        Decay { keep: lost.map(|l| 1.0 - l), give: [self.share[0] * gamma[0], self.share[1] * gamma[1]] }
+    }
+}
+
+impl Decay {
+    /// g: stiffness over the step, of that at once.
+    pub fn stiffness(&self) -> f64 {
+        self.give[0] + self.give[1]
+    }
+
+    /// Whether nothing flows in the step.
+    pub fn is_idle(&self) -> bool {
+        self.keep[0] >= 1.0 - IDLE && self.keep[1] >= 1.0 - IDLE
+    }
+
+    /// ε* of a step that begins at `strain` with the arms at `s`.
+    #[inline]
+    pub fn rest(&self, strain: f64, s: [f64; 2]) -> f64 {
+        strain - (self.keep[0] * s[0] + self.keep[1] * s[1]) / self.stiffness()
+    }
+
+    /// The arms after a step over which the strain changes by `change`.
+    #[inline]
+    pub fn advance(&self, s: [f64; 2], change: f64) -> [f64; 2] {
+        [0, 1].map(|i| self.keep[i] * s[i] + self.give[i] * change)
+    }
+}
+
+/// Shift of times by temperature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shift {
+    /// Tg, °C; none where times do not depend on temperature.
+    pub glass_transition: Option<f64>,
+    /// C1 and C2 (K).
+    pub wlf: (f64, f64),
+}
+
+impl Shift {
+    /// a_T at `celsius`.
+    pub fn at(&self, celsius: f64) -> f64 {
+        let Some(glass) = self.glass_transition else { return 1.0 };
+        let above = celsius - glass;
+        let (c1, c2) = self.wlf;
+        let decades = if above <= -c2 { MOST_DECADES } else { -c1 * above / (c2 + above) };
+        10.0_f64.powf(decades.clamp(-MOST_DECADES, MOST_DECADES))
+    }
+}
+
+/// How a sheet creeps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Creep {
+    /// Its arms, at the glass transition where there is one.
+    pub arms: Arms,
+    /// How temperature shifts their times.
+    pub shift: Shift,
+}
+
+/// When a sheet's bending yields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Yield {
+    /// M_y, N m/m.
+    pub moment: f64,
+    /// H, N m.
+    pub hardening: f64,
+}
+
+impl Yield {
+    /// By how much the curvature (1/m) moves that stays, where the moment is `moment` (N), the bending stiffness `stiffness` (N m) and
+    /// it has moved by `before` (1/m) in all.
+    pub fn flow(&self, moment: f64, stiffness: f64, before: f64) -> f64 {
+        (moment - self.moment - self.hardening * before).max(0.0) / (stiffness + self.hardening)
+    }
+}
+
+/// How a sheet flows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlowLaw {
+    /// Creep, where it is asked for.
+    pub creep: Option<Creep>,
+    /// Yield, where it is asked for.
+    pub plastic: Option<Yield>,
+}
+
+impl FlowLaw {
+    /// Of a sheet of `material` that creeps and yields as told.
+    pub fn new(material: &Material, creeps: bool, is_plastic: bool) -> Self {
+        let t = material.thickness;
+        let shift = Shift { glass_transition: material.glass_transition, wlf: material.wlf };
+        let arms = |b: &crate::scene::Burgers| Arms::burgers(b.relaxation_time, b.retardation_time, b.retarded);
+        let creep = material.burgers.as_ref().filter(|_| creeps).map(|b| Creep { arms: arms(b), shift });
+        let hardening = material.hardening * t * t * t / 12.0;
+        let plastic = material.yield_stress.filter(|_| is_plastic);
+        Self { creep, plastic: plastic.map(|stress| Yield { moment: 0.25 * stress * t * t, hardening }) }
+    }
+
+    /// A step of `dt` s at `celsius`.
+    pub fn step(&self, dt: f64, celsius: f64) -> FlowStep<'_> {
+        let decay = self.creep.map(|c| c.arms.decay(dt, c.shift.at(celsius)));
+        FlowStep { law: self, dt, decay, each: None }
+    }
+}
+
+/// A step of a sheet that flows.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowStep<'a> {
+    /// How it flows.
+    pub law: &'a FlowLaw,
+    /// Length of the step, s.
+    dt: f64,
+    /// What it does where all is at one temperature.
+    decay: Option<Decay>,
+    /// Temperature of each mass, °C, where they differ.
+    each: Option<&'a [f64]>,
+}
+
+impl<'a> FlowStep<'a> {
+    /// The same, each mass at its own temperature, °C.
+    pub fn with_temperatures(self, each: &'a [f64]) -> Self {
+        let Some(creep) = self.law.creep else { return self };
+        let (low, high) = each.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(*t), h.max(*t)));
+        let decay = Some(creep.arms.decay(self.dt, creep.shift.at(high)));
+        // Where the hottest does not flow nothing does.
+        let differ = high > low && !decay.is_none_or(|d| d.is_idle());
+        Self { each: differ.then_some(each), decay, ..self }
+    }
+
+    /// What the step does between these masses; none where nothing creeps.
+    pub fn decay(&self, masses: &[u32]) -> Option<Decay> {
+        let (Some(each), Some(creep)) = (self.each, self.law.creep) else { return self.decay };
+        let sum: f64 = masses.iter().filter_map(|m| each.get(*m as usize)).sum();
+        Some(creep.arms.decay(self.dt, creep.shift.at(sum / masses.len().max(1) as f64)))
+    }
+
+    /// Whether nothing creeps in the step.
+    pub fn is_idle(&self) -> bool {
+        self.each.is_none() && self.decay.is_none_or(|d| d.is_idle())
+    }
+}
+
+/// One strain that creeps: what its arms hold, and the law it has in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Strain {
+    /// s_i.
+    pub arms: [f64; 2],
+    /// Strain at the start of the step.
+    pub start: f64,
+    /// ε* of the step.
+    pub rest: f64,
+    /// g of the step.
+    pub stiffness: f64,
+}
+
+impl Default for Strain {
+    fn default() -> Self {
+        Self { arms: [0.0; 2], start: 0.0, rest: 0.0, stiffness: 1.0 }
+    }
+}
+
+impl Strain {
+    /// Begins a step at `strain`.
+    #[inline]
+    pub fn begin(&mut self, strain: f64, share: [f64; 2], decay: &Decay) {
+        self.catch_up(strain, share);
+        self.rest = decay.rest(strain, self.arms);
+        self.stiffness = decay.stiffness();
+    }
+
+    /// Ends it at `strain`.
+    #[inline]
+    pub fn end(&mut self, strain: f64, decay: &Decay) {
+        self.arms = decay.advance(self.arms, strain - self.start);
+        self.start = strain;
+    }
+
+    /// Takes up the elastic law at once, for who looks for equilibrium.
+    pub fn stand(&mut self, strain: f64, share: [f64; 2]) {
+        self.catch_up(strain, share);
+        self.rest = self.left();
+        self.stiffness = 1.0;
+    }
+
+    /// The strain without stress.
+    pub fn left(&self) -> f64 {
+        self.start - self.arms[0] - self.arms[1]
+    }
+
+    /// Makes the stress at `strain` that of `kept` times the arms, at once: what has become stiffer keeps its stress so.
+    pub fn set(&mut self, strain: f64, kept: f64, share: [f64; 2]) {
+        self.catch_up(strain, share);
+        self.arms = self.arms.map(|s| s * kept);
+    }
+
+    /// Moves the strain without stress by `change`, at once.
+    pub fn move_rest(&mut self, change: f64, share: [f64; 2]) {
+        self.arms = [self.arms[0] - share[0] * change, self.arms[1] - share[1] * change];
+    }
+
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.numbers(&[self.arms[0], self.arms[1], self.start, self.rest, self.stiffness]);
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        let mut all = [0.0; 5];
+        from.numbers(&mut all)?;
+        [self.arms[0], self.arms[1], self.start, self.rest, self.stiffness] = all;
+        Ok(())
+    }
+
+    fn catch_up(&mut self, strain: f64, share: [f64; 2]) {
+        self.arms = self.arms_at(strain, share);
+        self.start = strain;
+    }
+
+    /// What is stored per stiffness at `strain`: ½ Σ s_i²/a_i.
+    pub fn stored(&self, strain: f64, share: [f64; 2]) -> f64 {
+        let arms = self.arms_at(strain, share);
+        (0..2).filter(|i| share[*i] > 0.0).map(|i| 0.5 * arms[i] * arms[i] / share[i]).sum()
+    }
+
+    /// The arms at `strain`, where what moved it since the last step was elastic.
+    #[inline]
+    pub fn arms_at(&self, strain: f64, share: [f64; 2]) -> [f64; 2] {
+        let change = strain - self.start;
+        [self.arms[0] + share[0] * change, self.arms[1] + share[1] * change]
+    }
+}
+
+/// What an element that flows is asked for; see [`crate::elements::Element`].
+pub trait Flows {
+    /// Begins a step at positions `x` (m): takes up the law of the step. Returns whether the constant part of the tangent changed.
+    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool;
+
+    /// Ends it at `x`: what has flowed stays.
+    fn end_step(&mut self, x: &Vectors, step: &FlowStep);
+
+    /// Takes up the law of a sheet that has no time to flow, at `x`. Returns whether the constant part of the tangent changed.
+    fn stand(&mut self, x: &Vectors) -> bool;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arms_relax_as_burgers_model_does() {
+        // The compliance of the two arms, E J(t) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)), found from the relaxation modulus by
+        // ∫ G(t-s) J'(s) ds + G(t) J(0) = 1 at every time.
+        let (t1, t2, r) = (3.0, 0.4, 1.7);
+        let arms = Arms::burgers(t1, t2, r);
+        assert!((arms.share[0] + arms.share[1] - 1.0).abs() < 1e-15);
+        let modulus = |t: f64| arms.share[0] * (-t / arms.time[0]).exp() + arms.share[1] * (-t / arms.time[1]).exp();
+        let rate = |t: f64| 1.0 / t1 + r / t2 * (-t / t2).exp();
+        for t in [0.1, 0.7, 2.5, 9.0] {
+            let n = 20_000;
+            let h = t / f64::from(n);
+            // Simpson.
+            let at = |k: i32| {
+                let s = h * f64::from(k);
+                let weight = if k == 0 || k == n { 1.0 } else { f64::from(2 + 2 * (k % 2)) };
+                weight * modulus(t - s) * rate(s)
+            };
+            let integral = h / 3.0 * (0..=n).map(at).sum::<f64>();
+            assert!((modulus(t) + integral - 1.0).abs() < 1e-10, "{t}");
+        }
+    }
+
+    #[test]
+    fn a_step_of_any_length_is_exact_for_a_strain_that_stands_or_changes_evenly() {
+        let arms = Arms::burgers(2.0, 0.3, 0.8);
+        for h in [1e-6, 0.05, 1.0, 40.0] {
+            let decay = arms.decay(h, 1.0);
+            // Standing: s_i = a_i e^(-t/τ_i).
+            let after = decay.advance(arms.share, 0.0);
+            // Changing at the rate 1 from nothing: s_i = a_i τ_i (1 - e^(-t/τ_i)).
+            let moving = decay.advance([0.0; 2], h);
+            for i in 0..2 {
+                let left = (-h / arms.time[i]).exp();
+                assert!((after[i] - arms.share[i] * left).abs() < 1e-15);
+                let wanted = -arms.share[i] * arms.time[i] * (-h / arms.time[i]).exp_m1();
+                assert!((moving[i] - wanted).abs() < 1e-14 * h.max(wanted), "{h}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_dashpot_flows_at_the_true_rate_in_steps_of_any_length() {
+        // A constant stress of 1: the strain grows by h/τ₁ a step.
+        let arms = Arms::burgers(2.0, 1.0, 0.0);
+        for h in [1e-3, 1.0, 100.0] {
+            let decay = arms.decay(h, 1.0);
+            let mut strain = Strain { arms: [1.0, 0.0], ..Strain::default() };
+            for _ in 0..5 {
+                let before = strain.start;
+                strain.begin(before, arms.share, &decay);
+                let next = strain.rest + 1.0 / strain.stiffness;
+                strain.end(next, &decay);
+                assert!(((next - before) / (h / 2.0) - 1.0).abs() < 1e-9, "{h}: {}", next - before);
+                assert!((strain.arms[0] - 1.0).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn burgers_creep_is_reached_with_the_second_power_of_the_step() {
+        let (t1, t2, r) = (5.0, 0.5, 2.0);
+        let arms = Arms::burgers(t1, t2, r);
+        let error = |h: f64| {
+            let decay = arms.decay(h, 1.0);
+            // A stress of 1 at once.
+            let mut strain = Strain { arms: arms.share, ..Strain::default() };
+            strain.start = 1.0;
+            for _ in 0..(1.0 / h).round() as u32 {
+                strain.begin(strain.start, arms.share, &decay);
+                strain.end(strain.rest + 1.0 / strain.stiffness, &decay);
+            }
+            strain.start / (1.0 + 1.0 / t1 + r * (1.0 - (-1.0_f64 / t2).exp())) - 1.0
+        };
+        let (coarse, fine) = (error(0.1), error(0.05));
+        assert!(coarse.abs() < 5e-3 && (coarse / fine - 4.0).abs() < 0.2, "{coarse} {fine}");
+    }
+
+    #[test]
+    fn no_step_stores_more_than_was_put_in() {
+        // e^(-2x) ≤ γ ≤ 1 is what it takes.
+        let arms = Arms::burgers(1.0, 1.0, 1.0);
+        for k in -60..=60 {
+            let decay = arms.decay(1.0, 10.0_f64.powf(0.1 * f64::from(k)));
+            for i in 0..2 {
+                let gamma = decay.give[i] / arms.share[i];
+                assert!(decay.keep[i] * decay.keep[i] <= gamma * (1.0 + 1e-15) && gamma <= 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn times_shift_by_the_equation_of_williams_landel_and_ferry() {
+        let shift = Shift { glass_transition: Some(100.0), wlf: (17.44, 51.6) };
+        assert_eq!(shift.at(100.0), 1.0);
+        // -17.44 · 40/91.6 = -7.6157 decades.
+        assert!((shift.at(140.0).log10() + 7.615_720).abs() < 1e-5);
+        assert_eq!(shift.at(20.0), 1e30);
+        assert_eq!(Shift { glass_transition: None, wlf: (17.44, 51.6) }.at(500.0), 1.0);
+    }
+}

@@ -1,0 +1,191 @@
+//! The membrane of a grid that creeps: [`Warmed`] then holds the law of the step, and here is what it is made of; see `element/flow`.
+
+use crate::elements::Warmth;
+use crate::elements::creep::{Decay, FlowStep, Flows, Strain};
+use crate::elements::grid_membrane::{Cell, CellMembrane, LANES, Pack, Warmed, half_dot, open_cell};
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// What creeps in the cells of a packet: strains less expansion.
+#[derive(Clone, Debug)]
+struct Part {
+    strains: [[Strain; LANES]; 5],
+    /// What warmth has left of the law's stiffness.
+    softness: Pack,
+}
+
+/// What creeps in all cells.
+#[derive(Clone, Debug)]
+pub(crate) struct Creeping {
+    parts: Vec<Part>,
+    share: [f64; 2],
+    /// Whether a step is on its way.
+    running: bool,
+}
+
+impl Creeping {
+    fn new(packets: usize, share: [f64; 2]) -> Self {
+        let part = Part { strains: [[Strain::default(); LANES]; 5], softness: Pack::splat(1.0) };
+        Self { parts: vec![part; packets], share, running: false }
+    }
+
+    /// What creeps in lane `l` of packet `index`.
+    pub fn strains(&mut self, index: usize, l: usize) -> impl Iterator<Item = &mut Strain> {
+        self.parts[index].strains.iter_mut().map(move |s| &mut s[l])
+    }
+
+    /// What is left without stress of each strain of a cell, and its arms.
+    pub fn held(&self, index: usize, l: usize) -> [[f64; 3]; 5] {
+        std::array::from_fn(|k| {
+            let s = &self.parts[index].strains[k][l];
+            [s.left(), s.arms[0], s.arms[1]]
+        })
+    }
+
+    /// What warmth has left of the law's stiffness in cell `l` of packet `index`.
+    pub fn softness(&mut self, index: usize, l: usize) -> &mut f64 {
+        &mut self.parts[index].softness.0[l]
+    }
+}
+
+impl Creeping {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.flag(self.running);
+        for part in &self.parts {
+            part.strains.iter().flatten().for_each(|s| s.keep(to));
+            to.numbers(&part.softness.0);
+        }
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.running = from.flag()?;
+        for part in &mut self.parts {
+            part.strains.iter_mut().flatten().try_for_each(|s| s.take(from))?;
+            from.numbers(&mut part.softness.0)?;
+        }
+        Ok(())
+    }
+}
+
+/// Expansion of strain `k` in lane `l`.
+fn expansion(w: &Warmed, k: usize, l: usize) -> f64 {
+    w.expansion.get(k).map_or(0.0, |e| e.0[l])
+}
+
+impl CellMembrane {
+    /// The same, creeping with arms of these shares.
+    pub fn creeping(mut self, share: [f64; 2]) -> Self {
+        self.creeping = Some(Box::new(Creeping::new(self.packets.len(), share)));
+        self.warmed = vec![Warmed::COLD; self.packets.len()];
+        self
+    }
+
+    /// Energy that a sheet that creeps would give back with time to flow or without, J; none while a step is on its way.
+    pub(crate) fn crept_energy(&self, x: &Vectors) -> Option<f64> {
+        let creeping = self.creeping.as_ref().filter(|c| !c.running)?;
+        let (cell, share) = (&self.cell, creeping.share);
+        let mut sum = 0.0;
+        for ((p, part), w) in self.packets.iter().zip(&creeping.parts).zip(&self.warmed) {
+            let e = cell.strains(&cell.edges(x, p.first));
+            for i in (0..2).filter(|i| share[*i] > 0.0) {
+                let mut arm = e;
+                for (k, strains) in part.strains.iter().enumerate() {
+                    for (l, strain) in strains.iter().enumerate() {
+                        arm[k].0[l] = strain.arms_at(e[k].0[l] - expansion(w, k, l), share)[i];
+                    }
+                }
+                let stress = cell.stress(&arm).map(|s| s * part.softness);
+                sum += half_dot(&stress, &arm, p.count) / share[i];
+            }
+        }
+        Some(sum)
+    }
+
+    /// Takes up warmth, as [`crate::elements::Element::warm`]; false where nothing creeps.
+    pub(crate) fn warm_creeping(&mut self, x: &Vectors, warmth: &Warmth) -> bool {
+        let Some(creeping) = &mut self.creeping else { return false };
+        let (cell, share) = (self.cell, creeping.share);
+        let parts = self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed);
+        for (index, ((p, part), w)) in parts.enumerate() {
+            let e = cell.strains(&cell.edges(x, p.first));
+            for l in 0..p.count {
+                let m = cell.masses(p.first + l);
+                for (k, edge) in Self::edges_of(m).iter().enumerate() {
+                    w.expansion[k].0[l] = warmth.mean_expansion(edge);
+                }
+                let after = warmth.stiffness(&m.map(|m| m as u32));
+                if let Some(kept) = open_cell(&mut self.open, index, l) {
+                    *kept = after;
+                    continue;
+                }
+                let kept = (part.softness.0[l] / after).min(1.0);
+                for k in 0..5 {
+                    let grown = expansion(w, k, l);
+                    part.strains[k][l].set(e[k].0[l] - grown, kept, share);
+                    w.rest[k].0[l] = grown + part.strains[k][l].left();
+                }
+                part.softness.0[l] = after;
+                w.softness.0[l] = after;
+            }
+        }
+        true
+    }
+}
+
+impl Flows for CellMembrane {
+    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
+        let Some(creeping) = &mut self.creeping else { return false };
+        let (cell, share) = (self.cell, creeping.share);
+        creeping.running = true;
+        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed) {
+            let e = cell.strains(&cell.edges(x, p.first));
+            for l in 0..p.count {
+                let Some(decay) = decay(&cell, p.first + l, step) else { continue };
+                w.softness.0[l] = part.softness.0[l] * decay.stiffness();
+                for k in 0..5 {
+                    let (strain, grown) = (&mut part.strains[k][l], expansion(w, k, l));
+                    strain.begin(e[k].0[l] - grown, share, &decay);
+                    w.rest[k].0[l] = grown + strain.rest;
+                }
+            }
+        }
+        false
+    }
+
+    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
+        let Some(creeping) = &mut self.creeping else { return };
+        let cell = self.cell;
+        creeping.running = false;
+        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&self.warmed) {
+            let e = cell.strains(&cell.edges(x, p.first));
+            for l in 0..p.count {
+                let Some(decay) = decay(&cell, p.first + l, step) else { continue };
+                (0..5).for_each(|k| part.strains[k][l].end(e[k].0[l] - expansion(w, k, l), &decay));
+            }
+        }
+    }
+
+    fn stand(&mut self, x: &Vectors) -> bool {
+        let Some(creeping) = &mut self.creeping else { return false };
+        let (cell, share) = (self.cell, creeping.share);
+        creeping.running = false;
+        for ((p, part), w) in self.packets.iter().zip(&mut creeping.parts).zip(&mut self.warmed) {
+            let e = cell.strains(&cell.edges(x, p.first));
+            w.softness = part.softness;
+            for l in 0..p.count {
+                for k in 0..5 {
+                    let (strain, grown) = (&mut part.strains[k][l], expansion(w, k, l));
+                    strain.stand(e[k].0[l] - grown, share);
+                    w.rest[k].0[l] = grown + strain.rest;
+                }
+            }
+        }
+        false
+    }
+}
+
+fn decay(cell: &Cell, first: usize, step: &FlowStep) -> Option<Decay> {
+    step.decay(&cell.masses(first).map(|m| m as u32))
+}

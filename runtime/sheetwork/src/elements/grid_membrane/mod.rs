@@ -1,0 +1,522 @@
+//! Membrane of the shell on a rectangular grid: stretch along the four edges of every cell, shear at its middle.
+//!
+//! A cell has masses 0 (i, j), 1 (i+1, j), 2 (i, j+1), 3 (i+1, j+1), edges d₁ = x₁-x₀, d₂ = x₃-x₂ along u and d₃ = x₂-x₀,
+//! d₄ = x₃-x₁ along v, and spacings h_u, h_v at rest. Its Green strains are
+//!
+//! ε₁,₂ = ½(|d₁,₂|²/h_u² - 1), ε₃,₄ = ½(|d₃,₄|²/h_v² - 1), γ = a·b with a = (d₁+d₂)/2h_u, b = (d₃+d₄)/2h_v,
+//!
+//! and its energy, with the plane-stress stiffness A (N/m) and the cell's area S,
+//!
+//! ½ S [½ A₁₁ (ε₁² + ε₂²) + ½ A₂₂ (ε₃² + ε₄²) + ½ A₁₂ (ε₁+ε₂)(ε₃+ε₄) + A₆₆ γ²].
+//!
+//! Strains are taken where they are known to second order (a staggered grid): an edge shared by two cells strains both
+//! alike, and cylindrical bending along the grid strains nothing. A₁₆ and A₂₆ are taken as zero: the grid lies along the
+//! material's axes.
+//!
+//! A sheet that has been warm has a stiffness and strains at rest of its own in every cell: `Warmed`, kept apart, so that
+//! one that has not reads and computes nothing for it. Kernels are compiled for both. A cell that is open (torn, melted) has no
+//! stiffness left, and keeps none whatever warms it.
+
+pub(crate) mod creep;
+pub(crate) mod kernels;
+pub(crate) mod remap;
+pub(crate) mod serialization;
+#[cfg(test)]
+mod tests;
+
+use crate::elements::creep::Flows;
+use crate::elements::fracture::Open;
+use crate::elements::grid_membrane::creep::Creeping;
+use crate::elements::grid_membrane::kernels::{
+    add_forces, add_gradient, add_tangent, begin, energy, potential, predict, settle,
+};
+use crate::elements::remap::Carry;
+use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::math::Vectors;
+use crate::math::lanes::{LANES, Pack, Pack3, Pack9};
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// Pairs of a cell's masses whose blocks are kept, row by row of the lower triangle.
+const PAIRS: [(usize, usize); 10] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 2), (3, 3)];
+
+/// Up to eight cells side by side in a row of the grid.
+#[derive(Clone, Debug)]
+pub(crate) struct Packet {
+    /// Mass 0 of the first cell.
+    first: usize,
+    /// Cells in use.
+    count: usize,
+    blocks: [[u32; LANES]; 10],
+    /// σ* S: ε₁ ε₂ ε₃ ε₄ γ, J.
+    stress: [Pack; 5],
+    /// ε_w.
+    anchor: [Pack; 5],
+    /// ε̇ at the end of the last stage, 1/s.
+    rate: [Pack; 5],
+}
+
+/// What all cells have in common.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Cell {
+    /// Masses in a row of the grid: mass 2 is that much after mass 0.
+    row: usize,
+    /// 1/h_u, 1/m.
+    iu: f64,
+    /// 1/h_v, 1/m.
+    iv: f64,
+    /// ½ A₁₁ S, ½ A₂₂ S, ¼ A₁₂ S, A₆₆ S, J.
+    c: [f64; 4],
+    /// τ, s.
+    retardation: f64,
+    /// τ/h of the stage, and its 1/h.
+    viscous: f64,
+    per_time: f64,
+}
+
+/// What warmth has made of the cells of a packet.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Warmed {
+    /// What is left of the law's stiffness.
+    softness: Pack,
+    /// Strains at which the cells are at rest.
+    rest: [Pack; 5],
+    /// The part of those that is expansion: of the four edges.
+    expansion: [Pack; 4],
+}
+
+impl Warmed {
+    const COLD: Self =
+        Self { softness: Pack([1.0; LANES]), rest: [Pack([0.0; LANES]); 5], expansion: [Pack([0.0; LANES]); 4] };
+}
+
+/// The membrane of all cells of a rectangular grid.
+#[derive(Clone, Debug, Default)]
+pub struct CellMembrane {
+    cell: Cell,
+    packets: Vec<Packet>,
+    /// One a packet; empty as long as the sheet has not been warm.
+    warmed: Vec<Warmed>,
+    /// Of a membrane that creeps.
+    creeping: Option<Box<Creeping>>,
+    /// Of each packet, which of its cells are open and what softness they had (1 to 0 of the law's); empty where none is.
+    open: Vec<[Option<f64>; LANES]>,
+}
+
+impl CellMembrane {
+    /// The cells of a grid of `columns` by `rows` masses, columns next to each other in memory, with spacings (m) at rest.
+    pub fn new(columns: usize, rows: usize, spacing: (f64, f64)) -> Self {
+        let mut packets = Vec::new();
+        for j in 0..rows - 1 {
+            for i in (0..columns - 1).step_by(LANES) {
+                let count = (columns - 1 - i).min(LANES);
+                packets.push(Packet {
+                    first: j * columns + i,
+                    count,
+                    blocks: [[NO_BLOCK; LANES]; 10],
+                    stress: [Pack::default(); 5],
+                    anchor: [Pack::default(); 5],
+                    rate: [Pack::default(); 5],
+                });
+            }
+        }
+        let cell = Cell { row: columns, iu: 1.0 / spacing.0, iv: 1.0 / spacing.1, ..Cell::default() };
+        Self { cell, packets, ..Self::default() }
+    }
+
+    /// Strains along u, along v and shear, averaged over each cell, in the order of the grid: for reports.
+    pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
+        let mut all = Vec::new();
+        for packet in &self.packets {
+            let e = self.cell.strains(&self.cell.edges(x, packet.first));
+            for l in 0..packet.count {
+                all.push([0.5 * (e[0].0[l] + e[1].0[l]), 0.5 * (e[2].0[l] + e[3].0[l]), e[4].0[l]]);
+            }
+        }
+        all
+    }
+}
+
+impl Cell {
+    /// Masses of a cell, from its mass 0.
+    #[inline(always)]
+    fn masses(&self, first: usize) -> [usize; 4] {
+        [first, first + 1, first + self.row, first + self.row + 1]
+    }
+
+    #[inline(always)]
+    fn edges(&self, x: &Vectors, first: usize) -> [Pack3; 4] {
+        let [m0, m1, m2, m3] = self.masses(first);
+        let (p0, p1) = (Pack3::load(x, m0), Pack3::load(x, m1));
+        let (p2, p3) = (Pack3::load(x, m2), Pack3::load(x, m3));
+        [p1 - p0, p3 - p2, p2 - p0, p3 - p1]
+    }
+
+    /// a and b: the middle's derivatives along u and v.
+    #[inline(always)]
+    fn middle(&self, d: &[Pack3; 4]) -> (Pack3, Pack3) {
+        ((d[0] + d[1]) * (0.5 * self.iu), (d[2] + d[3]) * (0.5 * self.iv))
+    }
+
+    #[inline(always)]
+    fn strains(&self, d: &[Pack3; 4]) -> [Pack; 5] {
+        let half = Pack::splat(0.5);
+        let along = |d: Pack3, i: f64| d.dot(d) * (0.5 * i * i) - half;
+        let (a, b) = self.middle(d);
+        [along(d[0], self.iu), along(d[1], self.iu), along(d[2], self.iv), along(d[3], self.iv), a.dot(b)]
+    }
+
+    /// Rates of strain where the edges change at rates `r`; also the strain a small change `r` makes to first order.
+    #[inline(always)]
+    fn rates(&self, d: &[Pack3; 4], r: &[Pack3; 4]) -> [Pack; 5] {
+        let along = |k: usize, i: f64| d[k].dot(r[k]) * (i * i);
+        let ((a, b), (p, q)) = (self.middle(d), self.middle(r));
+        [along(0, self.iu), along(1, self.iu), along(2, self.iv), along(3, self.iv), a.dot(q) + p.dot(b)]
+    }
+
+    #[inline(always)]
+    fn stress(&self, e: &[Pack; 5]) -> [Pack; 5] {
+        let [c11, c22, c12, c66] = self.c;
+        let (u, v) = ((e[0] + e[1]) * c12, (e[2] + e[3]) * c12);
+        [e[0] * c11 + v, e[1] * c11 + v, e[2] * c22 + u, e[3] * c22 + u, e[4] * c66]
+    }
+
+    /// Strain that the stage's stress follows from: (1 + τ/h) ε - τ/h ε_w.
+    #[inline(always)]
+    fn staged(&self, mut e: [Pack; 5], anchor: &[Pack; 5]) -> [Pack; 5] {
+        if self.viscous > 0.0 {
+            for k in 0..5 {
+                e[k] = e[k] * (1.0 + self.viscous) - anchor[k] * self.viscous;
+            }
+        }
+        e
+    }
+
+    /// Stress at the strain `e` (staged, where it is in a stage) of packet `index`.
+    #[inline(always)]
+    fn stress_of<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
+        if !WARM {
+            return self.stress(&e);
+        }
+        let w = &warmed[index];
+        for k in 0..5 {
+            e[k] = e[k] - w.rest[k];
+        }
+        scaled(self.stress(&e), w.softness)
+    }
+
+    /// Energy stored by packet `index` at strain `e`, J.
+    #[inline(always)]
+    fn stored<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[Warmed], index: usize, count: usize) -> f64 {
+        if WARM {
+            for k in 0..5 {
+                e[k] = e[k] - warmed[index].rest[k];
+            }
+        }
+        half_dot(&self.softened::<WARM>(&e, warmed, index), &e, count)
+    }
+
+    /// Stress of a strain that has no rest: a change of one.
+    #[inline(always)]
+    fn softened<const WARM: bool>(&self, e: &[Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
+        let s = self.stress(e);
+        if WARM { scaled(s, warmed[index].softness) } else { s }
+    }
+
+    /// Adds `scale` times the gradient for stress `s` on edges `d`.
+    #[inline(always)]
+    fn add_gradient(&self, d: &[Pack3; 4], s: &[Pack; 5], scale: f64, at: (usize, usize), to: &mut Vectors) {
+        let (a, b) = self.middle(d);
+        let (along, across) = (b.scaled(s[4] * (0.5 * self.iu)), a.scaled(s[4] * (0.5 * self.iv)));
+        let (uu, vv) = (self.iu * self.iu, self.iv * self.iv);
+        let g = [
+            d[0].scaled(s[0] * uu) + along,
+            d[1].scaled(s[1] * uu) + along,
+            d[2].scaled(s[2] * vv) + across,
+            d[3].scaled(s[3] * vv) + across,
+        ];
+        let (first, count) = at;
+        let [m0, m1, m2, m3] = self.masses(first);
+        ((g[0] + g[2]) * -scale).add_to(to, m0, count);
+        ((g[0] - g[3]) * scale).add_to(to, m1, count);
+        ((g[2] - g[1]) * scale).add_to(to, m2, count);
+        ((g[1] + g[3]) * scale).add_to(to, m3, count);
+    }
+
+    /// The tangent's ten blocks, in the order of [`PAIRS`]: second derivatives by edges, summed with the signs with which
+    /// the masses enter them. Of a cell that has been warm `softness` is what is left of its stiffness; `s` has it already.
+    #[inline(always)]
+    fn tangent(&self, d: &[Pack3; 4], s: &[Pack; 5], softness: Option<Pack>) -> [Pack9; 10] {
+        let (uu, vv, uv) = (self.iu * self.iu, self.iv * self.iv, self.iu * self.iv);
+        let scale = 1.0 + self.viscous;
+        let mut c = self.c.map(|c| Pack::splat(c * scale));
+        if let Some(left) = softness {
+            for c in &mut c {
+                *c = *c * left;
+            }
+        }
+        let [c11, c22, c12, c66] = c;
+        let (a, b) = self.middle(d);
+        let (a, b) = (a * (0.5 * self.iv), b * (0.5 * self.iu));
+        let [d1, d2, d3, d4] = [d[0] * uu, d[1] * uu, d[2] * vv, d[3] * vv];
+        let shear = s[4] * (0.25 * uv);
+        let (h12, h34) = (Pack9::outer(b, b, c66), Pack9::outer(a, a, c66));
+        let h11 = (Pack9::outer(d1, d1, c11) + h12).plus_identity(s[0] * uu);
+        let h22 = (Pack9::outer(d2, d2, c11) + h12).plus_identity(s[1] * uu);
+        let h33 = (Pack9::outer(d3, d3, c22) + h34).plus_identity(s[2] * vv);
+        let h44 = (Pack9::outer(d4, d4, c22) + h34).plus_identity(s[3] * vv);
+        let mixed = Pack9::outer(b, a, c66).plus_identity(shear);
+        let h13 = Pack9::outer(d1, d3, c12) + mixed;
+        let h14 = Pack9::outer(d1, d4, c12) + mixed;
+        let h23 = Pack9::outer(d2, d3, c12) + mixed;
+        let h24 = Pack9::outer(d2, d4, c12) + mixed;
+        let (t13, t14, t23, t24) = (h13.transposed(), h14.transposed(), h23.transposed(), h24.transposed());
+        [
+            h11 + h33 + h13 + t13,
+            h34 - h11 - h13 + t14,
+            h11 + h44 - h14 - t14,
+            h12 - h33 + h23 - t13,
+            t13 - h12 - h34 + h24,
+            h22 + h33 - h23 - t23,
+            (h12 + h34 + h23 + t14) * -1.0,
+            h12 - h44 - h24 + t14,
+            h34 - h22 + h23 - t24,
+            h22 + h44 + h24 + t24,
+        ]
+    }
+}
+
+impl std::ops::Mul<f64> for Pack9 {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(mut self, s: f64) -> Self {
+        for p in &mut self.0 {
+            *p = *p * s;
+        }
+        self
+    }
+}
+
+/// Each of `s` times `by`. A loop, for a closure would not be compiled for the kernel's vector width.
+#[inline(always)]
+fn scaled(mut s: [Pack; 5], by: Pack) -> [Pack; 5] {
+    for k in 0..5 {
+        s[k] = s[k] * by;
+    }
+    s
+}
+
+#[inline(always)]
+fn half_dot(s: &[Pack; 5], e: &[Pack; 5], count: usize) -> f64 {
+    let mut sum = Pack::default();
+    for k in 0..5 {
+        sum = sum + s[k] * e[k];
+    }
+    0.5 * sum.sum(count)
+}
+
+/// Calls a kernel of this name compiled for a sheet that has been warm, or for one that has not.
+macro_rules! kernel {
+    ($name:ident, $self:ident, $($argument:expr),*) => {
+        if $self.warmed.is_empty() {
+            $name::<false>($($argument),*)
+        } else {
+            $name::<true>($($argument),*)
+        }
+    };
+}
+
+impl CellMembrane {
+    /// Masses of the edges of a cell, in the order of its strains.
+    fn edges_of(m: [usize; 4]) -> [[u32; 2]; 4] {
+        let m = m.map(|m| m as u32);
+        [[m[0], m[1]], [m[2], m[3]], [m[0], m[2]], [m[1], m[3]]]
+    }
+}
+
+impl Element for CellMembrane {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        for packet in &self.packets {
+            for l in 0..packet.count {
+                let m = self.cell.masses(packet.first + l);
+                PAIRS.iter().filter(|(a, b)| a != b).for_each(|(a, b)| visit(m[*a] as u32, m[*b] as u32));
+            }
+        }
+    }
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for packet in &mut self.packets {
+            for l in 0..packet.count {
+                let m = self.cell.masses(packet.first + l);
+                for (k, (a, b)) in PAIRS.iter().enumerate() {
+                    packet.blocks[k][l] = block(m[*a] as u32, m[*b] as u32);
+                }
+            }
+        }
+    }
+
+    fn set_law(&mut self, law: &Law) {
+        let area = 1.0 / (self.cell.iu * self.cell.iv);
+        let a = &law.membrane;
+        self.cell.c = [0.5 * a[0][0] * area, 0.5 * a[1][1] * area, 0.25 * a[0][1] * area, a[2][2] * area];
+        self.cell.retardation = law.retardation;
+    }
+
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        if self.warm_creeping(x, warmth) {
+            return;
+        }
+        if self.warmed.is_empty() {
+            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        }
+        let cell = self.cell;
+        for (index, (w, p)) in self.warmed.iter_mut().zip(&self.packets).enumerate() {
+            let e = cell.strains(&cell.edges(x, p.first));
+            for l in 0..p.count {
+                let m = cell.masses(p.first + l);
+                for (k, edge) in Self::edges_of(m).iter().enumerate() {
+                    let expansion = warmth.mean_expansion(edge);
+                    w.rest[k].0[l] += expansion - w.expansion[k].0[l];
+                    w.expansion[k].0[l] = expansion;
+                }
+                let after = warmth.stiffness(&m.map(|m| m as u32));
+                if let Some(kept) = open_cell(&mut self.open, index, l) {
+                    *kept = after;
+                    continue;
+                }
+                let before = w.softness.0[l];
+                for k in 0..5 {
+                    w.rest[k].0[l] = set_rest(e[k].0[l], w.rest[k].0[l], before, after);
+                }
+                w.softness.0[l] = after;
+            }
+        }
+    }
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        if let Some(energy) = self.crept_energy(x) {
+            return energy;
+        }
+        kernel!(energy, self, &self.cell, &self.packets, &self.warmed, x)
+    }
+
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        kernel!(add_forces, self, &self.cell, &self.packets, &self.warmed, x, v, force);
+    }
+
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+        self.cell.viscous = self.cell.retardation * per_time;
+        self.cell.per_time = per_time;
+        if self.cell.viscous > 0.0 {
+            begin(&self.cell, &mut self.packets, anchors, follow);
+        }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        if self.cell.viscous > 0.0 {
+            let cell = self.cell;
+            for p in &mut self.packets {
+                let e = cell.strains(&cell.edges(x, p.first));
+                for k in 0..5 {
+                    p.rate[k] = (e[k] - p.anchor[k]) * cell.per_time;
+                }
+            }
+        }
+    }
+
+    fn forget(&mut self) {
+        self.packets.iter_mut().for_each(|p| p.rate = [Pack::default(); 5]);
+    }
+
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        for packet in &mut self.packets {
+            packet.rate.iter_mut().chain(&mut packet.stress).for_each(|pack| visit(&mut pack.0));
+        }
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        self.keep_rates(to);
+        for p in &self.packets {
+            p.stress.iter().for_each(|pack| to.sparse(&pack.0[..p.count]));
+        }
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        self.take_rates(from)?;
+        for p in &mut self.packets {
+            p.stress.iter_mut().try_for_each(|pack| from.sparse(&mut pack.0[..p.count]))?;
+        }
+        Ok(())
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        self.keep_warmth(to);
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        self.take_warmth(from)
+    }
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        kernel!(potential, self, &self.cell, &self.packets, &self.warmed, x)
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        kernel!(add_gradient, self, &self.cell, &self.packets, &self.warmed, x, gradient);
+    }
+
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        kernel!(add_tangent, self, &self.cell, &self.packets, &self.warmed, x, geometric, values);
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        kernel!(predict, self, &self.cell, &mut self.packets, &self.warmed, x, d)
+    }
+
+    fn settle(&mut self, x: &Vectors) {
+        kernel!(settle, self, &self.cell, &mut self.packets, &self.warmed, x);
+    }
+
+    fn open(&mut self, open: &Open, _gone: &[bool]) {
+        if self.warmed.is_empty() {
+            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        }
+        self.open.resize(self.packets.len(), [None; LANES]);
+        for index in 0..self.packets.len() {
+            let p = &self.packets[index];
+            for l in 0..p.count {
+                let mass = p.first + l;
+                let closed = open.is_closed((mass % self.cell.row) as i64, (mass / self.cell.row) as i64);
+                let creeps = self.creeping.as_mut();
+                let of_step = &mut self.warmed[index].softness.0[l];
+                let softness = creeps.map_or(&mut *of_step, |creeping| creeping.softness(index, l));
+                let was = &mut self.open[index][l];
+                if !closed && was.is_none() {
+                    *was = Some(std::mem::replace(softness, 0.0));
+                } else if let Some(kept) = was.take_if(|_| closed) {
+                    *softness = kept;
+                }
+                let now = *softness;
+                *of_step = now;
+            }
+        }
+    }
+
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+        if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.carry_strains(old, carry);
+        }
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        self.creeping.is_some().then_some(self as &mut dyn Flows)
+    }
+}
+
+/// What softness an open cell had; none of a closed one.
+fn open_cell(open: &mut [[Option<f64>; LANES]], packet: usize, lane: usize) -> Option<&mut f64> {
+    open.get_mut(packet).and_then(|p| p[lane].as_mut())
+}

@@ -1,0 +1,59 @@
+//! What the membrane of a grid holds, to another grid: strains that have set, and creep. What expansion makes is of the temperatures.
+
+use crate::elements::grid_membrane::{CellMembrane, Warmed};
+use crate::elements::remap::Carry;
+
+/// Of the four edges and the shear of a cell: strain that has set, or without stress, and arms.
+const HELD: usize = 15;
+
+impl CellMembrane {
+    /// Calls `visit` with every cell's packet, lane and first mass.
+    fn for_each_cell(&self, mut visit: impl FnMut(usize, usize, u32)) {
+        for (index, p) in self.packets.iter().enumerate() {
+            for l in 0..p.count {
+                visit(index, l, (p.first + l) as u32);
+            }
+        }
+    }
+
+    /// Takes up what `old` holds.
+    pub(crate) fn carry_strains(&mut self, old: &Self, carry: &Carry) {
+        if old.warmed.is_empty() {
+            return;
+        }
+        if self.warmed.is_empty() {
+            self.warmed = vec![Warmed::COLD; self.packets.len()];
+        }
+        let mut cells = Vec::new();
+        old.for_each_cell(|index, l, home| {
+            let w = &old.warmed[index];
+            let mut held = [0.0; HELD];
+            for k in 0..5 {
+                let grown = w.expansion.get(k).map_or(0.0, |e| e.0[l]);
+                held[3 * k] = w.rest[k].0[l] - grown;
+            }
+            if let Some(creeping) = &old.creeping {
+                held = std::array::from_fn(|n| creeping.held(index, l)[n / 3][n % 3]);
+            }
+            cells.push((home, held));
+        });
+        let places = carry.gather(true, cells.into_iter());
+        let mut all = Vec::new();
+        self.for_each_cell(|index, l, home| {
+            all.extend(carry.read(&places, home, true).map(|held| (index, l, held)));
+        });
+        for (index, l, held) in all {
+            let w = &mut self.warmed[index];
+            for k in 0..5 {
+                let grown = w.expansion.get(k).map_or(0.0, |e| e.0[l]);
+                w.rest[k].0[l] = grown + held[3 * k];
+            }
+            let Some(creeping) = &mut self.creeping else { continue };
+            for (k, strain) in creeping.strains(index, l).enumerate() {
+                let [left, first, second] = [held[3 * k], held[3 * k + 1], held[3 * k + 2]];
+                strain.arms = [first, second];
+                (strain.start, strain.rest, strain.stiffness) = (left + first + second, left, 1.0);
+            }
+        }
+    }
+}

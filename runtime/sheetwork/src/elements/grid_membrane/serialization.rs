@@ -1,0 +1,105 @@
+//! What of the membrane of a grid goes into a snapshot.
+//!
+//! An edge that two cells share has the same strain in both, bit for bit, and so the same rate: it is kept once.
+
+use crate::elements::grid_membrane::{CellMembrane, LANES, Warmed};
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+
+impl CellMembrane {
+    /// Calls `visit` for every rate of strain with its packet, number and lane, and with those of the same edge of another cell, where that
+    /// has been visited before.
+    fn for_each_rate(&self, mut visit: impl FnMut((usize, usize, usize), Option<(usize, usize, usize)>)) {
+        let across = (self.cell.row.saturating_sub(1)).div_ceil(LANES);
+        for (index, p) in self.packets.iter().enumerate() {
+            for k in 0..5 {
+                for l in 0..p.count {
+                    let shared = match k {
+                        // The first edge along u is the second of the row before, the second along v the first of the next cell.
+                        0 => index.checked_sub(across).map(|before| (before, 1, l)),
+                        2 if l == 0 && !index.is_multiple_of(across) => Some((index - 1, 3, LANES - 1)),
+                        3 if l + 1 < p.count => Some((index, 2, l + 1)),
+                        _ => None,
+                    };
+                    visit((index, k, l), shared);
+                }
+            }
+        }
+    }
+
+    pub(crate) fn keep_rates(&self, to: &mut Keeper) {
+        let of = |(index, k, l): (usize, usize, usize)| self.packets[index].rate[k].0[l];
+        let mut alike = true;
+        self.for_each_rate(|this, shared| {
+            alike &= shared.is_none_or(|other| of(this).to_bits() == of(other).to_bits())
+        });
+        to.flag(alike);
+        let mut rates = Vec::with_capacity(5 * LANES * self.packets.len());
+        self.for_each_rate(|this, shared| {
+            if !(alike && shared.is_some()) {
+                rates.push(of(this));
+            }
+        });
+        to.sparse(&rates);
+    }
+
+    pub(crate) fn take_rates(&mut self, from: &mut Taker) -> Taken {
+        let alike = from.flag()?;
+        let mut count = 0;
+        self.for_each_rate(|_, shared| count += usize::from(!(alike && shared.is_some())));
+        let mut rates = vec![0.0; count];
+        from.sparse(&mut rates)?;
+        let mut rates = rates.into_iter();
+        let mut values = vec![[[0.0; LANES]; 5]; self.packets.len()];
+        self.for_each_rate(|(index, k, l), shared| {
+            let value = match shared {
+                Some((before, edge, lane)) if alike => values[before][edge][lane],
+                _ => rates.next().unwrap_or_default(),
+            };
+            values[index][k][l] = value;
+        });
+        for (p, values) in self.packets.iter_mut().zip(values) {
+            for (rate, value) in p.rate.iter_mut().zip(values) {
+                rate.0 = value;
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn keep_warmth(&self, to: &mut Keeper) {
+        to.flag(!self.warmed.is_empty());
+        for (w, p) in self.warmed.iter().zip(&self.packets) {
+            let packs = std::iter::once(&w.softness).chain(&w.rest).chain(&w.expansion);
+            packs.for_each(|pack| to.sparse(&pack.0[..p.count]));
+        }
+        if let Some(creeping) = &self.creeping {
+            creeping.keep(to);
+        }
+        to.flag(!self.open.is_empty());
+        self.open.iter().flatten().for_each(|open| to.optional(*open));
+    }
+
+    pub(crate) fn take_warmth(&mut self, from: &mut Taker) -> Taken {
+        let is_warm = from.flag()?;
+        self.warmed.clear();
+        if is_warm {
+            self.warmed.resize(self.packets.len(), Warmed::COLD);
+        } else if self.creeping.is_some() {
+            return Err(Cut);
+        }
+        for (w, p) in self.warmed.iter_mut().zip(&self.packets) {
+            let packs = std::iter::once(&mut w.softness).chain(&mut w.rest).chain(&mut w.expansion);
+            packs.into_iter().try_for_each(|pack| from.sparse(&mut pack.0[..p.count]))?;
+        }
+        if let Some(creeping) = &mut self.creeping {
+            creeping.take(from)?;
+        }
+        self.open.clear();
+        if from.flag()? {
+            self.open.resize(self.packets.len(), [None; LANES]);
+        }
+        for open in self.open.iter_mut().flatten() {
+            *open = from.optional()?;
+        }
+        Ok(())
+    }
+}

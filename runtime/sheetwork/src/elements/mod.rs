@@ -1,0 +1,230 @@
+//! Finite elements of a sheet: springs, membrane and bending, and the limits on angle, strain and
+//! thickness.
+//!
+//! An [`Element`] holds all elements of one kind in a sheet. It stores an energy E(x) of the
+//! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇).
+//!
+//! Explicit integrators need forces. Implicit integrators solve stages: within a stage the velocity
+//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way, ε̇
+//! = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
+//! potential ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are of the mixed-stress Newton method: the
+//! stress σ* in the geometric stiffness is an unknown that [`Element::predict`] takes from the last
+//! linear solution.
+//!
+//! Source: Magisano, Leonetti, Garcea, "How to improve efficiency and robustness of the Newton
+//! method in geometrically non-linear structural problem discretized via displacement-based finite
+//! elements", CMAME 313, 2017.
+
+pub(crate) mod axial;
+pub mod bending;
+pub mod creep;
+pub mod curvature;
+#[cfg(test)]
+mod derivative_check;
+pub mod flexion_limit;
+pub mod fracture;
+pub mod grab_spring;
+pub mod grid_membrane;
+pub mod mixed_spring;
+pub mod remap;
+pub mod spring;
+pub mod staggered;
+pub mod strain_limit;
+pub mod thickness_limit;
+pub mod triangle_bending;
+pub mod triangle_membrane;
+pub mod wall_spring;
+
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// Index of a 3x3 block that the tangent matrix does not have: blocks of fixed nodes are dropped.
+pub const NO_BLOCK: u32 = u32::MAX;
+
+/// Term `weight` ε(x) of the reference strain ε_w of a stage.
+pub struct Anchor<'a> {
+    /// Weight of the strain.
+    pub weight: f64,
+    /// Positions, m.
+    pub x: &'a Vectors,
+}
+
+/// Stiffness of a sheet per width, and its retardation time. Components are (uu, vv, uv) with
+/// engineering shear and twist (γ = 2 ε_uv, 2 κ_uv); u is along the sheet's length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law {
+    /// Membrane stiffness, N/m.
+    pub membrane: [[f64; 3]; 3],
+    /// Bending stiffness, N m.
+    pub bending: [[f64; 3]; 3],
+    /// Retardation time τ, s; 0 for a sheet without damping.
+    pub retardation: f64,
+}
+
+/// Effects of temperature on a sheet's material, one value per node: see [`crate::thermal`].
+#[derive(Clone, Copy, Debug)]
+pub struct Warmth<'a> {
+    /// E of the law over E at the node's temperature: above 1 where the sheet is softened.
+    pub compliance: &'a [f64],
+    /// Strain of free thermal expansion, α (T - 20 °C).
+    pub expansion: &'a [f64],
+    /// Curvature of free thermal bending towards the upper side, 1/m; empty without a temperature
+    /// gradient.
+    pub curl: &'a [f64],
+}
+
+impl Warmth<'_> {
+    /// Remaining stiffness of an element between `masses`, as a fraction of the law's: the inverse
+    /// of the mean compliance (springs in series).
+    #[inline]
+    pub fn stiffness(&self, masses: &[u32]) -> f64 {
+        let sum: f64 = masses.iter().map(|m| self.compliance[*m as usize]).sum();
+        masses.len() as f64 / sum
+    }
+
+    /// Mean expansion of `masses`.
+    #[inline]
+    pub fn mean_expansion(&self, masses: &[u32]) -> f64 {
+        let sum: f64 = masses.iter().map(|m| self.expansion[*m as usize]).sum();
+        sum / masses.len() as f64
+    }
+}
+
+/// Rest strain of an element at strain `strain` whose stiffness changes from `before` to `after`
+/// (fractions of the law's), where `rest` is the rest strain before. Softening keeps the rest
+/// strain and relaxes stress; stiffening keeps the stress and moves the rest strain. Neither raises
+/// the energy.
+#[inline(always)]
+pub(crate) fn set_rest(strain: f64, rest: f64, before: f64, after: f64) -> f64 {
+    if after > before { strain - (before / after) * (strain - rest) } else { rest }
+}
+
+/// Choice of the stress in the geometric part of a tangent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Geometric {
+    /// σ* as predicted by the last linear solution.
+    Mixed,
+    /// Tensile part of σ*, without compression: the tangent is positive semi-definite.
+    Clipped,
+}
+
+/// All elements of one kind in a sheet.
+pub trait Element: std::any::Any + Send + Sync {
+    /// Returns a copy with its whole state.
+    fn boxed(&self) -> Box<dyn Element>;
+
+    /// Calls `visit(a, b)` for each pair of nodes, a > b, whose positions enter a common energy
+    /// term; pairs may repeat.
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32));
+
+    /// Stores the indices of its matrix blocks: `block(a, b)` with a ≥ b is the index of
+    /// ∂²E/∂x_a∂x_b, or [`NO_BLOCK`].
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32);
+
+    /// Sets the stiffness.
+    fn set_law(&mut self, law: &Law);
+
+    /// Applies the effects of temperature at positions `x` (m). The law stays that of the cold
+    /// sheet. A change of stiffness alone never raises the energy.
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth);
+
+    /// Energy stored at positions `x` (m), J.
+    fn energy(&self, x: &Vectors) -> f64;
+
+    /// Adds the forces (N) at positions `x` (m) and velocities `v` (m/s), viscous forces included.
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors);
+
+    /// Begins a stage. `per_time` is 1/h (1/s), 0 for equilibrium. The reference strain ε_w is the
+    /// sum of the anchors plus `follow` (s) times the strain rate at the end of the last stage.
+    /// This rate belongs to the integrator, as its accelerations do: a rate computed from
+    /// velocities would disagree with them after an impact, and a stiff damper would then add
+    /// energy.
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64);
+
+    /// Ends a stage at `x` (m) and stores the strain rate (ε(x) - ε_w)/h.
+    fn finish(&mut self, x: &Vectors);
+
+    /// Sets the stored strain rates to zero.
+    fn forget(&mut self);
+
+    /// Visits the values that persist from stage to stage (strain rates, the stress σ*), always in
+    /// one order, for storing and restoring.
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64]));
+
+    /// Serialises the values that [`Element::history`] visits.
+    fn keep_history(&self, to: &mut Keeper);
+
+    /// Deserialises the values that [`Element::keep_history`] writes.
+    fn take_history(&mut self, from: &mut Taker) -> Taken;
+
+    /// Serialises the parts of law and rest state that change with time: temperature, creep,
+    /// fracture.
+    fn keep_changes(&self, _to: &mut Keeper) {}
+
+    /// Deserialises the values that [`Element::keep_changes`] writes. The open cells must be set
+    /// before.
+    fn take_changes(&mut self, _from: &mut Taker) -> Taken {
+        Ok(())
+    }
+
+    /// Stored energy and viscous potential of the stage at `x` (m), J.
+    fn potential(&self, x: &Vectors) -> f64;
+
+    /// Adds the gradient of [`Element::potential`], N.
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors);
+
+    /// Adds the part of the tangent that does not depend on positions to `values`: nine numbers per
+    /// block, row by row, N/m.
+    fn add_constant_tangent(&self, _per_time: f64, _values: &mut [f64]) {}
+
+    /// Adds the position-dependent part of the tangent at `x` (m), N/m.
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]);
+
+    /// Sets σ* to the stress that a displacement `d` (m) from `x` (m) predicts to first order.
+    /// Returns the energy ½ Δεᵀ C Δε (J) of the second-order strain Δε.
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64;
+
+    /// Sets σ* to the stress at `x` (m).
+    fn settle(&mut self, x: &Vectors);
+
+    /// Sets the open cells, and the nodes `_gone` that no closed cell touches: elements there have
+    /// no stiffness. Opening cells never raises the energy. [`Element::set_law`] must follow.
+    fn open(&mut self, _open: &fracture::Open, _gone: &[bool]) {}
+
+    /// Rest curvatures as angles per length, 1/m; `None` for an element without rest curvature.
+    fn rest_angles(&self) -> Option<Vec<[f64; 3]>> {
+        None
+    }
+
+    /// Takes the state of `old`, the element on another grid of the sheet: plastic strain, creep
+    /// and thermal rest strain. Stiffness and expansion must already be those of this element's
+    /// temperatures.
+    fn carry(&mut self, _old: &(dyn Element + 'static), _carry: &remap::Carry) {}
+
+    /// The element as one with creep or plasticity; `None` for a purely elastic element.
+    fn flows(&mut self) -> Option<&mut dyn creep::Flows> {
+        None
+    }
+}
+
+/// Serialises 3x3 matrices.
+pub(crate) fn keep_matrices<'a>(matrices: impl Iterator<Item = &'a [[f64; 3]; 3]>, to: &mut Keeper) {
+    matrices.flatten().for_each(|row| to.numbers(row));
+}
+
+/// Deserialises 3x3 matrices.
+pub(crate) fn take_matrices<'a>(mut matrices: impl Iterator<Item = &'a mut [[f64; 3]; 3]>, from: &mut Taker) -> Taken {
+    matrices.try_for_each(|m| m.iter_mut().try_for_each(|row| from.numbers(row)))
+}
+
+/// Adds `block` (row by row) to block `slot` of `values`.
+#[inline(always)]
+pub(crate) fn add_block(values: &mut [f64], slot: u32, block: &[f64; 9]) {
+    if slot == NO_BLOCK {
+        return;
+    }
+    let at = slot as usize * 9;
+    for (to, from) in values[at..at + 9].iter_mut().zip(block) {
+        *to += from;
+    }
+}

@@ -1,0 +1,148 @@
+//! From one mesh of triangles to another of the same sheet.
+//!
+//! What is held of triangles (rest curvatures, strains that have set, creep) goes from each into those that it is in: a finer
+//! triangle has what the one has that its middle is in; a coarser one the mean, by area, of those whose middles are in it. So a fold
+//! keeps its angle, is as wide as it was or a triangle wide, and does not spread when a sheet goes back and forth.
+//!
+//! What is held of masses (temperatures, stretch) is linear in the triangles: on a finer mesh it is read there, on a coarser one each mass
+//! has the mean under its own hat. Neither goes beyond what there was.
+
+use crate::mesh::outline::Mesh;
+use crate::mesh::outline::locate::{Locator, inward};
+
+/// Weights of old masses, or triangles.
+type Combination = Vec<(u32, f64)>;
+
+/// Two meshes, and what each place of the new one is made of.
+pub struct Meshes<'a> {
+    /// There was.
+    pub from: &'a Mesh,
+    /// There is.
+    pub to: &'a Mesh,
+    /// Of each new triangle: old ones; weights add up to 1.
+    triangles: Vec<Combination>,
+    /// Of each new mass: old ones; weights are not negative and add up to 1.
+    masses: Vec<Combination>,
+}
+
+impl<'a> Meshes<'a> {
+    /// From one to the other.
+    pub fn new(from: &'a Mesh, to: &'a Mesh) -> Self {
+        let mean = |mesh: &Mesh| mesh.total_area() / mesh.triangles.len().max(1) as f64;
+        let coarser = mean(to) > mean(from);
+        let (there, here) = (Locator::new(from), Locator::new(to));
+        let inside = |mesh: &Mesh, locator: &Locator, k: usize| {
+            let middle = mesh.middle_of(k);
+            locator.find(middle, middle)
+        };
+        let mut triangles = vec![Combination::new(); to.triangles.len()];
+        let mut masses = vec![Combination::new(); to.positions.len()];
+        if coarser {
+            for k in 0..from.triangles.len() {
+                triangles[inside(from, &here, k) as usize].push((k as u32, from.areas[k]));
+            }
+            let sides = inward(from);
+            for (i, p) in from.positions.iter().enumerate() {
+                for (v, w) in hats(to, &here, *p, sides[i]) {
+                    masses[v as usize].push((i as u32, w * from.lumped[i]));
+                }
+            }
+        }
+        for (k, parts) in triangles.iter_mut().enumerate().filter(|(_, parts)| parts.is_empty()) {
+            parts.push((inside(to, &there, k), 1.0));
+        }
+        let sides = inward(to);
+        for (i, parts) in masses.iter_mut().enumerate().filter(|(_, parts)| parts.is_empty()) {
+            parts.extend(hats(from, &there, to.positions[i], sides[i]));
+        }
+        triangles.iter_mut().chain(&mut masses).for_each(make_whole);
+        Self { from, to, triangles, masses }
+    }
+
+    /// What `values` of old triangles come to in new triangle `k`; `None` where none is known.
+    pub fn read<const K: usize>(&self, values: &[Option<[f64; K]>], k: usize) -> Option<[f64; K]> {
+        let (mut sum, mut whole) = ([0.0; K], 0.0);
+        for (old, weight) in &self.triangles[k] {
+            if let Some(value) = &values[*old as usize] {
+                whole += weight;
+                sum.iter_mut().zip(value).for_each(|(s, x)| *s += weight * x);
+            }
+        }
+        (whole > 0.0).then(|| sum.map(|s| s / whole))
+    }
+
+    /// What `values` of old masses come to at new mass `i`.
+    pub fn at_mass<const K: usize>(&self, values: &[[f64; K]], i: usize) -> [f64; K] {
+        let mut sum = [0.0; K];
+        for (old, weight) in &self.masses[i] {
+            sum.iter_mut().zip(&values[*old as usize]).for_each(|(s, x)| *s += weight * x);
+        }
+        sum
+    }
+}
+
+/// Corners of the triangle of `mesh` that `p` (m) is in, seen from `inside`, and what each has of it; none has less than nothing.
+pub fn hats(mesh: &Mesh, locator: &Locator, p: [f64; 2], inside: [f64; 2]) -> Combination {
+    let k = locator.find(p, inside);
+    let weights = locator.weights(k, p).map(|w| w.max(0.0));
+    let mut parts: Combination = mesh.triangles[k as usize].into_iter().zip(weights).filter(|w| w.1 > 1e-9).collect();
+    make_whole(&mut parts);
+    parts
+}
+
+/// Makes weights add up to 1.
+fn make_whole(parts: &mut Combination) {
+    let whole: f64 = parts.iter().map(|p| p.1).sum();
+    parts.iter_mut().for_each(|p| p.1 /= whole);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::outline::{HoleSpec, Outline, OutlineSpec, mesh};
+    use std::path::Path;
+
+    fn ring(n: u32) -> Mesh {
+        let disc = OutlineSpec::Disc { radius: 0.1 };
+        let hole = HoleSpec::Disc { centre: (0.02, 0.0), radius: 0.03 };
+        let outline = Outline::new(Some(&disc), &[hole], &[], (0.2, 0.2), Path::new(".")).expect("an outline");
+        mesh(&outline, (n, n)).expect("a mesh")
+    }
+
+    #[test]
+    fn what_is_the_same_everywhere_stays_so() {
+        for (a, b) in [(13, 25), (25, 13), (25, 20), (13, 41)] {
+            let (from, to) = (ring(a), ring(b));
+            let meshes = Meshes::new(&from, &to);
+            let (each, masses) = (vec![Some([2.5]); from.triangles.len()], vec![[2.5]; from.positions.len()]);
+            assert!((0..to.triangles.len()).all(|k| (meshes.read(&each, k).expect("known")[0] - 2.5).abs() < 1e-12));
+            assert!((0..to.positions.len()).all(|i| (meshes.at_mass(&masses, i)[0] - 2.5).abs() < 1e-12));
+        }
+    }
+
+    #[test]
+    fn a_slope_is_read_off_a_coarser_mesh_as_it_is() {
+        let (from, to) = (ring(13), ring(25));
+        let meshes = Meshes::new(&from, &to);
+        let values: Vec<[f64; 1]> = from.positions.iter().map(|[u, v]| [3.0 * u - v]).collect();
+        for (i, [u, v]) in to.positions.iter().enumerate().filter(|(i, _)| !to.border[*i]) {
+            assert!((meshes.at_mass(&values, i)[0] - (3.0 * u - v)).abs() < 1e-3, "{u} {v}");
+        }
+    }
+
+    #[test]
+    fn the_angle_of_a_line_is_kept() {
+        // Bent along a line of triangles: the sum over the area is the angle times the length of the line.
+        for (a, b) in [(25, 13), (13, 25), (41, 21)] {
+            let (from, to) = (ring(a), ring(b));
+            let meshes = Meshes::new(&from, &to);
+            let bent = |k: usize| Some([if from.middle_of(k)[0].abs() < 0.008 { 1.0 } else { 0.0 }]);
+            let each: Vec<_> = (0..from.triangles.len()).map(bent).collect();
+            let sum = |mesh: &Mesh, of: &dyn Fn(usize) -> Option<[f64; 1]>| {
+                (0..mesh.triangles.len()).map(|k| mesh.areas[k] * of(k).map_or(0.0, |v| v[0])).sum::<f64>()
+            };
+            let (before, after) = (sum(&from, &|k| each[k]), sum(&to, &|k| meshes.read(&each, k)));
+            assert!((after / before - 1.0).abs() < 0.06, "{a} to {b}: {after} of {before}");
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Bending of a sheet of triangles, without rotations for unknowns.
+//!
+//! The curvature of a triangle of area A is constant, and follows from the slopes of its edges (Morley's triangle): with l the
+//! length, t the direction, n the outward normal of an edge from a to b, and φ the slope x_n at its middle,
+//!
+//! κ = 1/A Σ_e [l φ n⊗n + sym(n⊗t) (x_b - x_a)].
+//!
+//! Slopes are no unknowns. That of an edge between two triangles is one value reconstructed from masses nearby (`slope`);
+//! that of a clamped edge is prescribed; that of any other edge of the boundary is whatever costs least, which
+//! [`CurvatureGroup::relaxed`] leaves to the bending element. Constant curvatures come out exact on any mesh.
+//!
+//! Beside a clamp slopes are one-sided, which costs a power of the cell's size. Two area factors win it back: for triangles on a
+//! clamped edge, and for those that touch one with a corner. A line of pairs makes the first frequency of a cantilever converge
+//! with the second power; of these, the one here also serves clamped plates, where moments change quickly at the wall.
+
+pub(crate) mod slope;
+pub(crate) mod symmetric;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::elements::curvature::CurvatureGroup;
+use crate::mesh::outline::{Edge, Mesh};
+
+/// Area factor of a triangle with a clamped edge.
+const ON_CLAMP: f64 = 7.0 / 5.0;
+/// Area factor of a triangle that touches a clamped edge with a corner only.
+const AT_CLAMP: f64 = 3.0 / 4.0;
+/// Weights this small, in units of 1/area, are rounding.
+const NOTHING: f64 = 1e-12;
+
+/// One group for each triangle of `mesh`, in their order, and the outward unit normals (u, v) of the clamped edges: what
+/// [`CurvatureGroup::clamps`] counts. Only edges of the boundary can be clamped.
+pub fn triangle_curvatures(mesh: &Mesh, clamped: &dyn Fn(&Edge) -> bool) -> (Vec<CurvatureGroup>, Vec<[f64; 2]>) {
+    let mut clamp_of: BTreeMap<u32, u32> = BTreeMap::new();
+    let mut directions = Vec::new();
+    let mut clamped_nodes = BTreeSet::new();
+    for (e, edge) in mesh.edges.iter().enumerate() {
+        if edge.is_boundary() && clamped(edge) {
+            let (_, t) = mesh.direction(edge);
+            clamp_of.insert(e as u32, directions.len() as u32);
+            directions.push([t[1], -t[0]]);
+            clamped_nodes.extend(edge.nodes);
+        }
+    }
+    let slopes = slope::slopes(mesh);
+    let groups = (0..mesh.triangles.len())
+        .map(|k| {
+            let mut group = curvature(mesh, k, &slopes, &clamp_of);
+            if mesh.triangle_edges[k].iter().any(|e| clamp_of.contains_key(e)) {
+                group.area *= ON_CLAMP;
+            } else if mesh.triangles[k].iter().any(|v| clamped_nodes.contains(v)) {
+                group.area *= AT_CLAMP;
+            }
+            group
+        })
+        .collect();
+    (groups, directions)
+}
+
+/// The curvature of triangle `k`.
+fn curvature(mesh: &Mesh, k: usize, slopes: &[slope::Stencil], clamp_of: &BTreeMap<u32, u32>) -> CurvatureGroup {
+    let (area, nodes) = (mesh.areas[k], mesh.triangles[k]);
+    let mut group = CurvatureGroup {
+        area,
+        // Counter-clockwise in (u, v) is clockwise seen from above.
+        frame: [nodes[0], nodes[2], nodes[0], nodes[1]],
+        home: k as u32,
+        // A fold along edges is shared by the triangles of both sides, and changes the slope in the middle of each by half.
+        span: [2.0 * (2.0 * area).sqrt(); 3],
+        ..Default::default()
+    };
+    let mut rows: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
+    let mut add = |mass: u32, weight: [f64; 3], times: f64| {
+        let row = rows.entry(mass).or_default();
+        (0..3).for_each(|i| row[i] += weight[i] * times);
+    };
+    for c in 0..3 {
+        let e = mesh.triangle_edges[k][c];
+        let edge = &mesh.edges[e as usize];
+        let own = edge.triangles[0] == k as u32;
+        let sign = if own { 1.0 } else { -1.0 };
+        let (length, t) = mesh.direction(edge);
+        let t = t.map(|v| v * sign);
+        let n = [t[1], -t[0]];
+        let twist = [n[0] * t[0] / area, n[1] * t[1] / area, (n[0] * t[1] + n[1] * t[0]) / area];
+        add(nodes[(c + 1) % 3], twist, 1.0);
+        add(nodes[c], twist, -1.0);
+        let bend = [n[0] * n[0], n[1] * n[1], 2.0 * n[0] * n[1]];
+        let per_slope = bend.map(|b| b * length / area);
+        if let Some(clamp) = clamp_of.get(&e) {
+            (0..3).for_each(|i| group.clamps[i].push((*clamp, per_slope[i])));
+        } else if edge.is_boundary() {
+            group.relaxed.push(bend);
+        } else {
+            slopes[e as usize].iter().for_each(|(mass, weight)| add(*mass, per_slope, sign * weight));
+        }
+    }
+    for (mass, weights) in rows {
+        for (row, weight) in group.rows.iter_mut().zip(weights).filter(|w| w.1.abs() * area > NOTHING) {
+            row.push((mass, weight));
+        }
+    }
+    group
+}

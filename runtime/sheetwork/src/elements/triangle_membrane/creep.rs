@@ -1,0 +1,174 @@
+//! The membrane of a sheet of triangles that creeps: every edge has a strain without stress, every triangle a stiffness of the
+//! step; see `element/flow`.
+
+use crate::elements::Warmth;
+use crate::elements::creep::{FlowStep, Flows, Strain};
+use crate::elements::triangle_membrane::{EdgeMembrane, dot, product};
+use crate::elements::{keep_matrices, take_matrices};
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// What creeps in all edges and triangles.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Creeping {
+    /// Of each edge.
+    pub(crate) strains: Vec<Strain>,
+    /// G of each triangle at once, J.
+    full: Vec<[[f64; 3]; 3]>,
+    /// Stiffness of each triangle in the step, of that at once.
+    scale: Vec<f64>,
+    share: [f64; 2],
+    running: bool,
+    /// What warmth has left of the law's stiffness along each edge, and by what the edge has expanded.
+    warmth: Vec<(f64, f64)>,
+}
+
+impl Creeping {
+    pub fn new(edges: usize, triangles: usize, share: [f64; 2]) -> Self {
+        Self {
+            strains: vec![Strain::default(); edges],
+            full: vec![[[0.0; 3]; 3]; triangles],
+            scale: vec![1.0; triangles],
+            share,
+            running: false,
+            warmth: vec![(1.0, 0.0); edges],
+        }
+    }
+
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.flag(self.running);
+        self.strains.iter().for_each(|s| s.keep(to));
+        keep_matrices(self.full.iter(), to);
+        to.numbers(&self.scale);
+        self.warmth.iter().for_each(|w| to.numbers(&[w.0, w.1]));
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.running = from.flag()?;
+        self.strains.iter_mut().try_for_each(|s| s.take(from))?;
+        take_matrices(self.full.iter_mut(), from)?;
+        from.numbers(&mut self.scale)?;
+        for warmth in &mut self.warmth {
+            *warmth = (from.number()?, from.number()?);
+        }
+        Ok(())
+    }
+
+    /// Whether a step is on its way.
+    pub fn is_running(&self) -> bool {
+        self.running
+    }
+}
+
+impl EdgeMembrane {
+    /// Takes up stiffnesses that were set anew.
+    pub(crate) fn keep_full(&mut self) {
+        let Some(creeping) = &mut self.creeping else { return };
+        for (full, t) in creeping.full.iter_mut().zip(&self.triangles) {
+            *full = t.stiffness;
+        }
+        self.rescale();
+    }
+
+    fn rescale(&mut self) {
+        let Some(creeping) = &self.creeping else { return };
+        for ((t, full), scale) in self.triangles.iter_mut().zip(&creeping.full).zip(&creeping.scale) {
+            t.stiffness = full.map(|row| row.map(|g| g * scale));
+        }
+    }
+
+    /// Strain of edge `e` at `x` from that which it has expanded by, what crept included.
+    fn whole(&self, e: usize, x: &Vectors, creeping: &Creeping) -> f64 {
+        let strain = &self.strains[e];
+        strain.at(x) + 0.5 * (strain.unit - 1.0) - creeping.warmth[e].1
+    }
+
+    /// Makes the strain without stress of edge `e` what `creeping` says.
+    pub(crate) fn take_rest(&mut self, e: usize, creeping: &Creeping) {
+        let strain = &mut self.strains[e];
+        strain.unit = 1.0 + 2.0 * (creeping.warmth[e].1 + creeping.strains[e].rest);
+    }
+
+    /// Takes up warmth, as [`crate::elements::Element::warm`], of the edges; false where nothing creeps.
+    pub(crate) fn warm_creeping(&mut self, x: &Vectors, warmth: &Warmth) -> bool {
+        let Some(mut creeping) = self.creeping.take() else { return false };
+        for e in 0..self.strains.len() {
+            let strain = self.whole(e, x, &creeping) + creeping.warmth[e].1;
+            let ends = self.strains[e].ends;
+            let (softness, grown) = (warmth.stiffness(&ends), warmth.mean_expansion(&ends));
+            let kept = (creeping.warmth[e].0 / softness).min(1.0);
+            creeping.warmth[e] = (softness, grown);
+            let share = creeping.share;
+            let own = &mut creeping.strains[e];
+            own.set(strain - grown, kept, share);
+            own.rest = own.left();
+            self.take_rest(e, &creeping);
+        }
+        for (t, full) in self.triangles.iter_mut().zip(&creeping.full) {
+            t.stiffness = *full;
+        }
+        self.creeping = Some(creeping);
+        true
+    }
+
+    /// Energy that the sheet would give back with time to flow or without, J.
+    pub(crate) fn crept_energy(&self, creeping: &Creeping, x: &Vectors) -> f64 {
+        let share = creeping.share;
+        let mut sum = 0.0;
+        for (t, full) in self.triangles.iter().zip(&creeping.full) {
+            let arms =
+                t.edges.map(|e| creeping.strains[e as usize].arms_at(self.whole(e as usize, x, creeping), share));
+            for i in (0..2).filter(|i| share[*i] > 0.0) {
+                let s = arms.map(|s| s[i]);
+                sum += 0.5 * dot(&s, &product(full, &s)) / share[i];
+            }
+        }
+        sum
+    }
+}
+
+impl Flows for EdgeMembrane {
+    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
+        let Some(mut creeping) = self.creeping.take() else { return false };
+        creeping.running = true;
+        for e in 0..self.strains.len() {
+            let Some(decay) = step.decay(&self.strains[e].ends) else { continue };
+            let (strain, share) = (self.whole(e, x, &creeping), creeping.share);
+            creeping.strains[e].begin(strain, share, &decay);
+            self.take_rest(e, &creeping);
+        }
+        for (t, scale) in self.triangles.iter().zip(&mut creeping.scale) {
+            *scale = t.edges.iter().map(|e| creeping.strains[*e as usize].stiffness).sum::<f64>() / 3.0;
+        }
+        self.creeping = Some(creeping);
+        self.rescale();
+        false
+    }
+
+    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
+        let Some(mut creeping) = self.creeping.take() else { return };
+        creeping.running = false;
+        for e in 0..self.strains.len() {
+            let Some(decay) = step.decay(&self.strains[e].ends) else { continue };
+            let strain = self.whole(e, x, &creeping);
+            creeping.strains[e].end(strain, &decay);
+        }
+        self.creeping = Some(creeping);
+    }
+
+    fn stand(&mut self, x: &Vectors) -> bool {
+        let Some(mut creeping) = self.creeping.take() else { return false };
+        creeping.running = false;
+        creeping.scale.fill(1.0);
+        for e in 0..self.strains.len() {
+            let (strain, share) = (self.whole(e, x, &creeping), creeping.share);
+            creeping.strains[e].stand(strain, share);
+            self.take_rest(e, &creeping);
+        }
+        self.creeping = Some(creeping);
+        self.rescale();
+        false
+    }
+}

@@ -1,0 +1,594 @@
+//! Membrane of a sheet of triangles: stretch of their edges, measured along the arc.
+//!
+//! An edge of rest length l from mass a to mass b has the Green strain of its chord and, in the second order, of the arc
+//! that the sheet bends along it,
+//!
+//! ε_e = ½ (|x_b - x_a|²/l² - 1) + l²/24 |x_tt|²,
+//!
+//! x_tt the curvature along the edge, the mean of its triangles' (each weighted by the other's area). Without the second term
+//! a sheet that bends at an angle to its edges would have to stretch them. The strains (ε_uu, ε_vv, γ) of a triangle follow
+//! from its three edges, with t = (t_u, t_v) their directions, by
+//!
+//! ε_e = t_u² ε_uu + t_v² ε_vv + t_u t_v γ, in short ε_e = S ε,
+//!
+//! and its energy is ½ ε_eᵀ G ε_e, G = A S⁻ᵀ C S⁻¹ (J), A its area and C the membrane stiffness (N/m), which may be
+//! orthotropic. Every strain is a quadratic of the positions, ½ (|d|² + |k|² - 1) with d and k linear.
+
+pub(crate) mod creep;
+pub(crate) mod remap;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+
+use crate::elements::creep::Flows;
+use crate::elements::curvature::{CurvatureGroup, apply as product, dot, relaxation};
+use crate::elements::remap::Carry;
+use crate::elements::triangle_membrane::creep::Creeping;
+use crate::elements::{
+    Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices,
+};
+use crate::math::Vectors;
+use crate::mesh::outline::{Edge, Mesh, NO_TRIANGLE};
+use crate::serialize::{Keeper, Taken, Taker};
+
+/// Weights of the arc term this small, in units of 1/l², are rounding.
+const NOTHING: f64 = 1e-12;
+
+/// What strains an edge.
+#[derive(Clone, Debug, Default)]
+struct Strain {
+    /// The masses it joins.
+    ends: [u32; 2],
+    /// 1/l, 1/m.
+    inverse_length: f64,
+    /// k = Σ weight x + offset: masses and their weights (1/m), those of `l/√12 x_tt`.
+    arc: Vec<(u32, f64)>,
+    /// Weights of clamp directions in k.
+    clamps: Vec<(u32, f64)>,
+    /// What clamped tangents add to k.
+    offset: DVec3,
+    /// |d|² + |k|² without stress: 1, and twice the strain that has crept.
+    unit: f64,
+}
+
+/// A triangle: three edges, and the masses that they depend on.
+#[derive(Clone, Debug, Default)]
+struct Triangle {
+    edges: [u32; 3],
+    /// S⁻¹ and the area, m².
+    from_edges: [[f64; 3]; 3],
+    area: f64,
+    /// G, J; as warmth has made it.
+    stiffness: [[f64; 3]; 3],
+    /// Masses in order; every pair (p, q <= p) of them has a block.
+    masses: Vec<u32>,
+    /// Weights of each mass in d and k of each edge.
+    weights: Vec<[[f64; 2]; 3]>,
+    /// Edges whose stress this triangle adds to the geometric part: each edge has one such triangle.
+    owns: [bool; 3],
+    blocks: Vec<u32>,
+}
+
+/// What warmth has made of a triangle.
+#[derive(Clone, Copy, Debug)]
+struct Warmed {
+    /// What is left of the law's stiffness.
+    softness: f64,
+    /// Strains of the edges at which it is at rest, and the part of them that is expansion.
+    rest: [f64; 3],
+    expansion: [f64; 3],
+}
+
+/// The membrane of all triangles of a mesh.
+#[derive(Clone, Debug, Default)]
+pub struct EdgeMembrane {
+    strains: Vec<Strain>,
+    triangles: Vec<Triangle>,
+    /// One a triangle; empty as long as the sheet has not been warm.
+    warmed: Vec<Warmed>,
+    /// Curvature along each edge before relaxation: groups and their shares.
+    sources: Vec<[(u32, f64); 2]>,
+    /// Squared direction (t_u², t_v², t_u t_v) and length (m) of each edge.
+    directions: Vec<([f64; 3], f64)>,
+    groups: Vec<CurvatureGroup>,
+    /// World directions of the clamps.
+    tangents: Vec<DVec3>,
+    retardation: f64,
+    /// τ/h of the stage, and its 1/h.
+    viscous: f64,
+    per_time: f64,
+    /// Of each edge: ε_w, ε̇ at the end of the last stage (1/s), σ* (J, summed over its triangles), and room in between.
+    anchor: Vec<f64>,
+    rate: Vec<f64>,
+    stress: Vec<f64>,
+    work: Vec<f64>,
+    spare: Vec<f64>,
+    /// Room for a triangle's gradients and their products with G.
+    gradients: Vec<[DVec3; 3]>,
+    /// Of a membrane that creeps.
+    creeping: Option<Box<Creeping>>,
+}
+
+impl Strain {
+    #[inline]
+    fn chord(&self, x: &Vectors) -> DVec3 {
+        (x.get(self.ends[1] as usize) - x.get(self.ends[0] as usize)) * self.inverse_length
+    }
+
+    #[inline]
+    fn bow(&self, x: &Vectors) -> DVec3 {
+        self.arc.iter().fold(DVec3::ZERO, |sum, (v, w)| sum + x.get(*v as usize) * *w)
+    }
+
+    #[inline]
+    fn at(&self, x: &Vectors) -> f64 {
+        let (d, k) = (self.chord(x), self.bow(x) + self.offset);
+        0.5 * (d.length_squared() - self.unit + k.length_squared())
+    }
+
+    /// The change of the strain at `x` for a change `v` of the positions, to first order.
+    #[inline]
+    fn rate(&self, x: &Vectors, v: &Vectors) -> f64 {
+        self.chord(x).dot(self.chord(v)) + (self.bow(x) + self.offset).dot(self.bow(v))
+    }
+
+    /// Adds `stress` times the gradient of the strain.
+    #[inline]
+    fn scatter(&self, x: &Vectors, stress: f64, to: &mut Vectors) {
+        let pull = self.chord(x) * (stress * self.inverse_length);
+        let [a, b] = self.ends.map(|v| v as usize);
+        to.set(a, to.get(a) - pull);
+        to.set(b, to.get(b) + pull);
+        let bend = (self.bow(x) + self.offset) * stress;
+        for (v, w) in &self.arc {
+            to.set(*v as usize, to.get(*v as usize) + bend * *w);
+        }
+    }
+
+    /// Weights of mass `v` in d and in k.
+    fn weights(&self, v: u32) -> [f64; 2] {
+        let chord = if v == self.ends[1] { 1.0 } else { 0.0 } - if v == self.ends[0] { 1.0 } else { 0.0 };
+        let arc = self.arc.iter().find(|a| a.0 == v).map_or(0.0, |a| a.1);
+        [chord * self.inverse_length, arc]
+    }
+}
+
+impl EdgeMembrane {
+    /// The membrane of `mesh` with the curvatures of its triangles, one group for each in their order; it has no stiffness yet.
+    pub fn new(mesh: &Mesh, groups: &[CurvatureGroup]) -> Self {
+        let edges = mesh.edges.len();
+        let mut membrane = Self {
+            groups: groups.to_vec(),
+            anchor: vec![0.0; edges],
+            stress: vec![0.0; edges],
+            work: vec![0.0; edges],
+            spare: vec![0.0; edges],
+            rate: vec![0.0; edges],
+            ..Self::default()
+        };
+        for edge in &mesh.edges {
+            let (length, [u, v]) = mesh.direction(edge);
+            membrane.directions.push(([u * u, v * v, u * v], length));
+            membrane.sources.push(sources(mesh, edge));
+            let strain = Strain { ends: edge.nodes, inverse_length: 1.0 / length, unit: 1.0, ..Strain::default() };
+            membrane.strains.push(strain);
+        }
+        membrane.find_arcs(&[[0.0; 3]; 3]);
+        for (k, own) in mesh.triangle_edges.iter().enumerate() {
+            let s = own.map(|e| membrane.directions[e as usize].0);
+            let owns = own.map(|e| mesh.edges[e as usize].triangles[0] == k as u32);
+            let from_edges = inverse(&s);
+            let mut triangle = Triangle { edges: *own, from_edges, area: mesh.areas[k], owns, ..Triangle::default() };
+            let used = own.iter().flat_map(|e| {
+                let strain = &membrane.strains[*e as usize];
+                strain.arc.iter().map(|a| a.0).chain(strain.ends)
+            });
+            triangle.masses = used.collect::<BTreeSet<u32>>().into_iter().collect();
+            let pairs = triangle.masses.len() * (triangle.masses.len() + 1) / 2;
+            triangle.blocks = vec![NO_BLOCK; pairs];
+            membrane.triangles.push(triangle);
+        }
+        membrane.find_weights();
+        let most = membrane.triangles.iter().map(|t| t.masses.len()).max().unwrap_or(0);
+        membrane.gradients = vec![[DVec3::ZERO; 3]; 2 * most];
+        membrane
+    }
+
+    /// The same, creeping with arms of these shares.
+    pub fn creeping(mut self, share: [f64; 2]) -> Self {
+        self.creeping = Some(Box::new(Creeping::new(self.strains.len(), self.triangles.len(), share)));
+        self
+    }
+
+    /// Takes up the directions (unit vectors in the world) of the clamps that the groups count.
+    pub fn set_clamps(&mut self, tangents: &[DVec3]) {
+        self.tangents = tangents.to_vec();
+        self.find_offsets();
+    }
+
+    /// Strains (uu, vv, uv with engineering shear) of every triangle at `x`, for reports.
+    pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
+        let of = |t: &Triangle| {
+            let e = t.edges.map(|e| self.strains[e as usize].at(x));
+            product(&t.from_edges, &e)
+        };
+        self.triangles.iter().map(of).collect()
+    }
+
+    /// Works out k of every edge for bending stiffness `bending`; the pattern does not depend on it.
+    fn find_arcs(&mut self, bending: &[[f64; 3]; 3]) {
+        for ((strain, sources), (squares, length)) in self.strains.iter_mut().zip(&self.sources).zip(&self.directions) {
+            strain.arc.clear();
+            strain.clamps.clear();
+            let scale = length / 12.0_f64.sqrt();
+            for (group, share) in sources.iter().filter(|s| s.1 != 0.0) {
+                let group = &self.groups[*group as usize];
+                let q = relaxation(bending, &group.relaxed);
+                // x_tt = sᵀ Q κ: the row of the relaxed curvature along the edge.
+                let along: [f64; 3] = std::array::from_fn(|j| (0..3).map(|i| squares[i] * q[i][j]).sum());
+                let keep = !group.relaxed.is_empty();
+                for (i, along) in along.iter().enumerate() {
+                    let times = along * share * scale;
+                    let rows = group.rows[i].iter().map(|(v, w)| (*v, w * times));
+                    gather(&mut strain.arc, rows);
+                    gather(&mut strain.clamps, group.clamps[i].iter().map(|(v, w)| (*v, w * times)));
+                }
+                // Where a curvature adjusts, the weights move with the stiffness: their places are kept.
+                if keep {
+                    for row in &group.rows {
+                        gather(&mut strain.arc, row.iter().map(|(v, _)| (*v, 0.0)));
+                    }
+                }
+            }
+            if sources.iter().all(|s| s.1 == 0.0 || self.groups[s.0 as usize].relaxed.is_empty()) {
+                strain.arc.retain(|(_, w)| w.abs() * length > NOTHING);
+            }
+            strain.arc.sort_by_key(|a| a.0);
+        }
+    }
+
+    fn find_weights(&mut self) {
+        for triangle in &mut self.triangles {
+            let strains = triangle.edges.map(|e| &self.strains[e as usize]);
+            triangle.weights = triangle.masses.iter().map(|v| strains.map(|s| s.weights(*v))).collect();
+        }
+    }
+
+    fn find_offsets(&mut self) {
+        for strain in &mut self.strains {
+            let tangent = |i: u32| self.tangents.get(i as usize).copied().unwrap_or(DVec3::ZERO);
+            strain.offset = strain.clamps.iter().fold(DVec3::ZERO, |sum, (i, w)| sum + tangent(*i) * *w);
+        }
+    }
+
+    /// ½ eᵀ G e over all triangles, J, of changes of strain.
+    fn stored(&self, strain: impl Fn(usize) -> f64) -> f64 {
+        let one = |t: &Triangle| {
+            let e = t.edges.map(|i| strain(i as usize));
+            0.5 * dot(&e, &product(&t.stiffness, &e))
+        };
+        self.triangles.iter().map(one).sum()
+    }
+
+    /// The strains `e` of triangle `k` less those at which it is at rest.
+    #[inline]
+    fn less_rest(&self, k: usize, e: [f64; 3]) -> [f64; 3] {
+        match self.warmed.get(k) {
+            Some(w) => [e[0] - w.rest[0], e[1] - w.rest[1], e[2] - w.rest[2]],
+            None => e,
+        }
+    }
+
+    /// Makes `stress` the stress G e of the strains in `work`.
+    fn stress_of_work(&mut self) {
+        self.stress.fill(0.0);
+        for (k, t) in self.triangles.iter().enumerate() {
+            let s = product(&t.stiffness, &self.less_rest(k, t.edges.map(|e| self.work[e as usize])));
+            t.edges.iter().zip(s).for_each(|(e, s)| self.stress[*e as usize] += s);
+        }
+    }
+
+    fn scatter(&self, x: &Vectors, to: &mut Vectors) {
+        for (strain, stress) in self.strains.iter().zip(&self.stress) {
+            strain.scatter(x, *stress, to);
+        }
+    }
+
+    /// The strain whose elastic stress is that of strain `e` with the viscous part of the stage.
+    #[inline]
+    fn effective(viscous: f64, e: f64, anchor: f64) -> f64 {
+        e + viscous * (e - anchor)
+    }
+
+    /// Makes `work` the effective strains at `x`.
+    fn strain_stage(&mut self, x: &Vectors) {
+        for ((work, strain), anchor) in self.work.iter_mut().zip(&self.strains).zip(&self.anchor) {
+            *work = Self::effective(self.viscous, strain.at(x), *anchor);
+        }
+    }
+
+    /// Adds the tangent of triangle `t`.
+    fn triangle_tangent(
+        t: &Triangle,
+        strains: [(DVec3, DVec3); 3],
+        stress: [f64; 3],
+        factor: f64,
+        room: &mut [[DVec3; 3]],
+        values: &mut [f64],
+    ) {
+        let n = t.masses.len();
+        let (gradient, scaled) = room.split_at_mut(n);
+        for (i, w) in t.weights.iter().enumerate() {
+            let g: [DVec3; 3] = std::array::from_fn(|e| strains[e].0 * w[e][0] + strains[e].1 * w[e][1]);
+            gradient[i] = g;
+            scaled[i] = std::array::from_fn(|e| {
+                (g[0] * t.stiffness[e][0] + g[1] * t.stiffness[e][1] + g[2] * t.stiffness[e][2]) * factor
+            });
+        }
+        let mut slot = t.blocks.iter();
+        for p in 0..n {
+            let (a, wp) = (&gradient[p], &t.weights[p]);
+            for q in 0..=p {
+                let Some(block) = slot.next().filter(|b| **b != NO_BLOCK) else { continue };
+                let (b, wq) = (&scaled[q], &t.weights[q]);
+                let geometric: f64 = (0..3).map(|e| stress[e] * (wp[e][0] * wq[e][0] + wp[e][1] * wq[e][1])).sum();
+                let row = |x: [f64; 3]| b[0] * x[0] + b[1] * x[1] + b[2] * x[2];
+                let (x, y, z) = (row(a.map(|a| a.x)), row(a.map(|a| a.y)), row(a.map(|a| a.z)));
+                let sum = [x.x + geometric, x.y, x.z, y.x, y.y + geometric, y.z, z.x, z.y, z.z + geometric];
+                add_block(values, *block, &sum);
+            }
+        }
+    }
+}
+
+impl Element for EdgeMembrane {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
+    fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
+        for t in &self.triangles {
+            for (p, a) in t.masses.iter().enumerate() {
+                t.masses[..p].iter().for_each(|b| visit(*a, *b));
+            }
+        }
+    }
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for t in &mut self.triangles {
+            let pairs = t.masses.iter().enumerate().flat_map(|(p, a)| t.masses[..=p].iter().map(move |b| (*a, *b)));
+            t.blocks.iter_mut().zip(pairs).for_each(|(slot, (a, b))| *slot = block(a, b));
+        }
+    }
+
+    fn set_law(&mut self, law: &Law) {
+        self.retardation = law.retardation;
+        for (k, t) in self.triangles.iter_mut().enumerate() {
+            let area = t.area * self.warmed.get(k).map_or(1.0, |w| w.softness);
+            let s = &t.from_edges;
+            // S⁻¹ takes edges to (uu, vv, uv): G = A S⁻ᵀ C S⁻¹.
+            let cs: [[f64; 3]; 3] = std::array::from_fn(|j| product(&law.membrane, &[s[0][j], s[1][j], s[2][j]]));
+            for i in 0..3 {
+                for j in 0..3 {
+                    t.stiffness[i][j] = area * dot(&[s[0][i], s[1][i], s[2][i]], &cs[j]);
+                }
+            }
+        }
+        self.keep_full();
+        self.find_arcs(&law.bending);
+        self.find_weights();
+        self.find_offsets();
+    }
+
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        let creeps = self.warm_creeping(x, warmth);
+        let cold = Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
+        self.warmed.resize(self.triangles.len(), cold);
+        for (t, w) in self.triangles.iter_mut().zip(&mut self.warmed) {
+            let strains = t.edges.map(|e| &self.strains[e as usize]);
+            let mut corners = [0.0; 2];
+            for (k, strain) in strains.iter().enumerate() {
+                let expansion = warmth.mean_expansion(&strain.ends);
+                if !creeps {
+                    w.rest[k] += expansion - w.expansion[k];
+                }
+                w.expansion[k] = expansion;
+                // Every corner is an end of two edges.
+                corners[0] += strain.ends.iter().map(|m| warmth.compliance[*m as usize]).sum::<f64>();
+                corners[1] += 2.0;
+            }
+            let (before, after) = (w.softness, corners[1] / corners[0]);
+            // What creeps has its rest with the edges.
+            for (rest, strain) in w.rest.iter_mut().zip(strains).filter(|_| !creeps) {
+                *rest = set_rest(strain.at(x), *rest, before, after);
+            }
+            t.stiffness.iter_mut().flatten().for_each(|g| *g *= after / before);
+            w.softness = after;
+        }
+        self.keep_full();
+    }
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        if let Some(creeping) = self.creeping.as_ref().filter(|c| !c.is_running()) {
+            return self.crept_energy(creeping, x);
+        }
+        let one = |(k, t): (usize, &Triangle)| {
+            let e = self.less_rest(k, t.edges.map(|e| self.strains[e as usize].at(x)));
+            0.5 * dot(&e, &product(&t.stiffness, &e))
+        };
+        self.triangles.iter().enumerate().map(one).sum()
+    }
+
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        for (k, t) in self.triangles.iter().enumerate() {
+            let strain = t.edges.map(|e| {
+                let strain = &self.strains[e as usize];
+                let rate = if self.retardation > 0.0 { self.retardation * strain.rate(x, v) } else { 0.0 };
+                strain.at(x) + rate
+            });
+            let strain = self.less_rest(k, strain);
+            for (e, stress) in t.edges.iter().zip(product(&t.stiffness, &strain)) {
+                self.strains[*e as usize].scatter(x, -stress, force);
+            }
+        }
+    }
+
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+        self.viscous = self.retardation * per_time;
+        self.per_time = per_time;
+        if self.viscous == 0.0 {
+            return;
+        }
+        for ((sum, rate), strain) in self.anchor.iter_mut().zip(&self.rate).zip(&self.strains) {
+            *sum = follow * rate + anchors.iter().map(|a| a.weight * strain.at(a.x)).sum::<f64>();
+        }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        if self.viscous > 0.0 {
+            for ((rate, anchor), strain) in self.rate.iter_mut().zip(&self.anchor).zip(&self.strains) {
+                *rate = (strain.at(x) - anchor) * self.per_time;
+            }
+        }
+    }
+
+    fn forget(&mut self) {
+        self.rate.fill(0.0);
+    }
+
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        visit(&mut self.rate);
+        visit(&mut self.stress);
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        to.sparse(&self.rate);
+        to.sparse(&self.stress);
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        from.sparse(&mut self.rate)?;
+        from.sparse(&mut self.stress)
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        self.strains.iter().for_each(|s| to.number(s.unit));
+        keep_matrices(self.triangles.iter().map(|t| &t.stiffness), to);
+        to.flag(!self.warmed.is_empty());
+        for w in &self.warmed {
+            to.number(w.softness);
+            to.numbers(&w.rest);
+            to.numbers(&w.expansion);
+        }
+        if let Some(creeping) = &self.creeping {
+            creeping.keep(to);
+        }
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        for strain in &mut self.strains {
+            strain.unit = from.number()?;
+        }
+        take_matrices(self.triangles.iter_mut().map(|t| &mut t.stiffness), from)?;
+        self.warmed.clear();
+        if from.flag()? {
+            self.warmed.resize(self.triangles.len(), Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] });
+        }
+        for w in &mut self.warmed {
+            w.softness = from.number()?;
+            from.numbers(&mut w.rest)?;
+            from.numbers(&mut w.expansion)?;
+        }
+        match &mut self.creeping {
+            Some(creeping) => creeping.take(from),
+            None => Ok(()),
+        }
+    }
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        let viscous = if self.viscous > 0.0 {
+            self.viscous * self.stored(|e| self.strains[e].at(x) - self.anchor[e])
+        } else {
+            0.0
+        };
+        self.energy(x) + viscous
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        // The stress of the iterate is not σ*, which stays what the last solve predicted.
+        self.strain_stage(x);
+        std::mem::swap(&mut self.stress, &mut self.spare);
+        self.stress_of_work();
+        self.scatter(x, gradient);
+        std::mem::swap(&mut self.stress, &mut self.spare);
+    }
+
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        let factor = 1.0 + self.viscous;
+        for t in &self.triangles {
+            let strains = t.edges.map(|e| {
+                let strain = &self.strains[e as usize];
+                (strain.chord(x), strain.bow(x) + strain.offset)
+            });
+            let stress = std::array::from_fn(|c| {
+                let s = if t.owns[c] { self.stress[t.edges[c] as usize] } else { 0.0 };
+                if geometric == Geometric::Clipped { s.max(0.0) } else { s }
+            });
+            Self::triangle_tangent(t, strains, stress, factor, &mut self.gradients, values);
+        }
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        for (e, strain) in self.strains.iter().enumerate() {
+            let linear = strain.at(x) + strain.rate(x, d);
+            self.work[e] = Self::effective(self.viscous, linear, self.anchor[e]);
+            self.spare[e] = 0.5 * (strain.chord(d).length_squared() + strain.bow(d).length_squared());
+        }
+        self.stress_of_work();
+        self.stored(|e| self.spare[e])
+    }
+
+    fn settle(&mut self, x: &Vectors) {
+        self.strain_stage(x);
+        self.stress_of_work();
+    }
+
+    fn carry(&mut self, old: &(dyn Element + 'static), carry: &Carry) {
+        if let Some(old) = (old as &dyn std::any::Any).downcast_ref::<Self>() {
+            self.carry_strains(old, carry);
+        }
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        self.creeping.is_some().then_some(self as &mut dyn Flows)
+    }
+}
+
+/// The groups whose curvature an edge takes, and their shares.
+fn sources(mesh: &Mesh, edge: &Edge) -> [(u32, f64); 2] {
+    let [first, second] = edge.triangles;
+    if second == NO_TRIANGLE {
+        return [(first, 1.0), (first, 0.0)];
+    }
+    let (a, b) = (mesh.areas[first as usize], mesh.areas[second as usize]);
+    [(first, b / (a + b)), (second, a / (a + b))]
+}
+
+fn gather(to: &mut Vec<(u32, f64)>, from: impl Iterator<Item = (u32, f64)>) {
+    for (v, w) in from {
+        match to.iter_mut().find(|t| t.0 == v) {
+            Some(t) => t.1 += w,
+            None => to.push((v, w)),
+        }
+    }
+}
+
+/// Inverse; the directions of a triangle's three edges are never dependent.
+fn inverse(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    let [a, b, c] = m.map(DVec3::from_array);
+    let columns = glam::DMat3::from_cols(a, b, c).transpose().inverse();
+    columns.transpose().to_cols_array_2d()
+}

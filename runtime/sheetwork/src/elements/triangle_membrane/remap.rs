@@ -1,0 +1,105 @@
+//! What the membrane of a mesh holds, to another mesh: strains that have set, and creep. What expansion makes is of the temperatures.
+//!
+//! Edges are others there, so that what they hold goes as the tensor (uu, vv, uv) of their triangles. And the stretch of the sheet itself, for
+//! who puts masses where it is the same on both.
+
+use crate::elements::remap::Carry;
+use crate::elements::triangle_membrane::{Creeping, EdgeMembrane, Warmed, dot, product};
+use crate::math::Vectors;
+
+/// Three tensors of a triangle: strain that has set, or without stress, and two arms.
+const HELD: usize = 9;
+
+impl EdgeMembrane {
+    /// What triangle `k` holds.
+    fn held(&self, k: usize) -> [f64; HELD] {
+        let t = &self.triangles[k];
+        let w = &self.warmed[k];
+        let of_edges: [[f64; 3]; 3] = match &self.creeping {
+            Some(creeping) => {
+                let each = t.edges.map(|e| creeping.held(e as usize));
+                std::array::from_fn(|n| each.map(|held| held[n]))
+            }
+            None => [std::array::from_fn(|c| w.rest[c] - w.expansion[c]), [0.0; 3], [0.0; 3]],
+        };
+        let tensors = of_edges.map(|e| product(&t.from_edges, &e));
+        std::array::from_fn(|n| tensors[n / 3][n % 3])
+    }
+
+    /// Takes up what `old` holds.
+    pub(crate) fn carry_strains(&mut self, old: &Self, carry: &Carry) {
+        if old.warmed.is_empty() {
+            return;
+        }
+        let cold = Warmed { softness: 1.0, rest: [0.0; 3], expansion: [0.0; 3] };
+        self.warmed.resize(self.triangles.len(), cold);
+        let places = carry.gather(false, (0..old.triangles.len()).map(|k| (k as u32, old.held(k))));
+        let mut creeping = self.creeping.take();
+        // Of each edge: the sum over its triangles, by area.
+        let mut sums = vec![([0.0; HELD / 3], 0.0); self.strains.len()];
+        for (k, t) in self.triangles.iter().enumerate() {
+            let Some(held) = carry.read(&places, k as u32, false) else { continue };
+            for (c, e) in t.edges.iter().enumerate() {
+                let squares = &self.directions[*e as usize].0;
+                let along: [f64; 3] =
+                    std::array::from_fn(|n| dot(squares, &[held[3 * n], held[3 * n + 1], held[3 * n + 2]]));
+                let w = &mut self.warmed[k];
+                w.rest[c] = w.expansion[c] + if creeping.is_none() { along[0] } else { 0.0 };
+                let (sum, area) = &mut sums[*e as usize];
+                *area += t.area;
+                sum.iter_mut().zip(along).for_each(|(s, x)| *s += t.area * x);
+            }
+        }
+        if let Some(creeping) = &mut creeping {
+            for (e, (sum, area)) in sums.into_iter().enumerate().filter(|(_, (_, area))| *area > 0.0) {
+                creeping.put(e, sum.map(|s| s / area));
+                self.take_rest(e, creeping);
+            }
+        }
+        self.creeping = creeping;
+    }
+
+    /// Green strain of every edge at `x`, along its arc.
+    pub fn stretch(&self, x: &Vectors) -> Vec<f64> {
+        self.strains.iter().map(|s| s.at(x) + 0.5 * (s.unit - 1.0)).collect()
+    }
+
+    /// What it changes by at `x`, to first order, where masses move by `d`.
+    pub fn stretch_rates(&self, x: &Vectors, d: &Vectors) -> Vec<f64> {
+        self.strains.iter().map(|s| s.rate(x, d)).collect()
+    }
+
+    /// The transpose of that: adds to each mass what `stress` of the edges comes to.
+    pub fn add_pull(&self, x: &Vectors, stress: &[f64], to: &mut Vectors) {
+        self.strains.iter().zip(stress).for_each(|(s, stress)| s.scatter(x, *stress, to));
+    }
+
+    /// The tensor (uu, vv, uv) of every triangle whose edges have these strains.
+    pub fn tensors(&self, edges: &[f64]) -> Vec<[f64; 3]> {
+        self.triangles.iter().map(|t| product(&t.from_edges, &t.edges.map(|e| edges[e as usize]))).collect()
+    }
+
+    /// The strain along every edge of tensors that its two ends have.
+    pub fn along(&self, masses: &[[f64; 3]]) -> Vec<f64> {
+        let each = self.strains.iter().zip(&self.directions);
+        each.map(|(s, (squares, _))| {
+            let [a, b] = s.ends.map(|v| masses[v as usize]);
+            0.5 * (dot(squares, &a) + dot(squares, &b))
+        })
+        .collect()
+    }
+}
+
+impl Creeping {
+    /// What is left without stress of edge `e`, and its arms.
+    fn held(&self, e: usize) -> [f64; 3] {
+        let s = &self.strains[e];
+        [s.left(), s.arms[0], s.arms[1]]
+    }
+
+    fn put(&mut self, e: usize, [left, first, second]: [f64; 3]) {
+        let s = &mut self.strains[e];
+        s.arms = [first, second];
+        (s.start, s.rest, s.stiffness) = (left + first + second, left, 1.0);
+    }
+}

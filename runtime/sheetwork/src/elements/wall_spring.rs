@@ -1,0 +1,348 @@
+//! Springs from a node to a fixed point: the remainder of lattice springs that a clamp cuts.
+//!
+//! The equations are those of `axial`, with one end fixed. Stiffness is in N/m, lengths in m.
+
+use glam::DVec3;
+
+use crate::elements::axial::Axial;
+use crate::elements::creep::{FlowStep, Flows, Strain};
+use crate::elements::fracture::Open;
+use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+
+#[derive(Clone, Copy, Debug)]
+struct Spring {
+    mass: usize,
+    block: u32,
+    point: DVec3,
+    /// Stiffness per unit of bending stiffness, 1/m².
+    per_bending: f64,
+    /// Length without load at 20 °C, m.
+    cold: f64,
+    /// Remaining stiffness as a fraction of the law's, and thermal expansion.
+    softness: f64,
+    expansion: f64,
+    /// Whether fracture has removed the node.
+    cut: bool,
+    axial: Axial,
+}
+
+/// All wall springs of a sheet.
+#[derive(Clone, Debug, Default)]
+pub struct WallSprings {
+    springs: Vec<Spring>,
+    per_time: f64,
+    /// Creep state of each spring; empty without creep.
+    creeping: Vec<Creeping>,
+    share: [f64; 2],
+    /// Whether a step is in progress.
+    running: bool,
+}
+
+/// Creep state of a spring: stretch (m) relative to the expanded length, and instantaneous
+/// stiffness, N/m.
+#[derive(Clone, Copy, Debug)]
+struct Creeping {
+    stiffness: f64,
+    strain: Strain,
+}
+
+impl Creeping {
+    /// Sets rest length and stiffness of the spring to those of the step.
+    fn apply(&self, s: &mut Spring) {
+        s.axial.rest = s.expanded() + self.strain.rest;
+        s.axial.stiffness = self.stiffness * self.strain.stiffness;
+    }
+}
+
+impl WallSprings {
+    /// Springs (node, fixed end in m, rest length in m, stiffness in N/m) of a sheet whose bending
+    /// stiffness along its length is `bending` (N m). Their stiffness is proportional to it.
+    pub fn new(springs: impl Iterator<Item = (u32, DVec3, f64, f64)>, bending: f64) -> Self {
+        let each = springs.map(|(mass, point, rest, stiffness)| Spring {
+            mass: mass as usize,
+            block: NO_BLOCK,
+            point,
+            per_bending: stiffness / bending,
+            cold: rest,
+            softness: 1.0,
+            expansion: 0.0,
+            cut: false,
+            axial: Axial { stiffness, rest, ..Axial::default() },
+        });
+        Self { springs: each.collect(), ..Self::default() }
+    }
+
+    /// Adds creep with Maxwell arms of the shares `share`.
+    pub fn creeping(mut self, share: [f64; 2]) -> Self {
+        let one = |s: &Spring| Creeping { stiffness: s.axial.stiffness, strain: Strain::default() };
+        self.creeping = self.springs.iter().map(one).collect();
+        self.share = share;
+        self
+    }
+}
+
+/// State of a spring per unstressed length, without thermal expansion: permanent strain, and the
+/// strains of the two creep arms.
+pub(crate) type Held = [f64; 3];
+
+impl WallSprings {
+    /// Node, fixed end (m), strain at positions `x` (m) without thermal expansion, and state of
+    /// each spring.
+    pub(crate) fn held<'a>(&'a self, x: &'a Vectors) -> impl Iterator<Item = (usize, DVec3, f64, Held)> + 'a {
+        self.springs.iter().enumerate().map(|(i, s)| {
+            let length = s.expanded();
+            let held = match self.creeping.get(i) {
+                Some(c) => [c.strain.left(), c.strain.arms[0], c.strain.arms[1]].map(|e| e / length),
+                None => [s.axial.rest / length - 1.0, 0.0, 0.0],
+            };
+            (s.mass, s.point, s.along(x).1 / length - 1.0, held)
+        })
+    }
+
+    /// Sets the state of each spring from `held`, in the order of [`WallSprings::held`]; springs
+    /// with `None` do not change.
+    pub(crate) fn put(&mut self, held: &[Option<Held>]) {
+        for (i, (s, held)) in self.springs.iter_mut().zip(held).enumerate() {
+            let Some(held) = held else { continue };
+            let [left, first, second] = held.map(|h| h * s.expanded());
+            s.axial.rest = s.expanded() + left;
+            if let Some(c) = self.creeping.get_mut(i) {
+                c.strain.arms = [first, second];
+                (c.strain.start, c.strain.rest, c.strain.stiffness) = (left + first + second, left, 1.0);
+                c.apply(s);
+            }
+        }
+    }
+}
+
+impl Spring {
+    /// Length without load and without creep, m.
+    fn expanded(&self) -> f64 {
+        self.cold * (1.0 + self.expansion)
+    }
+
+    #[inline(always)]
+    fn along(&self, x: &Vectors) -> (DVec3, f64) {
+        let d = x.get(self.mass) - self.point;
+        (d, d.length())
+    }
+}
+
+impl Element for WallSprings {
+    fn boxed(&self) -> Box<dyn Element> {
+        Box::new(self.clone())
+    }
+
+    fn couples(&self, _visit: &mut dyn FnMut(u32, u32)) {}
+
+    fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
+        for s in &mut self.springs {
+            s.block = block(s.mass as u32, s.mass as u32);
+        }
+    }
+
+    fn set_law(&mut self, law: &Law) {
+        for s in &mut self.springs {
+            let bending = if s.cut { 0.0 } else { law.bending[0][0] };
+            s.axial.stiffness = s.per_bending * bending * s.softness;
+            s.axial.dashpot = s.axial.stiffness * law.retardation;
+        }
+        for (s, creeping) in self.springs.iter_mut().zip(&mut self.creeping) {
+            creeping.stiffness = s.axial.stiffness;
+            creeping.apply(s);
+        }
+    }
+
+    fn open(&mut self, _open: &Open, gone: &[bool]) {
+        self.springs.iter_mut().for_each(|s| s.cut = gone[s.mass]);
+    }
+
+    fn warm(&mut self, x: &Vectors, warmth: &Warmth) {
+        for (i, s) in self.springs.iter_mut().enumerate() {
+            let mass = [s.mass as u32];
+            let (softness, expansion) = (warmth.stiffness(&mass), warmth.mean_expansion(&mass));
+            s.axial.rest += s.cold * (expansion - s.expansion);
+            s.axial.rest = set_rest(s.along(x).1, s.axial.rest, s.softness, softness);
+            let change = softness / s.softness;
+            s.axial.stiffness *= change;
+            s.axial.dashpot *= change;
+            let kept = (s.softness / softness).min(1.0);
+            (s.softness, s.expansion) = (softness, expansion);
+            if let Some(creeping) = self.creeping.get_mut(i) {
+                let stretch = s.along(x).1 - s.expanded();
+                creeping.strain.set(stretch, kept, self.share);
+                creeping.strain.rest = creeping.strain.left();
+                creeping.stiffness *= change;
+                creeping.apply(s);
+            }
+        }
+    }
+
+    fn energy(&self, x: &Vectors) -> f64 {
+        if !self.running && !self.creeping.is_empty() {
+            let pairs = self.springs.iter().zip(&self.creeping);
+            return pairs.map(|(s, c)| c.stiffness * c.strain.stored(s.along(x).1 - s.expanded(), self.share)).sum();
+        }
+        self.springs.iter().map(|s| s.axial.energy(s.along(x).1)).sum()
+    }
+
+    fn add_forces(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
+        for s in &self.springs {
+            let (d, length) = s.along(x);
+            if length > 0.0 {
+                let n = d / length;
+                let pull = s.axial.stiffness * (length - s.axial.rest) + s.axial.dashpot * v.get(s.mass).dot(n);
+                force.set(s.mass, force.get(s.mass) - n * pull);
+            }
+        }
+    }
+
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64) {
+        self.per_time = per_time;
+        for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
+            let sum = anchors.iter().map(|a| a.weight * s.along(a.x).1).sum::<f64>();
+            s.axial.anchor = follow * s.axial.rate + sum;
+        }
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        for s in self.springs.iter_mut().filter(|s| s.axial.dashpot > 0.0) {
+            s.axial.finish(s.along(x).1, self.per_time);
+        }
+    }
+
+    fn forget(&mut self) {
+        self.springs.iter_mut().for_each(|s| s.axial.rate = 0.0);
+    }
+
+    fn history(&mut self, visit: &mut dyn FnMut(&mut [f64])) {
+        self.springs.iter_mut().for_each(|s| s.axial.history(visit));
+    }
+
+    fn keep_history(&self, to: &mut Keeper) {
+        self.springs.iter().for_each(|s| s.axial.keep(to));
+    }
+
+    fn take_history(&mut self, from: &mut Taker) -> Taken {
+        self.springs.iter_mut().try_for_each(|s| s.axial.take(from))
+    }
+
+    fn keep_changes(&self, to: &mut Keeper) {
+        for s in &self.springs {
+            to.numbers(&[s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot]);
+        }
+        for c in &self.creeping {
+            to.number(c.stiffness);
+            c.strain.keep(to);
+        }
+        to.flag(self.running);
+    }
+
+    fn take_changes(&mut self, from: &mut Taker) -> Taken {
+        for s in &mut self.springs {
+            let mut all = [0.0; 5];
+            from.numbers(&mut all)?;
+            [s.softness, s.expansion, s.axial.stiffness, s.axial.rest, s.axial.dashpot] = all;
+        }
+        for c in &mut self.creeping {
+            c.stiffness = from.number()?;
+            c.strain.take(from)?;
+        }
+        self.running = from.flag()?;
+        Ok(())
+    }
+
+    fn potential(&self, x: &Vectors) -> f64 {
+        self.springs.iter().map(|s| s.axial.potential(s.along(x).1, self.per_time)).sum()
+    }
+
+    fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
+        for s in &self.springs {
+            let (d, length) = s.along(x);
+            if length > 0.0 {
+                let pull = d * (s.axial.force_at(length, self.per_time) / length);
+                gradient.set(s.mass, gradient.get(s.mass) + pull);
+            }
+        }
+    }
+
+    fn add_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
+        for s in &self.springs {
+            let (d, length) = s.along(x);
+            if length <= 0.0 {
+                continue;
+            }
+            let block = s.axial.block(d, length, geometric, self.per_time);
+            add_block(values, s.block, &block);
+        }
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        let mut missed = 0.0;
+        for s in &mut self.springs {
+            let (along, length) = s.along(x);
+            if length > 0.0 {
+                missed += s.axial.predict(along, length, d.get(s.mass), self.per_time);
+            }
+        }
+        missed
+    }
+
+    fn settle(&mut self, x: &Vectors) {
+        for s in &mut self.springs {
+            s.axial.settle(s.along(x).1, self.per_time);
+        }
+    }
+
+    fn flows(&mut self) -> Option<&mut dyn Flows> {
+        (!self.creeping.is_empty()).then_some(self as &mut dyn Flows)
+    }
+}
+
+impl Flows for WallSprings {
+    fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool {
+        self.running = true;
+        for (s, c) in self.springs.iter_mut().zip(&mut self.creeping) {
+            if let Some(decay) = step.decay(&[s.mass as u32]) {
+                c.strain.begin(s.along(x).1 - s.expanded(), self.share, &decay);
+                c.apply(s);
+            }
+        }
+        false
+    }
+
+    fn end_step(&mut self, x: &Vectors, step: &FlowStep) {
+        self.running = false;
+        for (s, c) in self.springs.iter().zip(&mut self.creeping) {
+            if let Some(decay) = step.decay(&[s.mass as u32]) {
+                c.strain.end(s.along(x).1 - s.expanded(), &decay);
+            }
+        }
+    }
+
+    fn stand(&mut self, x: &Vectors) -> bool {
+        self.running = false;
+        for (s, c) in self.springs.iter_mut().zip(&mut self.creeping) {
+            c.strain.stand(s.along(x).1 - s.expanded(), self.share);
+            c.apply(s);
+        }
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::elements::derivative_check;
+
+    #[test]
+    fn gradient_and_tangent_are_those_of_the_potential() {
+        let x = derivative_check::bent_grid(3, 2, (0.1, 0.15));
+        let ends = [(0, DVec3::new(-0.1, 0.0, 0.0), 0.2, 3.0), (4, DVec3::new(0.0, 0.3, 0.1), 0.1, 2.0)];
+        let mut springs = WallSprings::new(ends.into_iter(), 1.0);
+        springs.set_law(&derivative_check::law());
+        derivative_check::derivatives(&mut springs, &x, 1e-6);
+    }
+}

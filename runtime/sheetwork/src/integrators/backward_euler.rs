@@ -1,0 +1,99 @@
+//! Backward Euler: one stage over dt, x₁ = x₀ + dt v₁, v₁ = v₀ + dt a₁. Order 1, L-stable, and strongly damped: kept for
+//! comparison, because it is what most real-time solvers use.
+
+use crate::elements::Anchor;
+use crate::integrators::implicit::newton::Work;
+use crate::integrators::implicit::staged;
+use crate::integrators::implicit::staged::{Jump, Staged};
+use crate::integrators::implicit::{Complex, Implicit, Stage};
+use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::math::Vectors;
+
+pub(crate) const INFO: EngineInfo = EngineInfo {
+    kind: EngineKind::BackwardEuler,
+    name: "backward-euler",
+    about: "implicit Euler, order 1, stable at any step, strongly damped",
+    order: 1,
+    stability_limit: f64::INFINITY,
+    evaluations: 1,
+    drift: 1.0,
+    adaptive: false,
+    implicit: true,
+    amplification: Some(amplification),
+    make: || Box::new(BackwardEuler::default()),
+};
+
+/// R(z) = 1/(1 - z) at z = iθ.
+fn amplification(angle: f64) -> (f64, f64) {
+    Complex(1.0, 0.0).over(Complex(1.0, -angle)).polar()
+}
+
+#[derive(Default)]
+struct BackwardEuler {
+    y: Vectors,
+    w: Vectors,
+    per_time: f64,
+    work: Work,
+}
+
+impl Staged for BackwardEuler {
+    fn stages(&self) -> usize {
+        1
+    }
+
+    fn prepare(
+        &mut self,
+        problem: &mut dyn Implicit,
+        _k: usize,
+        dt: f64,
+        (x, v): (&Vectors, &Vectors),
+        guess: &mut Vectors,
+    ) {
+        fit(&mut self.y, x);
+        fit(&mut self.w, x);
+        self.per_time = 1.0 / dt;
+        self.w.copy_from(x);
+        self.y.set_sum(x, dt, v);
+        guess.copy_from(&self.y);
+        problem.begin(self.per_time, &[Anchor { weight: 1.0, x }], 0.0, x, v);
+    }
+
+    fn stage(&self) -> Stage<'_> {
+        Stage { per_time: self.per_time, y: &self.y, w: &self.w }
+    }
+
+    fn length(&self, _k: usize, dt: f64) -> f64 {
+        dt
+    }
+
+    fn finish(
+        &mut self,
+        _problem: &mut dyn Implicit,
+        _k: usize,
+        dt: f64,
+        solution: &Vectors,
+        jump: Option<&Jump>,
+        (x, v): (&mut Vectors, &mut Vectors),
+    ) {
+        crate::integrators::tr_bdf2::velocity(solution, &self.w, dt, v);
+        x.copy_from(solution);
+        if let Some(jump) = jump {
+            v.add_scaled(-1.0 / dt, &jump.dx);
+            v.add_scaled(1.0, &jump.dv);
+        }
+    }
+
+    fn work(&mut self) -> &mut Work {
+        &mut self.work
+    }
+}
+
+impl Engine for BackwardEuler {
+    fn advance(&mut self, forces: &mut dyn Forces, _t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+        staged::advance(self, forces, dt, x, v)
+    }
+
+    fn staged(&mut self) -> Option<&mut dyn Staged> {
+        Some(self)
+    }
+}

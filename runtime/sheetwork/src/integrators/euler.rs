@@ -1,0 +1,35 @@
+//! Explicit Euler (thesis equations 3.17): x ← x + v h, v ← v + a h with both taken at the start of the step.
+//!
+//! Order 1. On x'' = -ω²x the energy grows by exactly (1 + a²) a step, a = hω.
+
+use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::math::Vectors;
+
+pub(crate) const INFO: EngineInfo = EngineInfo {
+    kind: EngineKind::Euler,
+    name: "euler",
+    about: "explicit Euler, order 1",
+    order: 1,
+    stability_limit: 0.0,
+    evaluations: 1,
+    drift: 0.0,
+    adaptive: false,
+    implicit: false,
+    amplification: None,
+    make: || Box::new(Euler::default()),
+};
+
+#[derive(Default)]
+struct Euler {
+    a: Vectors,
+}
+
+impl Engine for Euler {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+        fit(&mut self.a, x);
+        forces.accelerations(t, x, v, &mut self.a);
+        x.add_scaled(dt, v);
+        v.add_scaled(dt, &self.a);
+        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1, guarded: 0 }
+    }
+}

@@ -1,0 +1,35 @@
+//! Euler-Cromer, the thesis's first-order engine (equations 3.18 and 3.19): v ← v + a h, then x ← x + v h with the new v.
+//!
+//! Order 1, symplectic. On x'' = -ω²x it is stable for a = hω up to 2 and the energy swings by about ±a/2.
+
+use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::math::Vectors;
+
+pub(crate) const INFO: EngineInfo = EngineInfo {
+    kind: EngineKind::EulerCromer,
+    name: "euler-cromer",
+    about: "semi-implicit Euler, order 1, symplectic (thesis, first order)",
+    order: 1,
+    stability_limit: 2.0,
+    evaluations: 1,
+    drift: 1.0,
+    adaptive: false,
+    implicit: false,
+    amplification: None,
+    make: || Box::new(EulerCromer::default()),
+};
+
+#[derive(Default)]
+struct EulerCromer {
+    a: Vectors,
+}
+
+impl Engine for EulerCromer {
+    fn advance(&mut self, forces: &mut dyn Forces, t: f64, dt: f64, x: &mut Vectors, v: &mut Vectors) -> Advance {
+        fit(&mut self.a, x);
+        forces.accelerations(t, x, v, &mut self.a);
+        v.add_scaled(dt, &self.a);
+        x.add_scaled(dt, v);
+        Advance { taken: dt, accepted: 1, rejected: 0, evaluations: 1, guarded: 0 }
+    }
+}

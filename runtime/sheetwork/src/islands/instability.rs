@@ -1,0 +1,240 @@
+//! A sheet that is about to go unstable is seen, and dealt with as its scene says ([`crate::scene::WhenUnstable`]).
+//!
+//! An explicit engine's own step may gain no energy (`sheet/guard`). One that does is taken back, and again in parts, or with springs
+//! held to a limit; or the sheet stands for that step, and goes on with the implicit engine in the next; or it is frozen. Time without a
+//! further alarm eases what is done, notch by notch. Contact may gain it none either, but what bodies and other sheets bring: a sheet
+//! that ends a step with more is put back to where it began, slower, what it met goes on as if it were not there, and the same is done about it. All of it depends on the sheet alone, so that it is the same on any number of threads,
+//! and other sheets see nothing of it. Implicit engines watch their own steps ([`crate::islands::energy_budget`]): where those give up, the sheet is frozen.
+
+use crate::islands::event::{Alarm, EventKind, Handled, Touches};
+use crate::islands::{Stage, is_unstable};
+use crate::scene::WhenUnstable;
+use crate::sheet::{GUARDED, Guard, Level, Sheet, Status};
+
+/// Energy that one step may gain, as a fraction of what there was; and of what there is, what may come from nowhere over many.
+const GAIN: f64 = 0.1;
+const SURPLUS: f64 = 0.5;
+/// What moves slower than this (m/s) has no energy worth an alarm.
+const STILL: f64 = 5e-3;
+/// How often what the engine did is taken in a smaller part.
+const TRIALS: u32 = 4;
+/// Part of its speed that a sheet keeps which contact has given too much.
+const KEPT: f64 = 0.5;
+/// Parts of a step that a sheet is frozen after which is held to a limit, and which contact gives too much all the same.
+const LIMITED_PARTS: u32 = 16;
+
+/// Eases what is done where it is time, and changes engines that are to be changed; before the step of a world.
+pub(crate) fn begin(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
+    for (sheet, touches) in sheets.iter_mut().zip(touches) {
+        if sheet.status != Status::Awake {
+            continue;
+        }
+        let Some(mut guard) = sheet.guard.take() else { continue };
+        let state = &mut guard.state;
+        if std::mem::take(&mut state.replace) {
+            state.own = Some(sheet.engine());
+            sheet.change_engine(GUARDED, guard.tolerance);
+        } else if state.pass(stage.dt) {
+            (state.level, state.limiting) = (state.level.saturating_sub(1), false);
+            if let Some(own) = state.own.take() {
+                sheet.change_engine(own, guard.tolerance);
+            }
+            if !guard.state.acts() {
+                touches.events.push((stage.time, EventKind::Recovered, None));
+            }
+        }
+        sheet.guard = Some(guard);
+    }
+}
+
+/// Takes note of what a watched sheet of an explicit engine has of motion and strain, before its step.
+pub(crate) fn open(sheet: &mut Sheet) {
+    if sheet.guard.is_some() && sheet.is_explicit() && sheet.status == Status::Awake {
+        let level = sheet.level().total();
+        if let Some(guard) = &mut sheet.guard {
+            guard.before = if guard.state.limiting { level.max(guard.state.energy) } else { level };
+        }
+    }
+}
+
+/// Judges the whole step of a watched sheet of an explicit engine that has touched something, contact and all, for which what it met could bring `brought` (J). Whether it
+/// was put back.
+pub(crate) fn close(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, brought: f64) -> bool {
+    if !sheet.is_explicit() || sheet.status != Status::Awake {
+        return false;
+    }
+    let Some(mut guard) = sheet.guard.take() else { return false };
+    let sound = guard.state.replace || guard.is_sound_at_end(sheet, stage, brought);
+    if !sound {
+        sheet.take_start_for_before();
+        let seen = Alarm::of(sheet, stage.field.gravity, stage.dt);
+        guard.state.alarmed();
+        sheet.go_to_start();
+        guard.state.energy = sheet.level().total();
+        sheet.v.axes_mut().into_iter().flatten().for_each(|v| *v *= KEPT);
+        sheet.restart_engine();
+        match guard.next().or_else(|| guard.shorten_limited()) {
+            Some(handled) => touches.tell(stage.time, EventKind::Contained, Alarm { handled, ..seen }),
+            None => crate::islands::freeze(sheet, touches, stage.time, seen),
+        }
+    }
+    sheet.guard = Some(guard);
+    !sound
+}
+
+/// Lets the engine of a watched sheet take it on from `time` by up to `part` (s). Returns the time taken; none where the sheet is to
+/// stand until the end of the step.
+pub(crate) fn advance(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, time: f64, part: f64) -> Option<f64> {
+    let mut guard = sheet.guard.take()?;
+    let taken = guard.advance(sheet, touches, stage, time, part);
+    sheet.guard = Some(guard);
+    taken
+}
+
+impl Guard {
+    fn advance(
+        &mut self,
+        sheet: &mut Sheet,
+        touches: &mut Touches,
+        stage: &Stage,
+        time: f64,
+        part: f64,
+    ) -> Option<f64> {
+        sheet.keep();
+        let before = sheet.level();
+        let mut alarm: Option<Alarm> = None;
+        loop {
+            let part = part.min(stage.dt / f64::from(1_u32 << self.state.level));
+            if self.state.level > 0 && !sheet.pins.is_empty() {
+                sheet.pins.lead(time, part, &sheet.x, &mut sheet.v);
+            }
+            let taken = sheet.advance_open(stage.field, time, part).taken;
+            if self.hold(sheet, stage, taken) || self.is_sound(sheet, before, stage, taken) {
+                sheet.end_flow();
+                if let Some(alarm) = alarm {
+                    touches.tell(time, EventKind::Contained, alarm);
+                }
+                return Some(taken);
+            }
+            let seen = Alarm::of(sheet, stage.field.gravity, taken);
+            self.state.alarmed();
+            self.state.energy = before.total();
+            let Some(handled) = self.next() else {
+                sheet.put_back();
+                sheet.restart_engine();
+                crate::islands::freeze(sheet, touches, time, seen);
+                return None;
+            };
+            alarm = Some(Alarm { handled, ..alarm.unwrap_or(seen) });
+            sheet.put_back();
+            sheet.restart_engine();
+            if self.state.replace {
+                alarm.into_iter().for_each(|alarm| touches.tell(time, EventKind::Contained, alarm));
+                return None;
+            }
+        }
+    }
+
+    /// What to do next; none where nothing is left.
+    fn next(&mut self) -> Option<Handled> {
+        let state = &mut self.state;
+        match self.policy {
+            WhenUnstable::ReduceStep { parts } => state.shorten(parts).map(|parts| Handled::StepReduced { parts }),
+            WhenUnstable::Limit { strain } if !state.limiting => {
+                state.limiting = true;
+                Some(Handled::Limited { strain })
+            }
+            WhenUnstable::Implicit => {
+                state.replace = true;
+                Some(Handled::Implicit)
+            }
+            _ => None,
+        }
+    }
+
+    /// What to do next about contact with a sheet whose springs are held already.
+    fn shorten_limited(&mut self) -> Option<Handled> {
+        let limits = matches!(self.policy, WhenUnstable::Limit { .. });
+        limits.then(|| self.state.shorten(LIMITED_PARTS)).flatten().map(|parts| Handled::StepReduced { parts })
+    }
+
+    /// Whether the step of the world may stand.
+    fn is_sound_at_end(&mut self, sheet: &Sheet, stage: &Stage, brought: f64) -> bool {
+        if is_unstable(sheet) {
+            return false;
+        }
+        let still = 0.5 * sheet.total_mass() * STILL * STILL;
+        let work = sheet.work_since(sheet.start_positions(), &stage.field) + sheet.may_gain(&stage.field, stage.dt);
+        let after = sheet.level().total();
+        let gain = after - self.before - work - brought;
+        self.state.surplus = (self.state.surplus + gain).max(0.0);
+        // Written so that what is no number is not sound.
+        gain <= GAIN * (self.before + still) && self.state.surplus <= SURPLUS * (after + still)
+    }
+
+    /// Whether a step of `taken` s from `before` may stand.
+    fn is_sound(&mut self, sheet: &Sheet, before: Level, stage: &Stage, taken: f64) -> bool {
+        if is_unstable(sheet) {
+            return false;
+        }
+        let after = sheet.level();
+        let still = 0.5 * sheet.total_mass() * STILL * STILL;
+        let work = sheet.work_since(sheet.kept_positions(), &stage.field);
+        let gain = after.total() - before.total() - work - sheet.may_gain(&stage.field, taken);
+        self.state.surplus = (self.state.surplus + gain).max(0.0);
+        // Written so that what is no number is not sound.
+        gain <= GAIN * (before.total() + still) && self.state.surplus <= SURPLUS * (after.total() + still)
+    }
+
+    /// Holds springs to their limit, and the sheet to the energy there was, where that is what is done; whether it is and the sheet can
+    /// stand. What the engine did is taken in so small a part that no strain changes by more than half the limit, and in a smaller one
+    /// where that would still store too much; at last the sheet moves as a rigid body.
+    fn hold(&mut self, sheet: &mut Sheet, stage: &Stage, taken: f64) -> bool {
+        let WhenUnstable::Limit { strain } = self.policy else { return false };
+        let finite = sheet.v.max_squared().is_finite() && sheet.x.max_squared().is_finite();
+        if !self.state.limiting || !finite {
+            return false;
+        }
+        let revision = sheet.opening_revision();
+        // Warmth and flow change how long springs are at rest.
+        if sheet.is_changed() || self.limit.as_ref().is_some_and(|l| l.0 != revision) {
+            self.limit = None;
+        }
+        let (_, limit) = self.limit.get_or_insert_with(|| (revision, sheet.strain_limit()));
+        let (start, end) = (&mut self.start, &mut self.end);
+        start.clone_from(sheet.kept_positions());
+        end.0.clone_from(&sheet.x);
+        end.1.clone_from(&sheet.v);
+        let own = sheet.stretch_to(limit, start, &end.0, taken);
+        let mut part = if own > 0.5 * strain { 0.5 * strain / own } else { 1.0 };
+        let mut eased = part < 1.0;
+        for trial in 0..=TRIALS {
+            if part < 1.0 {
+                sheet.carry_part(start, (&end.0, &end.1), taken, part);
+            }
+            // What brings springs to their limit bends the sheet: at last it stays as it is.
+            if part > 0.0 {
+                eased |= limit.apply(strain, &mut sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
+            }
+            let (earned, slack) =
+                (self.state.energy + sheet.work_since(start, &stage.field), sheet.may_gain(&stage.field, taken));
+            let allowed = earned + slack;
+            let most = allowed - sheet.level().elastic;
+            if most >= 0.0 || trial == TRIALS {
+                if sheet.slow_down(most.max(0.0)) {
+                    sheet.slow_spin(most.max(0.0));
+                    sheet.slow_drift(most.max(0.0), stage.field.gravity * taken);
+                    eased = true;
+                }
+                // What pins may bring in a step they may bring, but not in every step again.
+                self.state.energy = sheet.level().total().min(earned.max(slack)).max(0.0);
+                break;
+            }
+            (part, eased) = (if trial + 1 == TRIALS { 0.0 } else { 0.25 * part }, true);
+        }
+        if eased {
+            self.state.calm = 0.0;
+        }
+        !is_unstable(sheet)
+    }
+}

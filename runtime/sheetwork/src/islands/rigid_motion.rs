@@ -1,0 +1,230 @@
+//! A part of a step that contact cannot be solved for, where nothing holds the sheets of a group: they go on as one stiff body with the
+//! bodies that they would go into, perfectly plastic.
+//!
+//! With P = Σ m v and L = Σ (x-c) × m v of the sheets' masses and of those bodies, c their centre of mass, V = P/m and ω = I⁻¹ L,
+//! all of them fly as one body of mass m and inertia I. P and L are kept, what was motion within is lost, nothing is strained and nothing
+//! that goes along comes nearer to anything else that does: the sheets let no body nor one another through, nor lose their way. Sheets that
+//! go without bodies keep half of the speeds within, which have no momentum, as those that stay where they were do. Where the way leads
+//! into what does not give way they are held, and are to stay.
+
+use glam::{DMat3, DVec3};
+
+use crate::collision::constraint::Side;
+use crate::contact::Group;
+use crate::contact::gap::{At, gap};
+use crate::contact::outer_iteration::{Look, Margins};
+use crate::contact::stage::Scratch;
+use crate::islands::energy_budget::KEPT;
+use crate::islands::implicit_step::{Find, Part};
+use crate::rigid::{BodyState, MassProperties};
+use crate::sheet::Sheet;
+
+/// Overlap that a way as one body may add to one that there is, m: rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Sums over what moves as one body, about `from` (m).
+struct Whole {
+    from: DVec3,
+    mass: f64,
+    first: DVec3,
+    momentum: DVec3,
+    moment: DVec3,
+    second: DMat3,
+    inertia: DMat3,
+}
+
+impl Whole {
+    fn about(from: DVec3) -> Self {
+        let (none, zero) = (DVec3::ZERO, DMat3::ZERO);
+        Self { from, mass: 0.0, first: none, momentum: none, moment: none, second: zero, inertia: zero }
+    }
+
+    fn add(&mut self, mass: f64, place: DVec3, velocity: DVec3) {
+        let (arm, momentum) = (place - self.from, velocity * mass);
+        self.mass += mass;
+        self.first += arm * mass;
+        self.momentum += momentum;
+        self.moment += arm.cross(momentum);
+        self.second += DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z) * mass;
+    }
+
+    fn add_body(&mut self, body: &BodyState) {
+        self.add(body.mass(), body.centre(), body.velocity());
+        self.moment += body.angular_momentum(body.centre());
+        self.inertia += body.inertia();
+    }
+
+    /// The body that all of it is, in the axes of the world.
+    fn body(&self) -> BodyState {
+        let arm = self.first / self.mass;
+        let second = self.second - DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z) * self.mass;
+        let trace = second.x_axis.x + second.y_axis.y + second.z_axis.z;
+        let inertia = self.inertia + DMat3::from_diagonal(DVec3::splat(trace)) - second;
+        let spread = MassProperties::of_inertia(self.mass, inertia);
+        let still =
+            BodyState::new(spread, self.from + arm, glam::DQuat::IDENTITY, self.momentum / self.mass, DVec3::ZERO);
+        still.pushed(DVec3::ZERO, self.moment - arm.cross(self.momentum))
+    }
+}
+
+/// The stiff body that has the momentum and the angular momentum of `sheet`; `None` where something pins it.
+pub(crate) fn whole(sheet: &Sheet) -> Option<BodyState> {
+    whole_of([sheet].into_iter())
+}
+
+/// The same of all sheets of `group` together.
+pub(crate) fn whole_group(group: &Group) -> Option<BodyState> {
+    whole_of(group.members.iter().map(|i| &group.sheets[*i as usize]))
+}
+
+fn whole_of<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyState> {
+    fn there(sheet: &Sheet) -> impl Iterator<Item = usize> {
+        (0..sheet.masses()).filter(|i| !sheet.is_gone(*i))
+    }
+    if sheets.clone().any(|sheet| sheet.pins.holds() || there(sheet).any(|i| sheet.is_held(i))) {
+        return None;
+    }
+    let first = sheets.clone().find_map(|sheet| there(sheet).next().map(|i| sheet.x.get(i)))?;
+    let mut whole = Whole::about(first);
+    for sheet in sheets {
+        there(sheet).for_each(|i| whole.add(sheet.mass[i], sheet.x.get(i), sheet.v.get(i)));
+    }
+    Some(whole.body())
+}
+
+/// Whether nothing is near the sheets in this stage that does not give way.
+pub(crate) fn is_loose(group: &Group, scratch: &Scratch) -> bool {
+    let gives = |side: &Side| match side {
+        Side::Body { body, .. } => group.movers[*body as usize].gives(),
+        Side::Sheet { .. } => true,
+    };
+    scratch.found.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
+}
+
+/// Takes the sheets of `group` from where they were at the start of `part` to its end, with what they would go into; false where something
+/// holds one of them, or what does not give way is near: what has come to lie there is to come to rest.
+pub(crate) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
+    if !is_loose(group, scratch) {
+        return false;
+    }
+    group.each(|sheet| sheet.put_back());
+    let Some(own) = whole_group(group) else { return false };
+    scratch.swap_kept(&mut group.movers);
+    finder.begin_stage(group, part.done, part.done + part.dt);
+    let Some((start, end)) = way(group, scratch, finder, part, &own) else {
+        scratch.swap_kept(&mut group.movers);
+        return false;
+    };
+    let kept = if scratch.along.contains(&true) { 0.0 } else { KEPT };
+    group.each(|sheet| {
+        for i in 0..sheet.masses() {
+            let (x, v) = (sheet.x.get(i), sheet.v.get(i));
+            let there = end.place(start.local(x));
+            let within = end.rotation() * (v - own.velocity_at(x));
+            sheet.x.set(i, there);
+            sheet.v.set(i, end.velocity_at(there) + within * kept);
+        }
+        sheet.restart_engine();
+        sheet.trace(|trace, x| trace.ends.push((part.done + part.dt, x.clone())));
+    });
+    finder.end_stage(group);
+    true
+}
+
+/// The body as which sheets that are as a whole `own`, and what they would go into, go through `part`, at its start and at its end: leaves
+/// where the sheets come to in their stage, and the movers there. `None` where they would go into what does not give way.
+fn way(
+    group: &mut Group,
+    scratch: &mut Scratch,
+    finder: &mut dyn Find,
+    part: &Part,
+    own: &BodyState,
+) -> Option<(BodyState, BodyState)> {
+    scratch.along.fill(false);
+    for _ in 0..=group.movers.len() {
+        let mut all = Whole::about(own.centre());
+        all.add_body(own);
+        let movers = || group.movers.iter().zip(&scratch.along);
+        movers().filter(|(_, along)| **along).for_each(|(m, _)| all.add_body(&m.start));
+        let start = all.body();
+        let end = start.fly(part.dt, part.field.gravity);
+        let turn = end.rotation().to_scaled_axis();
+        for (mover, _) in group.movers.iter_mut().zip(&scratch.along).filter(|(_, along)| **along) {
+            let centre = end.place(start.local(mover.start.centre()));
+            let moved = mover.start.displaced(centre - mover.start.centre(), turn);
+            mover.begin(moved.with_velocity(end.velocity_at(centre), end.spin()));
+        }
+        group.each(|sheet| {
+            for i in 0..sheet.masses() {
+                sheet.work.stage.free.set(i, end.place(start.local(sheet.x.get(i))));
+            }
+        });
+        finder.find(group, Look::First, Margins::NARROW, &mut scratch.seen);
+        if !take_along(group, scratch)? {
+            return Some((start, end));
+        }
+    }
+    None
+}
+
+/// Notes which movers are met by what goes along; whether there are more now, and `None` where one does not give way.
+fn take_along(group: &Group, scratch: &mut Scratch) -> Option<bool> {
+    let Scratch { along, seen, .. } = scratch;
+    let mut more = false;
+    for (i, contact) in seen.contacts.iter().enumerate() {
+        let meets = || gap(group, contact, At::Free) < gap(group, contact, At::Start).min(0.0) - ROUNDING;
+        let goes = |side: &Side| match side {
+            Side::Body { body, .. } => along[*body as usize],
+            Side::Sheet { .. } => true,
+        };
+        if goes(&contact.a) == goes(&contact.b) || i < seen.glue_from && !meets() {
+            continue;
+        }
+        for side in [contact.a, contact.b] {
+            if let Side::Body { body, .. } = side {
+                if !group.movers[body as usize].gives() {
+                    return None;
+                }
+                more |= !std::mem::replace(&mut along[body as usize], true);
+            }
+        }
+    }
+    Some(more)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_whole_has_the_momentum_of_its_parts_and_less_energy() {
+        let spread = MassProperties::of_inertia(0.3, DMat3::from_diagonal(DVec3::new(1.0, 2.0, 2.5)) * 1e-4);
+        let turned = glam::DQuat::from_rotation_x(0.8);
+        let body = BodyState::new(spread, DVec3::new(0.1, 0.2, 0.0), turned, DVec3::NEG_Y, DVec3::new(3.0, 0.0, 9.0));
+        let mut all = Whole::about(DVec3::new(5.0, 0.0, 1.0));
+        all.add_body(&body);
+        let (mut momentum, mut moment, mut energy) =
+            (body.momentum(), body.angular_momentum(DVec3::ZERO), body.kinetic_energy());
+        for i in 0..20 {
+            let (t, mass) = (f64::from(i), 0.01 + 1e-3 * f64::from(i));
+            let (x, v) = (DVec3::new(t.sin(), t.cos(), 0.1 * t), DVec3::new((2.0 * t).cos(), 3.0, t.sin()));
+            all.add(mass, x, v);
+            momentum += v * mass;
+            moment += x.cross(v) * mass;
+            energy += 0.5 * mass * v.length_squared();
+        }
+        for whole in [all.body(), all.body().fly(0.3, DVec3::ZERO)] {
+            assert!(whole.momentum().distance(momentum) < 1e-12 * momentum.length());
+            assert!(whole.angular_momentum(DVec3::ZERO).distance(moment) < 1e-9 * moment.length());
+            assert!(whole.kinetic_energy() < energy);
+        }
+    }
+
+    #[test]
+    fn masses_on_a_line_are_a_body_too() {
+        let mut line = Whole::about(DVec3::ZERO);
+        (0..5).for_each(|i| line.add(0.1, DVec3::X * f64::from(i), DVec3::Y * f64::from(i)));
+        let body = line.body();
+        assert!(body.velocity().distance(DVec3::Y * 2.0) < 1e-12 && body.spin().distance(DVec3::Z) < 1e-9, "{body:?}");
+    }
+}

@@ -1,0 +1,326 @@
+//! Our own backend: a multifrontal supernodal Cholesky factorisation for sheets.
+//!
+//! Front after front, children before parents, the pivots of a front are assembled from the matrix and from what the
+//! children leave, factorised densely, and their effect on later masses is left to the parent (I. S. Duff and J. K. Reid,
+//! *The multifrontal solution of indefinite sparse symmetric linear systems*, ACM Trans. Math. Softw. 9 (1983) 302). Nothing
+//! is allocated after the analysis. One thread, or two where the tree has two large branches: the bits are the same.
+//!
+//! There are three paths, for AVX-512, for AVX2 with FMA, and a portable one; the best that the processor has is taken when
+//! the program runs. Each gives the same bits wherever it runs; they differ from one another by rounding (`lanes`).
+
+pub(crate) mod amalgamation;
+pub(crate) mod kernels;
+pub(crate) mod lanes;
+pub(crate) mod numeric;
+pub(crate) mod solve;
+pub(crate) mod symbolic;
+
+use crate::linear::dissection::Tree;
+use crate::linear::multifrontal::lanes::{Job, Portable};
+use crate::linear::multifrontal::numeric::{Factorise, Part};
+use crate::linear::multifrontal::solve::{HalfSolve, RightHandSide, Solve};
+use crate::linear::multifrontal::symbolic::Symbolic;
+use crate::linear::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
+
+/// The instructions a factorisation runs with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Path {
+    /// Plain arithmetic.
+    Portable,
+    /// Four lanes and fused multiply-add.
+    Avx2,
+    /// Eight lanes and fused multiply-add.
+    Avx512,
+}
+
+impl Path {
+    /// All of them, the best last.
+    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+
+    /// The best this processor has.
+    pub fn best() -> Self {
+        Instructions::best().path()
+    }
+
+    /// Whether this processor has it.
+    pub fn available(self) -> bool {
+        self.instructions().is_some()
+    }
+
+    pub(crate) fn instructions(self) -> Option<Instructions> {
+        match self {
+            Self::Portable => Some(Instructions::Portable(Portable)),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => lanes::Avx2::detect().map(Instructions::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => lanes::Avx512::detect().map(Instructions::Avx512),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx2 | Self::Avx512 => None,
+        }
+    }
+}
+
+/// The instructions of a path that this processor has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Instructions {
+    Portable(Portable),
+    #[cfg(target_arch = "x86_64")]
+    Avx2(lanes::Avx2),
+    #[cfg(target_arch = "x86_64")]
+    Avx512(lanes::Avx512),
+}
+
+impl Instructions {
+    /// The best this processor has.
+    pub fn best() -> Self {
+        let paths = Path::ALL.into_iter().rev();
+        paths.filter_map(Path::instructions).next().unwrap_or(Self::Portable(Portable))
+    }
+
+    fn path(self) -> Path {
+        match self {
+            Self::Portable(_) => Path::Portable,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => Path::Avx2,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => Path::Avx512,
+        }
+    }
+
+    /// Numbers in a vector.
+    fn width(self) -> usize {
+        match self.path() {
+            Path::Portable | Path::Avx2 => 4,
+            Path::Avx512 => 8,
+        }
+    }
+
+    fn run<T, J: Job<4, Output = T> + Job<8, Output = T>>(self, job: J) -> T {
+        use crate::linear::multifrontal::lanes::Lanes;
+        match self {
+            Self::Portable(lanes) => lanes.run(job),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(lanes) => lanes.run(job),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(lanes) => lanes.run(job),
+        }
+    }
+}
+
+/// Numbers that start where a line of the cache does, so that no vector lies across two.
+struct Aligned {
+    memory: Vec<f64>,
+    shift: usize,
+}
+
+impl Aligned {
+    fn new(len: usize) -> Self {
+        let memory = vec![0.0; len + 7];
+        let shift = memory.as_ptr().align_offset(64).min(7);
+        Self { memory, shift }
+    }
+
+    fn get(&self) -> &[f64] {
+        &self.memory[self.shift..]
+    }
+
+    fn get_mut(&mut self) -> &mut [f64] {
+        &mut self.memory[self.shift..]
+    }
+}
+
+/// A multifrontal factor.
+pub(crate) struct MultifrontalFactor {
+    instructions: Instructions,
+    symbolic: Symbolic,
+    factor: Aligned,
+    /// Of the two halves.
+    columns: [Aligned; 2],
+    schur: Aligned,
+    parallel: bool,
+    x: Vec<f64>,
+    local: Aligned,
+    factorised: bool,
+    /// How many values the caller gives.
+    values: usize,
+    /// Fronts of one half solution, and whether each front is among them.
+    path: Vec<u32>,
+    on_path: Vec<bool>,
+}
+
+impl MultifrontalFactor {
+    /// Prepares factorisations of matrices of `pattern` in the order of `tree`.
+    pub fn new(pattern: &Pattern, tree: &Tree, instructions: Instructions) -> Self {
+        let tree = amalgamation::amalgamate(pattern, tree);
+        let symbolic = Symbolic::new(pattern, &tree, instructions.width());
+        Self {
+            instructions,
+            factor: Aligned::new(symbolic.factor_len),
+            columns: [symbolic.columns_len, if symbolic.halves.is_some() { symbolic.columns_len } else { 0 }]
+                .map(Aligned::new),
+            parallel: false,
+            schur: Aligned::new(symbolic.schur_len),
+            x: vec![0.0; 3 * pattern.size()],
+            local: Aligned::new(symbolic.rows_len),
+            factorised: false,
+            values: 9 * pattern.blocks(),
+            path: Vec::with_capacity(symbolic.fronts.len()),
+            on_path: vec![false; symbolic.fronts.len()],
+            symbolic,
+        }
+    }
+}
+
+impl MultifrontalFactor {
+    /// Factorises, and takes the right-hand side in `x` through the first half of the solution where asked to.
+    fn run(&mut self, values: &[f64], with_side: bool) -> Result<(), NotPositive> {
+        assert_eq!(values.len(), self.values, "9 values a block");
+        let done = match self.symbolic.halves.filter(|_| self.parallel && !with_side) {
+            Some(halves) => self.run_halves(halves, values),
+            None => 0,
+        };
+        let side = RightHandSide { x: &mut self.x, local: self.local.get_mut() };
+        self.factorised = done < usize::MAX
+            && self.instructions.run(Factorise {
+                symbolic: &self.symbolic,
+                fronts: done..self.symbolic.fronts.len(),
+                values,
+                columns: self.columns[0].get_mut(),
+                schur: Part { from: 0, memory: self.schur.get_mut() },
+                factor: Part { from: 0, memory: self.factor.get_mut() },
+                forward: with_side.then_some(side),
+            });
+        if self.factorised { Ok(()) } else { Err(NotPositive) }
+    }
+
+    /// Factorises two halves of the fronts on two threads; returns how many fronts are done, or `usize::MAX` where a pivot was not
+    /// positive.
+    fn run_halves(&mut self, [cut, end, schur_from]: [usize; 3], values: &[f64]) -> usize {
+        let Self { symbolic, instructions, columns: [first, second], .. } = self;
+        let from = symbolic.fronts[cut].factor;
+        let (low, high) = self.schur.get_mut().split_at_mut(schur_from);
+        let (below, above) = self.factor.get_mut().split_at_mut(from);
+        let half = |fronts, columns, schur, factor| {
+            let job = Factorise { symbolic, fronts, values, columns, schur, factor, forward: None };
+            instructions.run(job)
+        };
+        let (a, b) = rayon::join(
+            || half(0..cut, first.get_mut(), Part { from: 0, memory: low }, Part { from: 0, memory: below }),
+            || {
+                let schur = Part { from: schur_from, memory: high };
+                half(cut..end, second.get_mut(), schur, Part { from, memory: above })
+            },
+        );
+        if a && b { end } else { usize::MAX }
+    }
+
+    /// Brings a right-hand side into the order of the elimination.
+    fn take_in(&mut self, b: &[f64]) {
+        assert_eq!(b.len(), self.x.len(), "3 entries a block row");
+        for (x, &mass) in self.x.as_chunks_mut::<3>().0.iter_mut().zip(&self.symbolic.order) {
+            x.copy_from_slice(&b[3 * mass as usize..3 * mass as usize + 3]);
+        }
+    }
+
+    /// Solves for what was taken in and brings the solution into the caller's order.
+    fn finish(&mut self, b: &mut [f64], half_done: bool) {
+        self.instructions.run(Solve {
+            symbolic: &self.symbolic,
+            factor: self.factor.get(),
+            side: RightHandSide { x: &mut self.x, local: self.local.get_mut() },
+            half_done,
+        });
+        for (x, &mass) in self.x.as_chunks::<3>().0.iter().zip(&self.symbolic.order) {
+            b[3 * mass as usize..3 * mass as usize + 3].copy_from_slice(x);
+        }
+    }
+
+    /// The fronts that the half solution of a load is not zero in, ascending: those of its masses and all above them.
+    fn find_path(&mut self, load: &[(u32, [f64; 3])]) {
+        let Self { symbolic, path, on_path, .. } = self;
+        path.clear();
+        for &(mass, _) in load {
+            let mut next = Some(symbolic.owner[symbolic.place[mass as usize] as usize]);
+            while let Some(k) = next.filter(|&k| !on_path[k as usize]) {
+                on_path[k as usize] = true;
+                path.push(k);
+                next = symbolic.fronts[k as usize].parent;
+            }
+        }
+        path.sort_unstable();
+        for &k in &*path {
+            on_path[k as usize] = false;
+        }
+    }
+}
+
+impl Factor for MultifrontalFactor {
+    fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositive> {
+        self.run(values, false)
+    }
+
+    fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositive> {
+        self.take_in(b);
+        self.run(values, true)?;
+        self.finish(b, true);
+        Ok(())
+    }
+
+    fn solve(&mut self, b: &mut [f64]) {
+        self.take_in(b);
+        if self.factorised {
+            self.finish(b, false);
+        } else {
+            b.fill(f64::NAN);
+        }
+    }
+
+    fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        for load in loads.iter() {
+            self.find_path(load);
+            // A front on the path changes nothing but pivots of fronts on the path.
+            for &k in &self.path {
+                let front = &self.symbolic.fronts[k as usize];
+                let start = if self.factorised { 0.0 } else { f64::NAN };
+                self.x[front.first..front.first + front.pivots].fill(start);
+            }
+            for &(mass, value) in load {
+                let at = 3 * self.symbolic.place[mass as usize] as usize;
+                for (x, v) in self.x[at..at + 3].iter_mut().zip(value) {
+                    *x += v;
+                }
+            }
+            self.instructions.run(HalfSolve {
+                symbolic: &self.symbolic,
+                factor: self.factor.get(),
+                side: RightHandSide { x: &mut self.x, local: self.local.get_mut() },
+                path: &self.path,
+            });
+            for &k in &self.path {
+                let front = &self.symbolic.fronts[k as usize];
+                solutions.add_segment(front.first, &self.x[front.first..front.first + front.pivots]);
+            }
+            solutions.close();
+        }
+    }
+
+    fn use_threads(&mut self, parallel: bool) {
+        self.parallel = parallel;
+    }
+
+    fn name(&self) -> &'static str {
+        match self.instructions.path() {
+            Path::Portable => "multifrontal",
+            Path::Avx2 => "multifrontal, AVX2",
+            Path::Avx512 => "multifrontal, AVX-512",
+        }
+    }
+
+    fn flops(&self) -> f64 {
+        self.symbolic.flops
+    }
+
+    fn nonzeros(&self) -> usize {
+        self.symbolic.nonzeros
+    }
+}

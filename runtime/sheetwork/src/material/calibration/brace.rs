@@ -1,0 +1,31 @@
+//! Braces: springs for masses that the layers leave loose.
+//!
+//! A triangular layer has one corner that lies under no mass of the next layer, so that nothing but springs of its own plane
+//! holds it and it flaps. Each such mass is joined to the nearest mass of the next layer. A spring between layers is not
+//! stretched by uniform bending, whatever its direction (with κ the curvature and s the distance between layers, its ends
+//! part by (r·κ r) s/2 along r and by -(r·κ r)/2 along the normal, which cancel), so a brace adds nothing to the sheet.
+
+use crate::elements::spring::SpringClass;
+use crate::material::calibration::fit::Bulk;
+use crate::mesh::structure::{Lattice, Link};
+
+/// Springs to be added to a lattice, with their stiffness, N/m.
+pub(crate) fn braces(lattice: &Lattice, bulk: &Bulk) -> Vec<(Link, f64)> {
+    let mut joined = vec![false; lattice.positions.len()];
+    for link in lattice.links.iter().filter(|l| l.class == SpringClass::Inter) {
+        joined[link.a as usize] = true;
+        joined[link.b as usize] = true;
+    }
+    let loose = (0..joined.len()).filter(|i| !joined[*i] && lattice.layers.len() > 1);
+    loose.filter_map(|i| brace(lattice, i)).map(|link| (link, bulk.inter)).collect()
+}
+
+/// From mass `i` to the nearest of the layer above, or below the top one.
+fn brace(lattice: &Lattice, i: usize) -> Option<Link> {
+    let layer = lattice.layer_of[i];
+    let next = if layer as usize + 1 < lattice.layers.len() { layer + 1 } else { layer.checked_sub(1)? };
+    let distance = |m: &usize| lattice.positions[*m].distance_squared(lattice.positions[i]);
+    let near = lattice.layers[next as usize].range().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    let (a, b) = (i.min(near) as u32, i.max(near) as u32);
+    Some(Link { a, b, class: SpringClass::Inter, layer: layer.min(next) })
+}

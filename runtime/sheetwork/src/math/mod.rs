@@ -1,0 +1,9 @@
+//! Vectors as structures of arrays, rigid frames, roots of cubics, SIMD lanes.
+
+pub(crate) mod cubic;
+pub(crate) mod frame;
+pub mod lanes;
+pub(crate) mod vectors;
+
+pub use frame::RigidFrame;
+pub use vectors::Vectors;

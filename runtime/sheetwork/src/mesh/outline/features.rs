@@ -1,0 +1,78 @@
+//! What a grid is too coarse for: parts of a sheet narrower than a cell.
+//!
+//! Two boundaries nearer to each other than a cell, and places of one boundary where the sheet between two sides that run
+//! side by side is narrower. A corner, however sharp, is no such place; sides that enclose less than 15° are.
+
+use glam::DVec2;
+
+use crate::error::InputError;
+use crate::mesh::outline::line::{Cells, Line};
+use crate::mesh::outline::ring::{distance, meeting};
+
+/// Narrowest part, cells: one cell, and some room for a grid that does not quite fit.
+const NARROWEST: f64 = 0.95;
+/// Sides run side by side when the cosine of the angle between their directions is below this: within 15°.
+const SIDE_BY_SIDE: f64 = -0.966;
+
+/// Checks the boundaries of a sheet, the outer one first, the sheet on the left of each.
+///
+/// # Errors
+/// The first part that is smaller than a cell: where, and its size.
+pub fn check(rings: &[Line], cells: &Cells) -> Result<(), InputError> {
+    let boxes: Vec<_> = rings.iter().map(|r| crate::mesh::outline::bounds(&r.points)).collect();
+    for (ring, (low, high)) in rings.iter().zip(&boxes) {
+        let extent = *high - *low;
+        if extent.min_element() < NARROWEST {
+            let size = (extent * cells.size).min_element();
+            return Err(cells.too_small(&ring.field, "is only", size, low.midpoint(*high)));
+        }
+    }
+    for (i, a) in rings.iter().enumerate() {
+        for (b, far) in rings[..i].iter().zip(&boxes) {
+            let gap = (boxes[i].0 - far.1).max(far.0 - boxes[i].1).max_element();
+            if gap < NARROWEST {
+                apart(a, b, cells)?;
+            }
+        }
+    }
+    rings.iter().try_for_each(|r| narrow(r, cells))
+}
+
+fn apart(a: &Line, b: &Line, cells: &Cells) -> Result<(), InputError> {
+    for (a, b) in [(a, b), (b, a)] {
+        let (low, high) = crate::mesh::outline::bounds(&b.points);
+        let near = |p: &&DVec2| (low - **p).max(**p - high).max_element() < NARROWEST;
+        for p in a.points.iter().filter(near) {
+            if let Some((u, v)) = b.sides().find(|s| distance(*p, s.0, s.1) < NARROWEST) {
+                let q = u + (v - u) * crate::mesh::outline::ring::foot(*p, u, v);
+                let size = (cells.metres(*p) - cells.metres(q)).length();
+                return Err(cells.too_small(&a.field, &format!("leaves, to {},", b.field), size, *p));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn narrow(ring: &Line, cells: &Cells) -> Result<(), InputError> {
+    let steps = (4.0 * ring.length()).ceil();
+    for k in 0..steps as usize {
+        let s = (k as f64 + 0.5) * ring.length() / steps;
+        let side = ring.side_at(s);
+        let along = (ring.points[side + 1] - ring.points[side]).normalize_or_zero();
+        let p = ring.at(s);
+        let inward = p + along.perp() * NARROWEST;
+        let (low, high) = (p.min(inward), p.max(inward));
+        for (j, (a, b)) in ring.sides().enumerate() {
+            if j == side || !(a.min(b).cmple(high).all() && a.max(b).cmpge(low).all()) {
+                continue;
+            }
+            let facing = (b - a).normalize_or_zero().dot(along) < SIDE_BY_SIDE;
+            if let Some((t, _)) = meeting((p, inward), (a, b)).filter(|_| facing) {
+                let q = p.lerp(inward, t);
+                let size = (cells.metres(p) - cells.metres(q)).length();
+                return Err(cells.too_small(&ring.field, "narrows to", size, p.midpoint(q)));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,100 @@
+//! A row of masses one cell inside every boundary and beside every cut.
+//!
+//! What the boundary condition of a clamp or a free edge costs depends on the row next to it. With the row a cell away, as it is
+//! on a grid that fits, an edge at an angle to the grid is as exact as one along it. Points that would come closer than
+//! [`ROOM`] to another boundary, or closer than [`APART`] to each other, are left to the grid.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use crate::mesh::outline::nodes::Nodes;
+use crate::mesh::outline::ring::distance;
+
+/// Least distance of the row from boundaries other than its own, cells.
+const ROOM: f64 = 0.85;
+/// Least distance between inner points, cells.
+pub const APART: f64 = 0.7;
+
+/// Points by the cell they fall in.
+#[derive(Debug, Default)]
+pub struct Bins(BTreeMap<(i64, i64), Vec<DVec2>>);
+
+impl Bins {
+    fn cell(p: DVec2) -> (i64, i64) {
+        (p.x.floor() as i64, p.y.floor() as i64)
+    }
+
+    /// Adds a point.
+    pub fn add(&mut self, p: DVec2) {
+        self.0.entry(Self::cell(p)).or_default().push(p);
+    }
+
+    /// Whether a point is closer to `p` than `reach`, which is at most 1.
+    pub fn near(&self, p: DVec2, reach: f64) -> bool {
+        let (i, j) = Self::cell(p);
+        let around = (i - 1..=i + 1).flat_map(|i| (j - 1..=j + 1).map(move |j| (i, j)));
+        around.filter_map(|c| self.0.get(&c)).flatten().any(|q| q.distance(p) < reach)
+    }
+}
+
+/// Sides by the cells they pass near.
+struct Sides(BTreeMap<(i64, i64), Vec<(DVec2, DVec2)>>);
+
+impl Sides {
+    fn new(nodes: &Nodes) -> Self {
+        let mut bins: BTreeMap<(i64, i64), Vec<(DVec2, DVec2)>> = BTreeMap::new();
+        for side in nodes.sides.iter().chain(&nodes.slits) {
+            let [a, b] = side.map(|v| nodes.points[v as usize]);
+            let (low, high) = (Bins::cell(a.min(b) - 1.0), Bins::cell(a.max(b) + 1.0));
+            for i in low.0..=high.0 {
+                (low.1..=high.1).for_each(|j| bins.entry((i, j)).or_default().push((a, b)));
+            }
+        }
+        Self(bins)
+    }
+
+    fn clear(&self, p: DVec2) -> bool {
+        self.0.get(&Bins::cell(p)).is_none_or(|sides| sides.iter().all(|(a, b)| distance(p, *a, *b) >= ROOM))
+    }
+}
+
+/// The points of the row, in the order of the boundaries; those that fall on the grid are left out.
+pub fn points(nodes: &Nodes) -> (Vec<DVec2>, Bins) {
+    let sides = Sides::new(nodes);
+    let (mut row, mut bins) = (Vec::new(), Bins::default());
+    for p in candidates(nodes) {
+        if sides.clear(p) && !bins.near(p, APART) {
+            bins.add(p);
+            if p.distance(p.round()) > 1e-6 {
+                row.push(p);
+            }
+        }
+    }
+    (row, bins)
+}
+
+/// A cell inwards from every mass of the boundary, and to both sides from every mass inside a cut.
+fn candidates(nodes: &Nodes) -> Vec<DVec2> {
+    let n = nodes.points.len();
+    let mut before = vec![Vec::new(); n];
+    let mut after = vec![Vec::new(); n];
+    for [a, b] in nodes.sides.iter().chain(&nodes.slits) {
+        after[*a as usize].push(*b as usize);
+        before[*b as usize].push(*a as usize);
+    }
+    let mut found = Vec::new();
+    for v in 0..n {
+        let ([a], [c]) = (before[v].as_slice(), after[v].as_slice()) else { continue };
+        let p = nodes.points[v];
+        let (d, e) = ((p - nodes.points[*a]).normalize_or_zero(), (nodes.points[*c] - p).normalize_or_zero());
+        let across = (d + e).perp().normalize_or_zero();
+        // In a corner the row is a cell from both sides; beyond a right angle it would reach too far.
+        let reach = 1.0 / across.dot(d.perp()).max(0.7);
+        found.push(p + across * reach);
+        if v >= nodes.rim {
+            found.push(p - across * reach);
+        }
+    }
+    found
+}

@@ -1,0 +1,140 @@
+//! Where a point of the sheet is in its mesh: the triangle, and the weights of its corners.
+//!
+//! Triangles are found by cells over the mesh's box. A point on a cut belongs to two triangles that do not know each other: it is
+//! looked for a little inwards of the side that it is asked for. A point beyond a curved boundary, where chords of another mesh
+//! are, gets the triangle that it is least outside of, and weights below zero.
+
+use crate::mesh::outline::mesh::Mesh;
+
+/// Part of the way towards the middle of its own triangles at which a point is looked for.
+const INWARD: f64 = 1e-3;
+
+/// Finds places in a mesh.
+pub struct Locator<'a> {
+    mesh: &'a Mesh,
+    low: [f64; 2],
+    /// Cells a metre along u and v.
+    per_metre: [f64; 2],
+    count: [usize; 2],
+    /// Triangles whose box is over each cell, in ascending order.
+    cells: Vec<Vec<u32>>,
+}
+
+impl<'a> Locator<'a> {
+    /// Of the places in `mesh`.
+    pub fn new(mesh: &'a Mesh) -> Self {
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for (p, a) in mesh.positions.iter().flat_map(|p| [(p, 0), (p, 1)]) {
+            (low[a], high[a]) = (low[a].min(p[a]), high[a].max(p[a]));
+        }
+        let side = (mesh.triangles.len() as f64).sqrt().ceil().max(1.0);
+        let per_metre: [f64; 2] = std::array::from_fn(|a| side / (high[a] - low[a]).max(f64::MIN_POSITIVE));
+        let count = [side as usize; 2];
+        let mut locator = Self { mesh, low, per_metre, count, cells: vec![Vec::new(); count[0] * count[1]] };
+        for (k, t) in mesh.triangles.iter().enumerate() {
+            let corners = t.map(|v| locator.cell(mesh.positions[v as usize]));
+            let range = |a: usize| {
+                let each = corners.map(|c| c[a]);
+                each.into_iter().min().unwrap_or(0)..=each.into_iter().max().unwrap_or(0)
+            };
+            for j in range(1) {
+                for i in range(0) {
+                    locator.cells[j * count[0] + i].push(k as u32);
+                }
+            }
+        }
+        locator
+    }
+
+    fn cell(&self, p: [f64; 2]) -> [usize; 2] {
+        std::array::from_fn(|a| {
+            let place = ((p[a] - self.low[a]) * self.per_metre[a]).floor().max(0.0);
+            (place as usize).min(self.count[a] - 1)
+        })
+    }
+
+    /// Weights of the corners of triangle `k` at `p` (m).
+    pub fn weights(&self, k: u32, p: [f64; 2]) -> [f64; 3] {
+        let [a, b, c] = self.mesh.triangles[k as usize].map(|v| self.mesh.positions[v as usize]);
+        let twice =
+            |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+        let whole = twice(a, b, c);
+        let (s, t) = (twice(p, b, c) / whole, twice(a, p, c) / whole);
+        [s, t, 1.0 - s - t]
+    }
+
+    /// The triangle that `p` (m) is in, or is least outside of, looked at from the side of `inside`.
+    pub fn find(&self, p: [f64; 2], inside: [f64; 2]) -> u32 {
+        let at = std::array::from_fn(|a| p[a] + INWARD * (inside[a] - p[a]));
+        let outside = |k: &u32| -self.weights(*k, at).into_iter().fold(f64::INFINITY, f64::min);
+        let [i, j] = self.cell(at);
+        let here = &self.cells[j * self.count[0] + i];
+        let best = |list: &mut dyn Iterator<Item = u32>| {
+            list.map(|k| (outside(&k), k)).min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        };
+        match best(&mut here.iter().copied()) {
+            Some((out, k)) if out <= 0.0 => k,
+            _ => best(&mut (0..self.mesh.triangles.len() as u32)).map_or(0, |b| b.1),
+        }
+    }
+}
+
+/// For each mass the mean of the middles of its triangles, m: to which side of a cut it belongs.
+pub fn inward(mesh: &Mesh) -> Vec<[f64; 2]> {
+    let mut sums = vec![([0.0; 2], 0.0); mesh.positions.len()];
+    for (k, t) in mesh.triangles.iter().enumerate() {
+        let middle = mesh.middle_of(k);
+        for v in t {
+            let (sum, count) = &mut sums[*v as usize];
+            *count += 1.0;
+            (0..2).for_each(|a| sum[a] += middle[a]);
+        }
+    }
+    // A mass of no triangle has no side.
+    sums.into_iter().map(|(sum, count)| sum.map(|x| x / f64::max(count, 1.0))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::outline::{Outline, mesh};
+    use std::path::Path;
+
+    fn cut_square(grid: (u32, u32)) -> Mesh {
+        let cuts = [vec![(-0.02, 0.0), (0.05, 0.0)]];
+        let outline = Outline::new(None, &[], &cuts, (0.1, 0.1), Path::new(".")).expect("an outline");
+        mesh(&outline, grid).expect("a mesh")
+    }
+
+    #[test]
+    fn every_mass_is_found_in_a_triangle_of_its_own() {
+        let mesh = cut_square((11, 11));
+        let (locator, inward) = (Locator::new(&mesh), inward(&mesh));
+        for (i, p) in mesh.positions.iter().enumerate() {
+            let k = locator.find(*p, inward[i]);
+            assert!(mesh.triangles[k as usize].contains(&(i as u32)), "mass {i} at {p:?} in triangle {k}");
+            let weights = locator.weights(k, *p);
+            let own = mesh.triangles[k as usize].iter().zip(weights).find(|(v, _)| **v == i as u32);
+            assert!((own.expect("a corner").1 - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_point_on_a_cut_is_on_the_side_it_is_asked_for() {
+        let mesh = cut_square((9, 9));
+        let locator = Locator::new(&mesh);
+        for side in [-0.01, 0.01] {
+            let k = locator.find([0.021, 0.0], [0.021, side]);
+            assert!(mesh.middle_of(k as usize)[1] * side > 0.0, "{side}");
+        }
+    }
+
+    #[test]
+    fn a_point_beyond_the_boundary_has_the_nearest_triangle() {
+        let mesh = cut_square((9, 9));
+        let locator = Locator::new(&mesh);
+        let p = [0.0501, 0.02];
+        let weights = locator.weights(locator.find(p, [0.0, 0.0]), p);
+        assert!(weights.iter().all(|w| *w > -0.02), "{weights:?}");
+    }
+}

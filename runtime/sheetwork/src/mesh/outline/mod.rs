@@ -1,0 +1,273 @@
+//! Outlines: sheets that are not rectangles. Geometry only, no physics.
+//!
+//! An [`Outline`] is a boundary, the holes in it and the cuts through it, in the plane of the sheet: coordinates (x, z), m, x
+//! along the length and z along the width. Curves are kept as polylines that stay within [`FLATNESS`] of the outline's size of
+//! them; all distances are exact on these polylines. [`mesh()`] covers it with triangles:
+//!
+//! - `nodes`: masses on the boundary and the cuts, a cell apart, corners kept, and `layer`: a row a cell beside them;
+//! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells where there is room;
+//! - `split`: masses doubled along cuts;
+//! - `mesh`: the result; `locate`: where a point is in it.
+//!
+//! What is smaller than a cell is refused (`features`), not lost.
+
+pub(crate) mod cut;
+pub(crate) mod features;
+pub(crate) mod layer;
+pub(crate) mod line;
+pub mod locate;
+pub mod mesh;
+pub(crate) mod nodes;
+pub mod ring;
+pub(crate) mod spec;
+pub(crate) mod split;
+pub(crate) mod svg;
+#[cfg(test)]
+mod tests;
+pub(crate) mod triangulate;
+
+use std::path::Path;
+
+use glam::DVec2;
+use kurbo::{BezPath, PathEl, Shape};
+
+pub use crate::mesh::outline::mesh::{Edge, Mesh, NO_TRIANGLE};
+pub use crate::mesh::outline::ring::Ring;
+pub use crate::mesh::outline::spec::{HoleSpec, OutlineSpec, check_cuts, check_holes, check_outline};
+pub use crate::mesh::outline::triangulate::mesh;
+
+use crate::error::InputError;
+
+/// Largest distance between a curve and the polyline that stands for it, as a fraction of the outline's larger extent.
+pub const FLATNESS: f64 = 1e-6;
+
+/// Boundary, holes and cuts of a sheet.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outline {
+    /// The outer boundary, counter-clockwise in (x, z), then the holes, clockwise: the sheet is on the left of all.
+    rings: Vec<Ring>,
+    /// Polylines the sheet is cut along, m, as described: they may reach beyond the sheet.
+    cuts: Vec<Vec<DVec2>>,
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Outline {
+    /// From a description of a sheet of `size` m (without an outline: that rectangle); files are relative to `base`.
+    ///
+    /// # Errors
+    /// When a file cannot be read, a boundary crosses itself or another, encloses nothing, a hole is not inside, or a cut is
+    /// not in the sheet; fields are relative to the sheet.
+    pub fn new(
+        outline: Option<&OutlineSpec>,
+        holes: &[HoleSpec],
+        cuts: &[Vec<(f64, f64)>],
+        size: (f64, f64),
+        base: &Path,
+    ) -> Result<Self, InputError> {
+        if let Some(spec) = outline {
+            check_outline(spec, size)?;
+        }
+        check_holes(holes)?;
+        check_cuts(cuts)?;
+        let mut rings = nested(boundary(outline, size, base)?)?;
+        for (i, hole) in holes.iter().enumerate() {
+            rings.push(hole_ring(hole, &format!("holes.{i}"))?);
+        }
+        check_rings(&rings)?;
+        for (i, ring) in rings.iter_mut().enumerate() {
+            if (ring.area() > 0.0) != (i == 0) {
+                ring.points.reverse();
+            }
+        }
+        let cuts = cuts.iter().map(|c| c.iter().map(|p| DVec2::new(p.0, p.1)).collect()).collect();
+        let (low, high) = bounds(&rings[0].points);
+        Ok(Self { rings, cuts, low, high })
+    }
+
+    /// The outer boundary and the holes.
+    pub fn rings(&self) -> &[Ring] {
+        &self.rings
+    }
+
+    /// The cuts, as described.
+    pub fn cuts(&self) -> &[Vec<DVec2>] {
+        &self.cuts
+    }
+
+    /// Corners of the box around it, m.
+    pub fn bounds(&self) -> (DVec2, DVec2) {
+        (self.low, self.high)
+    }
+
+    /// Area without the holes, m².
+    pub fn area(&self) -> f64 {
+        self.rings.iter().map(Ring::area).sum()
+    }
+
+    /// Whether `p` is in the sheet.
+    pub fn contains(&self, p: DVec2) -> bool {
+        self.rings.iter().filter(|r| r.contains(p)).count() % 2 == 1
+    }
+
+    /// The point of the boundary or of a hole's rim nearest to `p`.
+    pub fn nearest(&self, p: DVec2) -> DVec2 {
+        let found = self.rings.iter().map(|r| r.nearest(p)).min_by(|a, b| p.distance(*a).total_cmp(&p.distance(*b)));
+        found.unwrap_or(p)
+    }
+
+    /// Distance of `p` from the nearest boundary, m; negative in the sheet.
+    pub fn signed_distance(&self, p: DVec2) -> f64 {
+        let d = p.distance(self.nearest(p));
+        if self.contains(p) { -d } else { d }
+    }
+}
+
+/// Box around points.
+fn bounds(points: &[DVec2]) -> (DVec2, DVec2) {
+    points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)))
+}
+
+fn polygon(corners: &[(f64, f64)], field: &str) -> Ring {
+    Ring::new(corners.iter().map(|p| DVec2::new(p.0, p.1)), field)
+}
+
+/// The closed polylines of what the scene calls the outline.
+fn boundary(outline: Option<&OutlineSpec>, size: (f64, f64), base: &Path) -> Result<Vec<Ring>, InputError> {
+    let (x, z) = (0.5 * size.0, 0.5 * size.1);
+    let path = match outline {
+        None => kurbo::Rect::new(-x, -z, x, z).to_path(FLATNESS),
+        Some(OutlineSpec::Polygon(corners)) => return Ok(vec![polygon(corners, "outline")]),
+        Some(OutlineSpec::Disc { radius }) => return Ok(vec![circle(DVec2::ZERO, *radius, "outline")]),
+        Some(OutlineSpec::RoundedRectangle { radius }) => {
+            kurbo::RoundedRect::new(-x, -z, x, z, *radius).to_path(1e-8 * x.max(z))
+        }
+        Some(OutlineSpec::Path(text)) => svg::path(text).map_err(|e| InputError::new("outline", e))?,
+        Some(OutlineSpec::Svg { file, scale }) => {
+            let file = base.join(file);
+            let text = std::fs::read_to_string(&file).map_err(|e| InputError::io(&file, &e))?;
+            svg::drawing(&text, *scale).map_err(|e| InputError::new("", e).in_file(&file))?
+        }
+    };
+    let rings = flatten(&path);
+    if rings.is_empty() {
+        return Err(InputError::new("outline", "encloses nothing"));
+    }
+    let (low, high) = (path.bounding_box().min_x(), path.bounding_box().max_x());
+    let (back, front) = (path.bounding_box().min_y(), path.bounding_box().max_y());
+    if [low, high, back, front].into_iter().any(|v| !v.is_finite() || v.abs() > 1e3) {
+        let problem = format!("reaches from ({low}, {back}) to ({high}, {front}) m; it must stay within ±1000 m");
+        return Err(InputError::new("outline", problem));
+    }
+    Ok(rings)
+}
+
+fn hole_ring(hole: &HoleSpec, field: &str) -> Result<Ring, InputError> {
+    Ok(match hole {
+        HoleSpec::Polygon(corners) => polygon(corners, field),
+        HoleSpec::Disc { centre, radius } => circle(DVec2::new(centre.0, centre.1), *radius, field),
+    })
+}
+
+/// A circle as a polygon of its own symmetry. Its corners are on the circle.
+fn circle(centre: DVec2, radius: f64, field: &str) -> Ring {
+    // A chord of angle φ stays within r φ²/8 of its arc, and the circle's extent is 2r.
+    let sides = 4 * (0.25 * std::f64::consts::TAU / (16.0 * FLATNESS).sqrt()).ceil() as u32;
+    let angle = |i: u32| f64::from(i) * std::f64::consts::TAU / f64::from(sides);
+    Ring::new((0..sides).map(|i| centre + radius * DVec2::from_angle(angle(i))), field)
+}
+
+/// Subpaths as closed polylines; an open one is closed by a straight side.
+fn flatten(path: &BezPath) -> Vec<Ring> {
+    let size = path.bounding_box();
+    let tolerance = FLATNESS * size.width().max(size.height());
+    let mut rings: Vec<Ring> = Vec::new();
+    let mut points: Vec<DVec2> = Vec::new();
+    let mut finish = |points: &mut Vec<DVec2>| {
+        let ring = Ring::new(points.drain(..), "outline");
+        if ring.points.len() > 1 {
+            rings.push(ring);
+        }
+    };
+    kurbo::flatten(path.iter(), tolerance.max(f64::MIN_POSITIVE), |element| match element {
+        PathEl::MoveTo(p) => {
+            finish(&mut points);
+            points.push(DVec2::new(p.x, p.y));
+        }
+        PathEl::LineTo(p) => points.push(DVec2::new(p.x, p.y)),
+        _ => {}
+    });
+    finish(&mut points);
+    rings
+}
+
+/// The rings of one outline with the outer one first: even-odd, one piece.
+fn nested(mut rings: Vec<Ring>) -> Result<Vec<Ring>, InputError> {
+    for ring in &rings {
+        check_area(ring)?;
+    }
+    let depth = |i: usize| {
+        let p = rings[i].points[0];
+        (0..rings.len()).filter(|j| *j != i && rings[*j].contains(p)).count()
+    };
+    let depths: Vec<usize> = (0..rings.len()).map(depth).collect();
+    let outer: Vec<usize> = (0..rings.len()).filter(|i| depths[*i].is_multiple_of(2)).collect();
+    if outer.len() != 1 {
+        // A sheet is one piece: a crossing is the likelier cause of two, and the better message.
+        check_crossings(&rings)?;
+        return Err(InputError::new("outline", format!("is {} separate pieces; a sheet is one piece", outer.len())));
+    }
+    rings.swap(0, outer[0]);
+    Ok(rings)
+}
+
+fn check_area(ring: &Ring) -> Result<(), InputError> {
+    let (low, high) = bounds(&ring.points);
+    let extent = (high - low).max_element();
+    let least = 1e-9 * extent * extent;
+    let straight = ring.sides().all(|(a, b)| (a - ring.points[0]).perp_dot(b - ring.points[0]).abs() <= least);
+    if !straight && ring.area().abs() <= least {
+        // The halves of an eight can cancel.
+        check_crossings(std::slice::from_ref(ring))?;
+    }
+    if straight || ring.area().abs() <= least {
+        return Err(InputError::new(&ring.field, format!("encloses no area ({} m across)", metres(extent))));
+    }
+    Ok(())
+}
+
+fn check_crossings(rings: &[Ring]) -> Result<(), InputError> {
+    let Some((a, b, p)) = ring::crossing(rings) else { return Ok(()) };
+    let place = format!("near ({}, {}) m", metres(p.x), metres(p.y));
+    let (a, b) = (&rings[a].field, &rings[b].field);
+    let problem = if a == b { format!("crosses itself {place}") } else { format!("crosses {a} {place}") };
+    Err(InputError::new(b, problem))
+}
+
+fn check_rings(rings: &[Ring]) -> Result<(), InputError> {
+    rings.iter().try_for_each(check_area)?;
+    for ring in rings {
+        check_crossings(std::slice::from_ref(ring))?;
+    }
+    let fits = |i: usize, j: usize| rings[j].contains(rings[i].points[0]);
+    for i in 1..rings.len() {
+        if !fits(i, 0) {
+            check_crossings(rings)?;
+            return Err(InputError::new(&rings[i].field, "lies outside the outline"));
+        }
+        if let Some(j) = (1..rings.len()).find(|j| *j != i && fits(i, *j)) {
+            return Err(InputError::new(&rings[i].field, format!("lies inside another hole, {}", rings[j].field)));
+        }
+    }
+    check_crossings(rings)
+}
+
+/// A length or coordinate as people write it, to four digits.
+fn metres(value: f64) -> String {
+    if value.abs() < 1e-15 {
+        return "0".into();
+    }
+    let digits = (3.0 - value.abs().log10().floor()).clamp(0.0, 12.0) as usize;
+    let text = format!("{value:.digits$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').into() } else { text }
+}

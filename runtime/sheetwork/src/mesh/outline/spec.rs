@@ -1,0 +1,108 @@
+//! Outlines, holes and cuts as a scene describes them, and the checks that need no geometry.
+//!
+//! Coordinates are (x, z) in the sheet's plane, m: x along the length, z along the width, the origin in the sheet's middle.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{InputError, check_range};
+
+/// Outer boundary of a sheet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum OutlineSpec {
+    /// Corners (x, z) in order, m, each within ±1000; 3 or more. Bends of less than 20° count as parts of a curve.
+    Polygon(Vec<(f64, f64)>),
+    /// A disc about the origin.
+    Disc {
+        /// Its radius, m; 1e-6 to 1e3.
+        radius: f64,
+    },
+    /// A rectangle of the sheet's size with round corners.
+    RoundedRectangle {
+        /// Radius of the corners, m; 0 to half the shorter side.
+        radius: f64,
+    },
+    /// An SVG path in metres: x along the length, y along the width. Subpaths inside the first are holes (even-odd).
+    Path(String),
+    /// The paths of an SVG file together, its picture's middle at the origin.
+    Svg {
+        /// The file, relative to the scene.
+        file: PathBuf,
+        /// Metres for a unit of the file's drawing; 1e-9 to 1e3. If none, by the file's `width` and `viewBox`, else 1/96 inch.
+        #[serde(default)]
+        scale: Option<f64>,
+    },
+}
+
+/// Something cut out of a sheet.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub enum HoleSpec {
+    /// Corners (x, z) in order, m; 3 or more.
+    Polygon(Vec<(f64, f64)>),
+    /// A round hole.
+    Disc {
+        /// Its middle (x, z), m; each within ±1000.
+        centre: (f64, f64),
+        /// Its radius, m; 1e-6 to 1e3.
+        radius: f64,
+    },
+}
+
+/// Most corners a polygon or a cut may have.
+const MOST_CORNERS: usize = 100_000;
+
+fn corners(field: &str, list: &[(f64, f64)], fewest: usize) -> Result<(), InputError> {
+    if !(fewest..=MOST_CORNERS).contains(&list.len()) {
+        let problem = format!("{} points are outside {fewest} to {MOST_CORNERS}", list.len());
+        return Err(InputError::new(field, problem));
+    }
+    for (i, p) in list.iter().enumerate() {
+        check_range(&format!("{field}.{i}.0"), p.0, -1e3, 1e3, "m")?;
+        check_range(&format!("{field}.{i}.1"), p.1, -1e3, 1e3, "m")?;
+    }
+    Ok(())
+}
+
+/// Checks ranges of an outline of a sheet of `size` m.
+///
+/// # Errors
+/// The first value out of range; what an SVG file holds is not looked at.
+pub fn check_outline(spec: &OutlineSpec, size: (f64, f64)) -> Result<(), InputError> {
+    match spec {
+        OutlineSpec::Polygon(list) => corners("outline", list, 3),
+        OutlineSpec::Disc { radius } => check_range("outline.radius", *radius, 1e-6, 1e3, "m"),
+        OutlineSpec::RoundedRectangle { radius } => {
+            check_range("outline.radius", *radius, 0.0, 0.5 * size.0.min(size.1), "m")
+        }
+        OutlineSpec::Path(text) => {
+            crate::mesh::outline::svg::path(text).map(drop).map_err(|e| InputError::new("outline", e))
+        }
+        OutlineSpec::Svg { scale, .. } => scale.map_or(Ok(()), |s| check_range("outline.scale", s, 1e-9, 1e3, "m")),
+    }
+}
+
+/// Checks ranges of holes.
+///
+/// # Errors
+/// The first value out of range.
+pub fn check_holes(holes: &[HoleSpec]) -> Result<(), InputError> {
+    holes.iter().enumerate().try_for_each(|(i, hole)| match hole {
+        HoleSpec::Polygon(list) => corners(&format!("holes.{i}"), list, 3),
+        HoleSpec::Disc { centre, radius } => {
+            check_range(&format!("holes.{i}.centre.0"), centre.0, -1e3, 1e3, "m")?;
+            check_range(&format!("holes.{i}.centre.1"), centre.1, -1e3, 1e3, "m")?;
+            check_range(&format!("holes.{i}.radius"), *radius, 1e-6, 1e3, "m")
+        }
+    })
+}
+
+/// Checks ranges of cuts.
+///
+/// # Errors
+/// The first value out of range.
+pub fn check_cuts(cuts: &[Vec<(f64, f64)>]) -> Result<(), InputError> {
+    cuts.iter().enumerate().try_for_each(|(i, cut)| corners(&format!("cuts.{i}"), cut, 2))
+}

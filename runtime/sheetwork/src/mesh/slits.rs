@@ -1,0 +1,73 @@
+//! Slits: cells that are open from the start, along lines of the sheet.
+//!
+//! A line is in (u, v), and opens every cell of the lowest layer that it passes through by more than a thousandth of a cell; one along a row of
+//! masses opens the cells on its far side, at the end of the sheet those before it. What that means is what an opening means anywhere: no mass
+//! is split, a strip as wide as a cell is lost. A slit does not run on unless the sheet tears.
+
+use crate::sheet::Sheet;
+
+/// How far in a cell a line must come, in cells.
+const LEAST: f64 = 1e-3;
+
+/// A line from (u, v) to (u, v), each 0 to 1.
+pub type Slit = ((f64, f64), (f64, f64));
+
+/// Numbers of the cells of a grid of `columns` by `rows` that `slit` passes through, in the order that it does.
+pub fn crossed((columns, rows): (usize, usize), (from, to): Slit) -> Vec<usize> {
+    let (nu, nv) = (columns as f64, rows as f64);
+    let (a, b) = ((from.0 * nu, from.1 * nv), (to.0 * nu, to.1 * nv));
+    let (du, dv) = (b.0 - a.0, b.1 - a.1);
+    let length = du.hypot(dv);
+    // Where it goes from column to column and from row to row.
+    let mut breaks = vec![0.0, 1.0];
+    for (start, d, count) in [(a.0, du, columns), (a.1, dv, rows)] {
+        if d != 0.0 {
+            breaks.extend((0..=count).map(|k| (k as f64 - start) / d).filter(|s| (0.0..=1.0).contains(s)));
+        }
+    }
+    breaks.sort_by(f64::total_cmp);
+    let mut cells: Vec<usize> = Vec::new();
+    for pair in breaks.windows(2) {
+        if (pair[1] - pair[0]) * length < LEAST {
+            continue;
+        }
+        let s = 0.5 * (pair[0] + pair[1]);
+        let at = |start: f64, d: f64, count: usize| ((start + s * d).floor().max(0.0) as usize).min(count.max(1) - 1);
+        let cell = at(a.1, dv, rows) * columns + at(a.0, du, columns);
+        if columns > 0 && rows > 0 && cells.last() != Some(&cell) {
+            cells.push(cell);
+        }
+    }
+    cells
+}
+
+impl Sheet {
+    /// Of each cell, whether one of `slits` goes through it.
+    pub(crate) fn slit_cells(&self, slits: &[Slit]) -> Vec<bool> {
+        let bottom = self.layers.first().copied().unwrap_or_default();
+        let size = (bottom.nx.saturating_sub(1) as usize, bottom.nz.saturating_sub(1) as usize);
+        let mut cells = vec![false; size.0 * size.1];
+        for slit in slits {
+            crossed(size, *slit).into_iter().for_each(|c| cells[c] = true);
+        }
+        cells
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_opens_the_cells_that_it_passes_through() {
+        // Four columns, three rows.
+        let cells = |from, to| crossed((4, 3), (from, to));
+        assert_eq!(cells((0.1, 0.5), (0.9, 0.5)), [4, 5, 6, 7], "along the middle row");
+        assert_eq!(cells((0.9, 0.5), (0.1, 0.5)), [7, 6, 5, 4], "and back");
+        assert_eq!(cells((0.3, 0.0), (0.3, 1.0)), [1, 5, 9], "across");
+        assert_eq!(cells((0.0, 0.0), (1.0, 1.0)).len(), 6, "askew: 4 + 3 - 1");
+        assert_eq!(cells((0.25, 0.0), (0.25, 0.2)), [1], "along a row of masses: the far side");
+        assert_eq!(cells((1.0, 0.0), (1.0, 0.2)), [3], "at the end the last");
+        assert!(cells((0.5, 0.5), (0.5, 0.5)).is_empty(), "a point is no line");
+    }
+}

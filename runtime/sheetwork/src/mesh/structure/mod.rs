@@ -1,0 +1,345 @@
+//! Structures: which masses a sheet has, where they lie at rest, and which springs join them.
+//!
+//! Layers alternate (thesis 4.4.2): the bottom one has nx·nz masses, the next (nx-1)·(nz-1), each above the middle of a
+//! cell of the one below, the third nx·nz again. Local axes: x along the length, z along the width, y through the
+//! thickness; the origin is the middle of the bottom layer. Masses are numbered layer by layer, row by row (z), along x.
+//!
+//! Each structure is one file with one [`Structure`] in [`TABLE`]: menus, the command line, the conformance tests and the
+//! file formats read that table.
+
+pub(crate) mod double_diagonal;
+pub(crate) mod provot2d;
+pub(crate) mod provot3d;
+pub(crate) mod samm;
+pub(crate) mod shell;
+pub(crate) mod slamm;
+pub(crate) mod trimm;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+pub use crate::mesh::grid::{Builder, Layer};
+
+use crate::elements::spring::SpringClass;
+use crate::error::InputError;
+
+/// The structures there are, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum StructureKind {
+    /// Square mesh, layers joined by four springs a mass.
+    Samm,
+    /// SaMM with one diagonal a cell.
+    Slamm,
+    /// SLaMM with both diagonals.
+    DoubleDiagonal,
+    /// Triangular mesh, layers joined by three springs a mass.
+    Trimm,
+    /// Provot's single layer: structural, shear and flexion springs.
+    Provot2d,
+    /// Two (or more) double-diagonal layers with flexion springs in each.
+    Provot3d,
+    /// One layer with the true stiffness of its material, without springs.
+    Shell,
+}
+
+/// One row of the table of structures.
+pub struct Structure {
+    /// Which it is.
+    pub kind: StructureKind,
+    /// Name in files and on the command line.
+    pub name: &'static str,
+    /// One line on what it is.
+    pub about: &'static str,
+    /// Fewest and most layers it can have.
+    pub layers: (u32, u32),
+    /// Rows are shifted by half a cell, alternately.
+    pub triangular: bool,
+    /// It has flexion triples that an angle limit can act on.
+    pub flexion: bool,
+    /// Second-neighbour cross-over springs are offered for it.
+    pub cross_over: bool,
+    /// Adds the springs to a builder whose masses are already laid out.
+    pub(crate) connect: fn(&mut Builder),
+}
+
+/// Every structure, in the order menus show them.
+pub const TABLE: &[Structure] = &[
+    samm::STRUCTURE,
+    slamm::STRUCTURE,
+    double_diagonal::STRUCTURE,
+    trimm::STRUCTURE,
+    provot2d::STRUCTURE,
+    provot3d::STRUCTURE,
+    shell::STRUCTURE,
+];
+
+impl StructureKind {
+    /// Its row in the table.
+    pub fn info(self) -> &'static Structure {
+        // Every kind has a row: `every_kind_is_in_the_table` below.
+        TABLE.iter().find(|s| s.kind == self).unwrap_or(&TABLE[0])
+    }
+
+    /// Name in files and on the command line.
+    pub fn name(self) -> &'static str {
+        self.info().name
+    }
+}
+
+impl std::fmt::Display for StructureKind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl std::str::FromStr for StructureKind {
+    type Err = InputError;
+
+    fn from_str(name: &str) -> Result<Self, InputError> {
+        TABLE.iter().find(|s| s.name == name).map(|s| s.kind).ok_or_else(|| {
+            let names: Vec<&str> = TABLE.iter().map(|s| s.name).collect();
+            InputError::new("structure", format!("no structure is named \"{name}\"; there are {}", names.join(", ")))
+        })
+    }
+}
+
+impl TryFrom<String> for StructureKind {
+    type Error = InputError;
+
+    fn try_from(name: String) -> Result<Self, InputError> {
+        name.parse()
+    }
+}
+
+impl From<StructureKind> for String {
+    fn from(kind: StructureKind) -> Self {
+        kind.name().to_owned()
+    }
+}
+
+/// What to generate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LatticeSpec {
+    /// Structure.
+    pub structure: StructureKind,
+    /// Masses along the length, layers, masses along the width.
+    pub grid: (u32, u32, u32),
+    /// Length (x) and width (z) of the bottom layer, m. Of a triangular layer the length includes the half cell by which
+    /// every other row is shifted.
+    pub size: (f64, f64),
+    /// Distance between layers, m.
+    pub gap: f64,
+    /// Second-neighbour springs along every spring line of a layer.
+    pub cross_over: bool,
+}
+
+impl LatticeSpec {
+    /// Distance of neighbours along x and of rows along z, m.
+    pub fn spacing(&self) -> (f64, f64) {
+        let half = if self.structure.info().triangular { 0.5 } else { 0.0 };
+        let (nx, _, nz) = self.grid;
+        (self.size.0 / (f64::from(nx.max(2) - 1) + half), self.size.1 / f64::from(nz.max(2) - 1))
+    }
+}
+
+/// One spring of a lattice, without its stiffness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// First mass.
+    pub a: u32,
+    /// Second mass.
+    pub b: u32,
+    /// What it does in the structure.
+    pub class: SpringClass,
+    /// Layer of its lower end.
+    pub layer: u32,
+}
+
+/// A generated sheet at rest: geometry and connections, no material.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lattice {
+    /// Rest positions, m, local axes.
+    pub positions: Vec<DVec3>,
+    /// Layer of each mass, 0 the bottom.
+    pub layer_of: Vec<u32>,
+    /// Masses on the outline of their layer.
+    pub border: Vec<bool>,
+    /// Springs, grouped so that neighbours in the list join neighbours in the grid.
+    pub links: Vec<Link>,
+    /// Triples (a, b, c) in a row, b the middle one, for the flexion angle limit.
+    pub flexion: Vec<[u32; 3]>,
+    /// Layers from the bottom up.
+    pub layers: Vec<Layer>,
+}
+
+/// Most masses a lattice may have.
+pub const MAX_MASSES: u64 = 10_000_000;
+
+/// Generates a lattice.
+///
+/// # Errors
+/// When the grid or the size is out of range, or the structure cannot have that many layers.
+pub fn generate(spec: &LatticeSpec) -> Result<Lattice, InputError> {
+    check(spec)?;
+    Ok(assemble(spec))
+}
+
+/// The masses of a lattice without its springs.
+///
+/// # Errors
+/// As [`generate`].
+pub(crate) fn lay_out(spec: &LatticeSpec) -> Result<Lattice, InputError> {
+    check(spec)?;
+    Ok(Builder::new(spec).finish())
+}
+
+/// How many masses a lattice of this grid has.
+pub(crate) fn masses_of((nx, layers, nz): (u32, u32, u32)) -> u64 {
+    let layer = |index: u32| {
+        let less = u64::from(index % 2);
+        (u64::from(nx) - less) * (u64::from(nz) - less)
+    };
+    (0..layers).map(layer).sum()
+}
+
+/// Lays out masses and springs of a specification that has been checked.
+pub(crate) fn assemble(spec: &LatticeSpec) -> Lattice {
+    let mut builder = Builder::new(spec);
+    (spec.structure.info().connect)(&mut builder);
+    builder.finish()
+}
+
+fn check(spec: &LatticeSpec) -> Result<(), InputError> {
+    use crate::error::check_range;
+    let (nx, layers, nz) = spec.grid;
+    let info = spec.structure.info();
+    check_range("grid.0", nx.into(), 2.0, 2000.0, "masses")?;
+    check_range("grid.2", nz.into(), 2.0, 2000.0, "masses")?;
+    if layers < info.layers.0 || layers > info.layers.1 {
+        let problem = format!("{layers} layers, but {} has {} to {}", info.name, info.layers.0, info.layers.1);
+        return Err(InputError::new("grid.1", problem));
+    }
+    let masses = u64::from(nx) * u64::from(nz) * u64::from(layers);
+    if masses > MAX_MASSES {
+        return Err(InputError::new("grid", format!("about {masses} masses, more than {MAX_MASSES}")));
+    }
+    check_range("size.0", spec.size.0, 1e-6, 1e3, "m")?;
+    check_range("size.1", spec.size.1, 1e-6, 1e3, "m")?;
+    check_range("gap", spec.gap, 1e-7, 10.0, "m")?;
+    if spec.cross_over && !info.cross_over {
+        return Err(InputError::new("cross_over", format!("{} has no cross-over springs", info.name)));
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn counts(structure: StructureKind, grid: (u32, u32, u32)) -> (usize, usize) {
+        let spec = LatticeSpec { structure, grid, size: (0.025, 0.025), gap: 0.001, cross_over: false };
+        let lattice = generate(&spec).expect("valid");
+        (lattice.positions.len(), lattice.links.len())
+    }
+
+    #[test]
+    fn every_kind_is_in_the_table() {
+        for row in TABLE {
+            assert_eq!(row.kind.name(), row.name);
+            assert_eq!(row.name.parse::<StructureKind>(), Ok(row.kind));
+        }
+    }
+
+    #[test]
+    fn counts_are_those_of_the_thesis() {
+        use StructureKind::{Samm, Slamm, Trimm};
+        assert_eq!(counts(Samm, (5, 3, 4)), (52, 175));
+        assert_eq!(counts(Samm, (11, 2, 11)), (221, 800));
+        assert_eq!(counts(Slamm, (11, 2, 11)), (221, 981));
+        assert_eq!(counts(Trimm, (8, 2, 8)), (113, 428));
+        assert_eq!(counts(Trimm, (11, 2, 11)), (221, 881));
+        assert_eq!(counts(Trimm, (14, 2, 14)), (365, 1496));
+        assert_eq!(counts(Trimm, (17, 2, 17)), (545, 2273));
+    }
+
+    #[test]
+    fn counts_of_the_other_structures_follow_from_their_construction() {
+        use StructureKind::{DoubleDiagonal, Provot2d, Provot3d};
+        // 981 of SLaMM and a second diagonal for each of 100 + 81 cells.
+        assert_eq!(counts(DoubleDiagonal, (11, 2, 11)), (221, 981 + 181));
+        // 220 structural, 200 shear, 2 x 9 x 11 flexion.
+        assert_eq!(counts(Provot2d, (11, 1, 11)), (121, 220 + 200 + 198));
+        // Double diagonal, and flexion in layers of 11x11 and 10x10.
+        assert_eq!(counts(Provot3d, (11, 2, 11)), (221, 1162 + 198 + 160));
+    }
+
+    #[test]
+    fn every_layer_of_every_structure_fills_the_asked_size() {
+        for row in TABLE {
+            let grid = (7, row.layers.0.max(1), 6);
+            let spec = LatticeSpec { structure: row.kind, grid, size: (0.3, 0.2), gap: 0.01, cross_over: false };
+            let lattice = generate(&spec).expect("valid");
+            let low = lattice.positions.iter().copied().reduce(DVec3::min).expect("masses");
+            let high = lattice.positions.iter().copied().reduce(DVec3::max).expect("masses");
+            assert!((high.x - low.x - 0.3).abs() < 1e-12, "{}", row.name);
+            assert!((high.z - low.z - 0.2).abs() < 1e-12, "{}", row.name);
+            assert!((high.x + low.x).abs() < 1e-12 && (high.z + low.z).abs() < 1e-12, "{}: not centred", row.name);
+        }
+    }
+
+    #[test]
+    fn no_spring_is_doubled_and_none_joins_a_mass_to_itself() {
+        for row in TABLE {
+            for cross_over in [false, row.cross_over] {
+                let spec = LatticeSpec {
+                    structure: row.kind,
+                    grid: (6, row.layers.1.min(3), 7),
+                    size: (0.1, 0.1),
+                    gap: 0.01,
+                    cross_over,
+                };
+                let lattice = generate(&spec).expect("valid");
+                let mut ends: Vec<_> = lattice.links.iter().map(|l| (l.a.min(l.b), l.a.max(l.b))).collect();
+                assert!(ends.iter().all(|(a, b)| a < b && (*b as usize) < lattice.positions.len()));
+                ends.sort_unstable();
+                ends.dedup();
+                assert_eq!(ends.len(), lattice.links.len(), "{} has a doubled spring", row.name);
+            }
+        }
+    }
+
+    #[test]
+    fn cross_over_springs_are_straight_and_second_neighbours() {
+        let spec = LatticeSpec {
+            structure: StructureKind::Trimm,
+            grid: (9, 1, 9),
+            size: (0.1, 0.1),
+            gap: 0.01,
+            cross_over: true,
+        };
+        let lattice = generate(&spec).expect("valid");
+        let cross: Vec<_> = lattice.links.iter().filter(|l| l.class == SpringClass::CrossOver).collect();
+        assert!(!cross.is_empty());
+        for link in cross {
+            let middle = (lattice.positions[link.a as usize] + lattice.positions[link.b as usize]) * 0.5;
+            let nearest = lattice.positions.iter().map(|p| p.distance(middle)).fold(f64::INFINITY, f64::min);
+            assert!(nearest < 1e-12, "a cross-over spring jumps over no mass");
+        }
+    }
+
+    #[test]
+    fn bad_grids_are_refused_with_the_range() {
+        let spec = LatticeSpec {
+            structure: StructureKind::Provot2d,
+            grid: (5, 2, 5),
+            size: (0.1, 0.1),
+            gap: 0.01,
+            cross_over: false,
+        };
+        let error = generate(&spec).expect_err("two layers");
+        assert!(error.problem.contains("1 to 1"), "{error}");
+        let error = generate(&LatticeSpec { grid: (1, 1, 5), ..spec }).expect_err("one mass");
+        assert_eq!(error.field, "grid.0");
+    }
+}

@@ -1,0 +1,25 @@
+//! The thesis's hybrid (thesis 6.2): double-diagonal layers joined as in SaMM, with Provot's flexion springs in each layer.
+//! It won the thesis's user study.
+
+use crate::elements::spring::SpringClass;
+use crate::mesh::structure::{Builder, Structure, StructureKind};
+
+pub(crate) const STRUCTURE: Structure = Structure {
+    kind: StructureKind::Provot3d,
+    name: "provot3d",
+    about: "double-diagonal layers with Provot's flexion springs in each",
+    layers: (2, 64),
+    triangular: false,
+    flexion: true,
+    cross_over: false,
+    connect,
+};
+
+fn connect(builder: &mut Builder) {
+    builder.planar(1, 0, SpringClass::X);
+    builder.planar(0, 1, SpringClass::Z);
+    builder.planar(1, 1, SpringClass::Diagonal);
+    builder.planar(-1, 1, SpringClass::AntiDiagonal);
+    builder.inter_layer();
+    builder.flexion();
+}

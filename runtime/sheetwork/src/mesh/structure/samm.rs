@@ -1,0 +1,23 @@
+//! SaMM, the square mesh (thesis 4.4.2): springs along x and z, layers joined at the four corners of each cell.
+//!
+//! It has no spring against shear or twist within a layer: a strip of it bends, a plate of it folds along its diagonals.
+
+use crate::elements::spring::SpringClass;
+use crate::mesh::structure::{Builder, Structure, StructureKind};
+
+pub(crate) const STRUCTURE: Structure = Structure {
+    kind: StructureKind::Samm,
+    name: "samm",
+    about: "square mesh, layers joined by four springs a mass",
+    layers: (1, 64),
+    triangular: false,
+    flexion: false,
+    cross_over: false,
+    connect,
+};
+
+fn connect(builder: &mut Builder) {
+    builder.planar(1, 0, SpringClass::X);
+    builder.planar(0, 1, SpringClass::Z);
+    builder.inter_layer();
+}

@@ -1,0 +1,25 @@
+//! SLaMM, the square-lattice mesh (thesis 4.4.2): SaMM and one diagonal a cell, always the same one.
+//!
+//! The single diagonal couples bending into twist, which the thesis saw as a yaw and called a distortion.
+
+use crate::elements::spring::SpringClass;
+use crate::mesh::structure::{Builder, Structure, StructureKind};
+
+pub(crate) const STRUCTURE: Structure = Structure {
+    kind: StructureKind::Slamm,
+    name: "slamm",
+    about: "samm with one diagonal a cell",
+    layers: (1, 64),
+    triangular: false,
+    flexion: false,
+    cross_over: true,
+    connect,
+};
+
+fn connect(builder: &mut Builder) {
+    builder.planar(1, 0, SpringClass::X);
+    builder.planar(0, 1, SpringClass::Z);
+    builder.planar(1, 1, SpringClass::Diagonal);
+    builder.inter_layer();
+    builder.cross_over(&[(2, 0), (0, 2), (2, 2)]);
+}

@@ -1,0 +1,298 @@
+//! A ball among what does not give way: its way through a step, in f64 and from impact to impact.
+//!
+//! Rapier sweeps nothing against half spaces, and holds a ball by a point of it that turns with it. But a ball touches a surface
+//! below its centre c, however it turns, and all there is to know is the distance d(c) of the surface. While it touches
+//! nothing c goes along a parabola. When it comes to touch is found by conservative advancement: what is convex lies behind
+//! the plane through its nearest point, and the time at which c comes to that plane passes nothing (Mirtich, Impulse-based
+//! dynamic simulation of rigid body systems, 1996, 2.3); of other surfaces the distance falls no faster than c moves.
+//!
+//! An impact of approach speed v is the impulse (1 + e) m v along the normal, with e = 0 below [`BOUNCES`], and a
+//! friction of at most μ times that which slows the point that touches down to nothing. While a ball rests, slides or rolls, what gravity gives
+//! it over a stretch is taken back in the same way.
+
+use glam::{DMat3, DVec3};
+use rapier3d::prelude::*;
+
+use crate::rigid::rolling_resistance::Support;
+use crate::rigid::state::BodyState;
+
+/// What is nearer touches, m.
+const TOUCH: f64 = 1e-5;
+/// Where it is brought to: well within that, m.
+const MEETS: f64 = 2e-6;
+/// Approach speed above which it bounces, m/s.
+const BOUNCES: f64 = 0.01;
+/// Speed away from a surface up to which that holds it against gravity, m/s, and speed that is none: what is known of places in single precision
+/// turns normals by a little.
+const STAYS: f64 = 1e-3;
+const STILL: f64 = 1e-6;
+/// Overlap that is taken back at once, m, and part of a greater one that is.
+const SMALL: f64 = 1e-4;
+const RECOVERED: f64 = 0.2;
+/// Stretches of a step between impacts, and steps of the advancement.
+const STRETCHES: usize = 24;
+const ROUNDS: usize = 48;
+/// Passes over the surfaces that are touched at once; one is solved in one.
+const PASSES: usize = 12;
+
+/// A surface that does not give way.
+pub(crate) struct Wall {
+    pub body: usize,
+    pub collider: ColliderHandle,
+    pub friction: f64,
+    pub restitution: f64,
+    /// Whether it lies behind the plane through any of its points that is nearest to something.
+    pub convex: bool,
+    /// Its body at the start of the step.
+    pub over: BodyState,
+}
+
+/// How a ball lies to a wall.
+#[derive(Clone, Copy)]
+pub(crate) struct Gap {
+    /// Number of the wall.
+    pub wall: usize,
+    /// From the wall to the ball, unit.
+    pub normal: DVec3,
+    /// m; negative inside.
+    pub size: f64,
+    /// Place of the wall that is nearest, in its body's frame, m.
+    pub place: DVec3,
+    /// Velocity of that place, m/s.
+    velocity: DVec3,
+}
+
+/// What is worked with, kept from step to step for its memory.
+#[derive(Default)]
+pub(crate) struct Rolling {
+    pub walls: Vec<Wall>,
+    touching: Vec<Gap>,
+    /// One for each wall that has been touched, as it was first.
+    pub touched: Vec<Gap>,
+}
+
+/// How a body is turned by impulses of 1 N s, and how heavy.
+#[derive(Clone, Copy)]
+struct Ball {
+    radius: f64,
+    mass: f64,
+    inverse_inertia: DMat3,
+}
+
+impl Ball {
+    /// Velocity of its point that touches in `gap`, relative to the wall, m/s.
+    fn slip(&self, gap: &Gap, (velocity, spin): (DVec3, DVec3)) -> DVec3 {
+        velocity + spin.cross(gap.normal * -self.radius) - gap.velocity
+    }
+
+    /// Velocity and angular velocity after an impulse (N s) where it touches.
+    fn kicked(&self, gap: &Gap, (velocity, spin): (DVec3, DVec3), impulse: DVec3) -> (DVec3, DVec3) {
+        let twist = (gap.normal * -self.radius).cross(impulse);
+        (velocity + impulse / self.mass, spin + self.inverse_inertia * twist)
+    }
+
+    /// The impulse (N s) of friction that ends the slip, if the wall gives no more than `most`.
+    fn friction(&self, gap: &Gap, motion: (DVec3, DVec3), before: DVec3, most: f64) -> DVec3 {
+        let slip = self.slip(gap, motion).reject_from_normalized(gap.normal);
+        let arm = gap.normal.any_orthonormal_vector();
+        let spun = (self.inverse_inertia * (gap.normal * -self.radius).cross(arm)).cross(gap.normal * -self.radius);
+        let yields = 1.0 / self.mass + spun.dot(arm);
+        (before - slip / yields).clamp_length_max(most)
+    }
+}
+
+impl Rolling {
+    /// Takes the ball `start` of radius `radius` (m) through `span` s in the gravity `g` (m/s²), from `begun` s after the start of the step.
+    /// `None` where it touches nothing.
+    pub fn roll(
+        &mut self,
+        colliders: &ColliderSet,
+        start: &BodyState,
+        radius: f64,
+        (begun, span): (f64, f64),
+        g: DVec3,
+    ) -> Option<BodyState> {
+        self.touched.clear();
+        let ball = Ball { radius, mass: start.mass(), inverse_inertia: start.inverse_inertia() };
+        let mut state = *start;
+        let mut done = 0.0;
+        for stretch in 0..STRETCHES {
+            state = self.part_from_walls(colliders, &ball, &state, begun + done);
+            let motion = self.bounce(&ball, (state.velocity(), state.spin()), stretch + 1 < STRETCHES);
+            let left = span - done;
+            let mut end = self.carried(&ball, motion, g * left);
+            let acceleration = (end.0 - motion.0) / left;
+            let path = (state.centre(), motion.0, acceleration);
+            let arrival = self.arrival(colliders, &ball, path, (begun + done, left));
+            let taken = arrival.unwrap_or(left);
+            if arrival.is_some() {
+                end = self.carried(&ball, motion, g * taken);
+            }
+            let (velocity, spin) = ((motion.0 + end.0) * 0.5, (motion.1 + end.1) * 0.5);
+            state = state.displaced(velocity * taken, spin * taken).with_velocity(end.0, end.1);
+            done += taken;
+            if arrival.is_none() {
+                break;
+            }
+        }
+        state = self.part_from_walls(colliders, &ball, &state, begun + span);
+        (!self.touched.is_empty()).then_some(state)
+    }
+
+    /// Finds what is touched at `time` (s after the start of the step), and takes the ball out of what it overlaps.
+    fn part_from_walls(&mut self, colliders: &ColliderSet, ball: &Ball, state: &BodyState, time: f64) -> BodyState {
+        self.touching.clear();
+        let mut state = *state;
+        for wall in 0..self.walls.len() {
+            let Some(gap) = self.gap(colliders, ball, wall, state.centre(), time) else { continue };
+            if gap.size >= TOUCH {
+                continue;
+            }
+            if gap.size < 0.0 {
+                let out = if gap.size < -SMALL { -RECOVERED * gap.size } else { MEETS - gap.size };
+                state = state.displaced(gap.normal * out, DVec3::ZERO);
+            }
+            self.touching.push(gap);
+            if !self.touched.iter().any(|g| g.wall == wall) {
+                self.touched.push(gap);
+            }
+        }
+        state
+    }
+
+    /// Velocities after the impacts with all that is touched and approached; they are without a bounce unless it `may_bounce`.
+    fn bounce(&self, ball: &Ball, mut motion: (DVec3, DVec3), may_bounce: bool) -> (DVec3, DVec3) {
+        for _ in 0..PASSES {
+            let mut struck = false;
+            for gap in &self.touching {
+                let approach = -ball.slip(gap, motion).dot(gap.normal);
+                if approach <= 1e-12 {
+                    continue;
+                }
+                struck = true;
+                let wall = &self.walls[gap.wall];
+                let bounces = may_bounce && approach > BOUNCES;
+                let push = ball.mass * approach * if bounces { 1.0 + wall.restitution } else { 1.0 };
+                let friction = ball.friction(gap, motion, DVec3::ZERO, wall.friction * push);
+                motion = ball.kicked(gap, motion, gap.normal * push + friction);
+            }
+            if !struck {
+                break;
+            }
+        }
+        motion
+    }
+
+    /// Velocities after gravity has given `pull` (m/s), of which what lies below takes back what it can; and so it does of the spin.
+    fn carried(&self, ball: &Ball, motion: (DVec3, DVec3), pull: DVec3) -> (DVec3, DVec3) {
+        let below = |gap: &&Gap| ball.slip(gap, motion).dot(gap.normal) < STAYS;
+        let mut support = Support::default();
+        for gap in self.touching.iter().filter(below) {
+            let wall = &self.walls[gap.wall];
+            support.add(gap.normal, wall.friction, wall.over.spin());
+        }
+        // Before friction, which so sees to it that what rolls goes on rolling.
+        let spin = support.slowed(motion.1, (ball.mass, ball.radius, &ball.inverse_inertia), pull);
+        let mut now = (motion.0 + pull, spin);
+        let mut held = [(0.0, DVec3::ZERO); 8];
+        for _ in 0..PASSES {
+            for (gap, (push, friction)) in self.touching.iter().filter(below).zip(&mut held) {
+                let more = (*push - ball.mass * ball.slip(gap, now).dot(gap.normal)).max(0.0) - *push;
+                *push += more;
+                now = ball.kicked(gap, now, gap.normal * more);
+                let whole = ball.friction(gap, now, *friction, self.walls[gap.wall].friction * *push);
+                now = ball.kicked(gap, now, whole - *friction);
+                *friction = whole;
+            }
+            if self.touching.len() < 2 {
+                break;
+            }
+        }
+        now
+    }
+
+    /// When within `left` s of `now` (s after the start of the step) the ball first comes to touch a wall, on its path of place (m),
+    /// velocity and acceleration.
+    fn arrival(
+        &self,
+        colliders: &ColliderSet,
+        ball: &Ball,
+        path: (DVec3, DVec3, DVec3),
+        (now, left): (f64, f64),
+    ) -> Option<f64> {
+        let mut first = None;
+        for wall in 0..self.walls.len() {
+            let within = first.unwrap_or(left);
+            first = self.meets(colliders, ball, wall, path, (now, within)).or(first);
+        }
+        first
+    }
+
+    /// The same for one wall.
+    fn meets(
+        &self,
+        colliders: &ColliderSet,
+        ball: &Ball,
+        wall: usize,
+        (place, velocity, acceleration): (DVec3, DVec3, DVec3),
+        (now, left): (f64, f64),
+    ) -> Option<f64> {
+        let mut time = 0.0;
+        for _ in 0..ROUNDS {
+            let there = place + (velocity + acceleration * (0.5 * time)) * time;
+            let gap = self.gap(colliders, ball, wall, there, now + time)?;
+            let speed = velocity + acceleration * time - gap.velocity;
+            let (along, bend) = (speed.dot(gap.normal), acceleration.dot(gap.normal));
+            let room = gap.size - MEETS;
+            if gap.size < 0.5 * TOUCH && along < -STILL {
+                return Some(time);
+            }
+            // What is touched and neither left nor approached is lain on.
+            if gap.size < TOUCH && along < STILL && bend.abs() * (left - time) < STILL {
+                return None;
+            }
+            time += if self.walls[wall].convex || gap.size < TOUCH {
+                falls_to(room, along, bend)?
+            } else {
+                room / (speed.length() + acceleration.length() * (left - time))
+            };
+            if time.is_nan() || time >= left {
+                return None;
+            }
+        }
+        (time > 0.0).then_some(time)
+    }
+
+    /// How a ball with its centre at `centre` (m) lies to a wall; `None` where no direction leads out.
+    fn gap(&self, colliders: &ColliderSet, ball: &Ball, wall: usize, centre: DVec3, time: f64) -> Option<Gap> {
+        let of = self.walls.get(wall)?;
+        let shape = colliders.get(of.collider)?.shape();
+        let over = if of.over.moves() { of.over.fly(time, DVec3::ZERO) } else { of.over };
+        let local = over.local(centre);
+        let (normal, distance) = if shape.as_halfspace().is_some() {
+            (DVec3::Y, local.y)
+        } else {
+            let rounded = local.as_vec3();
+            let nearest = shape.project_local_point(rounded, false);
+            let way = rounded.as_dvec3() - nearest.point.as_dvec3();
+            let out = if nearest.is_inside { -way } else { way }.try_normalize()?;
+            (out, way.dot(out) + (local - rounded.as_dvec3()).dot(out))
+        };
+        let place = local - normal * distance;
+        let velocity = over.velocity_at(over.place(place));
+        Some(Gap { wall, normal: over.rotation() * normal, size: distance - ball.radius, place, velocity })
+    }
+}
+
+/// When what is `room` (m) above a plane, rises with `speed` (m/s) and `bend` (m/s²), comes down to it, s; `None` where it never does.
+fn falls_to(room: f64, speed: f64, bend: f64) -> Option<f64> {
+    let square = speed * speed - 2.0 * bend * room;
+    if square < 0.0 {
+        return None;
+    }
+    let root = square.sqrt();
+    if speed < 0.0 {
+        return Some((2.0 * room / (root - speed)).max(0.0));
+    }
+    (bend < 0.0).then(|| (speed + root) / -bend)
+}

@@ -1,0 +1,72 @@
+//! From the shape of a body to Parry's shapes.
+//!
+//! Bodies that stand or are led are oriented triangle meshes: convex or not, Parry then knows their inside. Bodies that move
+//! freely meet one another in Rapier, which is best at convex solids: boxes and convex polyhedra are that there.
+
+use glam::DVec3;
+use rapier3d::prelude::{SharedShape, TriMeshFlags, Vector};
+
+use crate::error::InputError;
+use crate::scene::{Polyhedron, Scene, Shape, pol};
+
+/// The polyhedra of a shape; none for balls and half spaces.
+pub(crate) fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedron>, InputError> {
+    match shape {
+        Shape::File(file) => pol::read_pol_file(&scene.base.join(file)),
+        Shape::Part(file, index) => {
+            let mut all = pol::read_pol_file(&scene.base.join(file))?;
+            if *index >= all.len() {
+                let problem = format!("polyhedron {index} of {}, which holds {}", file.display(), all.len());
+                return Err(InputError::new("shape", problem));
+            }
+            Ok(vec![all.swap_remove(*index)])
+        }
+        Shape::Polyhedron(polyhedron) => {
+            polyhedron.check_closed().map_err(|e| InputError::new(format!("shape.{}", e.field), e.problem))?;
+            Ok(vec![polyhedron.clone()])
+        }
+        Shape::Box(size) => Ok(vec![Polyhedron::cuboid(*size)]),
+        Shape::Ball(_) | Shape::HalfSpace => Ok(Vec::new()),
+    }
+}
+
+/// Parry's shapes, one for each polyhedron; `free` for a body that moves freely.
+pub(crate) fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron], free: bool) -> Result<Vec<SharedShape>, InputError> {
+    match shape {
+        Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
+        Shape::HalfSpace => Ok(vec![SharedShape::halfspace(Vector::Y)]),
+        Shape::Box(size) if free => Ok(vec![cuboid(*size)]),
+        Shape::File(_) | Shape::Part(..) | Shape::Polyhedron(_) | Shape::Box(_) => {
+            polyhedra.iter().map(|p| solid_of(p, free)).collect()
+        }
+    }
+}
+
+fn cuboid(size: DVec3) -> SharedShape {
+    let half = (size * 0.5).as_vec3();
+    SharedShape::cuboid(half.x, half.y, half.z)
+}
+
+fn solid_of(polyhedron: &Polyhedron, free: bool) -> Result<SharedShape, InputError> {
+    let vertices: Vec<Vector> = polyhedron.vertices.iter().map(|p| p.as_vec3()).collect();
+    let triangles = polyhedron.triangulate();
+    let convex = (free && is_convex(polyhedron)).then(|| SharedShape::convex_mesh(vertices.clone(), &triangles));
+    if let Some(convex) = convex.flatten() {
+        return Ok(convex);
+    }
+    SharedShape::trimesh_with_flags(vertices, triangles, TriMeshFlags::ORIENTED)
+        .map_err(|e| InputError::new("shape", format!("cannot be made into a surface: {e}")))
+}
+
+/// Whether every vertex lies behind every face, but for rounding.
+pub(crate) fn is_convex(polyhedron: &Polyhedron) -> bool {
+    let (low, high) = polyhedron.bounds();
+    let slack = 1e-6 * low.distance(high);
+    (0..polyhedron.faces.len()).all(|face| {
+        let normal = polyhedron.face_normal(face);
+        let Some(on) = polyhedron.faces[face].first().and_then(|v| polyhedron.vertices.get(*v as usize)) else {
+            return false;
+        };
+        polyhedron.vertices.iter().all(|p| (*p - *on).dot(normal) <= slack)
+    })
+}

@@ -1,0 +1,439 @@
+//! A step of the rigid bodies: Rapier moves them, and what moves freely is kept in f64.
+//!
+//! The f64 states are what counts; Rapier is given them in f32. A body that Rapier's contacts did not push in a step flew
+//! freely, and takes the flight of its own state (`state`), which is exact; one that was pushed takes what Rapier made of it.
+//! One that the sheets push is claimed by their solver after the step, which says where it really went.
+//!
+//! What moves fast enough to be deep in something by the end of a step is taken through it in parts (`parts`), and bounces off what does not give
+//! way as its restitution says (`strike`). A ball with nothing but such things around it is not Rapier's at all (`roll`).
+//!
+//! Bodies that touch one another fall asleep together when each has kept still (slower than [`SLEEP_SPEED`] for
+//! [`SLEEP_TIME`]) and one of them lies on something that does not move. What sleeps stays to the bit where it is, until
+//! something that moves touches it.
+
+use glam::{DQuat, DVec3};
+use rapier3d::prelude::*;
+
+use crate::islands::{SLEEP_SPEED, SLEEP_TIME};
+use crate::rigid::body_contacts;
+use crate::rigid::body_contacts::BodyContact;
+use crate::rigid::rolling_ball::{Rolling, Wall};
+use crate::rigid::rolling_resistance::Support;
+use crate::rigid::state::BodyState;
+use crate::rigid::{Kind, RigidWorld, pose_of, substeps};
+
+/// A body that touches a sleeping one wakes it above this speed, m/s.
+const WAKE_SPEED: f64 = 0.01;
+
+/// How a body moves in a step.
+pub(crate) struct Motion {
+    pub kind: Kind,
+    /// At the start and at the end of the last step.
+    pub start: BodyState,
+    pub end: BodyState,
+    /// At the start of the last part of that step.
+    pub from: BodyState,
+    pub asleep: bool,
+    /// How long it has been still, s.
+    pub quiet: f64,
+    /// Whether the sheets' solver has moved it in the last step.
+    pub claimed: bool,
+    /// Whether anything pushed it in the last step.
+    pub pushed: bool,
+    /// Distance of its furthest point from its centre of mass, m.
+    pub extent: f64,
+}
+
+impl Motion {
+    pub fn is_free(&self) -> bool {
+        matches!(self.kind, Kind::Free)
+    }
+
+    /// Largest speed of a point of it at the start of the step, m/s.
+    fn speed(&self) -> f64 {
+        self.start.velocity().length() + self.start.spin().length() * self.extent
+    }
+}
+
+impl RigidWorld {
+    /// Moves the bodies from time `t` to `t + dt` (s) in the gravity `g` (m/s²): those that are led go where they are led, the
+    /// others as Rapier has it.
+    pub fn step(&mut self, t: f64, dt: f64, g: DVec3) {
+        for motion in &mut self.motions {
+            motion.start = motion.end;
+            (motion.claimed, motion.pushed) = (false, false);
+        }
+        let awake = self.motions.iter().any(|m| m.is_free() && !m.asleep);
+        self.contacts.clear();
+        if !(self.moving || awake) {
+            return;
+        }
+        self.lead(t, dt);
+        self.inner.gravity = g.as_vec3();
+        let has_free = self.motions.iter().any(Motion::is_free);
+        let (mut done, mut number) = (0.0, 0);
+        while done < dt {
+            let part = if has_free { self.next_part((done, dt), number, g) } else { dt };
+            self.take_part((done, part, dt), g);
+            done = if part < dt - done { done + part } else { dt };
+            number += 1;
+        }
+        if has_free {
+            self.look_ahead(0.0);
+            (0..self.motions.len()).for_each(|index| self.note_rest(index, dt));
+            if self.sleep {
+                self.fall_asleep(dt);
+            }
+        }
+    }
+
+    /// Takes a part of a step of `dt` s that begins `done` s after the step does.
+    fn take_part(&mut self, (done, part, dt): (f64, f64, f64), g: DVec3) {
+        let is_last = part >= dt - done;
+        for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
+            match motion.kind {
+                Kind::Standing => {}
+                Kind::Free => motion.from = motion.end,
+                Kind::Path | Kind::Sent(_) => {
+                    let to = if is_last { motion.end } else { motion.start.fly(done + part, DVec3::ZERO) };
+                    if let Some(rigid) = self.inner.bodies.get_mut(body.handle) {
+                        let pose = Pose::from_parts(to.origin().as_vec3(), to.rotation().as_quat());
+                        rigid.set_next_kinematic_position(pose);
+                    }
+                }
+            }
+        }
+        let p = &mut self.inner.integration_parameters;
+        // Impulses to begin with are those of the part before, which may have been longer.
+        p.warmstart_coefficient = (part as f32 / p.dt).min(1.0);
+        p.dt = part as f32;
+        self.inner.step_with_events(&self.owners, &());
+        body_contacts::collect(&self.inner, &self.owners, &self.motions, &mut self.contacts);
+        for index in 0..self.motions.len() {
+            if self.motions[index].is_free() {
+                self.adopt(index, (done, part, dt), g);
+            }
+        }
+    }
+
+    /// Gives the bodies that are led the velocities that take them where they shall be at `t + dt`.
+    fn lead(&mut self, t: f64, dt: f64) {
+        for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
+            let to = match &mut motion.kind {
+                Kind::Standing | Kind::Free => continue,
+                Kind::Path => pose_of(&body.placement, &body.path, t + dt),
+                Kind::Sent(to) => to.take().unwrap_or((motion.end.origin(), motion.end.rotation())),
+            };
+            (motion.start, motion.end) = motion.end.led(to.0, to.1, dt);
+        }
+    }
+
+    /// Takes over what a part of `part` s of a step of `dt` s that begins `done` s after it did to body `index`, which moves freely.
+    fn adopt(&mut self, index: usize, (done, part, dt): (f64, f64, f64), g: DVec3) {
+        let push = self.push_on(index);
+        let disturbed = self.motions[index].asleep && self.is_disturbed(index);
+        let motion = &mut self.motions[index];
+        if motion.asleep && !disturbed {
+            motion.pushed |= push;
+            self.write(index);
+            return;
+        }
+        motion.asleep = false;
+        let flown = motion.from.fly(part, g);
+        let alone = self.is_among_walls(index);
+        let (end, pushed) = match self.radius(index).filter(|_| alone) {
+            Some(radius) => {
+                let rolled = self.roll(index, radius, (done, part), g);
+                (rolled.unwrap_or(flown), rolled.is_some())
+            }
+            None => {
+                let strikes = push && alone && part <= dt * substeps::STRIKE;
+                let bounced = if strikes { self.bounced(index, part, g) } else { None };
+                let end = bounced.or_else(|| self.moved(index, part, g, push)).unwrap_or(flown);
+                let ball = self.radius(index).filter(|_| push);
+                (ball.map_or(end, |radius| self.support_of(index).resist(&end, radius, g * part)), push)
+            }
+        };
+        let motion = &mut self.motions[index];
+        motion.pushed |= pushed;
+        motion.end = end;
+        self.write(index);
+    }
+
+    /// What body `index` lies on.
+    fn support_of(&self, index: usize) -> Support {
+        let mut support = Support::default();
+        for c in self.contacts.iter().filter(|c| (c.a == index || c.b == index) && c.distance < self.reach_of_rest()) {
+            let (normal, other) = if c.a == index { (c.normal, c.b) } else { (-c.normal, c.a) };
+            support.add(normal, c.friction, self.motions[other].start.spin());
+        }
+        support
+    }
+
+    /// Where Rapier has taken body `index` in a part of a step, which has `pushed` it; `None` where it flew freely.
+    fn moved(&self, index: usize, part: f64, g: DVec3, pushed: bool) -> Option<BodyState> {
+        let rigid = self.inner.bodies.get(self.bodies[index].handle)?;
+        let from = &self.motions[index].from;
+        let (origin, rotation) = f64_pose(rigid);
+        if pushed {
+            let (velocity, spin) = (rigid.linvel().as_dvec3(), rigid.angvel().as_dvec3());
+            return Some(BodyState::new(*from.mass_properties(), origin, rotation, velocity, spin));
+        }
+        // Rapier's own flight: the velocity first, in equal substeps.
+        let substeps = self.inner.integration_parameters.num_solver_iterations as f64;
+        let fall = g * (0.5 * part * part * (1.0 + 1.0 / substeps));
+        let centre = from.centre() + from.velocity() * part + fall;
+        let there = origin + rotation * from.mass_properties().centre;
+        let size = there.abs().max_element() + self.motions[index].extent + centre.distance(from.centre());
+        // Stopped short of something it would have passed through.
+        let stopped = there.distance(centre) > 1e-5 * size;
+        let flown = from.fly(part, g);
+        stopped.then(|| flown.displaced(there - flown.centre(), DVec3::ZERO))
+    }
+
+    /// Whether nothing that moves freely is near body `index`.
+    fn is_among_walls(&self, index: usize) -> bool {
+        let mut of = self.contacts.iter().filter(|c| c.a == index || c.b == index);
+        of.all(|c| !(self.motions[c.a].is_free() && self.motions[c.b].is_free()))
+    }
+
+    /// Takes the ball `index` through a part of the step among what does not give way; `None` where it touches nothing.
+    fn roll(&mut self, index: usize, radius: f64, (done, part): (f64, f64), g: DVec3) -> Option<BodyState> {
+        let mut rolling = std::mem::take(&mut self.rolling);
+        rolling.walls.clear();
+        let from = self.motions[index].from;
+        let own = self.bodies[index].colliders.first().copied();
+        let way = (from.velocity().length() + g.length() * part) * part;
+        let ours = own.and_then(|handle| self.inner.colliders.get(handle));
+        for (body, collider) in self.walls_near(index, way) {
+            let Some((a, b)) = ours.zip(self.inner.colliders.get(collider)) else { continue };
+            let mean = |a: f32, b: f32| 0.5 * (f64::from(a) + f64::from(b));
+            let combined = (mean(a.friction(), b.friction()), mean(a.restitution(), b.restitution()));
+            let name = |index: usize| self.bodies[index].material.as_deref().unwrap_or_default();
+            let (friction, restitution) = self.owners.contact.between((name(index), name(body)), combined);
+            let (convex, over) = (substeps::is_convex(b), self.motions[body].start);
+            rolling.walls.push(Wall { body, collider, friction, restitution, convex, over });
+        }
+        let end = rolling.roll(&self.inner.colliders, &from, radius, (done, part), g);
+        if let Some(own) = own.filter(|_| end.is_some()) {
+            self.note_touched(index, own, radius, &rolling);
+        }
+        self.rolling = rolling;
+        end
+    }
+
+    /// Adds what ball `index` has touched to the contacts, where Rapier has not seen it coming.
+    fn note_touched(&mut self, index: usize, own: ColliderHandle, radius: f64, rolling: &Rolling) {
+        let start = self.motions[index].start;
+        for gap in &rolling.touched {
+            let wall = &rolling.walls[gap.wall];
+            let is_known = |c: &BodyContact| (c.a == index && c.b == wall.body) || (c.b == index && c.a == wall.body);
+            if self.contacts.iter().any(is_known) {
+                continue;
+            }
+            let (on_a, on_b) = (start.local(start.centre() - gap.normal * radius), gap.place);
+            let is_ball = self.inner.colliders.get(wall.collider).is_some_and(|c| c.shape().as_ball().is_some());
+            self.contacts.push(BodyContact {
+                a: index,
+                b: wall.body,
+                on_a,
+                on_b,
+                round: [true, is_ball],
+                normal: gap.normal,
+                distance: (start.place(on_a) - wall.over.place(on_b)).dot(gap.normal),
+                friction: wall.friction,
+                restitution: wall.restitution,
+                key: [body_contacts::name(own, 0), body_contacts::name(wall.collider, 0)],
+            });
+            body_contacts::sort(&mut self.contacts);
+        }
+    }
+
+    /// Notes for how long body `index` has kept still, which a step of `dt` s has moved.
+    fn note_rest(&mut self, index: usize, dt: f64) {
+        let motion = &mut self.motions[index];
+        if !motion.is_free() || motion.asleep {
+            return;
+        }
+        let (start, end) = (&motion.start, &motion.end);
+        let gone = end.centre().distance(start.centre());
+        let turned = (end.rotation() * start.rotation().conjugate()).to_scaled_axis().length();
+        let turned = turned.min(std::f64::consts::TAU - turned);
+        let still = gone + turned * motion.extent < SLEEP_SPEED * dt;
+        motion.quiet = if still { motion.quiet + dt } else { 0.0 };
+    }
+
+    /// Whether Rapier's contacts pushed body `index` in the last step.
+    fn push_on(&self, index: usize) -> bool {
+        let colliders = self.bodies[index].colliders.iter();
+        colliders
+            .flat_map(|c| self.inner.narrow_phase.contact_pairs_with(*c))
+            .any(|p| p.total_impulse_magnitude() > 0.0)
+    }
+
+    /// Whether something that moves touches the sleeping body `index`.
+    fn is_disturbed(&self, index: usize) -> bool {
+        self.contacts.iter().filter(|c| c.a == index || c.b == index).any(|c| {
+            let other = &self.motions[if c.a == index { c.b } else { c.a }];
+            let touches = c.distance < self.reach_of_rest();
+            match other.kind {
+                Kind::Standing => false,
+                Kind::Free => !other.asleep && touches && other.speed() > WAKE_SPEED,
+                Kind::Path | Kind::Sent(_) => touches && other.start.moves(),
+            }
+        })
+    }
+
+    /// Distance within which what touches is told from what is only near, m.
+    pub(crate) fn reach_of_rest(&self) -> f64 {
+        f64::from(self.owners.reach)
+    }
+
+    /// Puts to sleep the groups of touching bodies that have all kept still and lie on something that does not move.
+    fn fall_asleep(&mut self, dt: f64) {
+        let ready = |m: &Motion| m.is_free() && !m.asleep && !m.claimed && m.quiet >= SLEEP_TIME - 0.5 * dt;
+        if !self.motions.iter().any(ready) {
+            return;
+        }
+        self.groups.clear();
+        self.groups.extend(0..self.motions.len());
+        for c in &self.contacts {
+            if self.motions[c.a].is_free() && self.motions[c.b].is_free() {
+                let (a, b) = (root(&self.groups, c.a), root(&self.groups, c.b));
+                self.groups[a.max(b)] = a.min(b);
+            }
+        }
+        for first in 0..self.motions.len() {
+            if self.motions[first].is_free() && root(&self.groups, first) == first && self.may_sleep(first, ready) {
+                for index in first..self.motions.len() {
+                    if root(&self.groups, index) == first {
+                        self.freeze(index);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether the group of bodies of which `first` is the first may sleep.
+    fn may_sleep(&self, first: usize, ready: impl Fn(&Motion) -> bool) -> bool {
+        let member = |index: usize| self.motions[index].is_free() && root(&self.groups, index) == first;
+        let mut members = (first..self.motions.len()).filter(|i| member(*i)).map(|i| &self.motions[i]).peekable();
+        let all_still = members.all(|m| ready(m) || m.asleep);
+        // What floats is at rest only if it does not move at all.
+        let floats = |m: &Motion| !m.pushed && !m.end.moves() && m.start == m.end;
+        let mut lies = floats(&self.motions[first]);
+        for c in self.contacts.iter().filter(|c| member(c.a) != member(c.b)) {
+            let other = &self.motions[if member(c.a) { c.b } else { c.a }];
+            if other.start.moves() {
+                return false;
+            }
+            lies |= c.distance < self.reach_of_rest();
+        }
+        all_still && lies
+    }
+
+    /// Says where body `index`, which moves freely, really is at the end of the step; sheets have pushed it. Of other bodies
+    /// nothing is changed.
+    pub fn claim(&mut self, index: usize, end: BodyState) {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
+        motion.end = end;
+        (motion.claimed, motion.asleep, motion.quiet) = (true, false, 0.0);
+        self.write(index);
+    }
+
+    /// Puts the body of that name, which moves freely, at `origin` (m) at once, at rest and awake, as are the others; false when there is none.
+    pub fn put(&mut self, name: &str, origin: DVec3, rotation: DQuat) -> bool {
+        let free = self.index_of(name).filter(|i| self.motions[*i].is_free());
+        let Some(motion) = free.map(|i| &mut self.motions[i]) else { return false };
+        motion.end = BodyState::new(*motion.end.mass_properties(), origin, rotation, DVec3::ZERO, DVec3::ZERO);
+        motion.start = motion.end;
+        // What lay on it lies on nothing now.
+        self.wake_all();
+        true
+    }
+
+    /// Puts body `index` at `origin` (m), still: to be looked at. What it was before is gone.
+    pub(crate) fn show(&mut self, index: usize, origin: DVec3, rotation: DQuat) {
+        let Some(motion) = self.motions.get_mut(index) else { return };
+        motion.end = BodyState::standing(origin, rotation);
+        motion.start = motion.end;
+        self.write(index);
+    }
+
+    /// Puts body `index`, which moves freely, to sleep: it stays where it is until it is woken.
+    pub fn freeze(&mut self, index: usize) {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
+        motion.end = motion.end.at_rest();
+        motion.asleep = true;
+        self.write(index);
+    }
+
+    /// Wakes body `index`.
+    pub fn wake(&mut self, index: usize) {
+        let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
+        (motion.asleep, motion.quiet) = (false, 0.0);
+        self.write(index);
+    }
+
+    /// Wakes all bodies.
+    pub fn wake_all(&mut self) {
+        (0..self.motions.len()).for_each(|index| self.wake(index));
+    }
+
+    /// Whether bodies that come to rest are put to sleep (they are, unless told otherwise).
+    pub fn set_sleep(&mut self, sleep: bool) {
+        self.sleep = sleep;
+        if !sleep {
+            self.wake_all();
+        }
+    }
+
+    /// Gives Rapier the place and velocity that body `index` has at the end of the step.
+    pub(crate) fn write(&mut self, index: usize) {
+        let (motion, body) = (&self.motions[index], &self.bodies[index]);
+        let Some(rigid) = self.inner.bodies.get(body.handle) else { return };
+        let pose = Pose::from_parts(motion.end.origin().as_vec3(), motion.end.rotation().as_quat());
+        let (velocity, spin) = (motion.end.velocity().as_vec3(), motion.end.spin().as_vec3());
+        let moved = *rigid.position() != pose;
+        let turns_in = motion.asleep != rigid.is_sleeping();
+        if !moved && !turns_in && rigid.linvel() == velocity && rigid.angvel() == spin {
+            return;
+        }
+        // Only what is changed is touched: Rapier looks again at every body it is asked for in this way.
+        let Some(rigid) = self.inner.bodies.get_mut(body.handle) else { return };
+        rigid.set_position(pose, false);
+        rigid.set_linvel(velocity, false);
+        rigid.set_angvel(spin, false);
+        match (motion.asleep, turns_in) {
+            (true, true) => rigid.sleep(),
+            (false, true) => rigid.wake_up(true),
+            _ => {}
+        }
+        if moved {
+            for handle in &body.colliders {
+                if let Some(collider) = self.inner.colliders.get_mut(*handle) {
+                    collider.set_position(pose);
+                }
+            }
+        }
+    }
+
+    /// Where bodies touched one another at the start of the last step, at least one of each pair moving freely; in an order
+    /// that is always the same.
+    pub fn body_contacts(&self) -> &[BodyContact] {
+        &self.contacts
+    }
+}
+
+/// The first of the group that `index` is in.
+fn root(groups: &[usize], mut index: usize) -> usize {
+    while groups[index] != index {
+        index = groups[index];
+    }
+    index
+}
+
+fn f64_pose(rigid: &RigidBody) -> (DVec3, DQuat) {
+    let p = rigid.position();
+    (p.translation.as_dvec3(), p.rotation.as_dquat().normalize())
+}

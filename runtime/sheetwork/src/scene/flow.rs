@@ -1,0 +1,64 @@
+//! What a sheet is made like and how it changes its shape for good, in a scene: creases, curl, yield, creep.
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{InputError, check_range};
+use crate::mesh::structure::StructureKind;
+use crate::scene::{MaterialChoice, SheetSpec, material};
+
+/// A line along which a sheet is folded as it is made: without load its two sides stand at `angle` to one another.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CreaseSpec {
+    /// Where the line begins, (u, v), each 0 to 1.
+    pub from: (f64, f64),
+    /// Where it ends, (u, v).
+    pub to: (f64, f64),
+    /// By how much the sheet turns across it, degrees, -175 to 175: 0 is flat; positive, the sides rise to the upper side.
+    pub angle: f64,
+}
+
+/// Checks what a sheet says of this.
+///
+/// # Errors
+/// When a value is out of range, or asks for what the structure or the material does not have.
+pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
+    for (i, crease) in s.creases.iter().enumerate() {
+        let at = |name: &str| format!("creases.{i}.{name}");
+        for (name, (u, v)) in [("from", crease.from), ("to", crease.to)] {
+            check_range(&at(&format!("{name}.0")), u, 0.0, 1.0, "")?;
+            check_range(&at(&format!("{name}.1")), v, 0.0, 1.0, "")?;
+        }
+        check_range(&at("angle"), crease.angle, -175.0, 175.0, "degrees")?;
+        if crease.from == crease.to {
+            return Err(InputError::new(at("to"), "is where the crease begins"));
+        }
+    }
+    check_range("curl.0", s.curl.0, -1e5, 1e5, "1/m")?;
+    check_range("curl.1", s.curl.1, -1e5, 1e5, "1/m")?;
+    let given = [("plastic", s.plastic), ("creases", !s.creases.is_empty()), ("curl", s.curl != (0.0, 0.0))];
+    let is_shell = s.file.is_none() && s.structure == StructureKind::Shell;
+    if let Some((field, _)) = given.into_iter().find(|g| g.1 && !is_shell) {
+        let what = if s.file.is_some() { "a sheet from a file".to_owned() } else { s.structure.to_string() };
+        return Err(InputError::new(field, format!("is for the shell only, not for {what}")));
+    }
+    match &s.material {
+        MaterialChoice::Named(name) => of_material(s, &material::by_name(name)?),
+        MaterialChoice::Inline(constants) => of_material(s, constants),
+        MaterialChoice::File(_) => Ok(()),
+    }
+}
+
+/// Checks that the material has what the sheet asks for.
+///
+/// # Errors
+/// When it does not.
+pub fn of_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
+    if s.plastic && material.yield_stress.is_none() {
+        return Err(InputError::new("plastic", "asks for a yield stress, which the material does not have"));
+    }
+    if s.creep && material.burgers.is_none() {
+        return Err(InputError::new("creep", "asks for burgers, which the material does not have"));
+    }
+    Ok(())
+}

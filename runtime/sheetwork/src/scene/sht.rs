@@ -1,0 +1,391 @@
+//! Sheet files (.SHT, thesis 4.4.1): masses, springs and what the thesis keeps of a sheet, as text, one record a line.
+//!
+//! ```text
+//! # a comment
+//! M ax ay az px py pz fx fy fz vx vy vz mass layer border     a mass
+//! S kind a b stiffness rest                                   a spring between masses a and b
+//! K index                                                     five: four bottom corners, then the centre mass
+//! *                                                           ends the lists
+//! D nx layers nz                                              dimensions of the grid
+//! C damping                                                   damping of the springs, percent
+//! T name                                                      structure
+//! ```
+//!
+//! Records come in this order. Masses are counted from 0 in the order of the file: layer by layer from the bottom, row by
+//! row (z), along x. The file's units are the thesis's: cm, cm/s, cm/s², 1e-3 N, 1e-3 N/m, 1e-4 kg; in the program all is
+//! SI. Which columns there are and in which order is ours, since the thesis prints no file.
+
+pub(crate) mod reader;
+
+use std::path::Path;
+
+use glam::DVec3;
+
+pub use crate::scene::sht::reader::read_sht;
+
+use crate::elements::spring::SpringClass;
+use crate::error::{InputError, check_range};
+use crate::mesh::structure::{MAX_MASSES, StructureKind};
+use crate::scene::record_lines::{Column, decimal, read_file, write_file};
+
+/// Most springs a sheet may have.
+const MAX_SPRINGS: u64 = 32 * MAX_MASSES;
+
+/// The thirteen numbers of a mass, in the order of the file.
+const MASS: [Column; 13] = [
+    accelerations("M.ax"),
+    accelerations("M.ay"),
+    accelerations("M.az"),
+    positions("M.px"),
+    positions("M.py"),
+    positions("M.pz"),
+    forces("M.fx"),
+    forces("M.fy"),
+    forces("M.fz"),
+    velocities("M.vx"),
+    velocities("M.vy"),
+    velocities("M.vz"),
+    Column { name: "M.mass", unit: "1e-4 kg", si_unit: "kg", shift: -4, min: 1e-12, max: 1e6 },
+];
+const MASS_FIELDS: &str = "ax ay az px py pz fx fy fz vx vy vz mass layer border";
+const STIFFNESS: Column =
+    Column { name: "S.stiffness", unit: "1e-3 N/m", si_unit: "N/m", shift: -3, min: 0.0, max: 1e12 };
+const REST: Column = Column { name: "S.rest", unit: "cm", si_unit: "m", shift: -2, min: 1e-12, max: 1e4 };
+const DAMPING: Column = Column { name: "C.damping", unit: "%", si_unit: "", shift: -2, min: 0.0, max: 10.0 };
+
+const fn accelerations(name: &'static str) -> Column {
+    Column { name, unit: "cm/s²", si_unit: "m/s²", shift: -2, min: -1e12, max: 1e12 }
+}
+
+const fn positions(name: &'static str) -> Column {
+    Column { name, unit: "cm", si_unit: "m", shift: -2, min: -1e4, max: 1e4 }
+}
+
+const fn forces(name: &'static str) -> Column {
+    Column { name, unit: "1e-3 N", si_unit: "N", shift: -3, min: -1e6, max: 1e6 }
+}
+
+const fn velocities(name: &'static str) -> Column {
+    Column { name, unit: "cm/s", si_unit: "m/s", shift: -2, min: -1e6, max: 1e6 }
+}
+
+/// A sheet as its file describes it: state, springs and layout, all SI.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SheetFile {
+    /// Masses, layer by layer from the bottom, row by row (z), along x.
+    pub masses: Vec<SheetMass>,
+    /// Springs.
+    pub springs: Vec<SheetSpring>,
+    /// Corner masses of the bottom layer: (-x, -z), (+x, -z), (-x, +z), (+x, +z).
+    pub corners: [u32; 4],
+    /// Mass of the bottom layer nearest to its middle.
+    pub centre: u32,
+    /// Masses along x (2 or more), layers (1 or more), masses along z (2 or more); every other layer is one smaller in x
+    /// and z.
+    pub dimensions: [u32; 3],
+    /// Dashpot of the springs as a fraction of critical damping, 0 to 10.
+    pub damping: f64,
+    /// Name of the structure, as in the table of [`crate::mesh::structure`].
+    pub structure: String,
+}
+
+/// A mass of a sheet file.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SheetMass {
+    /// Acceleration, m/s²; each component within ±1e12.
+    pub acceleration: DVec3,
+    /// Position, m; each component within ±1e4.
+    pub position: DVec3,
+    /// Applied force, N; each component within ±1e6.
+    pub force: DVec3,
+    /// Velocity, m/s; each component within ±1e6.
+    pub velocity: DVec3,
+    /// Mass, kg, 1e-12 to 1e6.
+    pub mass: f64,
+    /// Layer, 0 the bottom one.
+    pub layer: u32,
+    /// Whether it lies on the outline of its layer.
+    pub border: bool,
+}
+
+/// A spring of a sheet file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SheetSpring {
+    /// Direction or purpose.
+    pub kind: SpringClass,
+    /// First mass.
+    pub a: u32,
+    /// Second mass, another one.
+    pub b: u32,
+    /// Stiffness, N/m, 0 to 1e12.
+    pub stiffness: f64,
+    /// Length without load, m, 1e-12 to 1e4.
+    pub rest: f64,
+}
+
+impl SheetMass {
+    /// Its numbers in the order of [`MASS`].
+    fn numbers(&self) -> [f64; 13] {
+        let (a, p, f, v) = (self.acceleration, self.position, self.force, self.velocity);
+        [a.x, a.y, a.z, p.x, p.y, p.z, f.x, f.y, f.z, v.x, v.y, v.z, self.mass]
+    }
+
+    /// The mass with these numbers in the order of [`MASS`].
+    fn from_numbers(numbers: [f64; 13], layer: u32, border: bool) -> Self {
+        let [ax, ay, az, px, py, pz, fx, fy, fz, vx, vy, vz, mass] = numbers;
+        Self {
+            acceleration: DVec3::new(ax, ay, az),
+            position: DVec3::new(px, py, pz),
+            force: DVec3::new(fx, fy, fz),
+            velocity: DVec3::new(vx, vy, vz),
+            mass,
+            layer,
+            border,
+        }
+    }
+}
+
+impl SheetFile {
+    /// Whether a file of this sheet could be read again: values in range, springs, corners and centre on masses that
+    /// exist, as many masses in each layer as the dimensions say, a known structure.
+    ///
+    /// # Errors
+    /// The first defect; its field is `masses.N.px`, `springs.N.rest`, `corners.N`, `centre`, `dimensions`, `damping`
+    /// or `structure`.
+    pub fn check(&self) -> Result<(), InputError> {
+        let mut layers = Layers::default();
+        for (index, mass) in self.masses.iter().enumerate() {
+            for (column, value) in MASS.iter().zip(mass.numbers()) {
+                column.check(|| format!("masses.{index}.{}", column.short()), value)?;
+            }
+            let of_layer = |problem| InputError::new(format!("masses.{index}.layer"), problem);
+            layers.add(mass.layer).map_err(of_layer)?;
+        }
+        check_range("masses", self.masses.len() as f64, 4.0, MAX_MASSES as f64, "masses")?;
+        check_range("springs", self.springs.len() as f64, 0.0, MAX_SPRINGS as f64, "springs")?;
+        let masses = self.masses.len();
+        for (index, spring) in self.springs.iter().enumerate() {
+            STIFFNESS.check(|| format!("springs.{index}.stiffness"), spring.stiffness)?;
+            REST.check(|| format!("springs.{index}.rest"), spring.rest)?;
+            if spring.a == spring.b || spring.a.max(spring.b) as usize >= masses {
+                let problem =
+                    format!("joins {} to {}: two different masses of {masses} are needed", spring.a, spring.b);
+                return Err(InputError::new(format!("springs.{index}"), problem));
+            }
+        }
+        let marks = self.marks();
+        for (index, mark) in marks.iter().enumerate() {
+            let field = if index < 4 { format!("corners.{index}") } else { "centre".to_owned() };
+            layers.check_mark(*mark, &marks[..index]).map_err(|problem| InputError::new(field, problem))?;
+        }
+        layers.check_dimensions(self.dimensions).map_err(|problem| InputError::new("dimensions", problem))?;
+        DAMPING.check(|| "damping".to_owned(), self.damping)?;
+        self.structure.parse::<StructureKind>().map(drop)
+    }
+
+    /// Corners and centre.
+    fn marks(&self) -> [u32; 5] {
+        let [a, b, c, d] = self.corners;
+        [a, b, c, d, self.centre]
+    }
+}
+
+/// Number of masses in each layer, bottom first.
+#[derive(Default)]
+struct Layers {
+    counts: Vec<u64>,
+}
+
+impl Layers {
+    /// Counts a mass of this layer, the same as the last one's or the next.
+    fn add(&mut self, layer: u32) -> Result<(), String> {
+        let next = self.counts.len();
+        match self.counts.get_mut(layer as usize) {
+            Some(count) if layer as usize + 1 == next => *count += 1,
+            None if layer as usize == next => self.counts.push(1),
+            _ if next == 0 => return Err(format!("{layer} of the first mass must be 0")),
+            _ => return Err(format!("{layer} follows {}: masses come layer by layer from 0", next - 1)),
+        }
+        Ok(())
+    }
+
+    /// The corner or centre is a mass of the bottom layer; corners differ. `others` are the corners before it.
+    fn check_mark(&self, mark: u32, others: &[u32]) -> Result<(), String> {
+        let bottom = self.counts.first().copied().unwrap_or(0);
+        if u64::from(mark) >= bottom {
+            return Err(format!("mass {mark} is not in the bottom layer, which has {bottom} masses"));
+        }
+        // The centre may be a corner: a sheet of 2 x 2 has no other mass.
+        if others.len() < 4 && others.contains(&mark) {
+            return Err(format!("mass {mark} is a corner already: the four corners must differ"));
+        }
+        Ok(())
+    }
+
+    /// Layers alternate between nx·nz and (nx-1)·(nz-1) masses.
+    fn check_dimensions(&self, [nx, layers, nz]: [u32; 3]) -> Result<(), String> {
+        let size = format!("{nx} x {layers} x {nz}");
+        if nx < 2 || nz < 2 || layers < 1 {
+            return Err(format!("{size}: at least 2 x 1 x 2 masses are needed"));
+        }
+        if u64::from(layers) != self.counts.len() as u64 {
+            return Err(format!("{size} contradicts the masses, which are in {} layers", self.counts.len()));
+        }
+        for (layer, found) in self.counts.iter().enumerate() {
+            let less = (layer % 2) as u32;
+            let expected = u64::from(nx - less) * u64::from(nz - less);
+            if *found != expected {
+                return Err(format!("{size} has {expected} masses in layer {layer}, but {found} are there"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads a .SHT file.
+///
+/// # Errors
+/// Those of [`read_sht`], and when the file cannot be read.
+pub fn read_sht_file(path: &Path) -> Result<SheetFile, InputError> {
+    read_file(path, read_sht)
+}
+
+/// The .SHT text of a sheet; reading it gives the same sheet bit for bit if [`SheetFile::check`] accepts it.
+pub fn write_sht(sheet: &SheetFile) -> String {
+    let mut text = format!("# M {MASS_FIELDS} (cm, cm/s, cm/s2, 1e-3 N, 1e-4 kg)\n");
+    for mass in &sheet.masses {
+        text.push('M');
+        for (column, value) in MASS.iter().zip(mass.numbers()) {
+            text.push(' ');
+            text.push_str(&decimal(value, column.shift));
+        }
+        text.push_str(&format!(" {} {}\n", mass.layer, u8::from(mass.border)));
+    }
+    text.push_str("# S kind a b stiffness (1e-3 N/m) rest (cm)\n");
+    for spring in &sheet.springs {
+        let (stiffness, rest) = (decimal(spring.stiffness, STIFFNESS.shift), decimal(spring.rest, REST.shift));
+        text.push_str(&format!("S {} {} {} {stiffness} {rest}\n", spring.kind.name(), spring.a, spring.b));
+    }
+    text.push_str("# K corners -x-z, +x-z, -x+z, +x+z, then the centre; D nx layers nz; C damping (%); T structure\n");
+    for mark in sheet.marks() {
+        text.push_str(&format!("K {mark}\n"));
+    }
+    let [nx, layers, nz] = sheet.dimensions;
+    let damping = decimal(sheet.damping, DAMPING.shift);
+    text.push_str(&format!("*\nD {nx} {layers} {nz}\nC {damping}\nT {}\n", sheet.structure));
+    text
+}
+
+/// Writes a .SHT file.
+///
+/// # Errors
+/// When [`SheetFile::check`] refuses the sheet, and when the file cannot be written. Nothing is written unless the file
+/// could be read again.
+pub fn write_sht_file(path: &Path, sheet: &SheetFile) -> Result<(), InputError> {
+    sheet.check().map_err(|error| error.in_file(path))?;
+    write_file(path, &write_sht(sheet))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::record_lines::damage;
+
+    /// A sheet of 2 x 2 x 2, five masses in 17 lines.
+    pub(crate) const SMALL: &str = "M 0 0 0 0 0 0 0 0 0 0 0 0 4 0 1\n\
+        M 0 -98.1 0 1.15 0 0 0 0 0 0 0 0 4 0 1\n\
+        M 0 0 0 0 0 1.15 0 -3.9 0 0 0 0 4 0 1\n\
+        M 0 0 0 1.15 0 1.15 0 0 0 0 7 0 4 0 1\n\
+        M 0 0 0 0.575 0.1 0.575 0 0 0 0 0 0 0.5 1 1\n\
+        S x 0 1 185 1.15\n\
+        S z 0 2 185 1.15\n\
+        S inter 4 0 60.5 0.8193\n\
+        K 0\nK 1\nK 2\nK 3\nK 0\n\
+        *\nD 2 2 2\nC 11.5\nT samm\n";
+
+    #[test]
+    fn the_thesis_units_become_si() {
+        let sheet = read_sht(SMALL).expect("good");
+        assert_eq!(sheet.masses.len(), 5);
+        assert_eq!(sheet.masses[1].acceleration, DVec3::new(0.0, -0.981, 0.0));
+        assert_eq!(sheet.masses[1].position, DVec3::new(0.0115, 0.0, 0.0));
+        assert_eq!(sheet.masses[2].force, DVec3::new(0.0, -0.0039, 0.0));
+        assert_eq!(sheet.masses[3].velocity, DVec3::new(0.0, 0.07, 0.0));
+        assert_eq!((sheet.masses[3].mass, sheet.masses[4].mass), (4e-4, 5e-5));
+        assert_eq!((sheet.masses[4].layer, sheet.masses[4].border), (1, true));
+        let inter = SheetSpring { kind: SpringClass::Inter, a: 4, b: 0, stiffness: 0.0605, rest: 0.008193 };
+        assert_eq!(sheet.springs[2], inter);
+        assert_eq!((sheet.corners, sheet.centre, sheet.dimensions), ([0, 1, 2, 3], 0, [2, 2, 2]));
+        assert_eq!((sheet.damping, sheet.structure.as_str()), (0.115, "samm"));
+        assert_eq!(sheet.check(), Ok(()));
+        assert_eq!(read_sht(&SMALL.replace('\n', "\r\n")), Ok(sheet));
+    }
+
+    #[test]
+    fn round_trips_are_exact() {
+        let mut sheet = read_sht(SMALL).expect("good");
+        let mut dice = damage::Dice(7);
+        for mass in &mut sheet.masses {
+            let mut numbers = mass.numbers();
+            for number in &mut numbers {
+                *number = (dice.below(1 << 50) as f64 + 1.0) / 3.0_f64.powi(30 + dice.below(9) as i32);
+            }
+            *mass = SheetMass::from_numbers(numbers, mass.layer, mass.border);
+            mass.velocity.z = -0.0;
+        }
+        for (spring, kind) in sheet.springs.iter_mut().zip(SpringClass::ALL.into_iter().rev()) {
+            (spring.kind, spring.stiffness, spring.rest) = (kind, 1.0 / 3.0, 2.0 / 3.0);
+        }
+        sheet.damping = 0.1 + 0.2;
+        assert_eq!(sheet.check(), Ok(()));
+        let text = write_sht(&sheet);
+        let back = read_sht(&text).expect("ours");
+        assert_eq!(back, sheet);
+        for (a, b) in back.masses.iter().zip(&sheet.masses) {
+            assert_eq!(a.numbers().map(f64::to_bits), b.numbers().map(f64::to_bits));
+        }
+        assert_eq!(write_sht(&back), text);
+    }
+
+    #[test]
+    fn sheets_made_by_program_are_checked_before_they_are_written() {
+        let path = std::env::temp_dir().join(format!("sheetwork-sht-{}.sht", std::process::id()));
+        let good = read_sht(SMALL).expect("good");
+        let refused = |spoil: fn(&mut SheetFile)| {
+            let mut sheet = good.clone();
+            spoil(&mut sheet);
+            let error = write_sht_file(&path, &sheet).expect_err("spoilt");
+            assert!(!path.exists() && error.file.is_some());
+            error.field
+        };
+        assert_eq!(refused(|s| s.masses[2].position.y = f64::NAN), "masses.2.py");
+        assert_eq!(refused(|s| s.masses[2].layer = 1), "masses.3.layer");
+        assert_eq!(refused(|s| s.masses.clear()), "masses");
+        assert_eq!(refused(|s| s.springs[1].rest = 0.0), "springs.1.rest");
+        assert_eq!(refused(|s| s.springs[1].b = 5), "springs.1");
+        assert_eq!(refused(|s| s.corners[3] = 4), "corners.3");
+        assert_eq!(refused(|s| s.corners[3] = 0), "corners.3");
+        assert_eq!(refused(|s| s.centre = 9), "centre");
+        assert_eq!(refused(|s| s.dimensions = [2, 2, u32::MAX]), "dimensions");
+        assert_eq!(refused(|s| s.damping = 11.0), "damping");
+        assert_eq!(refused(|s| s.structure = "a b".into()), "structure");
+        write_sht_file(&path, &good).expect("written");
+        let read = read_sht_file(&path);
+        std::fs::remove_file(&path).expect("removed");
+        assert_eq!(read, Ok(good));
+    }
+
+    #[test]
+    fn the_sheet_of_the_project_is_slamm_at_rest() {
+        let sheet = read_sht(include_str!("../../../../assets/sheets/slamm_5x2x5.sht")).expect("good");
+        assert_eq!((sheet.masses.len(), sheet.springs.len()), (41, 153));
+        assert_eq!((sheet.structure.as_str(), sheet.dimensions, sheet.damping), ("slamm", [5, 2, 5], 0.115));
+        for spring in &sheet.springs {
+            let length = sheet.masses[spring.a as usize].position.distance(sheet.masses[spring.b as usize].position);
+            assert!((length - spring.rest).abs() < 1e-9 && spring.stiffness == 0.185);
+        }
+        let corner = |index: usize| sheet.masses[sheet.corners[index] as usize].position;
+        assert!((corner(3) - corner(0) - DVec3::new(0.025, 0.0, 0.025)).length() < 1e-9);
+        assert!(((corner(0) + corner(3)) / 2.0).distance(sheet.masses[sheet.centre as usize].position) < 1e-9);
+    }
+}

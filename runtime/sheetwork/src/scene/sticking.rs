@@ -1,0 +1,51 @@
+//! Which sheets stick, and how, in a scene.
+
+use crate::error::{InputError, check_range};
+use crate::integrators::EngineKind;
+use crate::scene::{Material, MaterialChoice, SheetSpec, Tack, material};
+use crate::thermal::{COLDEST, HOTTEST};
+
+/// Checks what a sheet says of it.
+///
+/// # Errors
+/// When its material has no tack.
+pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
+    match &s.material {
+        MaterialChoice::Named(name) if s.sticky => of_material(&material::by_name(name)?),
+        MaterialChoice::Inline(constants) if s.sticky => of_material(constants),
+        _ => Ok(()),
+    }
+}
+
+/// Checks how a material sticks; fields are below its `tack`.
+///
+/// # Errors
+/// When a value is out of range.
+pub(crate) fn check_tack(tack: &Tack) -> Result<(), InputError> {
+    check_range("strength", tack.strength, 1e-3, 1e9, "Pa")?;
+    check_range("above", tack.above, COLDEST, HOTTEST, "°C")?;
+    tack.lets_go_below.map_or(Ok(()), |limit| check_range("lets_go_below", limit, COLDEST, tack.above, "°C"))
+}
+
+/// Checks that the material sticks.
+///
+/// # Errors
+/// When it does not.
+pub fn of_material(material: &Material) -> Result<(), InputError> {
+    if material.tack.is_none() {
+        return Err(InputError::new("sticky", "asks for tack, which the material does not have"));
+    }
+    Ok(())
+}
+
+/// Checks that the engine lets sheets stick.
+///
+/// # Errors
+/// When it is an explicit one.
+pub fn of_engine(engine: EngineKind) -> Result<(), InputError> {
+    if !engine.info().implicit {
+        let problem = format!("is for implicit engines (tr-bdf2, backward-euler, bdf2), not for {}", engine.name());
+        return Err(InputError::new("sticky", problem));
+    }
+    Ok(())
+}

@@ -1,0 +1,195 @@
+//! What becomes of a sheet that is about to go unstable, in a scene.
+
+use std::fmt::{Display, Formatter};
+use std::str::FromStr;
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{InputError, check_range};
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+
+/// Parts that a step may be cut into, unless told otherwise, and the range of it.
+const PARTS: u32 = 64;
+const PARTS_RANGE: (f64, f64) = (2.0, 4096.0);
+/// Strain that springs are held to, unless told otherwise (Provot's tenth), and the range of it.
+const STRAIN: f64 = 0.1;
+const STRAIN_RANGE: (f64, f64) = (1e-4, 1.0);
+
+/// What is done with a sheet that gains energy from nowhere. Text in files, parameters and on the command line: `"stop"`, `"reduce-step"`
+/// or `"reduce-step 64"`, `"implicit"`, `"freeze"`, `"limit"` or `"limit 0.1"`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum WhenUnstable {
+    /// It is stopped when it has flown apart. Nothing is watched, and nothing paid.
+    #[default]
+    Stop,
+    /// Its engine takes the step again in 2, 4, 8... parts, at most `parts` of them; then it is frozen.
+    ReduceStep {
+        /// 2 to 4096.
+        parts: u32,
+    },
+    /// It goes on with the implicit engine `tr-bdf2`.
+    Implicit,
+    /// It stands where it was until something about it is changed.
+    Freeze,
+    /// No spring, or neighbours of a shell, may be longer or shorter by more than `strain` (the thesis's spring retention), and no more
+    /// energy is left than there was.
+    Limit {
+        /// 0.0001 to 1.
+        strain: f64,
+    },
+}
+
+/// The words, in the order they are listed in.
+const WORDS: [&str; 5] = ["stop", "reduce-step", "implicit", "freeze", "limit"];
+
+impl WhenUnstable {
+    /// Keeps it for a snapshot.
+    pub(crate) fn keep(self, to: &mut Keeper) {
+        to.byte(self.index() as u8);
+        match self {
+            Self::ReduceStep { parts } => to.count(parts.into()),
+            Self::Limit { strain } => to.number(strain),
+            Self::Stop | Self::Implicit | Self::Freeze => {}
+        }
+    }
+
+    /// Takes it back.
+    pub(crate) fn taken(from: &mut Taker) -> Taken<Self> {
+        let policy = match from.byte()? {
+            0 => Self::Stop,
+            1 => Self::ReduceStep { parts: from.small()? },
+            2 => Self::Implicit,
+            3 => Self::Freeze,
+            4 => Self::Limit { strain: from.number()? },
+            _ => return Err(Cut),
+        };
+        policy.check().map_err(|_| Cut)?;
+        Ok(policy)
+    }
+
+    /// The word, without its number.
+    pub fn word(self) -> &'static str {
+        WORDS[self.index()]
+    }
+
+    fn index(self) -> usize {
+        match self {
+            Self::Stop => 0,
+            Self::ReduceStep { .. } => 1,
+            Self::Implicit => 2,
+            Self::Freeze => 3,
+            Self::Limit { .. } => 4,
+        }
+    }
+
+    /// Checks its number.
+    ///
+    /// # Errors
+    /// When it is out of range.
+    pub fn check(self) -> Result<(), InputError> {
+        match self {
+            Self::ReduceStep { parts } => {
+                check_range("when_unstable", parts.into(), PARTS_RANGE.0, PARTS_RANGE.1, "parts of a step")
+            }
+            Self::Limit { strain } => {
+                check_range("when_unstable", strain, STRAIN_RANGE.0, STRAIN_RANGE.1, "of a spring's length")
+            }
+            Self::Stop | Self::Implicit | Self::Freeze => Ok(()),
+        }
+    }
+}
+
+impl Display for WhenUnstable {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::ReduceStep { parts } => write!(f, "{} {parts}", self.word()),
+            Self::Limit { strain } => write!(f, "{} {strain}", self.word()),
+            Self::Stop | Self::Implicit | Self::Freeze => f.write_str(self.word()),
+        }
+    }
+}
+
+impl FromStr for WhenUnstable {
+    type Err = InputError;
+
+    fn from_str(text: &str) -> Result<Self, InputError> {
+        let refused = |problem: String| InputError::new("when_unstable", problem);
+        let mut words = text.split_whitespace();
+        let (word, number, rest) = (words.next().unwrap_or_default(), words.next(), words.next());
+        let unknown = || refused(format!("\"{text}\" is none of {}", WORDS.join(", ")));
+        let policy = match (word, number) {
+            _ if rest.is_some() => return Err(unknown()),
+            ("stop", None) => Self::Stop,
+            ("implicit", None) => Self::Implicit,
+            ("freeze", None) => Self::Freeze,
+            ("stop" | "implicit" | "freeze", Some(_)) => return Err(refused(format!("{word} takes no number"))),
+            ("reduce-step", None) => Self::ReduceStep { parts: PARTS },
+            ("reduce-step", Some(n)) => {
+                let whole = |_| refused(format!("\"{n}\" parts are no whole number from 2 to 4096"));
+                Self::ReduceStep { parts: n.parse().map_err(whole)? }
+            }
+            ("limit", None) => Self::Limit { strain: STRAIN },
+            ("limit", Some(n)) => {
+                let number = |_| refused(format!("\"{n}\" is not a number"));
+                Self::Limit { strain: n.parse().map_err(number)? }
+            }
+            _ => return Err(unknown()),
+        };
+        policy.check()?;
+        Ok(policy)
+    }
+}
+
+impl TryFrom<String> for WhenUnstable {
+    type Error = InputError;
+
+    fn try_from(text: String) -> Result<Self, InputError> {
+        text.parse()
+    }
+}
+
+impl From<WhenUnstable> for String {
+    fn from(policy: WhenUnstable) -> Self {
+        policy.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn a_policy_is_its_text() {
+        let text = ["stop", "reduce-step 8", "implicit", "freeze", "limit 0.05"];
+        for text in text {
+            assert_eq!(text.parse::<WhenUnstable>().expect("valid").to_string(), text);
+        }
+        assert_eq!("reduce-step".parse(), Ok(WhenUnstable::ReduceStep { parts: 64 }));
+        assert_eq!("limit".parse(), Ok(WhenUnstable::Limit { strain: 0.1 }));
+        let scene = Scene::parse(r#"(sheets: [(when_unstable: "limit 0.05")])"#).expect("valid");
+        assert_eq!(scene.sheets[0].when_unstable, WhenUnstable::Limit { strain: 0.05 });
+        assert_eq!(Scene::parse(&scene.to_text().expect("text")).expect("valid"), scene);
+        let set = scene.with_override("sheets.0.when_unstable", "reduce-step 16").expect("valid");
+        assert_eq!(set.sheets[0].when_unstable, WhenUnstable::ReduceStep { parts: 16 });
+    }
+
+    #[test]
+    fn a_bad_policy_is_refused_by_name_and_range() {
+        for (text, says) in [
+            ("pray", "stop, reduce-step, implicit, freeze, limit"),
+            ("stop 3", "takes no number"),
+            ("reduce-step 1", "2 to 4096 parts of a step"),
+            ("reduce-step 2.5", "no whole number"),
+            ("limit 2", "of a spring's length"),
+            ("limit NaN", "NaN"),
+            ("limit 0.1 0.2", "none of"),
+        ] {
+            let error = text.parse::<WhenUnstable>().expect_err(text);
+            assert!(error.problem.contains(says), "{text}: {error}");
+        }
+        let error = Scene::parse("(\n  sheets: [\n    (when_unstable: \"pray\"),\n  ],\n)").expect_err("bad");
+        assert_eq!((error.line, error.field.as_str()), (Some(3), "sheets.0.when_unstable"));
+    }
+}

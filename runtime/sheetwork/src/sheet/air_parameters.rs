@@ -1,0 +1,57 @@
+//! What can be changed of a running sheet beyond its material: how the air takes hold of it and presses on it. And which dampings act on it.
+
+use crate::error::{InputError, check_range};
+use crate::sheet::Sheet;
+
+impl Sheet {
+    /// Length and width at rest, m, that [`Sheet::uv`] is a fraction of.
+    pub fn rest_size(&self) -> (f64, f64) {
+        self.extent
+    }
+
+    /// Whether it aims at the bending stiffness of its material, as a shell and calibrated springs do. It is then damped by
+    /// [`Sheet::damping_ratio`], otherwise by the dashpots of [`Sheet::damping`].
+    pub fn follows_material(&self) -> bool {
+        self.bends || self.elements.len() > self.pulls.len()
+    }
+
+    /// Drag coefficients across and along the air stream.
+    pub fn drag(&self) -> (f64, f64) {
+        self.drag.coefficients
+    }
+
+    /// Pressure on the upper side above that on the lower, Pa.
+    pub fn pressure(&self) -> f64 {
+        self.drag.pressure
+    }
+
+    /// Takes up what its scene has pressure be at `time`, s.
+    pub(crate) fn press(&mut self, time: f64) {
+        if self.drag.pass(time) {
+            self.wake();
+        }
+    }
+
+    /// Changes the pressure on the upper side above that on the lower, Pa, -1e6 to 1e6, for good.
+    ///
+    /// # Errors
+    /// When it is out of range; nothing is changed then.
+    pub fn set_pressure(&mut self, pressure: f64) -> Result<(), InputError> {
+        check_range("pressure", pressure, -1e6, 1e6, "Pa")?;
+        self.drag.hold(pressure);
+        self.wake();
+        Ok(())
+    }
+
+    /// Changes the drag coefficients across and along the air stream, each 0 to 10.
+    ///
+    /// # Errors
+    /// When one is out of range; nothing is changed then.
+    pub fn set_drag(&mut self, across: f64, along: f64) -> Result<(), InputError> {
+        check_range("drag.0", across, 0.0, 10.0, "")?;
+        check_range("drag.1", along, 0.0, 10.0, "")?;
+        self.drag.coefficients = (across, along);
+        self.wake();
+        Ok(())
+    }
+}

@@ -1,0 +1,197 @@
+//! Seeing a sheet buckle: it gives way to what it bore a moment ago, and strikes out at what that had stored.
+//!
+//! From one step to the next it moves by Δx and its elastic forces change by Δf. A stable sheet resists its own motion, Δf·Δx < 0, in
+//! vibration as in rest: its stored energy U is convex along its way. Past a limit point or a bifurcation it is concave,
+//!
+//!   Δf·Δx > 0 and ΔU < 0,
+//!
+//! until the sheet is past the inflection (Thompson and Hunt, *A General Theory of Elastic Stability*, 1973, ch. 2). What it gave off
+//! meanwhile is the energy of the buckle; the place is where its elastic forces did most work. What follows within a tenth of a second and is no
+//! stronger is the ringing of the same. Whoever wants to know pays an evaluation of forces
+//! and energy a step; nobody else anything.
+
+use glam::DVec3;
+
+use crate::elements::Element;
+use crate::elements::spring::SpringScratch;
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+use crate::sheet::{Sheet, Status};
+
+/// Part of what was stored that has to go, for a buckle to be one.
+const SHARE: f64 = 0.02;
+/// Speed of a whole sheet with less energy than a buckle that is told of, m/s.
+const FAINT: f64 = 5e-3;
+
+/// How long a buckle rings, s.
+const RINGING: f64 = 0.1;
+/// By how much stronger it must be to be another.
+const RINGS_ON: f64 = 2.0;
+
+/// A sheet has buckled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Buckle {
+    /// When it began to give way, s of simulated time.
+    pub time: f64,
+    /// Where its elastic forces did most work in a step, m.
+    pub place: DVec3,
+    /// Elastic energy that it gave off until it was past its inflection, J.
+    pub energy: f64,
+}
+
+/// A sheet on its way down.
+#[derive(Clone, Copy)]
+struct Fall {
+    since: f64,
+    stored: f64,
+    given: f64,
+    most: f64,
+    place: DVec3,
+}
+
+/// What is known of the last step.
+#[derive(Default)]
+pub(crate) struct Watch {
+    x: Vectors,
+    force: Vectors,
+    elastic: f64,
+    next_force: Vectors,
+    still: Vectors,
+    scratch: SpringScratch,
+    /// Of the cells that had opened.
+    revision: u64,
+    fall: Option<Fall>,
+    last: Option<Buckle>,
+}
+
+impl Watch {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.vector_list(&self.x);
+        to.vector_list(&self.force);
+        to.number(self.elastic);
+        to.flag(self.fall.is_some());
+        if let Some(Fall { since, stored, given, most, place }) = self.fall {
+            to.numbers(&[since, stored, given, most]);
+            to.vector(place);
+        }
+        to.flag(self.last.is_some());
+        if let Some(Buckle { time, place, energy }) = self.last {
+            to.numbers(&[time, energy]);
+            to.vector(place);
+        }
+    }
+
+    /// Takes it back, for a sheet of `masses` masses of which the cells of `revision` are open.
+    pub fn take(&mut self, from: &mut Taker, masses: usize, revision: u64) -> Taken {
+        from.vector_list(&mut self.x, masses)?;
+        from.vector_list(&mut self.force, masses)?;
+        for buffer in [&mut self.next_force, &mut self.still] {
+            *buffer = Vectors::zeros(masses);
+        }
+        self.elastic = from.number()?;
+        self.revision = revision;
+        self.fall = None;
+        if from.flag()? {
+            let mut all = [0.0; 4];
+            from.numbers(&mut all)?;
+            let [since, stored, given, most] = all;
+            self.fall = Some(Fall { since, stored, given, most, place: from.vector()? });
+        }
+        self.last = None;
+        if from.flag()? {
+            let (time, energy) = (from.number()?, from.number()?);
+            self.last = Some(Buckle { time, place: from.vector()?, energy });
+        }
+        Ok(())
+    }
+}
+
+impl Sheet {
+    /// Watches for buckling from now on, or no longer.
+    pub(crate) fn watch_buckling(&mut self, watch: bool) {
+        if watch != self.watch.is_some() {
+            self.watch = watch.then(Box::default);
+        }
+    }
+
+    /// Whether it is watched.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.watch.is_some()
+    }
+
+    /// Looks at the step that was just taken, from `time` on (s).
+    pub(crate) fn look_for_buckling(&mut self, time: f64) -> Option<Buckle> {
+        if self.status != Status::Awake {
+            return None;
+        }
+        let mut watch = self.watch.take()?;
+        let found = watch.look(self, time);
+        self.watch = Some(watch);
+        found
+    }
+
+    /// Elastic forces at the present positions, N, and what is stored there, J.
+    fn elastic(&self, watch: &mut Watch) -> f64 {
+        let Watch { next_force: force, still, scratch, .. } = watch;
+        force.clear();
+        self.springs.add_forces(&self.x, still, false, scratch, force);
+        // What pulls at the sheet is not it.
+        let own = &self.elements[..self.elements.len() - self.pulls.len()];
+        own.iter().for_each(|e| e.add_forces(&self.x, still, force));
+        let pulled: f64 = self.pulls.iter().map(|p| p.energy(&self.x)).sum();
+        self.energy(DVec3::ZERO).elastic - pulled
+    }
+}
+
+impl Watch {
+    fn look(&mut self, sheet: &Sheet, time: f64) -> Option<Buckle> {
+        let n = sheet.masses();
+        // What tears gives energy off too, but does not buckle.
+        let is_first = self.x.len() != n || self.revision != sheet.opening_revision();
+        self.revision = sheet.opening_revision();
+        if is_first {
+            self.fall = None;
+            for buffer in [&mut self.next_force, &mut self.still] {
+                *buffer = Vectors::zeros(n);
+            }
+        }
+        let elastic = sheet.elastic(self);
+        let found = if is_first { None } else { self.judge(sheet, time, elastic) };
+        self.elastic = elastic;
+        self.x.clone_from(&sheet.x);
+        self.force.clone_from(&self.next_force);
+        found
+    }
+
+    fn judge(&mut self, sheet: &Sheet, time: f64, elastic: f64) -> Option<Buckle> {
+        let (mut resists, mut most, mut place) = (0.0, 0.0, DVec3::ZERO);
+        // What is led does not give way by itself.
+        for i in (0..sheet.masses()).filter(|i| !sheet.is_held(*i)) {
+            let (force, next, x) = (self.force.get(i), self.next_force.get(i), sheet.x.get(i));
+            let moved = x - self.x.get(i);
+            resists -= (next - force).dot(moved);
+            let work = (0.5 * (force + next)).dot(moved);
+            if work > most {
+                (most, place) = (work, x);
+            }
+        }
+        let given = self.elastic - elastic;
+        if resists < 0.0 && given > 0.0 {
+            let new = Fall { since: time, stored: self.elastic, given: 0.0, most: 0.0, place };
+            let fall = self.fall.get_or_insert(new);
+            fall.given += given;
+            if most > fall.most {
+                (fall.most, fall.place) = (most, place);
+            }
+            return None;
+        }
+        let fall = self.fall.take()?;
+        let faint = 0.5 * sheet.total_mass() * FAINT * FAINT;
+        let rings = self.last.is_some_and(|b| fall.since < b.time + RINGING && fall.given < RINGS_ON * b.energy);
+        let is_one = fall.given > faint && fall.given > SHARE * fall.stored && !rings;
+        let found = is_one.then_some(Buckle { time: fall.since, place: fall.place, energy: fall.given });
+        self.last = found.or(self.last);
+        found
+    }
+}

@@ -1,0 +1,518 @@
+//! Construction of a sheet from its description: lattice from a generator or a file, spring
+//! stiffness, placement, prescribed degrees of freedom.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use crate::contact::node::through_thickness::Stack;
+use crate::elements::Element;
+use crate::elements::bending::Bending;
+use crate::elements::creep::FlowLaw;
+use crate::elements::grid_membrane::CellMembrane;
+use crate::elements::spring::{Spring, SpringClass, Springs};
+use crate::elements::staggered::{Grid, curvatures};
+use crate::elements::thickness_limit::ThicknessLimit;
+use crate::elements::triangle_bending::triangle_curvatures;
+use crate::elements::triangle_membrane::EdgeMembrane;
+use crate::error::InputError;
+use crate::math::Vectors;
+use crate::mesh::outline::{Edge, Mesh};
+use crate::mesh::structure::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate, masses_of};
+use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
+use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
+use crate::scene::{flow as scene_flow, sticking, tearing as scene_tearing};
+use crate::sheet::air_drag::Drag;
+use crate::sheet::creases;
+use crate::sheet::creep::Flow;
+use crate::sheet::fracture::Tears;
+use crate::sheet::generation::{Calibrated, cuts, generated};
+use crate::sheet::{Counters, Crossing, Pins, Probe, Sheet, Status, Work, region};
+
+/// Parts of a generated sheet or of a sheet from a file, before placement.
+pub(crate) struct Parts {
+    pub lattice: Lattice,
+    /// Rest length of each link, m.
+    pub rest: Vec<f64>,
+    /// Stiffness of each link, N/m.
+    pub stiffness: Vec<f64>,
+    pub mass: Vec<f64>,
+    pub velocity: Vec<DVec3>,
+    pub force: Vec<DVec3>,
+    /// Material coordinates of each node, 0 to 1 over the bottom layer.
+    pub uv: Vec<(f64, f64)>,
+    /// Length and width (m) to which `uv` refers.
+    pub extent: (f64, f64),
+    pub structure: StructureKind,
+    pub grid: (u32, u32, u32),
+    pub damping: f64,
+    /// Clamp springs and delivered stiffness of a calibrated lattice.
+    pub calibrated: Option<Calibrated>,
+    /// Triangle mesh of a sheet with an outline.
+    pub mesh: Option<Mesh>,
+}
+
+impl Sheet {
+    /// Builds sheet number `index` of `scene`.
+    ///
+    /// # Errors
+    /// When the description, or the file it names, is not valid; field names are relative to the
+    /// sheet.
+    pub fn build(scene: &Scene, index: usize) -> Result<Self, InputError> {
+        let spec = &scene.sheets[index];
+        Self::build_as(scene, index, spec, spec.grid)
+    }
+
+    /// Builds sheet number `index` on a grid of `grid` nodes along length and width, with the
+    /// thickness and the mass that it has on the grid of its description.
+    ///
+    /// # Errors
+    /// As [`Sheet::build`], and when the sheet cannot have that grid.
+    pub(crate) fn build_at(scene: &Scene, index: usize, grid: (u32, u32)) -> Result<Self, InputError> {
+        let mut spec = scene.sheets[index].clone();
+        let described = spec.grid;
+        spec.grid = (grid.0, described.1, grid.1);
+        if let Some(mass) = &mut spec.node_mass {
+            *mass *= masses_of(described) as f64 / masses_of(spec.grid) as f64;
+        }
+        Self::build_as(scene, index, &spec, described)
+    }
+
+    /// Builds sheet number `index` of `scene` from `spec`; `described` is the grid in the scene.
+    fn build_as(scene: &Scene, index: usize, spec: &SheetSpec, described: (u32, u32, u32)) -> Result<Self, InputError> {
+        let material = spec.material.resolve(&scene.base)?;
+        let mut parts = match &spec.file {
+            Some(file) => read(&sht::read_sht_file(&scene.base.join(file))?)?,
+            None => generated(spec, &material, &scene.base, described)?,
+        };
+        let (calibrated, mesh) = (parts.calibrated.take(), parts.mesh.take());
+        let triangles = mesh.as_ref().map(upper_side);
+        let mut sheet = assemble(scene, spec, material, parts, calibrated.is_some(), triangles);
+        if sheet.name.is_empty() {
+            sheet.name = format!("sheet {index}");
+        }
+        apply_regions(spec, &mut sheet, calibrated.as_ref())?;
+        sheet.set_flexion_limit(spec.flexion_limit)?;
+        scene_flow::of_material(spec, &sheet.material)?;
+        let law = FlowLaw::new(&sheet.material, spec.creep, spec.plastic);
+        sheet.elements = shell_elements(spec, &sheet, mesh.as_ref(), &law);
+        sheet.mesh = mesh.map(Arc::new);
+        sheet.delivered = calibrated.as_ref().map(|c| c.delivered);
+        if !sheet.elements.is_empty() {
+            sheet.delivered = Some(1.0);
+        }
+        let share = law.creep.map(|c| c.arms.share);
+        sheet.elements.extend(calibrated.and_then(|c| c.wall_springs(spec, &sheet.material, share)));
+        if spec.creep || spec.plastic {
+            let celsius = spec.temperature.unwrap_or(scene.ambient_temperature);
+            sheet.flow = Some(Box::new(Flow::new(law, celsius, scene.time_lapse, &sheet.springs)));
+        }
+        sheet.refresh();
+        if spec.creep {
+            // The stiffness of a creeping sheet depends on temperature with and without a heat
+            // source.
+            sheet.begin_heat(scene.ambient_temperature);
+        }
+        sheet.work.touching = vec![false; sheet.masses()];
+        if spec.sticky {
+            sticking::of_engine(scene.engine)?;
+            sticking::of_material(&sheet.material)?;
+            sheet.areas = areas(&sheet);
+        }
+        if spec.tearing {
+            scene_tearing::of_material(&sheet.material)?;
+        }
+        if spec.tearing || !spec.slits.is_empty() {
+            sheet.tears = Some(Box::new(Tears::new(&sheet, spec.tearing)));
+            sheet.slit(&spec.slits);
+        }
+        Ok(sheet)
+    }
+}
+
+/// Area per node, m²: the area of the layer in proportion to the node masses.
+fn areas(sheet: &Sheet) -> Vec<f64> {
+    let place = |m: u32| {
+        let (u, v) = sheet.uv[m as usize];
+        (u * sheet.extent.0, v * sheet.extent.1)
+    };
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(place);
+        0.5 * ((b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0)).abs()
+    };
+    let covered: f64 = match &sheet.triangles {
+        Some(triangles) => triangles.iter().map(area).sum(),
+        None => sheet.extent.0 * sheet.extent.1,
+    };
+    let mut all = vec![0.0; sheet.masses()];
+    for layer in &sheet.layers {
+        let whole: f64 = layer.range().map(|i| sheet.mass[i]).sum();
+        layer.range().for_each(|i| all[i] = covered * sheet.mass[i] / whole);
+    }
+    all
+}
+
+/// Triangles of a mesh for drawing, counter-clockwise seen from the upper side.
+fn upper_side(mesh: &Mesh) -> Vec<[u32; 3]> {
+    mesh.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect()
+}
+
+/// Membrane and bending of a shell on a triangle mesh. A boundary edge is clamped when both its
+/// nodes are.
+fn mesh_elements(spec: &SheetSpec, sheet: &Sheet, mesh: &Mesh, law: &FlowLaw) -> Vec<Box<dyn Element>> {
+    let clamped = |e: &Edge| e.nodes.iter().all(|n| sheet.clamped[*n as usize]);
+    let (groups, normals) = triangle_curvatures(mesh, &clamped);
+    let rotation = spec.placement.quaternion();
+    let directions: Vec<DVec3> = normals.iter().map(|[u, v]| rotation * DVec3::new(*u, 0.0, *v)).collect();
+    let mut membrane = EdgeMembrane::new(mesh, &groups);
+    membrane.set_clamps(&directions);
+    let creeps = law.creep.map(|c| c.arms.share);
+    if let Some(share) = creeps {
+        membrane = membrane.creeping(share);
+    }
+    let bending = if stays_bent(spec, law) {
+        let angles = creases::on_mesh(spec, &groups, mesh);
+        Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
+    } else {
+        Bending::new(groups, &directions)
+    };
+    vec![Box::new(membrane), Box::new(bending)]
+}
+
+/// Whether a shell has rest curvatures.
+fn stays_bent(spec: &SheetSpec, law: &FlowLaw) -> bool {
+    creases::is_bent(spec) || law.creep.is_some() || law.plastic.is_some()
+}
+
+/// Membrane and bending of a shell; empty for a lattice.
+fn shell_elements(spec: &SheetSpec, sheet: &Sheet, mesh: Option<&Mesh>, law: &FlowLaw) -> Vec<Box<dyn Element>> {
+    if spec.file.is_some() || sheet.structure != StructureKind::Shell {
+        return Vec::new();
+    }
+    if let Some(mesh) = mesh {
+        return mesh_elements(spec, sheet, mesh, law);
+    }
+    let (columns, rows) = (sheet.grid.0 as usize, sheet.grid.2 as usize);
+    let spacing = (spec.size.0 / (columns - 1) as f64, spec.size.1 / (rows - 1) as f64);
+    let grid = Grid { columns, rows, spacing, clamped: &sheet.clamped };
+    let rotation = spec.placement.quaternion();
+    let (groups, directions) = (curvatures(&grid), [rotation * DVec3::X, rotation * DVec3::Z]);
+    let mut membrane = CellMembrane::new(columns, rows, spacing);
+    let creeps = law.creep.map(|c| c.arms.share);
+    if let Some(share) = creeps {
+        membrane = membrane.creeping(share);
+    }
+    let bending = if stays_bent(spec, law) {
+        let angles = creases::on_grid(spec, &groups, (columns, rows), spacing);
+        Bending::with_rest(groups, &directions, &angles, creeps, law.plastic.is_some())
+    } else {
+        Bending::new(groups, &directions)
+    };
+    vec![Box::new(membrane), Box::new(bending)]
+}
+
+pub(crate) fn length_of(link: &Link, positions: &[DVec3]) -> f64 {
+    positions[link.a as usize].distance(positions[link.b as usize])
+}
+
+/// Parts of a sheet file. Its positions are in world coordinates, and its springs have their own
+/// rest lengths.
+fn read(file: &SheetFile) -> Result<Parts, InputError> {
+    let structure: StructureKind = file.structure.parse()?;
+    let [nx, layers, nz] = file.dimensions;
+    let mut lattice = Lattice {
+        positions: file.masses.iter().map(|m| m.position).collect(),
+        layer_of: file.masses.iter().map(|m| m.layer).collect(),
+        border: file.masses.iter().map(|m| m.border).collect(),
+        ..Lattice::default()
+    };
+    let mut first = 0;
+    for index in 0..layers {
+        let (lx, lz) = if index % 2 == 1 { (nx - 1, nz - 1) } else { (nx, nz) };
+        lattice.layers.push(Layer { first, nx: lx, nz: lz, triangular: structure.info().triangular });
+        first += lx * lz;
+    }
+    for spring in &file.springs {
+        let layer = lattice.layer_of[spring.a as usize].min(lattice.layer_of[spring.b as usize]);
+        lattice.links.push(Link { a: spring.a, b: spring.b, class: spring.kind, layer });
+    }
+    // The file may hold a bent sheet, so the material coordinates come from the lattice at rest.
+    let grid = (nx, layers, nz);
+    let plain = generate(&LatticeSpec { structure, grid, size: (1.0, 1.0), gap: 1.0, cross_over: false })?;
+    lattice.flexion.clone_from(&plain.flexion);
+    Ok(Parts {
+        rest: file.springs.iter().map(|s| s.rest).collect(),
+        stiffness: file.springs.iter().map(|s| s.stiffness).collect(),
+        mass: file.masses.iter().map(|m| m.mass).collect(),
+        velocity: file.masses.iter().map(|m| m.velocity).collect(),
+        force: file.masses.iter().map(|m| m.force).collect(),
+        structure,
+        grid: (nx, layers, nz),
+        damping: file.damping,
+        uv: material_coordinates(&plain),
+        extent: extent_of_springs(file, structure.info().triangular),
+        lattice,
+        calibrated: None,
+        mesh: None,
+    })
+}
+
+fn assemble(
+    scene: &Scene,
+    spec: &SheetSpec,
+    material: Material,
+    parts: Parts,
+    bends: bool,
+    triangles: Option<Vec<[u32; 3]>>,
+) -> Sheet {
+    let Parts { lattice, rest, stiffness, mass, velocity, force, uv, extent, structure, grid, damping, .. } = parts;
+    let rotation = spec.placement.quaternion();
+    let (mut x, mut v, mut applied) = (Vectors::default(), Vectors::default(), Vectors::default());
+    for ((p, u), f) in lattice.positions.iter().zip(&velocity).zip(&force) {
+        x.push(spec.placement.apply(*p));
+        v.push(rotation * *u + spec.velocity);
+        applied.push(rotation * *f);
+    }
+    let unit = if bends { material.plate_stiffness() } else { material.young * material.thickness };
+    let list: Vec<Spring> = lattice
+        .links
+        .iter()
+        .zip(&rest)
+        .zip(&stiffness)
+        .map(|((link, rest), k)| Spring {
+            a: link.a,
+            b: link.b,
+            class: link.class,
+            stiffness: *k,
+            rest: *rest,
+            damping: 0.0,
+        })
+        .collect();
+    let springs = Springs::new(&list);
+    let stack = Stack::new(&springs, &lattice.layer_of);
+    let mut engine = scene.engine.make();
+    engine.set_tolerance(scene.tolerance);
+    let probes = lattice.layers.first().map_or_else(Vec::new, |bottom| {
+        let list = triangles.clone().unwrap_or_else(|| bottom.triangles());
+        spec.probes.iter().map(|(name, at)| Probe::new(name, *at, bottom.first, &list, &uv)).collect()
+    });
+    let n = lattice.positions.len();
+    let layers = lattice.layers;
+    let gap = layers.get(1).map_or(1.0, |l| lattice.positions.get(l.first as usize).map_or(1.0, |p| p.y));
+    let covered = match &triangles {
+        Some(list) => list.clone(),
+        None => layers.iter().flat_map(Layer::triangles).collect(),
+    };
+    let mut drag = Drag::new(covered, layers.len(), spec.drag);
+    let lowest = if triangles.is_some() { usize::MAX } else { layers.first().map_or(0, |l| l.triangles().len()) };
+    drag.follow(&spec.pressure, &x, lowest);
+    let mut sheet = Sheet {
+        name: spec.name.clone(),
+        structure,
+        grid,
+        x,
+        v,
+        applied,
+        friction: spec.friction.unwrap_or(scene.contact.friction),
+        restitution: spec.restitution.unwrap_or(scene.contact.restitution),
+        layers,
+        triangles,
+        mesh: None,
+        first_mesh: None,
+        uv,
+        border: lattice.border,
+        layer_of: lattice.layer_of,
+        probes,
+        status: Status::Awake,
+        crossing: Crossing::Unknown,
+        counters: Counters::default(),
+        inverse_mass: mass.iter().map(|m| 1.0 / m).collect(),
+        mass,
+        springs,
+        elements: Vec::new(),
+        pulls: Vec::new(),
+        drag,
+        heat: None,
+        first_temperature: spec.temperature,
+        has_gradient: spec.temperature_gradient,
+        guard: None,
+        watch: None,
+        flow: None,
+        tears: None,
+        areas: Vec::new(),
+        system: None,
+        field_before: None,
+        clamped: vec![false; n],
+        damping_ratio: spec.damping_ratio.unwrap_or(material.damping_ratio),
+        length: spec.size.0.max(spec.size.1),
+        extent,
+        gap,
+        flexion: lattice.flexion,
+        flexion_limit: None,
+        thickness_limit: None,
+        pins: Pins::default(),
+        engine_kind: scene.engine,
+        engine,
+        stack,
+        quiet: 0.0,
+        still_at: Vectors::zeros(0),
+        work: Work::default(),
+        material,
+        damping,
+        stiffness_per_unit: stiffness.iter().map(|k| k / unit).collect(),
+        bends,
+        delivered: None,
+        damped: false,
+        spread: 0.0,
+        folds: creases::folds(spec),
+        longest: f64::INFINITY,
+    };
+    sheet.watch_over(spec.when_unstable, scene.tolerance);
+    sheet.spread = sheet.x.bounds().map_or(0.0, |(low, high)| low.distance(high));
+    if spec.thickness_limit > 0.0 && sheet.stack.is_layered() {
+        let mut limit = ThicknessLimit::new(spec.thickness_limit);
+        sheet.stack.cells().for_each(|(apex, corners)| limit.add(apex, corners, &lattice.positions));
+        sheet.thickness_limit = Some(limit);
+    }
+    if spec.spin != DVec3::ZERO {
+        let centre = sheet.centre_of_mass();
+        for i in 0..sheet.masses() {
+            let spun = sheet.v.get(i) + spec.spin.cross(sheet.x.get(i) - centre);
+            sheet.v.set(i, spun);
+        }
+    }
+    sheet.refresh();
+    sheet
+}
+
+/// Length and width (m) of the sheet of a file, from the rest lengths of its springs.
+fn extent_of_springs(file: &SheetFile, triangular: bool) -> (f64, f64) {
+    let mean = |kind: SpringClass| {
+        let each = file.springs.iter().filter(|s| s.kind == kind);
+        let (count, sum) = each.fold((0.0, 0.0), |(n, sum), s| (n + 1.0, sum + s.rest));
+        (count > 0.0).then(|| sum / count)
+    };
+    let [nx, _, nz] = file.dimensions.map(f64::from);
+    let along = mean(SpringClass::X).unwrap_or(1.0);
+    // The slanting springs of a triangular layer give the distance of its rows.
+    let slant =
+        || Some((mean(SpringClass::Diagonal)?.powi(2) - 0.25 * along * along).max(1e-12 * along * along).sqrt());
+    let across = mean(SpringClass::Z).or_else(slant).unwrap_or(along);
+    let columns = if triangular { nx - 0.5 } else { nx - 1.0 };
+    (along * columns, across * (nz - 1.0))
+}
+
+/// Length and width (m) of the bottom layer of a lattice at rest.
+pub(crate) fn extent(lattice: &Lattice) -> (f64, f64) {
+    let bottom = lattice.layers.first().map_or(0..0, Layer::range);
+    let bottom = &lattice.positions[bottom];
+    let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    (high.x - low.x, high.z - low.z)
+}
+
+/// Material coordinates (u, v) of every node: x and z as fractions of the bounding rectangle of the
+/// bottom layer at rest.
+pub(crate) fn material_coordinates(lattice: &Lattice) -> Vec<(f64, f64)> {
+    let bottom = lattice.layers.first().map_or(0..0, Layer::range);
+    let bottom = &lattice.positions[bottom];
+    let low = bottom.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+    let high = bottom.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
+    let fraction = |p: f64, low: f64, high: f64| if high > low { (p - low) / (high - low) } else { 0.0 };
+    lattice.positions.iter().map(|p| (fraction(p.x, low.x, high.x), fraction(p.z, low.z, high.z))).collect()
+}
+
+fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibrated>) -> Result<(), InputError> {
+    let find =
+        |region: &Region, field: String| region::select(region, sheet).map_err(|e| InputError::new(field, e.problem));
+    let each = |list: &[RegionVector], what: &str| -> Result<Vec<(Vec<u32>, DVec3)>, InputError> {
+        let masses =
+            list.iter().enumerate().map(|(i, r)| Ok((find(&r.region, format!("{what}.{i}.region"))?, r.value)));
+        masses.collect()
+    };
+    let velocities = each(&spec.velocities, "velocities")?;
+    let forces = each(&spec.forces, "forces")?;
+    let pinned: Result<Vec<_>, _> =
+        spec.pins.iter().enumerate().map(|(i, p)| find(&p.region, format!("pins.{i}.region"))).collect();
+    for (masses, value) in velocities {
+        masses.iter().for_each(|i| sheet.v.set(*i as usize, sheet.v.get(*i as usize) + value));
+    }
+    for (masses, value) in forces {
+        masses.iter().for_each(|i| sheet.applied.set(*i as usize, sheet.applied.get(*i as usize) + value));
+    }
+    for (pin, mut masses) in spec.pins.iter().zip(pinned?) {
+        if let Some(c) = calibrated.filter(|_| cuts(pin)) {
+            masses.retain(|m| c.held.contains(m));
+        }
+        let (x, y, z) = pin.axes;
+        if !(x && y && z) {
+            for i in masses {
+                sheet.pins.add_rail(i, sheet.x.get(i as usize), [x, y, z]);
+            }
+            sheet.pins.hold_rails(&mut sheet.v);
+            continue;
+        }
+        if let Some(body) = &pin.body {
+            let places: Vec<(u32, DVec3)> = masses.iter().map(|i| (*i, sheet.x.get(*i as usize))).collect();
+            sheet.pins.add_glue(places.into_iter(), body);
+            continue;
+        }
+        let start = masses.iter().map(|i| sheet.x.get(*i as usize)).collect();
+        for i in &masses {
+            sheet.inverse_mass[*i as usize] = 0.0;
+            sheet.clamped[*i as usize] |= pin.clamp;
+            sheet.v.set(*i as usize, DVec3::ZERO);
+        }
+        sheet.pins.add(masses, start, pin.path.clone(), pin.until);
+    }
+    Ok(())
+}
+
+/// Converts a sheet to a .SHT file with its present positions and velocities.
+pub fn to_file(sheet: &Sheet) -> SheetFile {
+    let (nx, layers, nz) = sheet.grid;
+    let masses = (0..sheet.masses()).map(|i| SheetMass {
+        acceleration: DVec3::ZERO,
+        position: sheet.x.get(i),
+        force: sheet.applied.get(i),
+        velocity: sheet.v.get(i),
+        mass: sheet.mass[i],
+        layer: sheet.layer_of[i],
+        border: sheet.border[i],
+    });
+    let springs = (0..sheet.springs.len()).map(|i| SheetSpring {
+        kind: sheet.springs.class[i],
+        a: sheet.springs.a[i],
+        b: sheet.springs.b[i],
+        stiffness: sheet.springs.stiffness[i],
+        rest: sheet.springs.rest[i],
+    });
+    let bottom = sheet.layers.first().copied().unwrap_or_default();
+    let last = |n: u32| n.saturating_sub(1);
+    SheetFile {
+        masses: masses.collect(),
+        springs: springs.collect(),
+        corners: [
+            bottom.at(0, 0),
+            bottom.at(last(bottom.nx), 0),
+            bottom.at(0, last(bottom.nz)),
+            bottom.at(last(bottom.nx), last(bottom.nz)),
+        ],
+        centre: bottom.at(bottom.nx / 2, bottom.nz / 2),
+        dimensions: [nx, layers, nz],
+        damping: sheet.damping(),
+        structure: sheet.structure.name().to_owned(),
+    }
+}
+
+/// Builds a single sheet from a file, in an empty scene, for conversions and tests.
+///
+/// # Errors
+/// When the file's contents do not make a sheet.
+pub fn from_file(file: &SheetFile) -> Result<Sheet, InputError> {
+    let scene = Scene::default();
+    let spec = SheetSpec::default();
+    let mut sheet = assemble(&scene, &spec, spec.material.resolve(&scene.base)?, read(file)?, false, None);
+    sheet.work.touching = vec![false; sheet.masses()];
+    Ok(sheet)
+}

@@ -1,0 +1,279 @@
+//! How a sheet flows: what every step of it begins and ends with where it creeps or yields.
+//!
+//! Engines step a law that stands still (see [`crate::elements::creep`]): [`Sheet::begin_flow`] makes it that of the step,
+//! [`Sheet::end_flow`] lets stay what has flowed. Sheets that do neither hold nothing of this.
+
+use crate::elements::creep::{FlowLaw, FlowStep, Strain};
+use crate::elements::spring::Springs;
+use crate::error::{InputError, check_range};
+use crate::math::Vectors;
+use crate::serialize::{Keeper, Taken, Taker};
+use crate::sheet::Sheet;
+
+/// What a sheet that flows holds beyond its elements.
+#[derive(Clone)]
+pub(crate) struct Flow {
+    law: FlowLaw,
+    /// Temperature of the sheet where nothing heats it, °C.
+    celsius: f64,
+    /// How many times faster time runs for flow, as for heat, than for motion.
+    lapse: f64,
+    springs: SpringFlow,
+    /// Whether anything crept in the last step.
+    creeps: bool,
+    /// Whether the law of elements is that of a step and not the one at once.
+    in_step: bool,
+    /// Length of the step on its way, s.
+    dt: f64,
+}
+
+/// The springs of a lattice that creeps, as stretch, m.
+#[derive(Clone, Default)]
+struct SpringFlow {
+    strains: Vec<Strain>,
+    /// Stiffness at once (N/m) and length when they were made (m).
+    made: Vec<(f64, f64)>,
+    share: [f64; 2],
+    running: bool,
+}
+
+impl Flow {
+    /// For a sheet with `springs`, at `celsius` where nothing heats it, time running `lapse` times faster than for motion.
+    pub fn new(law: FlowLaw, celsius: f64, lapse: f64, springs: &Springs) -> Self {
+        let made = |i: usize| (springs.stiffness[i], springs.rest[i]);
+        let creeping = |share: [f64; 2]| SpringFlow {
+            strains: vec![Strain::default(); springs.len()],
+            made: (0..springs.len()).map(made).collect(),
+            share,
+            running: false,
+        };
+        let springs = law.creep.map(|c| creeping(c.arms.share)).unwrap_or_default();
+        Self { law, celsius, lapse, springs, creeps: false, in_step: false, dt: 0.0 }
+    }
+
+    /// Energy of the springs (J) at `x`; `None` while their law is the one to ask.
+    pub fn spring_energy(&self, springs: &Springs, x: &Vectors) -> Option<f64> {
+        let own = &self.springs;
+        let energy = |i: usize| own.made[i].0 * own.strains[i].stored(own.stretch(springs, i, x), own.share);
+        (!own.running && !own.strains.is_empty()).then(|| (0..own.strains.len()).map(energy).sum())
+    }
+}
+
+impl Flow {
+    /// Keeps it for a snapshot.
+    pub fn keep(&self, to: &mut Keeper) {
+        [self.creeps, self.in_step, self.springs.running].into_iter().for_each(|f| to.flag(f));
+        to.number(self.dt);
+        for (strain, made) in self.springs.strains.iter().zip(&self.springs.made) {
+            strain.keep(to);
+            to.numbers(&[made.0, made.1]);
+        }
+    }
+
+    /// Takes it back.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        (self.creeps, self.in_step, self.springs.running) = (from.flag()?, from.flag()?, from.flag()?);
+        self.dt = from.number()?;
+        for (strain, made) in self.springs.strains.iter_mut().zip(&mut self.springs.made) {
+            strain.take(from)?;
+            *made = (from.number()?, from.number()?);
+        }
+        Ok(())
+    }
+
+    /// Of spring `i` the strain without load and those of its arms, per length as made; none where it does not creep.
+    pub fn spring_held(&self, i: usize) -> Option<[f64; 3]> {
+        let (strain, made) = (self.springs.strains.get(i)?, self.springs.made.get(i)?);
+        Some([strain.left(), strain.arms[0], strain.arms[1]].map(|s| s / made.1))
+    }
+
+    /// Gives it those.
+    pub fn put_spring(&mut self, i: usize, held: [f64; 3], springs: &mut Springs) {
+        let own = &mut self.springs;
+        let [left, first, second] = held.map(|h| h * own.made[i].1);
+        let strain = &mut own.strains[i];
+        strain.arms = [first, second];
+        (strain.start, strain.rest, strain.stiffness) = (left + first + second, left, 1.0);
+        own.apply(i, springs);
+    }
+
+    /// Temperature where nothing heats the sheet, °C.
+    pub fn celsius(&self) -> f64 {
+        self.celsius
+    }
+
+    /// Sets it.
+    pub fn set_celsius(&mut self, celsius: f64) {
+        self.celsius = celsius;
+    }
+}
+
+impl SpringFlow {
+    fn stretch(&self, springs: &Springs, i: usize, x: &Vectors) -> f64 {
+        x.get(springs.b[i] as usize).distance(x.get(springs.a[i] as usize)) - self.made[i].1
+    }
+
+    fn apply(&self, i: usize, springs: &mut Springs) {
+        let (stiffness, length) = self.made[i];
+        let strain = &self.strains[i];
+        springs.set_stiffness(i, stiffness * strain.stiffness);
+        springs.set_rest(i, length + strain.rest);
+    }
+
+    fn begin(&mut self, springs: &mut Springs, x: &Vectors, step: &FlowStep) {
+        self.running = true;
+        for i in 0..self.strains.len() {
+            if let Some(decay) = step.decay(&[springs.a[i], springs.b[i]]) {
+                let stretch = self.stretch(springs, i, x);
+                self.strains[i].begin(stretch, self.share, &decay);
+                self.apply(i, springs);
+            }
+        }
+    }
+
+    fn end(&mut self, springs: &Springs, x: &Vectors, step: &FlowStep) {
+        self.running = false;
+        for i in 0..self.strains.len() {
+            if let Some(decay) = step.decay(&[springs.a[i], springs.b[i]]) {
+                let stretch = self.stretch(springs, i, x);
+                self.strains[i].end(stretch, &decay);
+            }
+        }
+    }
+
+    fn stand(&mut self, springs: &mut Springs, x: &Vectors) {
+        self.running = false;
+        for i in 0..self.strains.len() {
+            let stretch = self.stretch(springs, i, x);
+            self.strains[i].stand(stretch, self.share);
+            self.apply(i, springs);
+        }
+    }
+}
+
+impl Sheet {
+    /// Whether the sheet creeps at its temperature, so that it moves on however slowly.
+    pub(crate) fn is_creeping(&self) -> bool {
+        self.flow.as_ref().is_some_and(|f| f.creeps)
+    }
+
+    /// The angles a length, 1/m, (uu, vv, 2uv) towards its upper side, by which a sheet that is made bent or may stay bent is bent
+    /// where no moment acts: of each place where it has curvature, in no order that means anything.
+    pub fn rest_angles(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        self.elements.iter().filter_map(|e| e.rest_angles()).flatten()
+    }
+
+    /// Temperature of a sheet that flows, °C, the mean where it is not the same everywhere; `None` of any other.
+    pub fn temperature(&self) -> Option<f64> {
+        let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
+        self.flow.as_ref().map(|f| self.temperatures().map_or(f.celsius, mean))
+    }
+
+    /// Changes the temperature of a sheet that flows, °C, -273.15 to 5000.
+    ///
+    /// # Errors
+    /// When out of range, or the sheet neither creeps nor yields; nothing is changed then.
+    pub fn set_temperature(&mut self, celsius: f64) -> Result<(), InputError> {
+        check_range("temperature", celsius, -273.15, 5000.0, "°C")?;
+        let Some(flow) = &mut self.flow else {
+            return Err(InputError::new("temperature", "does nothing to a sheet without creep"));
+        };
+        flow.celsius = celsius;
+        if self.heat.is_some() {
+            self.set_temperatures(|_| celsius)?;
+        }
+        self.wake();
+        Ok(())
+    }
+
+    /// Begins a step of `dt` s.
+    pub(crate) fn begin_flow(&mut self, dt: f64) {
+        let Some(mut flow) = self.flow.take() else { return };
+        flow.dt = dt * flow.lapse;
+        let (law, heat) = (flow.law, self.heat.take());
+        let step = law.step(flow.dt, flow.celsius);
+        let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
+        flow.creeps = !step.is_idle();
+        if flow.creeps {
+            let mut changed = !self.springs.is_empty();
+            for element in self.elements.iter_mut().filter_map(|e| e.flows()) {
+                changed |= element.begin_step(&self.x, &step);
+            }
+            flow.springs.begin(&mut self.springs, &self.x, &step);
+            flow.in_step = true;
+            self.forget_tangent(changed);
+        } else if flow.in_step {
+            self.stand_up(&mut flow);
+        }
+        self.heat = heat;
+        self.flow = Some(flow);
+    }
+
+    /// Ends the step that was begun, where the sheet is.
+    pub(crate) fn end_flow(&mut self) {
+        let Some(mut flow) = self.flow.take() else { return };
+        if !flow.creeps && flow.law.plastic.is_none() {
+            self.flow = Some(flow);
+            return;
+        }
+        let (law, heat) = (flow.law, self.heat.take());
+        let step = law.step(flow.dt, flow.celsius);
+        let step = heat.as_ref().map_or(step, |h| step.with_temperatures(h.celsius()));
+        for element in self.elements.iter_mut().filter_map(|e| e.flows()) {
+            element.end_step(&self.x, &step);
+        }
+        flow.springs.end(&self.springs, &self.x, &step);
+        self.heat = heat;
+        self.flow = Some(flow);
+    }
+
+    /// Gives a sheet that flows the law at once, as for an equilibrium.
+    pub(crate) fn stand_still(&mut self) {
+        if let Some(mut flow) = self.flow.take() {
+            self.stand_up(&mut flow);
+            self.flow = Some(flow);
+        }
+    }
+
+    /// Warmth makes the length of spring `i` without load `grown` (m) longer, and its stiffness `softness.1` of the law's that was
+    /// `softness.0`, at `length` (m). False where it does not creep, and nothing is done.
+    pub(crate) fn warm_creeping_spring(&mut self, i: usize, length: f64, grown: f64, softness: (f64, f64)) -> bool {
+        let Some(springs) = self.flow.as_mut().map(|f| &mut f.springs) else { return false };
+        let (Some(strain), Some(made)) = (springs.strains.get_mut(i), springs.made.get_mut(i)) else { return false };
+        made.1 += grown;
+        strain.set(length - made.1, (softness.0 / softness.1).min(1.0), springs.share);
+        strain.rest = strain.left();
+        true
+    }
+
+    fn stand_up(&mut self, flow: &mut Flow) {
+        if flow.law.creep.is_none() {
+            return;
+        }
+        let mut changed = !self.springs.is_empty();
+        for element in self.elements.iter_mut().filter_map(|e| e.flows()) {
+            changed |= element.stand(&self.x);
+        }
+        flow.springs.stand(&mut self.springs, &self.x);
+        flow.in_step = false;
+        self.forget_tangent(changed);
+    }
+
+    fn forget_tangent(&mut self, changed: bool) {
+        if let Some(system) = self.system.as_mut().filter(|_| changed) {
+            system.refresh(&self.springs);
+        }
+    }
+
+    /// Takes up stiffnesses that were set anew.
+    pub(crate) fn refresh_flow(&mut self) {
+        let Some(mut flow) = self.flow.take() else { return };
+        let creep = flow.law.creep.is_some();
+        flow.law = FlowLaw::new(&self.material, creep, flow.law.plastic.is_some());
+        for i in 0..flow.springs.strains.len() {
+            flow.springs.made[i].0 = self.springs.stiffness[i];
+            flow.springs.apply(i, &mut self.springs);
+        }
+        self.flow = Some(flow);
+    }
+}

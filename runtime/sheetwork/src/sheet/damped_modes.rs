@@ -1,0 +1,120 @@
+//! All vibrations of a small sheet about where it is, with how fast each dies away.
+//!
+//! K φ = ω² M φ with K = -∂f/∂x and, of C = -∂f/∂v, the share of each: c = φᵀ C φ with φᵀ M φ = 1, so that x'' + c x' + ω² x = 0. What C
+//! does between two of them is left out. Both matrices come of differences of forces and are full: for some dozens of masses.
+
+use faer::{Mat, Side};
+use glam::DVec3;
+
+use crate::elements::spring::SpringScratch;
+use crate::math::Vectors;
+use crate::sheet::Sheet;
+
+/// A way the sheet vibrates, and how that dies away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DampedMode {
+    /// Square of its angular frequency, rad²/s²; negative where the sheet does not stand by itself.
+    pub squared: f64,
+    /// Rate c of its damping, 1/s: twice the damping ratio times the frequency.
+    pub rate: f64,
+}
+
+/// Most masses of a sheet whose matrices are made.
+pub const MOST_MASSES: usize = 64;
+
+impl Sheet {
+    /// All its vibrations about its present place, slowest first; none of a sheet of more than 64 masses, or where they
+    /// cannot be found.
+    pub fn damped_modes(&self) -> Vec<DampedMode> {
+        let n = self.masses();
+        if n > MOST_MASSES {
+            return Vec::new();
+        }
+        let free: Vec<usize> = (0..3 * n).filter(|i| self.inverse_mass[i / 3] > 0.0).collect();
+        let still = Vectors::zeros(n);
+        // Far below what forces tell apart, far above rounding.
+        let (step, speed) = (1e-6 * self.spread.max(1e-6), 1e-3 * self.spread.max(1e-6));
+        let along = |i: usize, size: f64| {
+            let mut d = Vectors::zeros(n);
+            let mut at = DVec3::ZERO;
+            at[i % 3] = size;
+            d.set(i / 3, at);
+            d
+        };
+        let moved = |i: usize, size: f64| {
+            let mut x = self.x.clone();
+            x.add_scaled(1.0, &along(i, size));
+            self.forces_at(&x, &still)
+        };
+        let columns = |size: f64, force: &dyn Fn(usize, f64) -> Vectors| -> Vec<Vec<f64>> {
+            let column = |i: &usize| {
+                let (ahead, behind) = (force(*i, size), force(*i, -size));
+                let per = |k: &usize| (behind.get(k / 3)[k % 3] - ahead.get(k / 3)[k % 3]) / (2.0 * size);
+                free.iter().map(per).collect()
+            };
+            free.iter().map(column).collect()
+        };
+        let stiffness = columns(step, &moved);
+        let damping = columns(speed, &|i, size| self.forces_at(&self.x, &along(i, size)));
+        let root: Vec<f64> = free.iter().map(|i| self.inverse_mass[i / 3].sqrt()).collect();
+        let weighted = |of: &[Vec<f64>]| {
+            Mat::from_fn(free.len(), free.len(), |i, j| 0.5 * (of[i][j] + of[j][i]) * root[i] * root[j])
+        };
+        modes(&weighted(&stiffness), &weighted(&damping)).unwrap_or_default()
+    }
+
+    /// Forces of springs and elements at `x` (m) and `v` (m/s), N.
+    fn forces_at(&self, x: &Vectors, v: &Vectors) -> Vectors {
+        let mut force = Vectors::zeros(x.len());
+        self.springs.add_forces(x, v, true, &mut SpringScratch::default(), &mut force);
+        self.elements.iter().for_each(|e| e.add_forces(x, v, &mut force));
+        force
+    }
+}
+
+/// The vibrations of x'' + C x' + K x = 0, slowest first; none where they cannot be found.
+fn modes(stiffness: &Mat<f64>, damping: &Mat<f64>) -> Option<Vec<DampedMode>> {
+    let eigen = stiffness.self_adjoint_eigen(Side::Lower).ok()?;
+    let rates = eigen.U().transpose() * damping * eigen.U();
+    let squared = eigen.S().column_vector();
+    Some((0..stiffness.nrows()).map(|k| DampedMode { squared: squared[k], rate: rates[(k, k)] }).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::World;
+    use crate::mesh::structure::StructureKind;
+    use crate::scene::{PinSpec, Region, Scene, SheetSpec};
+
+    #[test]
+    fn two_oscillators_turned_by_45_degrees_have_their_own_frequencies_and_rates() {
+        // 1 and 2 rad/s, 0.2 and 0.6 1/s, along the diagonals.
+        let turned = |a: f64, b: f64| Mat::from_fn(2, 2, |i, j| 0.5 * if i == j { a + b } else { a - b });
+        let found = modes(&turned(1.0, 4.0), &turned(0.2, 0.6)).expect("found");
+        let near = |m: DampedMode, squared: f64, rate: f64| (m.squared - squared).abs() + (m.rate - rate).abs() < 1e-12;
+        assert!(found.len() == 2 && near(found[0], 1.0, 0.2) && near(found[1], 4.0, 0.6), "{found:?}");
+    }
+
+    #[test]
+    fn springs_damped_alike_are_damped_as_their_stiffness_and_held_masses_do_not_count() {
+        let sheet = SheetSpec {
+            structure: StructureKind::Slamm,
+            grid: (4, 2, 3),
+            damping: 0.1,
+            pins: vec![PinSpec::clamped(Region::Left)],
+            ..SheetSpec::default()
+        };
+        let world = World::new(&Scene { sheets: vec![sheet], ..Scene::default() }).expect("valid");
+        let sheet = &world.sheets()[0];
+        let modes = sheet.damped_modes();
+        let held = (0..sheet.masses()).filter(|i| sheet.is_held(*i)).count();
+        assert!(held > 0 && modes.len() == 3 * (sheet.masses() - held));
+        let tau = sheet.springs().damping[0] / sheet.springs().stiffness[0];
+        let (fastest, omega) = (modes[modes.len() - 1], sheet.largest_frequency(3000));
+        assert!((fastest.squared.sqrt() / omega - 1.0).abs() < 1e-3, "{fastest:?} {omega}");
+        for mode in modes.iter().filter(|m| m.squared > 1e-3 * fastest.squared) {
+            assert!((mode.rate / (tau * mode.squared) - 1.0).abs() < 1e-3, "{mode:?} {tau}");
+        }
+    }
+}

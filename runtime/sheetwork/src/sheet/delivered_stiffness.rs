@@ -1,0 +1,126 @@
+//! How stiff a sheet really is as it runs: what structure, grid and step leave of the modulus that was asked for.
+//!
+//! - Structure: the fraction of the bending stiffness that its springs deliver (1 for a shell).
+//! - Grid: second differences see a wave of wave number q as (1 - (q h)²/12)² as stiff. q is that of the present shape,
+//!   q⁴ = Σ (Δκ)²/(h⁴ Σ κ²) with κ its curvature along the grid; that of the slowest wave, 1.875/L, for a flat sheet. (Droop at rest
+//!   is better than that: the weights at a clamp take most of the error away.)
+//! - Step: a wave of q vibrates at ω = q² √(D/ρt), and the engine turns it by another angle a step than ω dt, and damps it.
+//!   A sheet at rest owes nothing to the step.
+//!
+//! Estimates for waves that the grid resolves, to leading order; a crumpled sheet is beyond them.
+
+use serde::Serialize;
+
+use crate::islands::SLEEP_SPEED;
+use crate::sheet::Sheet;
+
+/// What is left of a modulus.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DeliveredStiffness {
+    /// Young's modulus asked for, Pa.
+    pub asked_pa: f64,
+    /// Young's modulus of a sheet without errors that would bend as this one does, Pa.
+    pub bends_as_pa: f64,
+    /// Fraction that the structure delivers.
+    pub structure: f64,
+    /// Fraction of that which the grid leaves for the present shape.
+    pub grid: f64,
+    /// Fraction of that which the step leaves for the present motion; 1 at rest.
+    pub step: f64,
+    /// Wave number of the present shape, rad/m.
+    pub wave_number_rad_m: f64,
+    /// Damping ratio of that wave by the material.
+    pub material_damping_ratio: f64,
+    /// Damping ratio of that wave by the engine alone: an error, not physics.
+    pub numerical_damping_ratio: f64,
+}
+
+impl Sheet {
+    /// What grid, engine and step `dt` (s) deliver now of the stiffness asked for; `None` where springs have their stiffness
+    /// by a rule that does not aim at it, or masses lie on no regular grid.
+    pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
+        let structure = self.delivered?;
+        let (q, grid) = self.resolved();
+        let law = self.law();
+        let areal = self.material().areal_mass();
+        let omega = q * q * (structure * grid * law.bending[0][0] / areal).sqrt();
+        let moves = self.max_speed() > SLEEP_SPEED;
+        let (mut step, mut numerical) = (1.0, 0.0);
+        if let Some(amplification) = self.engine().info().amplification {
+            let angle = omega * dt;
+            let (modulus, turned) = amplification(angle);
+            if angle > 0.0 && turned > 0.0 {
+                numerical = -modulus.ln() / turned;
+                if moves {
+                    step = (turned / angle).powi(2);
+                }
+            }
+        }
+        // Of a sheet that differs along its two directions, the modulus that its bending along the length comes from.
+        let d = &law.bending;
+        let plate = d[0][0] - d[0][1] * d[0][1] / d[1][1];
+        let asked = 12.0 * plate / self.material().thickness.powi(3);
+        Some(DeliveredStiffness {
+            asked_pa: asked,
+            bends_as_pa: asked * structure * grid * step,
+            structure,
+            grid,
+            step,
+            wave_number_rad_m: q,
+            material_damping_ratio: 0.5 * law.retardation * omega,
+            numerical_damping_ratio: numerical,
+        })
+    }
+
+    /// Wave number of the present shape (rad/m) and the fraction of bending stiffness that the grid has for it.
+    fn resolved(&self) -> (f64, f64) {
+        let slowest = 1.875_104 / self.length;
+        let Some(layer) = self.layers.first().filter(|_| self.triangles.is_none()) else {
+            // On triangles waves are not followed; the slowest one stands for them, a mass's area for the spacing.
+            let h2 = self.total_mass() / self.material().areal_mass() / self.masses().max(1) as f64;
+            return (slowest, (1.0 - slowest * slowest * h2 / 12.0).powi(2));
+        };
+        let (nx, nz) = (layer.nx, layer.nz);
+        let mut sums = Sums { curvature: 0.0, bend: 0.0, spacing: f64::INFINITY };
+        let mut line = Vec::new();
+        for j in 0..nz {
+            line.clear();
+            line.extend((0..nx).map(|i| layer.at(i, j) as usize));
+            sums.add(self, &line);
+        }
+        // The rows of a triangular layer do not lie behind one another.
+        if !layer.triangular {
+            for i in 0..nx {
+                line.clear();
+                line.extend((0..nz).map(|j| layer.at(i, j) as usize));
+                sums.add(self, &line);
+            }
+        }
+        let h = sums.spacing;
+        // Flat to a millionth: judged by the slowest wave there is.
+        let q = if sums.curvature <= 1e-12 { slowest } else { (sums.bend / sums.curvature).sqrt().sqrt() / h };
+        let q = q.max(slowest).min(std::f64::consts::PI / h);
+        (q, (1.0 - (q * h).powi(2) / 12.0).powi(2))
+    }
+}
+
+/// Curvature along lines of the grid, without units: Σ κ² and Σ (Δκ)², and the smallest spacing, m.
+struct Sums {
+    curvature: f64,
+    bend: f64,
+    spacing: f64,
+}
+
+impl Sums {
+    /// Adds a line of masses. Two at each end are left out: beside a clamp differences are not smooth.
+    fn add(&mut self, sheet: &Sheet, line: &[usize]) {
+        let x = |k: usize| sheet.x.get(line[k]);
+        let curvature = |k: usize| x(k - 1) - x(k) * 2.0 + x(k + 1);
+        self.spacing =
+            line.windows(2).map(|w| sheet.x.get(w[0]).distance(sheet.x.get(w[1]))).fold(self.spacing, f64::min);
+        for k in 3..line.len().saturating_sub(3) {
+            self.curvature += curvature(k).length_squared();
+            self.bend += (curvature(k - 1) - curvature(k) * 2.0 + curvature(k + 1)).length_squared();
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Energies of a sheet and its largest frequency.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::math::Vectors;
+use crate::sheet::Sheet;
+
+/// Energies, J. Gravity's is zero at the origin; a held mass has gravity's energy and moves nothing. One that is gone has what gravity
+/// gave it where it went.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Energy {
+    /// Σ ½ m v².
+    pub kinetic: f64,
+    /// Σ ½ k (L - s)² over the springs, and what membrane and bending of a shell store.
+    pub elastic: f64,
+    /// -Σ m g·x.
+    pub gravity: f64,
+    /// The sum of the three.
+    pub total: f64,
+}
+
+impl Energy {
+    /// With these energies (J) of something else added.
+    pub(crate) fn plus(self, kinetic: f64, elastic: f64, gravity: f64) -> Self {
+        Self {
+            kinetic: self.kinetic + kinetic,
+            elastic: self.elastic + elastic,
+            gravity: self.gravity + gravity,
+            total: self.total + kinetic + elastic + gravity,
+        }
+    }
+
+    pub(crate) fn of(sheet: &Sheet, g: DVec3) -> Self {
+        let moves = |i: usize| if sheet.is_gone(i) { 0.0 } else { sheet.mass[i] };
+        let place = |i: usize, x: DVec3| sheet.left_at(i).unwrap_or(x);
+        let kinetic = sheet.v.iter().enumerate().map(|(i, v)| 0.5 * moves(i) * v.length_squared()).sum();
+        let gravity = sheet.x.iter().enumerate().map(|(i, x)| -sheet.mass[i] * g.dot(place(i, x))).sum();
+        let elastic = elastic(sheet);
+        Self { kinetic, elastic, gravity, total: kinetic + elastic + gravity }
+    }
+}
+
+/// Energy of strain as the sheet lies, J.
+pub(crate) fn elastic(sheet: &Sheet) -> f64 {
+    let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
+    let springs = sheet.flow.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
+    springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements
+}
+
+/// Power iteration on M⁻¹K, K the tangent stiffness of the springs at the present positions.
+pub(crate) fn largest_frequency(sheet: &Sheet, iterations: usize) -> f64 {
+    let n = sheet.masses();
+    let mut mode = Vectors::zeros(n);
+    // A fixed start with a part in every mode: a small linear congruential sequence, the same on every run.
+    let mut seed = 0x2545_f491_u32;
+    for axis in mode.axes_mut() {
+        for value in axis {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *value = f64::from(seed) / f64::from(u32::MAX) - 0.5;
+        }
+    }
+    let mut next = Vectors::zeros(n);
+    let mut eigenvalue = 0.0;
+    for _ in 0..iterations {
+        apply_stiffness(sheet, &mode, &mut next);
+        apply_elements(sheet, &mode, &mut next);
+        let norm: f64 = next.iter().map(|p| p.length_squared()).sum::<f64>().sqrt();
+        let before: f64 = mode.iter().map(|p| p.length_squared()).sum::<f64>().sqrt();
+        if norm <= 0.0 || before <= 0.0 {
+            return 0.0;
+        }
+        eigenvalue = norm / before;
+        mode.clear();
+        mode.add_scaled(1.0 / norm, &next);
+    }
+    eigenvalue.sqrt()
+}
+
+/// out = M⁻¹ K d: each spring's tangent is k d̂d̂ᵀ + k (1 - s/L)(I - d̂d̂ᵀ).
+fn apply_stiffness(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
+    out.clear();
+    let springs = sheet.springs();
+    for i in 0..springs.len() {
+        let (a, b) = (springs.a[i] as usize, springs.b[i] as usize);
+        let along = sheet.x.get(b) - sheet.x.get(a);
+        let length = along.length();
+        if length <= 0.0 {
+            continue;
+        }
+        let unit = along / length;
+        let difference = d.get(b) - d.get(a);
+        let axial = unit * unit.dot(difference);
+        let f = axial * springs.stiffness[i]
+            + (difference - axial) * (springs.stiffness[i] * (1.0 - springs.rest[i] / length));
+        out.set(a, out.get(a) - f * sheet.inverse_mass[a]);
+        out.set(b, out.get(b) + f * sheet.inverse_mass[b]);
+    }
+}
+
+/// Adds M⁻¹ K d of the elements, by central differences of their forces over a step far below what they can tell apart.
+fn apply_elements(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
+    let largest = d.max_squared().sqrt();
+    if sheet.elements.is_empty() || largest <= 0.0 {
+        return;
+    }
+    let still = Vectors::zeros(d.len());
+    let step = 1e-6 * sheet.spread.max(1e-6) / largest;
+    let (mut ahead, mut behind) = (Vectors::zeros(d.len()), Vectors::zeros(d.len()));
+    for (force, sign) in [(&mut ahead, step), (&mut behind, -step)] {
+        let mut x = sheet.x.clone();
+        x.add_scaled(sign, d);
+        sheet.elements.iter().for_each(|e| e.add_forces(&x, &still, force));
+    }
+    for i in 0..d.len() {
+        out.set(i, out.get(i) + (behind.get(i) - ahead.get(i)) * (sheet.inverse_mass[i] / (2.0 * step)));
+    }
+}

@@ -1,0 +1,473 @@
+//! Fracture of a sheet: cells open when they are stretched or heated beyond the limits of the
+//! material.
+//!
+//! Every closed cell is tested after every step. With a and b the mean derivatives of the position
+//! along u and v over the cell (from its four nodes, per length at rest), the largest principal
+//! stretch λ is the square root of the larger eigenvalue of [a·a, a·b; a·b, b·b], and the strain of
+//! the mid-surface is λ/(1 + α (T - 20 °C)) - 1. The temperature T is the mean of the nodes of the
+//! cell. In a lattice with several layers, the strain is that of the lowest layer and the
+//! temperature is the mean over the nodes of all layers in the cell.
+//!
+//! A cell hotter than `melts_at` opens. Among the cells strained by more than `tears_at`, each step
+//! opens the one with the largest strain of the sheet and, at each end of a crack, the cell with
+//! the largest strain of its neighbourhood. The neighbours then take up the load, and the next step
+//! tests them. A crack therefore starts in one cell, grows by one cell a step, and its path is
+//! independent of other cracks.
+//!
+//! An open cell has no stiffness (its elastic energy is released and never restored), contact, area
+//! for drawing and drag, or heat flow. A node keeps its mass while one of its cells is closed. A
+//! detached node, with no closed cell left, is fixed, has no energy, and follows the nearest
+//! remaining node.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use crate::elements::flexion_limit::FlexionLimit;
+use crate::elements::fracture::Open;
+use crate::mesh::slits::Slit;
+use crate::mesh::structure::Layer;
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::Sheet;
+use crate::thermal::REFERENCE;
+
+/// Relative tolerance within which strains are equal.
+const ALIKE: f64 = 1e-9;
+
+/// First opening of a sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Opening {
+    /// Position of the cell, m.
+    pub place_m: [f64; 3],
+    /// Largest principal strain of the mid-surface of the cell.
+    pub strain: f64,
+    /// Temperature of the cell, °C; `None` for a sheet without temperatures.
+    pub temperature_c: Option<f64>,
+    /// Whether the cell melted; otherwise it tore.
+    pub melted: bool,
+}
+
+/// Fracture state of a sheet whose cells can open.
+pub(crate) struct Tears {
+    open: Open,
+    /// Whether each node is detached: without a closed cell around it.
+    gone: Vec<bool>,
+    /// Position of each node when it was detached, m, for its potential energy. Empty while all
+    /// cells are closed.
+    left_at: Vec<DVec3>,
+    /// Detached nodes without a prescribed motion, each with the node that it follows.
+    loose: Vec<(u32, u32)>,
+    /// Workspace: strain of each cell over its limit, and the cells that open.
+    over: Vec<f64>,
+    opens: Vec<u32>,
+    /// Stiffness per unit of every spring of the intact sheet.
+    springs: Vec<f64>,
+    /// Number of changes of the open cells.
+    revision: u64,
+    /// Energy released by opening, J.
+    released: f64,
+    /// Whether the first opening has been reported.
+    told: bool,
+    /// Whether cells can open during the run.
+    runs: bool,
+    /// Initially open cells; empty without slits.
+    slit: Vec<bool>,
+}
+
+/// Strain and temperature (°C) of a cell.
+struct State {
+    strain: f64,
+    celsius: Option<f64>,
+}
+
+impl Tears {
+    /// Creates the state of `sheet` with all cells closed; `runs` allows cells to open during the
+    /// run.
+    pub fn new(sheet: &Sheet, runs: bool) -> Self {
+        let bottom = sheet.layers.first().copied().unwrap_or_default();
+        let open = Open::none(bottom.nx as usize, bottom.nz as usize);
+        Self {
+            over: vec![0.0; open.cells().len()],
+            opens: Vec::with_capacity(open.cells().len()),
+            open,
+            gone: vec![false; sheet.masses()],
+            left_at: Vec::new(),
+            loose: Vec::new(),
+            springs: sheet.stiffness_per_unit.clone(),
+            revision: 0,
+            released: 0.0,
+            told: false,
+            runs,
+            slit: Vec::new(),
+        }
+    }
+}
+
+impl Tears {
+    /// Whether each cell is open.
+    pub fn cells(&self) -> &[bool] {
+        self.open.cells()
+    }
+
+    /// Serialises the state that does not follow from the open cells.
+    pub fn keep(&self, to: &mut Keeper) {
+        to.flag(self.told);
+        to.number(self.released);
+        to.count(self.loose.len() as u64);
+        for (mass, with) in &self.loose {
+            to.count(u64::from(*mass));
+            to.count(u64::from(*with));
+        }
+        for (i, place) in self.left_at.iter().enumerate().filter(|(i, _)| self.gone[*i]) {
+            to.count(i as u64);
+            to.vector(*place);
+        }
+    }
+
+    /// Deserialises that state; the same cells must already be open.
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        self.told = from.flag()?;
+        self.released = from.number()?;
+        let masses = self.gone.len();
+        self.loose.clear();
+        for _ in 0..from.length(2)? {
+            self.loose.push((from.index(masses)?, from.index(masses)?));
+        }
+        for i in 0..self.left_at.len() {
+            if self.gone[i] {
+                if from.count()? != i as u64 {
+                    return Err(Cut);
+                }
+                self.left_at[i] = from.vector()?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Corner nodes of cell `c` of the lowest layer: (0, 0), (1, 0), (0, 1), (1, 1).
+fn corners(layer: &Layer, c: usize) -> [usize; 4] {
+    let across = layer.nx as usize - 1;
+    let (i, j) = ((c % across) as u32, (c / across) as u32);
+    [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)].map(|m| m as usize)
+}
+
+impl Sheet {
+    /// Whether its cells can open.
+    pub fn can_open(&self) -> bool {
+        self.tears.is_some()
+    }
+
+    /// Whether each cell of the lowest layer is open, with the index along the length running
+    /// fastest; `None` for a sheet that cannot open.
+    pub fn open_cells(&self) -> Option<&[bool]> {
+        self.tears.as_ref().map(|t| t.open.cells())
+    }
+
+    /// Number of open cells.
+    pub fn open_count(&self) -> usize {
+        self.tears.as_ref().map_or(0, |t| t.open.count())
+    }
+
+    /// Number of changes of the open cells; a renderer rebuilds its triangles when it changes.
+    pub fn opening_revision(&self) -> u64 {
+        self.tears.as_ref().map_or(0, |t| t.revision)
+    }
+
+    /// Energy released by opening so far, J: elastic energy of the cells and energy of detached
+    /// nodes.
+    pub fn energy_released(&self) -> f64 {
+        self.tears.as_ref().map_or(0.0, |t| t.released)
+    }
+
+    /// Whether node `i` is detached: without a closed cell.
+    pub fn is_gone(&self, i: usize) -> bool {
+        self.tears.as_ref().is_some_and(|t| t.gone[i])
+    }
+
+    /// Position of node `i` when it was detached, m; `None` for any other node.
+    pub(crate) fn left_at(&self, i: usize) -> Option<DVec3> {
+        self.tears.as_ref().filter(|t| t.gone[i]).map(|t| t.left_at[i])
+    }
+
+    /// Open cells of a sheet that has some.
+    pub fn opened(&self) -> Option<&Open> {
+        self.tears.as_ref().map(|t| &t.open).filter(|o| !o.is_whole())
+    }
+
+    /// Material coordinates (u, v) of node `i` in cells of the lowest layer.
+    pub fn in_cells(&self, i: u32) -> (f64, f64) {
+        let (columns, rows) = self.tears.as_ref().map_or((0, 0), |t| t.open.size());
+        let (u, v) = self.uv[i as usize];
+        (u * columns as f64, v * rows as f64)
+    }
+
+    /// Triangles of a layer without those in open cells.
+    pub fn closed_triangles(&self, mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+        if let Some(open) = self.opened() {
+            triangles.retain(|t| {
+                let at = t.map(|m| self.in_cells(m));
+                let (u, v) = ((at[0].0 + at[1].0 + at[2].0) / 3.0, (at[0].1 + at[1].1 + at[2].1) / 3.0);
+                open.is_closed_at(u, v) && !t.iter().any(|m| self.is_gone(*m as usize))
+            });
+        }
+        triangles
+    }
+
+    /// Whether no diagonal of a closed cell is longer than `most` (m). The pieces of a torn sheet
+    /// may be any distance apart.
+    pub(crate) fn holds_together(&self, most: f64) -> bool {
+        let (Some(open), Some(layer)) = (self.opened(), self.layers.first()) else { return true };
+        let closed = open.cells().iter().enumerate().filter(|c| !c.1);
+        let mut sound = (0..self.masses()).all(|i| self.x.get(i).is_finite());
+        for (c, _) in closed {
+            let [a, b, d, e] = corners(layer, c).map(|m| self.x.get(m));
+            sound &= a.distance_squared(e) < most * most && b.distance_squared(d) < most * most;
+        }
+        sound
+    }
+
+    /// Opens cells after a step. Returns the first opening of the sheet, once.
+    pub(crate) fn tear(&mut self) -> Option<Opening> {
+        let mut tears = self.tears.take()?;
+        tears.opens.clear();
+        let worst = if tears.runs { self.look(&mut tears) } else { None };
+        if tears.opens.is_empty() {
+            self.tears = Some(tears);
+            self.carry();
+            return None;
+        }
+        let told = std::mem::replace(&mut tears.told, true);
+        let first = (!told).then(|| self.opening(worst.unwrap_or(tears.opens[0] as usize)));
+        for k in 0..tears.opens.len() {
+            tears.open.set(tears.opens[k] as usize);
+        }
+        self.tears = Some(tears);
+        self.take_openings();
+        self.carry();
+        first
+    }
+
+    /// Collects the cells that open; returns the one with the largest strain.
+    fn look(&self, tears: &mut Tears) -> Option<usize> {
+        let (melts_at, tears_at) = (self.material.melts_at, self.material.tears_at);
+        let (mut worst, mut most, mut melted) = (None, 1.0, None);
+        for c in 0..tears.over.len() {
+            tears.over[c] = 0.0;
+            if tears.open.cells()[c] {
+                continue;
+            }
+            let state = self.state_of(c);
+            if melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit) {
+                tears.opens.push(c as u32);
+                melted.get_or_insert(c);
+                continue;
+            }
+            // A non-finite strain is an instability, not a fracture.
+            let over = tears_at.map_or(0.0, |limit| state.strain / limit);
+            tears.over[c] = over;
+            if over > most * (1.0 + ALIKE) {
+                (worst, most) = (Some(c), over);
+            }
+        }
+        if worst.is_some() {
+            for c in 0..tears.over.len() {
+                if tears.over[c] > 1.0 && (Some(c) == worst || leads(tears, c)) {
+                    tears.opens.push(c as u32);
+                }
+            }
+            tears.opens.sort_unstable();
+        }
+        worst.or(melted)
+    }
+
+    fn state_of(&self, c: usize) -> State {
+        let Some(layer) = self.layers.first() else { return State { strain: 0.0, celsius: None } };
+        let m = corners(layer, c);
+        let celsius = self.temperatures().map(|t| self.cell_temperature(t, m, c));
+        let [p, q, r, s] = m.map(|m| self.x.get(m));
+        let half = (0.5 * f64::from(layer.nx - 1) / self.extent.0, 0.5 * f64::from(layer.nz - 1) / self.extent.1);
+        let (a, b) = ((q - p + s - r) * half.0, (r - p + s - q) * half.1);
+        let (aa, bb, ab) = (a.length_squared(), b.length_squared(), a.dot(b));
+        let square = 0.5 * (aa + bb + ((aa - bb).powi(2) + 4.0 * ab * ab).sqrt());
+        let grown = 1.0 + celsius.map_or(0.0, |t| self.material.expansion * (t - REFERENCE));
+        State { strain: square.sqrt() / grown - 1.0, celsius }
+    }
+
+    /// Mean temperature of the nodes of cell `c`, °C; `m` are its corners in the lowest layer.
+    fn cell_temperature(&self, celsius: &[f64], m: [usize; 4], c: usize) -> f64 {
+        let (mut sum, mut count) = (m.iter().map(|m| celsius[*m]).sum::<f64>(), 4.0);
+        let Some(bottom) = self.layers.first().filter(|_| self.layers.len() > 1) else { return sum / count };
+        let across = bottom.nx - 1;
+        let (i, j) = (c as u32 % across, c as u32 / across);
+        for layer in &self.layers[1..] {
+            if layer.nx == bottom.nx {
+                let over = [layer.at(i, j), layer.at(i + 1, j), layer.at(i, j + 1), layer.at(i + 1, j + 1)];
+                sum += over.iter().map(|m| celsius[*m as usize]).sum::<f64>();
+                count += 4.0;
+            } else {
+                sum += celsius[layer.at(i, j) as usize];
+                count += 1.0;
+            }
+        }
+        sum / count
+    }
+
+    /// Report of the opening of cell `c`.
+    fn opening(&self, c: usize) -> Opening {
+        let state = self.state_of(c);
+        let middle = self
+            .layers
+            .first()
+            .map_or(DVec3::ZERO, |layer| corners(layer, c).iter().map(|m| self.x.get(*m)).sum::<DVec3>() / 4.0);
+        let melted = self.material.melts_at.zip(state.celsius).is_some_and(|(limit, t)| t > limit);
+        Opening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
+    }
+
+    /// Opens the cells along `slits` permanently.
+    pub(crate) fn slit(&mut self, slits: &[Slit]) {
+        let cells = self.slit_cells(slits);
+        if let Some(tears) = self.tears.as_mut().filter(|_| !slits.is_empty()) {
+            tears.slit = cells;
+            self.set_open(&[]);
+        }
+    }
+
+    /// Whether each cell has opened since the start, without the slits; empty for a sheet that
+    /// cannot open.
+    pub(crate) fn torn_cells(&self) -> Vec<bool> {
+        let Some(tears) = &self.tears else { return Vec::new() };
+        let slit = tears.slit.iter().copied().chain(std::iter::repeat(false));
+        tears.open.cells().iter().zip(slit).map(|(open, slit)| *open && !slit).collect()
+    }
+
+    /// Restores the open cells to `torn` (empty: none) and the slits, for a return to another time.
+    pub(crate) fn set_open(&mut self, torn: &[bool]) {
+        let Some(tears) = self.tears.as_mut() else { return };
+        let of = |list: &[bool], c: usize| list.get(c).copied().unwrap_or(false);
+        let cells: Vec<bool> = (0..tears.open.cells().len()).map(|c| of(torn, c) || of(&tears.slit, c)).collect();
+        if tears.open.cells() == cells {
+            return;
+        }
+        tears.open.set_all(&cells);
+        tears.told = torn.contains(&true);
+        self.take_openings();
+    }
+
+    /// Updates everything that depends on the open cells.
+    fn take_openings(&mut self) {
+        let before = self.energy(DVec3::ZERO).total;
+        let Some(mut tears) = self.tears.take() else { return };
+        tears.revision += 1;
+        tears.left_at.resize(tears.gone.len(), DVec3::ZERO);
+        for i in 0..tears.gone.len() {
+            let at = self.cells_at(&tears.open, i as u32);
+            let was = std::mem::replace(&mut tears.gone[i], tears.open.is_gone(at));
+            if tears.gone[i] && !was {
+                tears.left_at[i] = self.x.get(i);
+            }
+        }
+        for i in 0..self.springs.len() {
+            let (a, b) = (self.springs.a[i], self.springs.b[i]);
+            let cut = tears.open.cuts(self.cells_at(&tears.open, a), self.cells_at(&tears.open, b))
+                || tears.gone[a as usize]
+                || tears.gone[b as usize];
+            self.stiffness_per_unit[i] = if cut { 0.0 } else { tears.springs[i] };
+        }
+        self.elements.iter_mut().for_each(|e| e.open(&tears.open, &tears.gone));
+        self.hold_gone(&mut tears);
+        let triangles = self.layers.iter().flat_map(Layer::triangles).collect();
+        self.tears = Some(tears);
+        self.drag.set_triangles(self.closed_triangles(triangles));
+        self.open_contact();
+        if let Some(heat) = &mut self.heat {
+            heat.forget_body();
+        }
+        self.refresh();
+        // The stored accelerations of the integrator are of forces that no longer exist.
+        self.restart_engine();
+        self.forget_system();
+        let after = self.energy(DVec3::ZERO).total;
+        if let Some(tears) = &mut self.tears {
+            tears.released += before - after;
+        }
+    }
+
+    fn cells_at(&self, open: &Open, i: u32) -> (f64, f64) {
+        let ((columns, rows), (u, v)) = (open.size(), self.uv[i as usize]);
+        (u * columns as f64, v * rows as f64)
+    }
+
+    /// Fixes detached nodes, removes their attachments, and finds the node that each follows.
+    fn hold_gone(&mut self, tears: &mut Tears) {
+        let mut pinned = vec![false; self.masses()];
+        self.pins.masses().for_each(|m| pinned[m as usize] = true);
+        tears.loose.clear();
+        self.pins.set_gone(&tears.gone);
+        for i in 0..self.masses() {
+            self.inverse_mass[i] = if pinned[i] || tears.gone[i] { 0.0 } else { 1.0 / self.mass[i] };
+            if tears.gone[i] && !pinned[i] {
+                let here = self.uv[i];
+                let apart = |k: &usize| {
+                    let (u, v) = self.uv[*k];
+                    ((u - here.0) * self.extent.0).hypot((v - here.1) * self.extent.1)
+                };
+                let left = (0..self.masses()).filter(|k| !tears.gone[*k]);
+                let nearest = left.min_by(|a, b| apart(a).total_cmp(&apart(b)));
+                tears.loose.push((i as u32, nearest.unwrap_or(i) as u32));
+            }
+        }
+    }
+
+    /// Moves detached nodes with the nodes that they follow.
+    fn carry(&mut self) {
+        let Some(tears) = self.tears.as_ref().filter(|t| !t.loose.is_empty()) else { return };
+        for (mass, with) in &tears.loose {
+            let (mass, with) = (*mass as usize, *with as usize);
+            self.x.set(mass, self.x.get(with));
+            self.v.set(mass, if mass == with { DVec3::ZERO } else { self.v.get(with) });
+        }
+    }
+
+    /// Updates contact and limits after a change of the open cells.
+    fn open_contact(&mut self) {
+        if let Some(mut skin) = self.work.skin.take() {
+            skin.open(self);
+            self.work.skin = Some(skin);
+        }
+        if let Some(limit) = self.flexion_limit.as_ref().map(|l| l.limit) {
+            self.flexion_limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
+        }
+        if let (Some(limit), Some(tears)) = (&mut self.thickness_limit, &self.tears) {
+            limit.open(&tears.gone);
+        }
+    }
+
+    /// Flexion triples whose two springs are intact.
+    pub(crate) fn closed_triples(&self) -> Vec<[u32; 3]> {
+        let mut triples = self.flexion.clone();
+        if let Some(open) = self.opened() {
+            triples.retain(|t| {
+                let [a, b, c] = t.map(|m| self.in_cells(m));
+                !open.cuts(a, b) && !open.cuts(b, c)
+            });
+        }
+        triples
+    }
+}
+
+/// Whether cell `c` is at the end of a crack and has the largest strain of its neighbourhood.
+fn leads(tears: &Tears, c: usize) -> bool {
+    let columns = tears.open.size().0;
+    let (i, j) = ((c % columns) as i64, (c / columns) as i64);
+    let around = (-1..=1).flat_map(|dj| (-1..=1).map(move |di| (di, dj))).filter(|d| *d != (0, 0));
+    let mut at_end = false;
+    for n in around.filter_map(|(di, dj)| tears.open.number(i + di, j + dj)) {
+        at_end |= tears.open.cells()[n];
+        let (mine, other) = (tears.over[c], tears.over[n]);
+        // The first of several cells with equal strain opens.
+        if other > mine * (1.0 + ALIKE) || (n < c && other >= mine * (1.0 - ALIKE)) {
+            return false;
+        }
+    }
+    at_end
+}

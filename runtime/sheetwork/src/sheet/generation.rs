@@ -1,0 +1,223 @@
+//! A sheet from its description: lattice, masses, and what every spring's stiffness is by the sheet's spring law.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::elements::Element;
+use crate::elements::spring::SpringClass;
+use crate::elements::wall_spring::WallSprings;
+use crate::error::InputError;
+use crate::material::calibration::{Clamped, Request, WallSpring, calibrate, default_gap};
+use crate::mesh::outline;
+use crate::mesh::outline::Outline;
+use crate::mesh::structure::{Lattice, LatticeSpec, Layer, StructureKind, generate, masses_of};
+use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
+use crate::sheet::build::{Parts, extent, length_of, material_coordinates};
+
+/// Nearest that layers of a sheet on a coarser grid are, as a fraction of what calibration would choose there.
+const NEAREST: f64 = 0.4;
+
+/// What calibration adds to the springs of a lattice.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Calibrated {
+    /// Masses in the planes of clamped edges.
+    pub held: Vec<u32>,
+    /// Springs that end there, in the sheet's own axes, with their rest length, m.
+    pub walls: Vec<(WallSpring, f64)>,
+    /// Mean over directions of the bending stiffness delivered over that asked for.
+    pub delivered: f64,
+}
+
+impl Calibrated {
+    /// The springs that clamps cut, in the world.
+    pub fn wall_springs(
+        &self,
+        spec: &SheetSpec,
+        material: &Material,
+        creeps: Option<[f64; 2]>,
+    ) -> Option<Box<dyn Element>> {
+        let each = self.walls.iter().map(|(w, rest)| (w.mass, spec.placement.apply(w.point), *rest, w.stiffness));
+        if self.walls.is_empty() {
+            return None;
+        }
+        let walls = WallSprings::new(each, material.plate_stiffness());
+        Some(Box::new(match creeps {
+            Some(share) => walls.creeping(share),
+            None => walls,
+        }))
+    }
+}
+
+/// Whether a pin is a clamp along an edge that cuts the springs of a calibrated lattice: one that stands still.
+pub(crate) fn cuts(pin: &PinSpec) -> bool {
+    let edge = matches!(pin.region, Region::Left | Region::Right | Region::Back | Region::Front);
+    pin.clamp && pin.path.is_empty() && edge
+}
+
+/// The parts of a generated sheet; `described` is the grid that its description has, if it has gone to another.
+pub(crate) fn generated(
+    spec: &SheetSpec,
+    material: &Material,
+    base: &Path,
+    described: (u32, u32, u32),
+) -> Result<Parts, InputError> {
+    if spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty() {
+        return outlined(spec, material, base, described);
+    }
+    if spec.springs == SpringLaw::Calibrated && spec.structure != StructureKind::Shell {
+        return calibrated(spec, material, described);
+    }
+    let lattice = generate(&LatticeSpec {
+        structure: spec.structure,
+        grid: spec.grid,
+        size: spec.size,
+        gap: spec.gap,
+        cross_over: spec.cross_over,
+    })?;
+    let n = lattice.positions.len();
+    let sheet_mass = material.areal_mass() * spec.size.0 * spec.size.1;
+    let mass = match spec.node_mass {
+        Some(mass) => vec![mass; n],
+        None if spec.structure == StructureKind::Shell => shares(spec.grid).map(|s| s * sheet_mass).collect(),
+        None => vec![sheet_mass / n as f64; n],
+    };
+    let rest: Vec<f64> = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
+    let stiffness = stiffnesses(spec, material, &lattice, &rest);
+    Ok(still(spec, lattice, rest, stiffness, mass))
+}
+
+/// A shell of any outline: one layer, its masses those of a mesh of triangles.
+fn outlined(
+    spec: &SheetSpec,
+    material: &Material,
+    base: &Path,
+    described: (u32, u32, u32),
+) -> Result<Parts, InputError> {
+    let outline = Outline::new(spec.outline.as_ref(), &spec.holes, &spec.cuts, spec.size, base)?;
+    let mesh = outline::mesh(&outline, (spec.grid.0, spec.grid.2))?;
+    let n = mesh.positions.len();
+    let mut node_mass = spec.node_mass;
+    if spec.grid == described {
+        check_levels(spec, &outline)?;
+    } else if let Some(mass) = &mut node_mass {
+        // What the masses of rectangles are in is not what those of this outline are in.
+        let first = outline::mesh(&outline, (described.0, described.2))?.positions.len();
+        let rectangles = masses_of(spec.grid) as f64 / masses_of(described) as f64;
+        *mass *= rectangles * first as f64 / n as f64;
+    }
+    let lattice = Lattice {
+        positions: mesh.positions.iter().map(|[u, v]| DVec3::new(*u, 0.0, *v)).collect(),
+        layer_of: vec![0; n],
+        border: mesh.border.clone(),
+        layers: vec![Layer { first: 0, nx: n as u32, nz: 1, triangular: false }],
+        ..Lattice::default()
+    };
+    let each = |area: &f64| node_mass.unwrap_or(area * material.areal_mass());
+    let mass = mesh.lumped.iter().map(each).collect();
+    let mut parts = still(spec, lattice, Vec::new(), Vec::new(), mass);
+    parts.mesh = Some(mesh);
+    Ok(parts)
+}
+
+/// Refuses a level of detail that is too coarse for the outline.
+fn check_levels(spec: &SheetSpec, outline: &Outline) -> Result<(), InputError> {
+    for (i, level) in spec.detail.iter().flat_map(|d| &d.levels).enumerate() {
+        let fault = |e: InputError| {
+            let (columns, rows) = level.grid;
+            let problem = format!("{columns}x{rows} is too coarse: {}: {}", e.field, e.problem);
+            InputError::new(format!("detail.levels.{i}.grid"), problem)
+        };
+        outline::mesh(outline, level.grid).map_err(fault)?;
+    }
+    Ok(())
+}
+
+fn calibrated(spec: &SheetSpec, material: &Material, described: (u32, u32, u32)) -> Result<Parts, InputError> {
+    let clamped = |region: Region| spec.pins.iter().any(|p| cuts(p) && p.region == region);
+    // The layers of a sheet that has gone to another grid stay as far apart as they were: it is the same body. But for layers so near to
+    // one another that a bend snaps one through the other.
+    let gap = |grid| default_gap(spec.structure, grid, spec.size);
+    let gap = (described != spec.grid).then(|| gap(described).max(NEAREST * gap(spec.grid)));
+    let request = Request {
+        gap,
+        cross_over: spec.cross_over,
+        second_neighbour: spec.flexion_stiffness,
+        clamped: Clamped {
+            left: clamped(Region::Left),
+            right: clamped(Region::Right),
+            back: clamped(Region::Back),
+            front: clamped(Region::Front),
+        },
+        ..Request::new(spec.structure, spec.grid, spec.size, material.target(), material.areal_mass())
+    };
+    let found = calibrate(&request)?;
+    let mut lattice = found.lattice;
+    let mut stiffness = found.stiffness;
+    for (link, k) in found.braces {
+        lattice.links.push(link);
+        stiffness.push(k);
+    }
+    let rest = lattice.links.iter().map(|l| length_of(l, &lattice.positions)).collect();
+    let mass = spec.node_mass.map_or(found.mass, |m| vec![m; lattice.positions.len()]);
+    let rest_of = |w: &WallSpring| lattice.positions[w.mass as usize].distance(w.point);
+    let delivered = found.delivered.bending.iter().sum::<f64>() / found.delivered.bending.len() as f64;
+    let walls = found.walls.iter().map(|w| (*w, rest_of(w))).collect();
+    let mut parts = still(spec, lattice, rest, stiffness, mass);
+    parts.calibrated = Some(Calibrated { held: found.held, walls, delivered });
+    Ok(parts)
+}
+
+fn still(spec: &SheetSpec, lattice: Lattice, rest: Vec<f64>, stiffness: Vec<f64>, mass: Vec<f64>) -> Parts {
+    let n = lattice.positions.len();
+    Parts {
+        rest,
+        stiffness,
+        mass,
+        velocity: vec![DVec3::ZERO; n],
+        force: vec![DVec3::ZERO; n],
+        structure: spec.structure,
+        grid: spec.grid,
+        damping: spec.damping,
+        uv: material_coordinates(&lattice),
+        extent: extent(&lattice),
+        lattice,
+        calibrated: None,
+        mesh: None,
+    }
+}
+
+/// Part of a single layer's area that falls to each mass, in order.
+fn shares((nx, _, nz): (u32, u32, u32)) -> impl Iterator<Item = f64> {
+    let along = |k: u32, n: u32| if k == 0 || k + 1 == n { 0.5 } else { 1.0 } / f64::from(n - 1);
+    (0..nz).flat_map(move |j| (0..nx).map(move |i| along(i, nx) * along(j, nz)))
+}
+
+/// Stiffness of every spring, N/m, by the sheet's spring law.
+fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &[f64]) -> Vec<f64> {
+    let et = material.young * material.thickness;
+    let area = spec.size.0 * spec.size.1;
+    let mut family: BTreeMap<(SpringClass, u32), f64> = BTreeMap::new();
+    for link in &lattice.links {
+        *family.entry((link.class, link.layer)).or_default() += 1.0;
+    }
+    let layers = f64::from(spec.grid.1);
+    let each = lattice.links.iter().zip(rest).map(|(link, length)| {
+        let k = match spec.springs {
+            SpringLaw::Uniform | SpringLaw::Calibrated => et,
+            SpringLaw::Length => {
+                let share = area / family.get(&(link.class, link.layer)).copied().unwrap_or(1.0);
+                // Each layer carries its part of the thickness; the spring stands for a strip share/length wide. Between
+                // layers the same: E A / h there would be many times stiffer, and shorten the step for nothing seen.
+                let strip = if link.class == SpringClass::Inter { 1.0 } else { (share / length) / length };
+                (et / layers) * strip
+            }
+        };
+        match link.class {
+            SpringClass::Flexion | SpringClass::CrossOver => k * spec.flexion_stiffness,
+            _ => k,
+        }
+    });
+    each.collect()
+}

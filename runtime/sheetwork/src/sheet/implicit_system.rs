@@ -1,0 +1,537 @@
+//! Equations of a sheet for implicit integrators: incremental potential, gradient, tangent matrix
+//! and Newton step.
+//!
+//! The unknowns are three coordinates of each dynamic node, in order. The tangent is a symmetric
+//! matrix of 3x3 blocks with the sparsity pattern of the elements. Its constant part (bending,
+//! inertia, air; N/m) is stored, and the rest is added at every iterate. The row of a fixed
+//! direction is a row of the identity.
+
+use glam::{DMat3, DVec3};
+
+use crate::elements::mixed_spring::MixedSprings;
+use crate::elements::spring::{SpringScratch, Springs};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK};
+use crate::integrators::implicit::{Implicit, Stage};
+use crate::integrators::{Advance, Forces};
+use crate::linear::{Backend, Factor, HalfSolutions, Loads, NotPositive, Pattern, analyse};
+use crate::math::Vectors;
+use crate::sheet::air_drag::Drag;
+use crate::sheet::{Field, Sheet};
+
+/// Linear system of a sheet with its workspace.
+pub(crate) struct System {
+    /// Node of each block row, and block row of each node.
+    masses: Vec<u32>,
+    row: Vec<u32>,
+    /// 1 for the free directions and 0 for the fixed directions of each block row.
+    free: Vec<DVec3>,
+    pattern: Pattern,
+    factor: Box<dyn Factor>,
+    places: Vec<[f64; 2]>,
+    /// Factor for unstable equilibria, created at the first one.
+    indefinite: Option<Box<dyn Factor>>,
+    /// Constant part of the tangent (N/m), and its 1/h (1/s).
+    constant: Vec<f64>,
+    constant_at: Option<f64>,
+    values: Vec<f64>,
+    /// Whether the factor is that of the tangent without contact.
+    is_plain: bool,
+    /// Tangent with contact.
+    augmented: Vec<f64>,
+    right: Vec<f64>,
+    gradient: Vectors,
+    /// Entries of `values` in rows and columns of fixed directions: those set to zero, and those
+    /// set to one.
+    zeros: Vec<u32>,
+    ones: Vec<u32>,
+    pub springs: MixedSprings,
+}
+
+impl System {
+    /// Builds the system of `sheet` and binds its elements.
+    pub fn new(sheet: &mut Sheet) -> Self {
+        let mut springs = MixedSprings::new(&sheet.springs);
+        let mut row = vec![NO_BLOCK; sheet.masses()];
+        let mut masses = Vec::new();
+        for (i, w) in sheet.inverse_mass.iter().enumerate() {
+            if *w > 0.0 {
+                row[i] = masses.len() as u32;
+                masses.push(i as u32);
+            }
+        }
+        let mut pairs = Vec::new();
+        let mut couple = |a: u32, b: u32| {
+            let (a, b) = (row[a as usize], row[b as usize]);
+            if a != NO_BLOCK && b != NO_BLOCK {
+                pairs.push((a, b));
+            }
+        };
+        springs.couples(&mut couple);
+        sheet.elements.iter().for_each(|e| e.couples(&mut couple));
+        let pattern = Pattern::new(masses.len(), pairs);
+        let block = |a: u32, b: u32| {
+            let (a, b) = (row[a as usize], row[b as usize]);
+            if a == NO_BLOCK || b == NO_BLOCK { NO_BLOCK } else { pattern.slot(a, b).unwrap_or(NO_BLOCK) }
+        };
+        springs.bind(&block);
+        sheet.elements.iter_mut().for_each(|e| e.bind(&block));
+        let (nu, nv) = (f64::from(sheet.grid.0), f64::from(sheet.grid.2));
+        let place = |m: &u32| {
+            let (u, v) = sheet.uv[*m as usize];
+            [u * nu, v * nv]
+        };
+        let places: Vec<[f64; 2]> = masses.iter().map(place).collect();
+        let factor = analyse(&pattern, &places, Backend::default());
+        let (zeros, ones) = held_entries(sheet, &pattern, &row);
+        let mut free = vec![DVec3::ONE; masses.len()];
+        for entry in &ones {
+            let block = pattern.starts.partition_point(|s| *s <= entry / 9) - 1;
+            free[block][(entry % 9) as usize / 4] = 0.0;
+        }
+        let numbers = 9 * pattern.blocks();
+        Self {
+            right: vec![0.0; 3 * masses.len()],
+            gradient: Vectors::zeros(sheet.masses()),
+            constant: vec![0.0; numbers],
+            constant_at: None,
+            values: vec![0.0; numbers],
+            is_plain: false,
+            augmented: Vec::new(),
+            masses,
+            row,
+            free,
+            pattern,
+            factor,
+            places,
+            indefinite: None,
+            zeros,
+            ones,
+            springs,
+        }
+    }
+
+    /// Takes over changed spring stiffnesses and invalidates the constant part.
+    pub fn refresh(&mut self, springs: &Springs) {
+        self.constant_at = None;
+        self.springs.follow(springs);
+    }
+
+    /// Invalidates the constant part after a change of forces or of the step.
+    pub fn forget_constant(&mut self) {
+        self.constant_at = None;
+    }
+
+    /// Node of each block row.
+    pub fn masses(&self) -> &[u32] {
+        &self.masses
+    }
+
+    /// 1 for a free and 0 for a fixed direction of each unknown.
+    pub fn free_entries(&self) -> impl Iterator<Item = f64> + '_ {
+        self.free.iter().flat_map(|f| f.to_array())
+    }
+
+    /// Index of the block of nodes `a` and `b`, a ≥ b; `None` for a fixed node or an uncoupled
+    /// pair.
+    pub fn block(&self, a: u32, b: u32) -> Option<u32> {
+        let (a, b) = (self.row_of(a), self.row_of(b));
+        if a == NO_BLOCK || b == NO_BLOCK { None } else { self.pattern.slot(a, b) }
+    }
+
+    /// Whether nodes `a` and `b`, a ≥ b, are dynamic and have no block.
+    pub fn lacks(&self, a: u32, b: u32) -> bool {
+        self.row_of(a) != NO_BLOCK && self.row_of(b) != NO_BLOCK && self.block(a, b).is_none()
+    }
+
+    /// Block row of node `i`; [`NO_BLOCK`] for a fixed node.
+    pub fn row_of(&self, i: u32) -> u32 {
+        self.row[i as usize]
+    }
+
+    /// 1 for the free directions and 0 for the fixed directions of block row `row`.
+    pub fn free_axes(&self, row: u32) -> DVec3 {
+        self.free[row as usize]
+    }
+
+    /// Adds the half solutions of `loads` with the last factor.
+    pub fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        self.factor.half_solve(loads, solutions);
+    }
+
+    /// Sparsity pattern of the tangent.
+    pub fn pattern(&self) -> &Pattern {
+        &self.pattern
+    }
+
+    /// Last assembled tangent.
+    pub fn tangent(&self) -> ContactTangent<'_> {
+        ContactTangent { pattern: &self.pattern, values: &self.values }
+    }
+
+    /// Factorises the last assembled tangent with the entries that `add` adds; false when the sum
+    /// is not positive definite.
+    pub fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
+        self.is_plain = false;
+        self.augmented.clone_from(&self.values);
+        add(&mut self.augmented);
+        self.factor.factorize(&self.augmented).is_ok()
+    }
+
+    /// Factorises the last assembled tangent, unless the factor is that of this tangent.
+    pub fn restore_factor(&mut self) {
+        if !self.is_plain {
+            self.is_plain = self.factorize_with(&mut |_| {});
+        }
+    }
+
+    /// Solves with the last factor, in place.
+    pub fn solve(&mut self, right: &mut [f64]) {
+        self.factor.solve(right);
+    }
+
+    /// Name of the linear solver, block rows of the matrix, blocks of the matrix, nonzeros of the
+    /// factor.
+    pub fn about(&self) -> (&'static str, usize, usize, usize) {
+        (self.factor.name(), self.masses.len(), self.pattern.blocks(), self.factor.nonzeros())
+    }
+}
+
+/// Tangent to which contact adds entries.
+pub(crate) struct ContactTangent<'a> {
+    pattern: &'a Pattern,
+    values: &'a [f64],
+}
+
+impl ContactTangent<'_> {
+    /// Diagonal block of `row`, N/m.
+    pub fn diagonal(&self, row: u32) -> DMat3 {
+        let at = 9 * self.pattern.starts[row as usize] as usize;
+        DMat3::from_cols_slice(&self.values[at..at + 9])
+    }
+
+    /// Sparsity pattern of the blocks.
+    pub fn pattern(&self) -> &Pattern {
+        self.pattern
+    }
+
+    /// Blocks, 9 numbers each, N/m.
+    pub fn values(&self) -> &[f64] {
+        self.values
+    }
+}
+
+/// Entries of the rows and columns of fixed directions.
+fn held_entries(sheet: &Sheet, pattern: &Pattern, row: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let mut held = vec![[false; 3]; pattern.size()];
+    for (mass, axes) in sheet.pins.rails() {
+        if row[mass as usize] != NO_BLOCK {
+            let all = &mut held[row[mass as usize] as usize];
+            all.iter_mut().zip(axes).for_each(|(held, axis)| *held |= axis);
+        }
+    }
+    let (mut zeros, mut ones) = (Vec::new(), Vec::new());
+    if held.iter().flatten().any(|h| *h) {
+        for (slot, r, c) in pattern.iter() {
+            for i in 0..3 {
+                for j in 0..3 {
+                    let entry = (9 * slot + 3 * i + j) as u32;
+                    if held[r as usize][i] || held[c as usize][j] {
+                        zeros.push(entry);
+                        if r == c && i == j {
+                            ones.push(entry);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    (zeros, ones)
+}
+
+/// Sheet as an implicit integrator sees it.
+pub(crate) struct ImplicitSheet<'a> {
+    pub field: Field,
+    pub mass: &'a [f64],
+    pub inverse_mass: &'a [f64],
+    pub applied: &'a Vectors,
+    pub pins: &'a crate::sheet::Pins,
+    pub springs: &'a Springs,
+    pub scratch: &'a mut SpringScratch,
+    pub elements: &'a mut [Box<dyn Element>],
+    pub system: &'a mut System,
+    pub drag: &'a mut Drag,
+}
+
+impl ImplicitSheet<'_> {
+    fn parts(&mut self) -> impl Iterator<Item = &mut dyn Element> {
+        let springs: &mut dyn Element = &mut self.system.springs;
+        std::iter::once(springs).chain(self.elements.iter_mut().map(|e| &mut **e as &mut dyn Element))
+    }
+
+    /// Assembles the constant part of the tangent for 1/h (1/s), unless it is up to date.
+    fn constant(&mut self, per_time: f64) {
+        if self.system.constant_at == Some(per_time) {
+            return;
+        }
+        self.system.constant.fill(0.0);
+        for element in self.elements.iter() {
+            element.add_constant_tangent(per_time, &mut self.system.constant);
+        }
+        for (row, mass) in self.system.masses.iter().enumerate() {
+            let m = self.mass[*mass as usize];
+            let inertia = m * per_time * per_time + self.field.air * m * per_time;
+            let at = 9 * self.system.pattern.starts[row] as usize;
+            for i in [0, 4, 8] {
+                self.system.constant[at + i] += inertia;
+            }
+        }
+        self.system.constant_at = Some(per_time);
+    }
+
+    /// Starts the elements without rates, with the stress at `x`.
+    pub fn start(&mut self, x: &Vectors, still: &Vectors) {
+        self.begin(0.0, &[], 0.0, x, still);
+        self.settle(x);
+    }
+
+    /// Assembles the tangent at `x`.
+    fn assemble(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) {
+        self.constant(stage.per_time);
+        let mut values = std::mem::take(&mut self.system.values);
+        values.copy_from_slice(&self.system.constant);
+        self.parts().for_each(|e| e.add_tangent(x, geometric, &mut values));
+        let system = &mut *self.system;
+        self.drag.add_tangent(stage, &system.masses, &system.pattern, &mut values);
+        system.zeros.iter().for_each(|i| values[*i as usize] = 0.0);
+        system.ones.iter().for_each(|i| values[*i as usize] = 1.0);
+        system.values = values;
+    }
+
+    /// Factorises the tangent at `x`.
+    ///
+    /// # Errors
+    /// When the tangent is not positive definite.
+    pub fn factorize(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) -> Result<(), NotPositive> {
+        self.assemble(stage, x, geometric);
+        self.system.is_plain = true;
+        self.system.factor.factorize(&self.system.values)
+    }
+
+    /// Computes g = ∇Φ (N) into the system's gradient; entries of fixed nodes are undefined.
+    fn gradient(&mut self, stage: &Stage, x: &Vectors) {
+        let mut g = std::mem::take(&mut self.system.gradient);
+        let (inertia, air) = (stage.per_time * stage.per_time, self.field.air * stage.per_time);
+        let gravity = self.field.gravity.to_array();
+        let axes = g.axes_mut().into_iter().zip(x.axes()).zip(stage.y.axes()).zip(stage.w.axes());
+        for ((((g, x), y), w), (applied, gravity)) in axes.zip(self.applied.axes().into_iter().zip(gravity)) {
+            for i in 0..g.len() {
+                let m = self.mass[i];
+                g[i] = m * (inertia * (x[i] - y[i]) + air * (x[i] - w[i]) - gravity) - applied[i];
+            }
+        }
+        self.drag.add_gradient(stage, x, &mut g);
+        self.parts().for_each(|e| e.add_gradient(x, &mut g));
+        self.system.gradient = g;
+    }
+}
+
+impl Forces for ImplicitSheet<'_> {
+    fn accelerations(&mut self, _t: f64, x: &Vectors, v: &Vectors, a: &mut Vectors) {
+        Implicit::accelerations(self, x, v, a);
+    }
+
+    fn implicit(&mut self) -> Option<&mut dyn Implicit> {
+        Some(self)
+    }
+}
+
+impl Implicit for ImplicitSheet<'_> {
+    fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors) {
+        self.parts().for_each(|e| e.begin(per_time, anchors, follow));
+        self.drag.begin(&self.field, x, v);
+    }
+
+    fn finish(&mut self, x: &Vectors) {
+        self.parts().for_each(|e| e.finish(x));
+    }
+
+    fn forget(&mut self) {
+        self.parts().for_each(|e| e.forget());
+    }
+
+    fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64 {
+        let mut sum = self.inertial(stage, x);
+        let gravity = self.field.gravity;
+        for i in 0..x.len() {
+            if self.inverse_mass[i] > 0.0 {
+                let m = self.mass[i];
+                sum -= (gravity * m + self.applied.get(i)).dot(x.get(i));
+            }
+        }
+        if self.field.air > 0.0 && stage.per_time > 0.0 {
+            let scale = 0.5 * self.field.air * stage.per_time;
+            for i in 0..x.len() {
+                if self.inverse_mass[i] > 0.0 {
+                    sum += scale * self.mass[i] * x.get(i).distance_squared(stage.w.get(i));
+                }
+            }
+        }
+        sum += self.drag.potential(stage, x);
+        sum + self.parts().map(|e| e.potential(x)).sum::<f64>()
+    }
+
+    fn inertial(&self, stage: &Stage, x: &Vectors) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..x.len() {
+            if self.inverse_mass[i] > 0.0 {
+                sum += self.mass[i] * x.get(i).distance_squared(stage.y.get(i));
+            }
+        }
+        0.5 * sum * stage.per_time * stage.per_time
+    }
+
+    fn kinetic_at(&self, speed: f64) -> f64 {
+        0.5 * self.mass.iter().sum::<f64>() * speed * speed
+    }
+
+    fn is_glued(&self) -> bool {
+        self.pins.glues()
+    }
+
+    fn pressed(&self, from: &Vectors, to: &Vectors) -> f64 {
+        self.drag.pushed(from, to)
+    }
+
+    fn direction(
+        &mut self,
+        stage: &Stage,
+        x: &Vectors,
+        geometric: Geometric,
+        d: &mut Vectors,
+    ) -> Result<f64, NotPositive> {
+        self.gradient(stage, x);
+        self.assemble(stage, x, geometric);
+        self.pins.hold_rails(&mut self.system.gradient);
+        let system = &mut *self.system;
+        for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
+            right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
+        }
+        system.is_plain = true;
+        if system.factor.factorize_and_solve(&system.values, &mut system.right).is_err() {
+            // Newton's method also finds unstable equilibria; their tangent is indefinite.
+            if stage.per_time > 0.0 || geometric == Geometric::Clipped {
+                return Err(NotPositive);
+            }
+            let factor =
+                system.indefinite.get_or_insert_with(|| analyse(&system.pattern, &system.places, Backend::Indefinite));
+            for (right, mass) in system.right.chunks_exact_mut(3).zip(&system.masses) {
+                right.copy_from_slice(&system.gradient.get(*mass as usize).to_array());
+            }
+            factor.factorize_and_solve(&system.values, &mut system.right)?;
+        }
+        d.clear();
+        let mut slope = 0.0;
+        for (step, mass) in system.right.chunks_exact(3).zip(&system.masses) {
+            let step = -DVec3::from_slice(step);
+            d.set(*mass as usize, step);
+            slope += step.dot(system.gradient.get(*mass as usize));
+        }
+        Ok(slope)
+    }
+
+    fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64 {
+        self.parts().map(|e| e.predict(x, d)).sum()
+    }
+
+    fn settle(&mut self, x: &Vectors) {
+        self.parts().for_each(|e| e.settle(x));
+    }
+
+    fn hold(&self, a: &mut Vectors) {
+        for (i, w) in self.inverse_mass.iter().enumerate() {
+            if *w == 0.0 {
+                a.set(i, DVec3::ZERO);
+            }
+        }
+        self.pins.hold_rails(a);
+    }
+
+    fn led(&self, x: &Vectors, to: &mut Vectors) {
+        for (i, w) in self.inverse_mass.iter().enumerate() {
+            if *w == 0.0 {
+                to.set(i, x.get(i));
+            }
+        }
+        self.pins.follow_rails(x, to);
+    }
+
+    fn accelerations(&mut self, x: &Vectors, v: &Vectors, a: &mut Vectors) -> f64 {
+        a.clear();
+        self.springs.add_forces(x, v, self.springs.damped(), self.scratch, a);
+        self.elements.iter_mut().for_each(|e| e.add_forces(x, v, a));
+        let mut own = 0.0_f64;
+        for i in 0..a.len() {
+            let f = a.get(i) * self.inverse_mass[i];
+            own = own.max(f.length());
+            let free = self.inverse_mass[i] > 0.0;
+            let outer = self.field.gravity - v.get(i) * self.field.air + self.applied.get(i) * self.inverse_mass[i];
+            a.set(i, if free { f + outer } else { DVec3::ZERO });
+        }
+        own
+    }
+}
+
+impl Sheet {
+    /// Calls `work` with the sheet as an implicit integrator sees it.
+    pub(crate) fn with_problem<R>(
+        &mut self,
+        field: Field,
+        system: &mut System,
+        work: impl FnOnce(&mut ImplicitSheet) -> R,
+    ) -> R {
+        let mut problem = ImplicitSheet {
+            field,
+            mass: &self.mass,
+            inverse_mass: &self.inverse_mass,
+            applied: &self.applied,
+            pins: &self.pins,
+            springs: &self.springs,
+            scratch: &mut self.work.springs,
+            elements: &mut self.elements,
+            system,
+            drag: &mut self.drag,
+        };
+        work(&mut problem)
+    }
+
+    /// Advances by an implicit integrator; see [`Sheet::advance`].
+    pub(crate) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
+        self.ready_implicit(field);
+        let Some(mut system) = self.system.take() else { return Advance::default() };
+        // Moved out for the step, so that they are borrowed separately from the rest of the sheet.
+        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::Resting));
+        let done = self.with_problem(field, &mut system, |problem| engine.advance(problem, t, dt, &mut x, &mut v));
+        (self.x, self.v, self.engine, self.system) = (x, v, engine, Some(system));
+        done
+    }
+
+    /// Builds the linear system where there is none, and restarts the elements after an explicit
+    /// integrator or a change of the field.
+    pub(crate) fn ready_implicit(&mut self, field: Field) {
+        let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
+        if self.field_before.is_none() {
+            let (x, v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+            self.with_problem(field, &mut system, |problem| {
+                problem.forget();
+                problem.start(&x, &v);
+            });
+            (self.x, self.v) = (x, v);
+        }
+        if self.field_before != Some(field) {
+            system.forget_constant();
+            self.field_before = Some(field);
+        }
+        self.system = Some(system);
+    }
+}

@@ -1,0 +1,52 @@
+//! What pins hold of a lattice on another grid.
+//!
+//! Each pin holds the masses of its region on that grid, which begin where the description has them, and as far from there as those of the old grid
+//! did: a sheet that was put elsewhere has its pins there. Pinned masses move as those of the old grid in their layer.
+
+use glam::DVec3;
+
+use crate::scene::SheetSpec;
+use crate::sheet::Sheet;
+use crate::sheet::remap::layer_offsets::Layout;
+use crate::sheet::remap::row_interpolation::Rows;
+
+impl Sheet {
+    /// Moves the starts of pins as those of `old` have moved; this sheet is as it was built.
+    pub(crate) fn take_pins_of(&mut self, old: &Self, spec: &SheetSpec, (before, now): (&Layout, &Layout)) {
+        if self.pins.is_empty() {
+            return;
+        }
+        let up = spec.placement.quaternion() * DVec3::Y;
+        // Where a mass of the old grid was when it was built.
+        let rest = |i: usize| {
+            let (u, v) = before.uv[i];
+            let along = DVec3::new((u - 0.5) * before.extent.0, 0.0, (v - 0.5) * before.extent.1);
+            spec.placement.apply(along) + up * (f64::from(old.layer_of[i]) * before.gap)
+        };
+        let moved = |starts: Vec<(u32, DVec3)>| {
+            let by = |(i, start): (u32, DVec3)| (before.uv[i as usize], (start - rest(i as usize)).to_array());
+            Rows::new(starts.into_iter().map(by))
+        };
+        let moved: Vec<Rows<3>> = old.pins.starts().map(moved).collect();
+        let slack = 1e-9 * self.length;
+        self.pins.shift_starts(|k, i| {
+            let by = moved.get(k).and_then(|rows| rows.read(now.uv[i as usize], before.step()));
+            let by = by.map_or(DVec3::ZERO, DVec3::from_array);
+            // Rounding is no motion.
+            if by.length() > slack { by } else { DVec3::ZERO }
+        });
+    }
+
+    /// Gives pinned masses the velocity of those of `old`, and what is held along an axis none along it.
+    pub(crate) fn lead_pinned(&mut self, old: &Self, (before, now): (&Layout, &Layout)) {
+        for (layer, own) in before.layers.iter().zip(&now.layers) {
+            let held = layer.range().filter(|i| old.inverse_mass[*i] == 0.0);
+            let rows = Rows::new(held.map(|i| (before.uv[i], old.v.get(i).to_array())));
+            for i in own.range().filter(|i| self.inverse_mass[*i] == 0.0) {
+                let v = rows.read(now.uv[i], before.step()).map_or(DVec3::ZERO, DVec3::from_array);
+                self.v.set(i, v);
+            }
+        }
+        self.pins.hold_rails(&mut self.v);
+    }
+}

@@ -1,0 +1,65 @@
+//! What has set and crept in the springs that clamps cut, on another grid: as strain, per length without load.
+//!
+//! Those that begin at masses of one layer and go as far, counted in spacings of the grid and of the layers, are of one kind, whatever the grid. They stand
+//! side by side along the clamp; what a new one has is the mean of those of its kind under a hat as wide as the coarser cell. One without its like takes after
+//! the kind of its layer that is nearest. What does not fit the new grid's strain is dealt with as in `springs`.
+
+use std::any::Any;
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::elements::wall_spring::{Held, WallSprings};
+use crate::scene::SheetSpec;
+use crate::sheet::Sheet;
+use crate::sheet::remap::layer_offsets::Layout;
+use crate::sheet::remap::row_interpolation::Rows;
+use crate::sheet::remap::springs::fitted;
+
+/// Layer, and twelfths of spacings from the mass to the fixed end along u, through the thickness and along v.
+type Kind = (u32, [i32; 3]);
+
+fn kind(sheet: &Sheet, layout: &Layout, spec: &SheetSpec, (mass, point): (usize, DVec3)) -> Kind {
+    let (layer, (u, v), step) = (sheet.layer_of[mass], layout.uv[mass], layout.step());
+    let own = DVec3::new((u - 0.5) * layout.extent.0, f64::from(layer) * layout.gap, (v - 0.5) * layout.extent.1);
+    let away = spec.placement.quaternion().inverse() * (point - spec.placement.apply(own));
+    let spacings = away / DVec3::new(step.0 * layout.extent.0, layout.gap, step.1 * layout.extent.1);
+    (layer, (spacings * 12.0).round().to_array().map(|d| d as i32))
+}
+
+fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Rows<4>> {
+    let apart = |k: &Kind| (0..3).map(|a| (i64::from(k.1[a]) - i64::from(wanted.1[a])).pow(2)).sum::<i64>();
+    let alike = all.iter().filter(|(k, _)| k.0 == wanted.0);
+    all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
+}
+
+/// The springs of a sheet that clamps cut.
+fn walls(sheet: &Sheet) -> Option<&WallSprings> {
+    sheet.elements.iter().find_map(|e| (&**e as &dyn Any).downcast_ref())
+}
+
+impl Sheet {
+    /// Takes up what the springs of `old` hold that clamps cut.
+    pub(crate) fn take_walls_of(&mut self, old: &Self, spec: &SheetSpec) {
+        let (Some(before), Some(own)) = (walls(old), walls(self)) else { return };
+        if old.heat.is_none() {
+            return;
+        }
+        let (was, now) = (Layout::of(old), Layout::of(self));
+        let mut kinds: BTreeMap<Kind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
+        for (mass, point, strain, [set, first, second]) in before.held(&old.x) {
+            let held = [set, first, second, strain - set];
+            kinds.entry(kind(old, &was, spec, (mass, point))).or_default().push((was.uv[mass], held));
+        }
+        let kinds: BTreeMap<Kind, Rows<4>> =
+            kinds.into_iter().map(|(kind, held)| (kind, Rows::new(held.into_iter()))).collect();
+        let width = now.wider_step(&was);
+        let read = |(mass, point, strain, _): (usize, DVec3, f64, Held)| {
+            let rows = nearest(&kinds, &kind(self, &now, spec, (mass, point)))?;
+            rows.read(now.uv[mass], width).map(|held| fitted(held, strain))
+        };
+        let held: Vec<Option<Held>> = own.held(&self.x).map(read).collect();
+        let own = self.elements.iter_mut().find_map(|e| (&mut **e as &mut dyn Any).downcast_mut::<WallSprings>());
+        own.into_iter().for_each(|walls| walls.put(&held));
+    }
+}

@@ -1,0 +1,152 @@
+//! Where the masses of a lattice are on its new grid, and how they move.
+//!
+//! The bottom layer, which is the one that is drawn, is read by splines; the others stand on it as they did (`layers`). Then the bottom layer moves by the least
+//! that brings the mean stretch of all layers to what it was (`membrane`), and the others move with it: how much layers differ is the bend, which is
+//! that of the surface. What is held is where its pins have it, in every layer.
+
+use glam::DVec3;
+
+use crate::elements::spring::SpringClass;
+use crate::math::Vectors;
+use crate::mesh::structure::{Layer, StructureKind};
+use crate::scene::SheetSpec;
+use crate::sheet::Sheet;
+use crate::sheet::remap::layer_offsets::Layout;
+use crate::sheet::remap::membrane::Membrane;
+use crate::sheet::remap::motion::vectors;
+use crate::sheet::remap::spline::Surface;
+use crate::sheet::remap::strain::{Mesh, Strains};
+
+/// Most rounds of bringing the stretch to what it was: it is nearly linear, and a round that does not bring it nearer is not taken.
+const ROUNDS: usize = 3;
+
+/// The bottom layer as edges with strains.
+fn mesh(layout: &Layout) -> Mesh {
+    let (step, bottom) = (layout.step(), layout.layers[0]);
+    let spacing = (step.0 * layout.extent.0, step.1 * layout.extent.1);
+    Mesh { columns: bottom.nx as usize, rows: bottom.nz as usize, spacing, triangular: bottom.triangular }
+}
+
+/// The bottom layer of `old` at the masses of that of `new`, with room for the others.
+fn surface(old: &Layout, new: &Layout, values: &Vectors) -> Vec<DVec3> {
+    let size = |l: &Layer| (l.nx as usize, l.nz as usize);
+    let (from, to) = (size(&old.layers[0]), size(&new.layers[0]));
+    let clamped = vec![false; from.0 * from.1];
+    let staggered = old.is_triangular();
+    let surface = Surface { from, to, clamped: &clamped, staggered, folds: &Default::default() };
+    let mut all = surface.read(values, [DVec3::ZERO; 2]);
+    all.resize(new.len(), DVec3::ZERO);
+    all
+}
+
+/// The least motion of the bottom layer that changes its strains so: along the surface alone, since across it layers would make strain of every
+/// ripple. What is `held` does not move.
+fn answer(mesh: &Mesh, layout: &Layout, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
+    let normals = layout.normals(x);
+    let along = |i: usize, d: DVec3| if held[i] { DVec3::ZERO } else { d - normals[i] * normals[i].dot(d) };
+    mesh.answer_within(&x[..normals.len()], change, along)
+}
+
+impl Sheet {
+    /// Whether it is a lattice that can go to another grid.
+    pub(crate) fn is_lattice(&self) -> bool {
+        self.structure != StructureKind::Shell && !self.springs.is_empty() && self.triangles.is_none()
+    }
+
+    /// Where its masses would be on another grid, m; none where there is no such grid.
+    pub(crate) fn layers_at(&self, grid: (u32, u32)) -> Option<Vectors> {
+        let (old, new) = (Layout::of(self), Layout::at(self, grid).ok()?);
+        let places = self.without_flaps(&self.x);
+        let x: Vec<DVec3> = places.iter().collect();
+        let mut all = surface(&old, &new, &places);
+        new.stand(&new.read(&old.offsets(&x, &vec![DVec3::ZERO; x.len()])), &mut all);
+        Some(vectors(&all))
+    }
+
+    /// What `values`, one a mass, are at those places.
+    pub(crate) fn layer_values_at(&self, grid: (u32, u32), values: &[f64]) -> Option<Vec<f64>> {
+        let (old, new) = (Layout::of(self), Layout::at(self, grid).ok()?);
+        let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
+        Some(new.means(&old, &values).into_iter().map(|[v]| v).collect())
+    }
+
+    /// Its `values`, one a mass, with those of masses that nothing joins to another layer in line with the two beside them: the corner of a triangular
+    /// lattice without braces flaps, and says nothing of where the sheet is.
+    fn without_flaps(&self, values: &Vectors) -> Vectors {
+        let mut all = values.clone();
+        if self.layers.len() < 2 {
+            return all;
+        }
+        let mut joined = vec![false; self.masses()];
+        for i in (0..self.springs.len()).filter(|i| self.springs.class[*i] == SpringClass::Inter) {
+            [self.springs.a[i], self.springs.b[i]].into_iter().for_each(|m| joined[m as usize] = true);
+        }
+        let bottom = &self.layers[0];
+        let columns = bottom.nx as usize;
+        for loose in bottom.range().filter(|i| !joined[*i]) {
+            let column = loose % columns;
+            let (one, two) = if column >= 2 {
+                (loose - 1, loose - 2)
+            } else if column + 2 < columns {
+                (loose + 1, loose + 2)
+            } else {
+                continue;
+            };
+            all.set(loose, values.get(one) * 2.0 - values.get(two));
+        }
+        all
+    }
+
+    /// Puts masses on the layers of `old`, as stretched and moving as those.
+    pub(crate) fn take_layers_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
+        let (before, now) = (Layout::of(old), Layout::of(self));
+        self.take_pins_of(old, spec, (&before, &now));
+        let (places, motion) = (old.without_flaps(&old.x), old.without_flaps(&old.v));
+        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (places.iter().collect(), motion.iter().collect());
+        let offsets = now.read(&before.offsets(&was, &were));
+        let mesh = mesh(&now);
+        let held: Vec<bool> = self.inverse_mass[..mesh.columns * mesh.rows].iter().map(|w| *w == 0.0).collect();
+
+        let mut x = surface(&before, &now, &places);
+        let wanted = Membrane::strains(&before, &was);
+        let mut best: Option<(f64, Vec<DVec3>)> = None;
+        for _ in 0..=ROUNDS {
+            self.stand_on_pins(&now, &offsets, &mut x, time);
+            let change = wanted.change(&mesh, &now, &Membrane::strains(&now, &x));
+            let left = change.square();
+            if best.as_ref().is_some_and(|(least, _)| left >= *least) {
+                break;
+            }
+            let d = answer(&mesh, &now, &x, &change, &held);
+            best = Some((left, x.clone()));
+            x.iter_mut().zip(&d).for_each(|(x, d)| *x += *d);
+        }
+        let x = best.map_or(x, |(_, x)| x);
+        self.x = vectors(&x);
+        if old.v.max_squared() == 0.0 {
+            self.v = Vectors::zeros(self.masses());
+            return;
+        }
+        let mut v = surface(&before, &now, &motion);
+        now.follow(&offsets, &x, &mut v);
+        let wanted = Membrane::rates(&before, &was, &were);
+        let d = answer(&mesh, &now, &x, &wanted.change(&mesh, &now, &Membrane::rates(&now, &x, &v)), &held);
+        v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
+        now.follow(&offsets, &x, &mut v);
+        self.v = vectors(&v);
+        self.lead_pinned(old, (&before, &now));
+        self.keep_momentum(old);
+    }
+
+    /// Stands the upper layers on the bottom one at `x` (m), what is pinned where its pins have it at `time` (s).
+    fn stand_on_pins(&mut self, layout: &Layout, offsets: &[[f64; 6]], x: &mut [DVec3], time: f64) {
+        let mut place = |x: &mut [DVec3]| {
+            self.x = vectors(x);
+            self.pins.place(time, &mut self.x);
+            x.iter_mut().zip(self.x.iter()).for_each(|(to, from)| *to = from);
+        };
+        place(x);
+        layout.stand(offsets, x);
+        place(x);
+    }
+}

@@ -1,0 +1,384 @@
+//! How the layers of a lattice stand on its bottom one, so that they can stand so on the bottom layer of another grid.
+//!
+//! A mass of an upper layer is at x = o + α a + β b + δ n over the bottom layer: o the middle of the cell that it stands over (or the mass, of
+//! layers as large as the bottom one), a = ∂x/∂u and b = ∂x/∂v there (per metre at rest), n their unit normal out of the upper side, all of
+//! masses' own places, chords and not arcs: these are what the springs between layers see. α and β (m) are l g times how far the layer is
+//! sheared, with l layers between and their distance g (m).
+//!
+//! Over a triangle the three springs to its corners say where the mass is (`apex`), and their strains, λᵢ = ½ (ℓᵢ²/ℓ₀² - 1), are what stays. Over a
+//! square they are four, and the height δ (m) depends on the grid where the sheet is bent: a cell's corners lie below its smooth surface, by more on a coarse grid.
+//! What stays is how far the springs to the corners cᵢ are stretched in the mean, λ = ½ (ℓ²/ℓ₀² - 1) with ℓ² their mean square length:
+//!
+//! δ² = ℓ² - m, m = mean of |o + α a + β b - cᵢ|².
+//!
+//! Over a mass, two layers on, those differences cancel, and λ = ½ (δ²/(l g)² - 1). So shear and λ are nearly
+//! the same all over, for any bend, and are read linearly. Their rates are those of the same equations, with n' = (1 - n nᵀ)(b × a)'/|b × a|.
+
+use glam::DVec3;
+
+use crate::error::InputError;
+use crate::mesh::structure::{LatticeSpec, Layer, lay_out};
+use crate::sheet::Sheet;
+use crate::sheet::remap::apex;
+use crate::sheet::remap::row_interpolation::Rows;
+
+/// Where the masses of a sheet lie in it: layers, places 0 to 1 along length and width, length and width (m) of those, and the distance of layers (m).
+pub(crate) struct Layout {
+    pub layers: Vec<Layer>,
+    pub uv: Vec<(f64, f64)>,
+    pub extent: (f64, f64),
+    pub gap: f64,
+}
+
+/// o (m), a and b of a place, or their rates.
+type Frame = [DVec3; 3];
+
+/// Shear along u and along v, and λ, or three λᵢ, and their rates.
+type Offset = [f64; 6];
+
+/// The offsets of every upper mass: of each layer from the second on.
+pub(crate) struct Offsets {
+    layers: Vec<Rows<6>>,
+    width: (f64, f64),
+}
+
+impl Layout {
+    /// Of a sheet as it is.
+    pub fn of(sheet: &Sheet) -> Self {
+        Self { layers: sheet.layers.clone(), uv: sheet.uv.clone(), extent: sheet.extent, gap: sheet.gap }
+    }
+
+    /// Of the same sheet on another grid.
+    ///
+    /// # Errors
+    /// When there is no such grid.
+    pub fn at(sheet: &Sheet, (nu, nv): (u32, u32)) -> Result<Self, InputError> {
+        let (structure, grid) = (sheet.structure, (nu, sheet.grid.1, nv));
+        let spec = LatticeSpec { structure, grid, size: sheet.extent, gap: 1.0, cross_over: false };
+        let lattice = lay_out(&spec)?;
+        let uv = crate::sheet::build::material_coordinates(&lattice);
+        Ok(Self { layers: lattice.layers, uv, ..Self::of(sheet) })
+    }
+
+    /// How many masses there are.
+    pub fn len(&self) -> usize {
+        self.uv.len()
+    }
+
+    /// Distance of masses in a row, and of rows, 0 to 1 over the sheet.
+    pub fn step(&self) -> (f64, f64) {
+        let [columns, rows] = self.layers.first().map_or([2; 2], |l| [l.nx, l.nz]);
+        let half = if self.is_triangular() { 0.5 } else { 0.0 };
+        (1.0 / (f64::from(columns - 1) + half), 1.0 / f64::from(rows - 1))
+    }
+
+    /// Whether rows are shifted by half a cell in turn.
+    pub fn is_triangular(&self) -> bool {
+        self.layers.first().is_some_and(|l| l.triangular)
+    }
+
+    /// The same of two, whichever is coarser.
+    pub fn wider_step(&self, other: &Self) -> (f64, f64) {
+        let (a, b) = (self.step(), other.step());
+        (a.0.max(b.0), a.1.max(b.1))
+    }
+
+    /// What `values` of another layout of the sheet, one a mass, come to at this one's masses: the mean in their layer under a hat as wide as the
+    /// coarser cell.
+    pub fn means<const K: usize>(&self, old: &Self, values: &[[f64; K]]) -> Vec<[f64; K]> {
+        let width = self.wider_step(old);
+        let mut all = Vec::with_capacity(self.len());
+        for (layer, before) in self.layers.iter().zip(&old.layers) {
+            let rows = Rows::new(before.range().map(|i| (old.uv[i], values[i])));
+            all.extend(layer.range().map(|i| rows.read(self.uv[i], width).unwrap_or([0.0; K])));
+        }
+        all
+    }
+
+    /// The masses around cell (i, j) of the bottom layer: of a triangular one those of the triangle that points to the next row.
+    fn corners(&self, i: u32, j: u32) -> ([usize; 4], bool) {
+        let bottom = &self.layers[0];
+        let at = |i, j| bottom.at(i, j) as usize;
+        if bottom.triangular {
+            let apex = at(i + j % 2, j + 1);
+            return ([at(i, j), at(i + 1, j), apex, apex], true);
+        }
+        ([at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)], false)
+    }
+
+    /// The frame of each cell of the bottom layer, of places `x` (m); of velocities its rate, since it is linear in them.
+    fn cells(&self, x: &[DVec3]) -> Vec<Frame> {
+        let step = self.step();
+        let (du, dv) = (step.0 * self.extent.0, step.1 * self.extent.1);
+        let bottom = &self.layers[0];
+        let cell = |i, j| match self.corners(i, j) {
+            ([a, b, c, _], true) => [(x[a] + x[b] + x[c]) / 3.0, (x[b] - x[a]) / du, (x[c] - (x[a] + x[b]) * 0.5) / dv],
+            ([a, b, c, d], false) => [
+                (x[a] + x[b] + x[c] + x[d]) * 0.25,
+                (x[b] - x[a] + x[d] - x[c]) * (0.5 / du),
+                (x[c] - x[a] + x[d] - x[b]) * (0.5 / dv),
+            ],
+        };
+        let rows = 0..bottom.nz - 1;
+        rows.flat_map(|j| (0..bottom.nx - 1).map(move |i| (i, j))).map(|(i, j)| cell(i, j)).collect()
+    }
+
+    /// The frame of each mass of the bottom layer: the mean of those of the cells about it.
+    fn nodes(&self, x: &[DVec3], cells: &[Frame]) -> Vec<Frame> {
+        let bottom = &self.layers[0];
+        let mut all: Vec<(Frame, f64)> = vec![([DVec3::ZERO; 3], 0.0); bottom.len() as usize];
+        let mut add = |node: usize, cell: &Frame| {
+            let (sum, count) = &mut all[node];
+            (sum[1], sum[2], *count) = (sum[1] + cell[1], sum[2] + cell[2], *count + 1.0);
+        };
+        let columns = bottom.nx - 1;
+        for (k, cell) in cells.iter().enumerate() {
+            let (i, j) = (k as u32 % columns, k as u32 / columns);
+            // All four, so that no corner of a triangular layer is left out.
+            let around = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
+            around.iter().for_each(|(i, j)| add(bottom.at(*i, *j) as usize, cell));
+        }
+        let mean = |(node, (sum, count)): (usize, &(Frame, f64))| [x[node], sum[1] / *count, sum[2] / *count];
+        all.iter().enumerate().map(mean).collect()
+    }
+
+    /// The unit normal at each mass of the bottom layer, out of the upper side.
+    pub fn normals(&self, x: &[DVec3]) -> Vec<DVec3> {
+        self.nodes(x, &self.cells(x)).iter().map(|[_, a, b]| normal(*a, *b)).collect()
+    }
+
+    /// The frame that each mass above the bottom layer stands on, in order.
+    fn frames(&self, x: &[DVec3]) -> Vec<Frame> {
+        let cells = self.cells(x);
+        let nodes = if self.layers.len() > 2 { self.nodes(x, &cells) } else { Vec::new() };
+        let each = |l: usize| if l % 2 == 1 { cells.clone() } else { nodes.clone() };
+        (1..self.layers.len()).flat_map(each).collect()
+    }
+
+    /// The corners of the triangle that mass `k` of layer `l` stands over; none of one over a square or over a mass.
+    fn triangle(&self, l: usize, k: usize) -> Option<[usize; 3]> {
+        let columns = self.layers[0].nx - 1;
+        let three = self.is_triangular() && l % 2 == 1;
+        three.then(|| self.corners(k as u32 % columns, k as u32 / columns).0).map(|[a, b, c, _]| [a, b, c])
+    }
+
+    /// Squared lengths of the springs to those at rest, m².
+    fn squares(&self, l: usize) -> [f64; 3] {
+        let step = self.step();
+        let (u, v) = (step.0 * self.extent.0, step.1 * self.extent.1);
+        let height = (l as f64 * self.gap).powi(2);
+        let beside = 0.25 * u * u + v * v / 9.0 + height;
+        [beside, beside, 4.0 * v * v / 9.0 + height]
+    }
+
+    /// Number of the frame, in its layer, that each upper mass stands on, with the layer and the mass.
+    fn upper(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+        let layers = self.layers.iter().enumerate().skip(1);
+        layers.flat_map(|(l, layer)| layer.range().enumerate().map(move |(k, i)| (l, k, i)))
+    }
+
+    /// m (m²) of the mass over cell `k` of the bottom layer, and its rate; none of it over a mass.
+    fn spread(
+        &self,
+        (l, k): (usize, usize),
+        of: (&Frame, &Frame),
+        own: &Offset,
+        x: &[DVec3],
+        v: &[DVec3],
+    ) -> (f64, f64) {
+        if l.is_multiple_of(2) {
+            return (0.0, 0.0);
+        }
+        let columns = self.layers[0].nx - 1;
+        let (corners, _) = self.corners(k as u32 % columns, k as u32 / columns);
+        let ([o, a, b], [o_rate, a_rate, b_rate]) = of;
+        let [alpha, beta, _, alpha_rate, beta_rate, _] = own.map(|s| s * l as f64 * self.gap);
+        let at = o + a * alpha + b * beta;
+        let rate = o_rate + a_rate * alpha + b_rate * beta + a * alpha_rate + b * beta_rate;
+        let part = 0.25;
+        corners.iter().fold((0.0, 0.0), |(m, change), c| {
+            let (w, w_rate) = (at - x[*c], rate - v[*c]);
+            (m + part * w.length_squared(), change + 2.0 * part * w.dot(w_rate))
+        })
+    }
+
+    /// ℓ₀², or the square of a height of layer `l`, at rest, m².
+    fn rest(&self, l: usize) -> f64 {
+        if l.is_multiple_of(2) {
+            return (l as f64 * self.gap).powi(2);
+        }
+        let step = self.step();
+        let (u, v) = (step.0 * self.extent.0, step.1 * self.extent.1);
+        0.25 * (u * u + v * v) + (l as f64 * self.gap).powi(2)
+    }
+
+    /// How the upper masses stand at places `x` (m) and move at velocities `v` (m/s), of all masses.
+    pub fn offsets(&self, x: &[DVec3], v: &[DVec3]) -> Offsets {
+        let (frames, rates) = (self.frames(x), self.frames(v));
+        let first = self.layers.first().map_or(0, |l| l.len() as usize);
+        let of = |(l, k, i): (usize, usize, usize)| {
+            if let Some(corners) = self.triangle(l, k) {
+                let (w, rest) = (corners.map(|c| (x[i] - x[c], v[i] - v[c])), self.squares(l));
+                let strain = |c: usize| 0.5 * (w[c].0.length_squared() / rest[c] - 1.0);
+                let rate = |c: usize| w[c].0.dot(w[c].1) / rest[c];
+                return (l, (self.uv[i], [strain(0), strain(1), strain(2), rate(0), rate(1), rate(2)]));
+            }
+            let frame = (&frames[i - first], &rates[i - first]);
+            let mut own = offset(frame.0, frame.1, x[i], v[i]);
+            let (height, rising) = (own[2], own[5]);
+            let thick = l as f64 * self.gap;
+            [0, 1, 3, 4].into_iter().for_each(|k| own[k] /= thick);
+            let (m, change) = self.spread((l, k), frame, &own, x, v);
+            let rest = self.rest(l);
+            own[2] = 0.5 * ((height * height.abs() + m) / rest - 1.0);
+            own[5] = (height.abs() * rising + 0.5 * change) / rest;
+            (l, (self.uv[i], own))
+        };
+        let all: Vec<_> = self.upper().map(of).collect();
+        let rows = |l: usize| Rows::new(all.iter().filter(|(layer, _)| *layer == l).map(|(_, point)| *point));
+        Offsets { layers: (1..self.layers.len()).map(rows).collect(), width: self.step() }
+    }
+
+    /// Those of another sheet at this one's upper masses, in order.
+    pub fn read(&self, offsets: &Offsets) -> Vec<Offset> {
+        let at = |(l, _, i): (usize, usize, usize)| offsets.layers[l - 1].read(self.uv[i], offsets.width);
+        self.upper().map(|upper| at(upper).unwrap_or_default()).collect()
+    }
+
+    /// Puts the upper masses on the bottom layer, which is at `x` (m) already.
+    pub fn stand(&self, offsets: &[Offset], x: &mut [DVec3]) {
+        let frames = self.frames(x);
+        for ((l, k, i), (frame, own)) in self.upper().zip(frames.iter().zip(offsets)) {
+            let [o, a, b] = frame;
+            if let Some(corners) = self.triangle(l, k) {
+                let rest = self.squares(l);
+                let squares = std::array::from_fn(|c| (1.0 + 2.0 * own[c]) * rest[c]);
+                x[i] = apex::place(corners.map(|c| x[c]), normal(*a, *b), squares);
+                continue;
+            }
+            let (m, _) = self.spread((l, k), (frame, &[DVec3::ZERO; 3]), own, x, x);
+            let thick = l as f64 * self.gap;
+            x[i] = o + (a * own[0] + b * own[1]) * thick + normal(*a, *b) * self.height(l, own, m);
+        }
+    }
+
+    /// δ (m) of what stands so.
+    fn height(&self, l: usize, own: &Offset, m: f64) -> f64 {
+        let square = (1.0 + 2.0 * own[2]) * self.rest(l) - m;
+        square.signum() * square.abs().sqrt()
+    }
+
+    /// The same of velocities `v` (m/s), at places `x` (m).
+    pub fn follow(&self, offsets: &[Offset], x: &[DVec3], v: &mut [DVec3]) {
+        let (frames, rates) = (self.frames(x), self.frames(v));
+        for ((l, k, i), ((frame, rate), own)) in self.upper().zip(frames.iter().zip(&rates).zip(offsets)) {
+            if let Some(corners) = self.triangle(l, k) {
+                let rest = self.squares(l);
+                let rates = std::array::from_fn(|c| own[3 + c] * rest[c]);
+                v[i] = apex::velocity(x[i], corners.map(|c| x[c]), corners.map(|c| v[c]), rates);
+                continue;
+            }
+            let (m, change) = self.spread((l, k), (frame, rate), own, x, v);
+            let [_, a, b] = frame;
+            let height = self.height(l, own, m);
+            // δ δ' = ½ (ℓ²)' - ½ m'; a layer pressed flat has no height that could rise.
+            let least = 1e-3 * self.gap;
+            let rising = (own[5] * self.rest(l) - 0.5 * change) / height.abs().max(least);
+            let thick = l as f64 * self.gap;
+            let still = [own[0] * thick, own[1] * thick, height, 0.0, 0.0, 0.0];
+            v[i] = carried(frame, rate, &still) + (a * own[3] + b * own[4]) * thick + normal(*a, *b) * rising;
+        }
+    }
+}
+
+/// n: out of the upper side, where u goes to the right and v comes nearer.
+fn normal(a: DVec3, b: DVec3) -> DVec3 {
+    b.cross(a).normalize_or(DVec3::Y)
+}
+
+/// Velocity of what stands still in a frame that moves.
+fn carried([_, a, b]: &Frame, [o_rate, a_rate, b_rate]: &Frame, [alpha, beta, delta, ..]: &[f64; 6]) -> DVec3 {
+    let (n, area) = (normal(*a, *b), b.cross(*a));
+    let change = b_rate.cross(*a) + b.cross(*a_rate);
+    let turn = (change - n * n.dot(change)) / area.length().max(f64::MIN_POSITIVE);
+    o_rate + a_rate * *alpha + b_rate * *beta + turn * *delta
+}
+
+/// A vector in terms of a, b and n.
+fn parts([_, a, b]: &Frame, w: DVec3) -> [f64; 3] {
+    let (aa, ab, bb) = (a.dot(*a), a.dot(*b), b.dot(*b));
+    let (p, q, size) = (a.dot(w), b.dot(w), aa * bb - ab * ab);
+    let height = normal(*a, *b).dot(w);
+    if size > 0.0 { [(p * bb - q * ab) / size, (q * aa - p * ab) / size, height] } else { [0.0, 0.0, height] }
+}
+
+/// α, β, δ (m) and their rates.
+fn offset(frame: &Frame, rate: &Frame, x: DVec3, v: DVec3) -> [f64; 6] {
+    let [alpha, beta, delta] = parts(frame, x - frame[0]);
+    let still = [alpha, beta, delta, 0.0, 0.0, 0.0];
+    let [p, q, r] = parts(frame, v - carried(frame, rate, &still));
+    [alpha, beta, delta, p, q, r]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Scene, SheetSpec};
+
+    fn sheet(structure: &str, grid: (u32, u32, u32)) -> Sheet {
+        let structure = structure.parse().expect("known");
+        let spec = SheetSpec { structure, grid, size: (0.25, 0.2), gap: 0.004, ..SheetSpec::default() };
+        Sheet::build(&Scene { sheets: vec![spec], ..Scene::default() }, 0).expect("valid")
+    }
+
+    #[test]
+    fn layers_stand_and_move_on_their_own_grid_as_they_did_and_the_layout_is_that_of_the_sheet() {
+        for structure in ["trimm", "slamm", "samm"] {
+            let sheet = sheet(structure, (7, 3, 6));
+            let layout = Layout::of(&sheet);
+            let other = Layout::at(&sheet, (7, 6)).expect("a grid");
+            assert!(
+                layout.layers == other.layers
+                    && layout
+                        .uv
+                        .iter()
+                        .zip(&other.uv)
+                        .all(|(a, b)| { (a.0 - b.0).abs() < 1e-12 && (a.1 - b.1).abs() < 1e-12 })
+            );
+            let wave = |p: DVec3| p + DVec3::new(0.002 * p.z, 0.03 * (6.0 * p.x + 2.0 * p.z).sin(), 0.01 * p.x);
+            let x: Vec<DVec3> = sheet.x.iter().map(wave).collect();
+            let v: Vec<DVec3> = x.iter().map(|p| DVec3::new(p.y, 3.0 * p.x * p.x, p.z * p.x)).collect();
+            let own = layout.read(&layout.offsets(&x, &v));
+            let bottom = layout.layers[0].len() as usize;
+            let (mut y, mut w) = (x.clone(), v.clone());
+            y[bottom..].fill(DVec3::ZERO);
+            w[bottom..].fill(DVec3::ZERO);
+            layout.stand(&own, &mut y);
+            layout.follow(&own, &y, &mut w);
+            for i in 0..x.len() {
+                assert!(x[i].distance(y[i]) < 1e-12 && v[i].distance(w[i]) < 1e-11, "{structure} {i}");
+            }
+        }
+    }
+
+    #[test]
+    fn upper_layers_move_as_the_frames_that_they_stand_on() {
+        // Velocities are what places change by.
+        let sheet = sheet("trimm", (6, 2, 6));
+        let layout = Layout::of(&sheet);
+        let x: Vec<DVec3> = sheet.x.iter().map(|p| p + DVec3::Y * (4.0 * p.x).sin() * 0.05).collect();
+        let v: Vec<DVec3> = x.iter().map(|p| DVec3::new(0.2 * p.y, (9.0 * p.x).cos(), p.z)).collect();
+        let own = layout.read(&layout.offsets(&x, &vec![DVec3::ZERO; x.len()]));
+        let at = |h: f64| {
+            let mut moved: Vec<DVec3> = x.iter().zip(&v).map(|(x, v)| x + v * h).collect();
+            layout.stand(&own, &mut moved);
+            moved
+        };
+        let mut w = v.clone();
+        layout.follow(&own, &x, &mut w);
+        let h = 1e-6;
+        for ((after, before), w) in at(h).iter().zip(&at(-h)).zip(&w) {
+            assert!(((after - before) / (2.0 * h)).distance(*w) < 1e-7, "{w}");
+        }
+    }
+}

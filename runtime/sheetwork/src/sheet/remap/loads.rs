@@ -1,0 +1,98 @@
+//! Forces on masses, and which of them touch something, on another grid.
+//!
+//! A force goes to the masses of the cell that it is in, by its lever: force and moment of the flat sheet stay. Of a layer of a lattice that is the
+//! row before and the row after, each with its two masses; beyond the outermost mass the lever goes on.
+
+use glam::DVec3;
+
+use crate::mesh::structure::Layer;
+use crate::sheet::Sheet;
+use crate::sheet::remap::layer_offsets::Layout;
+
+/// The two of `count` places, `step` apart from `first` on, between which `at` is, with their parts of it.
+fn between(at: f64, (first, step, count): (f64, f64, usize)) -> [(usize, f64); 2] {
+    if count < 2 {
+        return [(0, 1.0), (0, 0.0)];
+    }
+    let place = (at - first) / step;
+    let low = (place.floor().max(0.0) as usize).min(count - 2);
+    let part = place - low as f64;
+    [(low, 1.0 - part), (low + 1, part)]
+}
+
+impl Sheet {
+    /// Each force to the masses of the cell that it is in, by its lever.
+    pub(crate) fn take_forces_of(&mut self, old: &Self) {
+        if self.is_lattice() {
+            return self.take_layer_forces_of(old);
+        }
+        self.applied.clear();
+        let [columns, rows] = self.masses_along();
+        let cell = |at: f64, count: usize| {
+            let place = at.clamp(0.0, 1.0) * (count - 1) as f64;
+            let low = (place.floor() as usize).min(count - 2);
+            (low, place - low as f64)
+        };
+        for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
+            let ((a, s), (b, t)) = (cell(old.uv[i].0, columns), cell(old.uv[i].1, rows));
+            for (column, row, weight) in [
+                (a, b, (1.0 - s) * (1.0 - t)),
+                (a + 1, b, s * (1.0 - t)),
+                (a, b + 1, (1.0 - s) * t),
+                (a + 1, b + 1, s * t),
+            ] {
+                let mass = row * columns + column;
+                self.applied.set(mass, self.applied.get(mass) + force * weight);
+            }
+        }
+    }
+
+    fn take_layer_forces_of(&mut self, old: &Self) {
+        self.applied.clear();
+        let layout = Layout::of(self);
+        let step = layout.step();
+        for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
+            let layer = &layout.layers[old.layer_of[i] as usize];
+            let (u, v) = old.uv[i];
+            let place = |j: usize| layout.uv[layer.at(0, j as u32) as usize];
+            for (j, b) in between(v, (place(0).1, step.1, layer.nz as usize)) {
+                for (k, a) in between(u, (place(j).0, step.0, layer.nx as usize)) {
+                    let mass = layer.at(k as u32, j as u32) as usize;
+                    self.applied.set(mass, self.applied.get(mass) + force * (a * b));
+                }
+            }
+        }
+    }
+
+    /// What touched something in the last step: each mass as the nearest one did.
+    pub(crate) fn take_touching_of(&mut self, old: &Self) {
+        if !old.work.touching.contains(&true) {
+            return;
+        }
+        if self.is_lattice() {
+            return self.take_layer_touching_of(old);
+        }
+        let [columns, rows] = old.masses_along();
+        let near = |at: f64, count: usize| (at * (count - 1) as f64).round() as usize;
+        for (i, (u, v)) in self.uv.iter().enumerate() {
+            self.work.touching[i] = old.work.touching[near(*v, rows) * columns + near(*u, columns)];
+        }
+    }
+
+    fn take_layer_touching_of(&mut self, old: &Self) {
+        let layout = Layout::of(old);
+        let step = layout.step();
+        let near = |at: f64, (first, step, count): (f64, f64, u32)| {
+            (((at - first) / step).round().max(0.0) as u32).min(count - 1)
+        };
+        for (layer, own) in layout.layers.iter().zip(&self.layers) {
+            let place = |layer: &Layer, j: u32| layout.uv[layer.at(0, j) as usize];
+            for i in own.range() {
+                let (u, v) = self.uv[i];
+                let j = near(v, (place(layer, 0).1, step.1, layer.nz));
+                let k = near(u, (place(layer, j).0, step.0, layer.nx));
+                self.work.touching[i] = old.work.touching[layer.at(k, j) as usize];
+            }
+        }
+    }
+}

@@ -1,0 +1,220 @@
+//! A sheet on another grid: the same material, shape, motion, warmth and creases, on more masses or on fewer.
+//!
+//! The sheet is built from its description at the other grid and then takes over what the old one has come to:
+//!
+//! - places and velocities by splines through the masses (`spline`), then brought to the strains and rates of strain of the old grid (`strain`);
+//!   pinned masses are where their pins have them;
+//! - momentum and angular momentum, where nothing holds it, and no more energy of motion than there was, less what strain has gained;
+//! - temperatures, each half of the thickness for itself, and the mean of them;
+//! - what yield, creep and warmth have left in its elements ([`crate::elements::remap`]);
+//! - forces on masses, each by its lever to the masses of its cell; hands; everything that was set.
+//!
+//! Its engine begins anew, as after a change of engine, and contact forgets where its solvers began.
+
+pub(crate) mod apex;
+pub(crate) mod attachments;
+pub(crate) mod clamp_springs;
+pub(crate) mod lattice;
+pub(crate) mod layer_offsets;
+pub(crate) mod loads;
+pub(crate) mod membrane;
+pub(crate) mod motion;
+pub(crate) mod outline;
+pub(crate) mod patch;
+pub(crate) mod row_interpolation;
+pub(crate) mod spline;
+pub(crate) mod springs;
+pub(crate) mod strain;
+
+use crate::elements::remap::{Carry, Grids, Meshes};
+use crate::error::InputError;
+use crate::scene::{Region, SheetSpec};
+use crate::sheet::remap::layer_offsets::Layout;
+use crate::sheet::{GuardState, Sheet, Status};
+use crate::thermal::REFERENCE;
+
+/// Iterations for the largest frequency: to a few percent.
+const ITERATIONS: usize = 60;
+/// Largest hω that every explicit engine bears once there is damping.
+const BORNE: f64 = 1.0;
+/// Shortest part of a step, s.
+const SHORTEST: f64 = 1e-9;
+
+impl Sheet {
+    /// Whether it can go to another grid; `spec` is its description.
+    pub(crate) fn check_resample(&self, spec: &SheetSpec) -> Result<(), InputError> {
+        let refused = |problem: &str| Err(InputError::new("grid", problem.to_owned()));
+        if spec.file.is_some() {
+            return refused("cannot change: the sheet is of a file, which has its masses");
+        }
+        if spec.sticky {
+            return refused("cannot change: the sheet is sticky, and what it sticks by are its masses");
+        }
+        if self.open_count() > 0 {
+            return refused("cannot change: cells of the sheet are open, which another grid does not have");
+        }
+        if spec.pins.iter().any(|p| p.body.is_some()) {
+            return refused("cannot change: the sheet is glued to a body by its masses");
+        }
+        let by_number = |r: &Region| matches!(r, Region::Masses(_));
+        if spec.pins.iter().any(|p| by_number(&p.region)) {
+            return refused("cannot change: the sheet is pinned at masses by number");
+        }
+        if matches!(self.status, Status::Unstable { .. }) {
+            return refused("cannot change: the sheet went unstable");
+        }
+        Ok(())
+    }
+
+    /// Takes over what `old`, the same sheet on another grid, has come to by `time` (s). This one is as it was built; `tolerance` is that of
+    /// an adaptive engine, m.
+    ///
+    /// # Errors
+    /// When a pin that holds one mass alone would hold another place of the sheet.
+    pub(crate) fn take_over(
+        &mut self,
+        old: &Self,
+        spec: &SheetSpec,
+        time: f64,
+        tolerance: f64,
+    ) -> Result<(), InputError> {
+        self.check_points(old, spec)?;
+        if old.work.skin.is_some() {
+            // Of the sheet at rest, as it lies now.
+            crate::islands::skin(self);
+        }
+        let (from, to) = (old.mesh.clone(), self.mesh.clone());
+        let carry = match (&from, &to) {
+            (Some(from), Some(to)) => Carry::Mesh(Meshes::new(from, to)),
+            _ => Carry::Grid(Grids { from: old.masses_along(), to: self.masses_along() }),
+        };
+        self.take_settings_of(old, tolerance)?;
+        self.take_temperatures_of(old, &carry);
+        self.release_pins(time);
+        match &carry {
+            Carry::Mesh(meshes) => self.take_outline_of(old, spec, meshes, time),
+            Carry::Grid(_) => self.take_motion_of(old, spec, time),
+        }
+        let own = (self.elements.len(), old.elements.len() - old.pulls.len());
+        for (element, before) in self.elements[..own.0].iter_mut().zip(&old.elements[..own.1]) {
+            element.carry(&**before, &carry);
+        }
+        self.take_springs_of(old);
+        self.take_walls_of(old, spec);
+        self.bound_energy(old);
+        match &carry {
+            Carry::Mesh(meshes) => self.take_outline_forces_of(old, meshes),
+            Carry::Grid(_) => self.take_forces_of(old),
+        }
+        for pull in old.pulls() {
+            let (u, v) = pull.place(&old.uv);
+            let index = self.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), pull.stiffness)?;
+            self.pull(index, pull.target)?;
+        }
+        match &carry {
+            Carry::Mesh(meshes) => self.take_outline_touching_of(old, meshes),
+            Carry::Grid(_) => self.take_touching_of(old),
+        }
+        self.fit_step();
+        (self.counters, self.quiet, self.status) = (old.counters, old.quiet, old.status);
+        Ok(())
+    }
+
+    /// Masses along length and width.
+    pub(crate) fn masses_along(&self) -> [usize; 2] {
+        [self.grid.0 as usize, self.grid.2 as usize]
+    }
+
+    /// Refuses a grid on which a pin at a point holds another place than before.
+    fn check_points(&self, old: &Self, spec: &SheetSpec) -> Result<(), InputError> {
+        for (i, pin) in spec.pins.iter().enumerate() {
+            let Region::Point(u, v) = pin.region else { continue };
+            let of = |sheet: &Self| {
+                let mass = crate::sheet::select(&pin.region, sheet).ok().and_then(|list| list.first().copied());
+                mass.map_or((f64::NAN, f64::NAN), |m| sheet.uv[m as usize])
+            };
+            let (now, then) = (of(self), of(old));
+            if (now.0 - then.0).abs().max((now.1 - then.1).abs()) > 1e-9 {
+                let (nu, nv) = (self.grid.0, self.grid.2);
+                let problem = format!(
+                    "{nu}x{nv} has no mass at ({}, {}), where pins.{i} holds the one next to ({u}, {v})",
+                    then.0, then.1
+                );
+                return Err(InputError::new("grid", problem));
+            }
+        }
+        Ok(())
+    }
+
+    fn take_settings_of(&mut self, old: &Self, tolerance: f64) -> Result<(), InputError> {
+        (self.friction, self.restitution) = (old.friction, old.restitution);
+        (self.damping, self.damping_ratio) = (old.damping, old.damping_ratio);
+        if self.material != old.material {
+            self.set_material(old.material.clone())?;
+        } else {
+            self.refresh();
+        }
+        if !self.flexion.is_empty() {
+            self.set_flexion_limit(old.flexion_angle_limit())?;
+        }
+        self.drag.take_setting_of(&old.drag);
+        if let Some((flow, before)) = self.flow.as_mut().zip(old.flow.as_ref()) {
+            flow.set_celsius(before.celsius());
+        }
+        self.change_engine(old.own_engine(), tolerance);
+        self.watch_over(old.when_unstable(), tolerance);
+        if let Some((own, before)) = self.guard.as_mut().zip(old.guard.as_ref()) {
+            own.state = GuardState { wait: before.state.wait, ..GuardState::default() };
+        }
+        self.watch_buckling(old.is_watched());
+        self.spread = old.spread;
+        Ok(())
+    }
+
+    /// Temperatures as they were, and the same mean of the heat in each half of the thickness.
+    fn take_temperatures_of(&mut self, old: &Self, carry: &Carry) {
+        if old.heat.is_none() {
+            return;
+        }
+        self.begin_heat(REFERENCE);
+        let both = [false, true].map(|upper| {
+            let before = old.side_temperatures(upper).unwrap_or_default();
+            let mut now = self.read_temperatures(old, before, carry);
+            let mean = |celsius: &[f64], mass: &[f64]| {
+                celsius.iter().zip(mass).map(|(t, m)| t * m).sum::<f64>() / mass.iter().sum::<f64>()
+            };
+            let lost = mean(before, &old.mass) - mean(&now, &self.mass);
+            now.iter_mut().for_each(|t| *t += lost);
+            now
+        });
+        self.put_temperatures(&both);
+    }
+
+    /// Temperatures `before` of `old` at its own masses, before the mean is what it was.
+    fn read_temperatures(&self, old: &Self, before: &[f64], carry: &Carry) -> Vec<f64> {
+        if self.is_lattice() {
+            let before: Vec<[f64; 1]> = before.iter().map(|t| [*t]).collect();
+            return Layout::of(self).means(&Layout::of(old), &before).into_iter().map(|[t]| t).collect();
+        }
+        carry.at_masses(before)
+    }
+
+    /// Finds the longest step that an explicit engine bears on this grid.
+    pub(crate) fn fit_step(&mut self) {
+        let engine = self.engine_kind.info();
+        let limited = !engine.implicit && !engine.adaptive;
+        let frequency = if limited { self.largest_frequency(ITERATIONS) } else { 0.0 };
+        // A Kelvin-Voigt solid damps its fastest motion by τ ω/2 of critical, and bears shorter steps then. Dashpots that are a fraction of each
+        // spring's own critical damp it two to three times as much, where a dozen springs meet.
+        let solid = self.follows_material();
+        let damping = if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.damping };
+        let borne = BORNE / (damping.hypot(1.0) + damping);
+        self.longest = if frequency > 0.0 { (borne / frequency).max(SHORTEST) } else { f64::INFINITY };
+    }
+
+    /// Parts that a step of `dt` s is taken in: more than one of a sheet that has gone to a grid for which its explicit engine cannot take it
+    /// whole.
+    pub fn parts_of_step(&self, dt: f64) -> u32 {
+        (dt / self.longest).ceil().max(1.0) as u32
+    }
+}

@@ -1,0 +1,204 @@
+//! A sheet with an outline, holes or cuts on another grid: places and motion, what its elements hold, forces.
+//!
+//! It has another mesh there. Masses are put on the smooth surface of the old ones ([`crate::sheet::remap::patch`]) and then moved by the least that
+//! gives the edges the stretch, along their arcs, that the old sheet has there; velocities likewise. The rest is as on a rectangle.
+
+use glam::{DMat3, DVec3};
+
+use crate::elements::remap::{Meshes, hats};
+use crate::elements::triangle_membrane::EdgeMembrane;
+use crate::math::Vectors;
+use crate::mesh::outline::Mesh;
+use crate::mesh::outline::locate::{Locator, inward};
+use crate::scene::SheetSpec;
+use crate::sheet::Sheet;
+use crate::sheet::remap::motion::{OFF, vectors};
+use crate::sheet::remap::patch::Patches;
+use crate::sheet::remap::strain::{INERTIA, NONE, ROUNDS, least};
+
+impl Sheet {
+    fn edge_membrane(&self) -> Option<&EdgeMembrane> {
+        self.elements.iter().find_map(|e| (&**e as &dyn std::any::Any).downcast_ref())
+    }
+
+    /// Its mesh, of one that has an outline, holes or cuts; places from the middle of its description.
+    pub fn mesh(&self) -> Option<&Mesh> {
+        self.mesh.as_deref()
+    }
+
+    /// Its mesh and that of the scene's `grid`, if it is on another.
+    pub(crate) fn meshes_to(&self, grid: (u32, u32)) -> Option<(&Mesh, &Mesh)> {
+        let (_, first) =
+            self.first_mesh.as_ref().filter(|(first, _)| *first == grid && *first != (self.grid.0, self.grid.2))?;
+        Some((self.mesh.as_deref()?, first))
+    }
+
+    /// Takes it that `old` is the same sheet, whose scene has the grid that it has or had.
+    pub(crate) fn take_first_mesh_of(&mut self, old: &Self) {
+        let own = || Some(((old.grid.0, old.grid.2), old.mesh.clone()?));
+        self.first_mesh = old.first_mesh.clone().or_else(own);
+    }
+
+    /// Size of a cell of its grid, m.
+    pub(crate) fn cell(&self) -> [f64; 2] {
+        let [columns, rows] = self.masses_along();
+        [self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64]
+    }
+
+    /// Puts masses on the surface of `old`, as stretched and moving as that.
+    pub(crate) fn take_outline_of(&mut self, old: &Self, spec: &SheetSpec, meshes: &Meshes, time: f64) {
+        let surface = old.patches(meshes.from, true);
+        let rotation = spec.placement.quaternion();
+        let (was, were): (Vec<DVec3>, Vec<DVec3>) = (old.x.iter().collect(), old.v.iter().collect());
+        self.shift_pins_of(old, spec, meshes);
+        self.x = vectors(&surface.read(meshes.to, &was, [rotation * DVec3::X, rotation * DVec3::Z]));
+        self.pins.place(time, &mut self.x);
+        self.approach_stretch_of(old, meshes);
+        self.pins.place(time, &mut self.x);
+        if old.v.max_squared() == 0.0 {
+            self.v = Vectors::zeros(self.masses());
+            return;
+        }
+        let mut v = vectors(&surface.read(meshes.to, &were, [DVec3::ZERO; 2]));
+        if let Some((before, now)) = old.edge_membrane().zip(self.edge_membrane()) {
+            let wanted = read_stretch((before, now), meshes, &before.stretch_rates(&old.x, &old.v));
+            let change: Vec<f64> =
+                wanted.iter().zip(now.stretch_rates(&self.x, &v)).map(|(wanted, own)| wanted - own).collect();
+            let d = self.answer_stretch(now, &change);
+            v.add_scaled(1.0, &d);
+        }
+        self.v = v;
+        self.pins.hold_rails(&mut self.v);
+        self.keep_momentum(old);
+    }
+
+    /// The smooth surface through its masses; whether slopes at clamps are known.
+    pub(crate) fn patches<'a>(&self, mesh: &'a Mesh, slopes: bool) -> Patches<'a> {
+        Patches::new(mesh, self.cell(), |i| self.inverse_mass[i] == 0.0, |i| slopes && self.clamped[i])
+    }
+
+    /// Has pins begin as far from where the description has them as those of `old` did: a sheet that was put elsewhere has its pins there.
+    fn shift_pins_of(&mut self, old: &Self, spec: &SheetSpec, meshes: &Meshes) {
+        let rest = |[u, v]: [f64; 2]| spec.placement.apply(DVec3::new(u, 0.0, v));
+        let shifts = |starts: Vec<(u32, DVec3)>| {
+            let place = |i: u32| meshes.from.positions[i as usize];
+            Shifts::new(starts.into_iter().map(|(i, start)| (place(i), start - rest(place(i)))).collect())
+        };
+        let shifts: Vec<Shifts> = old.pins.starts().map(shifts).collect();
+        let slack = OFF * self.length;
+        self.pins.shift_starts(|k, i| {
+            let by = shifts[k].at(meshes.to.positions[i as usize]);
+            // Rounding is no motion.
+            if by.length() > slack { by } else { DVec3::ZERO }
+        });
+    }
+
+    /// Moves masses so that edges are stretched as `old` is, as near as that goes.
+    fn approach_stretch_of(&mut self, old: &Self, meshes: &Meshes) {
+        let Some(both) = old.edge_membrane().zip(self.edge_membrane()) else { return };
+        let wanted = read_stretch(both, meshes, &both.0.stretch(&old.x));
+        for _ in 0..ROUNDS {
+            let Some(now) = self.edge_membrane() else { return };
+            let change: Vec<f64> = wanted.iter().zip(now.stretch(&self.x)).map(|(wanted, own)| wanted - own).collect();
+            if change.iter().all(|e| e.abs() < NONE) {
+                return;
+            }
+            let d = self.answer_stretch(now, &change);
+            self.x.add_scaled(1.0, &d);
+        }
+    }
+
+    /// The least motion that changes the stretch of edges by `change`; held masses have none.
+    fn answer_stretch(&self, membrane: &EdgeMembrane, change: &[f64]) -> Vectors {
+        let n = self.masses();
+        let [a, b] = self.cell();
+        let scale = INERTIA / (a * b);
+        let back = |stress: &[f64], to: &mut [DVec3]| {
+            let mut sum = Vectors::zeros(n);
+            membrane.add_pull(&self.x, stress, &mut sum);
+            to.iter_mut().zip(sum.iter()).for_each(|(to, p)| *to = p);
+        };
+        let mut first = vec![DVec3::ZERO; n];
+        back(change, &mut first);
+        let normal = |way: &[DVec3], image: &mut [DVec3]| {
+            back(&membrane.stretch_rates(&self.x, &vectors(way)), image);
+            image.iter_mut().zip(way).for_each(|(i, w)| *i += *w * scale);
+        };
+        let free = |d: &mut [DVec3]| {
+            d.iter_mut().zip(&self.inverse_mass).filter(|(_, w)| **w == 0.0).for_each(|(d, _)| *d = DVec3::ZERO);
+        };
+        vectors(&least(first, normal, free))
+    }
+
+    /// Each force to the corners of the triangle that it is in.
+    pub(crate) fn take_outline_forces_of(&mut self, old: &Self, meshes: &Meshes) {
+        self.applied.clear();
+        if old.applied.max_squared() == 0.0 {
+            return;
+        }
+        let locator = Locator::new(meshes.to);
+        let sides = inward(meshes.from);
+        for (i, force) in old.applied.iter().enumerate().filter(|(_, f)| *f != DVec3::ZERO) {
+            for (mass, part) in hats(meshes.to, &locator, meshes.from.positions[i], sides[i]) {
+                let sum = self.applied.get(mass as usize) + force * part;
+                self.applied.set(mass as usize, sum);
+            }
+        }
+    }
+
+    /// What touched something in the last step: each mass as the nearest corner of the triangle that it is in.
+    pub(crate) fn take_outline_touching_of(&mut self, old: &Self, meshes: &Meshes) {
+        let before: Vec<[f64; 1]> = old.work.touching.iter().map(|t| [f64::from(u8::from(*t))]).collect();
+        for i in 0..self.masses() {
+            self.work.touching[i] = meshes.at_mass(&before, i)[0] >= 0.5;
+        }
+    }
+}
+
+/// How far the masses of a pin are from where the description has them: the plane through that, and what the nearest one is off it by.
+struct Shifts {
+    each: Vec<([f64; 2], DVec3)>,
+    plane: DMat3,
+}
+
+impl Shifts {
+    fn new(each: Vec<([f64; 2], DVec3)>) -> Self {
+        let (mut moments, mut right) = (DMat3::ZERO, DMat3::ZERO);
+        let mut size = 0.0;
+        for ([u, v], by) in &each {
+            let s = DVec3::new(1.0, *u, *v);
+            moments += DMat3::from_cols(s * s.x, s * s.y, s * s.z);
+            right += DMat3::from_cols(*by * s.x, *by * s.y, *by * s.z);
+            size += u * u + v * v;
+        }
+        // Pins in a line say nothing of a slope across it: it is none.
+        moments += DMat3::from_diagonal(DVec3::new(0.0, 1.0, 1.0) * (1e-9 * size + f64::MIN_POSITIVE));
+        let plane = if each.is_empty() { DMat3::ZERO } else { right * moments.inverse() };
+        Self { each, plane: if plane.is_finite() { plane } else { DMat3::ZERO } }
+    }
+
+    fn at(&self, p: [f64; 2]) -> DVec3 {
+        let on_plane = |p: [f64; 2]| self.plane * DVec3::new(1.0, p[0], p[1]);
+        let far = |q: &[f64; 2]| (q[0] - p[0]).hypot(q[1] - p[1]);
+        let nearest = self.each.iter().min_by(|a, b| far(&a.0).total_cmp(&far(&b.0)));
+        nearest.map_or(DVec3::ZERO, |(q, by)| on_plane(p) + (*by - on_plane(*q)))
+    }
+}
+
+/// Stretch of the new edges where the old ones have `stretch`: by the tensors of triangles, as the masses of each have them in the mean.
+fn read_stretch((before, now): (&EdgeMembrane, &EdgeMembrane), meshes: &Meshes, stretch: &[f64]) -> Vec<f64> {
+    let at_masses = mean_at_masses(meshes.from, &before.tensors(stretch));
+    let read: Vec<[f64; 3]> = (0..meshes.to.positions.len()).map(|i| meshes.at_mass(&at_masses, i)).collect();
+    now.along(&read)
+}
+
+/// Of values of triangles what each mass has in the mean, by area.
+fn mean_at_masses(mesh: &Mesh, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let mut sums = vec![[0.0; 3]; mesh.positions.len()];
+    for ((t, value), area) in mesh.triangles.iter().zip(values).zip(&mesh.areas) {
+        for v in t {
+            sums[*v as usize].iter_mut().zip(value).for_each(|(s, x)| *s += x * area / 3.0);
+        }
+    }
+    sums.iter().zip(&mesh.lumped).map(|(sum, area)| sum.map(|s| s / area)).collect()
+}

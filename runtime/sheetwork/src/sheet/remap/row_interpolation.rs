@@ -1,0 +1,94 @@
+//! Values at places that lie in rows, to be read anywhere: what a lattice has at the masses of a layer, in its cells, on the springs of a kind.
+//!
+//! Rows of a triangular layer are shifted by half a cell in turn, so that places are no grid. A value at (u, v) is the mean under a hat along
+//! u in each row, and then under a hat along v over the rows; hats as wide as the rows' own spacing make that linear in between. Beyond the outermost
+//! it stays what it is there.
+
+/// Rows nearer to one another than this, of the sheet, are one.
+const SAME: f64 = 1e-9;
+
+/// Values with their places, 0 to 1 over the sheet: rows by v, and in each by u, ascending.
+pub(crate) struct Rows<const K: usize> {
+    rows: Vec<Row<K>>,
+}
+
+struct Row<const K: usize> {
+    v: f64,
+    u: Vec<f64>,
+    values: Vec<[f64; K]>,
+}
+
+impl<const K: usize> Rows<K> {
+    /// Of values at places (u, v), in any order.
+    pub fn new(points: impl Iterator<Item = ((f64, f64), [f64; K])>) -> Self {
+        let mut points: Vec<_> = points.collect();
+        points.sort_by(|a, b| a.0.1.total_cmp(&b.0.1));
+        let mut rows = Vec::new();
+        for own in points.chunk_by_mut(|a, b| b.0.1 - a.0.1 < SAME) {
+            own.sort_by(|a, b| a.0.0.total_cmp(&b.0.0));
+            let (u, values) = own.iter().map(|((u, _), value)| (*u, *value)).unzip();
+            rows.push(Row { v: own[0].0.1, u, values });
+        }
+        Self { rows }
+    }
+
+    /// The value at `at` under hats of half widths `width` along u and v; none where there is no value at all.
+    pub fn read(&self, at: (f64, f64), width: (f64, f64)) -> Option<[f64; K]> {
+        let v: Vec<f64> = self.rows.iter().map(|r| r.v).collect();
+        let mut sum = [0.0; K];
+        for (j, b) in hat(&v, at.1, width.1) {
+            let row = &self.rows[j];
+            for (i, a) in hat(&row.u, at.0, width.0) {
+                sum.iter_mut().zip(&row.values[i]).for_each(|(s, x)| *s += a * b * x);
+            }
+        }
+        (!self.rows.is_empty()).then_some(sum)
+    }
+}
+
+/// Those of ascending `places` that lie under a hat about `at`, with their parts of it; the nearest alone where none does.
+fn hat(places: &[f64], at: f64, width: f64) -> Vec<(usize, f64)> {
+    let first = places.partition_point(|p| *p <= at - width);
+    let weight = |p: f64| (1.0 - (p - at).abs() / width).max(0.0);
+    let under = places.iter().enumerate().skip(first).take_while(|(_, p)| **p < at + width);
+    let mut all: Vec<(usize, f64)> = under.map(|(i, p)| (i, weight(*p))).filter(|w| w.1 > SAME).collect();
+    let whole: f64 = all.iter().map(|w| w.1).sum();
+    if all.is_empty() {
+        let far = |i: &usize| (places[*i] - at).abs();
+        all.extend((0..places.len()).min_by(|a, b| far(a).total_cmp(&far(b))).map(|i| (i, 1.0)));
+    } else {
+        all.iter_mut().for_each(|w| w.1 /= whole);
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A triangular layer of spacing 0.2 and 0.25.
+    fn places() -> Vec<(f64, f64)> {
+        (0..25_u8).map(|k| (0.2 * f64::from(k % 5) + 0.1 * f64::from(k / 5 % 2), 0.25 * f64::from(k / 5))).collect()
+    }
+
+    #[test]
+    fn what_is_linear_is_read_as_it_is_within_shifted_rows() {
+        let f = |(u, v): (f64, f64)| [2.0 * u - v, 0.3 + v];
+        let rows = Rows::new(places().into_iter().rev().map(|p| (p, f(p))));
+        for at in [(0.1, 0.0), (0.33, 0.4), (0.8, 1.0), (0.5, 0.77)] {
+            let read = rows.read(at, (0.2, 0.25)).expect("known");
+            assert!((read[0] - f(at)[0]).abs() < 1e-12 && (read[1] - f(at)[1]).abs() < 1e-12, "{at:?}: {read:?}");
+        }
+    }
+
+    #[test]
+    fn nothing_is_beyond_the_range_and_what_is_the_same_stays_so() {
+        let rows = Rows::new(places().into_iter().map(|p| (p, [p.0, 4.0])));
+        for k in 0..100_u8 {
+            let at = (f64::from(k % 10) / 9.0, f64::from(k / 10) / 9.0);
+            let read = rows.read(at, (0.5, 0.3)).expect("known");
+            assert!((0.0..=0.9).contains(&read[0]) && (read[1] - 4.0).abs() < 1e-12, "{read:?}");
+        }
+        assert!(Rows::<1>::new(std::iter::empty()).read((0.5, 0.5), (1.0, 1.0)).is_none());
+    }
+}

@@ -1,0 +1,93 @@
+//! What has set and crept in the springs of a lattice, on another grid: as strain, per length without load.
+//!
+//! Springs of one kind are those of one class between the same layers that point the same way, counted in spacings of the grid. What a spring of
+//! the new grid has is the mean of those of its kind under a hat as wide as the coarser cell, about its middle; a kind that the old grid does not have
+//! (a brace at another corner) has that of the kind which points most nearly as it does. What warmth makes longer is of the new temperatures already.
+
+//!
+//! Strain is ε = h + e, h what has set and e the elastic rest. Where nearly all of it has set, as beside a clamp where a sheet has sagged, what is known is
+//! the shape: means of h that do not fit the new grid's own strain ε' would be stress. So it holds h + w (ε' - e - h), w = h²/(h² + e²): what is
+//! elastic stays so, and what has set is not bent by the change.
+
+use std::collections::BTreeMap;
+
+use crate::elements::spring::SpringClass;
+use crate::elements::wall_spring::Held;
+use crate::sheet::Sheet;
+use crate::sheet::remap::layer_offsets::Layout;
+use crate::sheet::remap::row_interpolation::Rows;
+
+/// Class, layers of the two ends, and twelfths of a spacing from the first to the second end along u and v.
+type Kind = (SpringClass, [u32; 2], [i32; 2]);
+
+/// What a spring that holds `held`, and is strained elastically by `elastic`, holds at the strain `strain` of a new grid.
+pub(crate) fn fitted([set, first, second, elastic]: [f64; 4], strain: f64) -> Held {
+    let (h, e) = (set * set, elastic * elastic);
+    let part = if h > 0.0 { h / (h + e) } else { 0.0 };
+    [set + part * (strain - elastic - set), first, second]
+}
+
+fn kind(sheet: &Sheet, layout: &Layout, i: usize) -> Kind {
+    let (a, b) = (sheet.springs.a[i] as usize, sheet.springs.b[i] as usize);
+    let (step, p, q) = (layout.step(), layout.uv[a], layout.uv[b]);
+    let along = [(q.0 - p.0) / step.0, (q.1 - p.1) / step.1].map(|d| (12.0 * d).round() as i32);
+    (sheet.springs.class[i], [sheet.layer_of[a], sheet.layer_of[b]], along)
+}
+
+fn middle(sheet: &Sheet, layout: &Layout, i: usize) -> (f64, f64) {
+    let (p, q) = (layout.uv[sheet.springs.a[i] as usize], layout.uv[sheet.springs.b[i] as usize]);
+    (0.5 * (p.0 + q.0), 0.5 * (p.1 + q.1))
+}
+
+/// The kind among `all` that is `wanted`, or of its class and layers that which points most nearly so.
+fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Rows<4>> {
+    let apart = |k: &Kind| (0..2).map(|a| (k.2[a] - wanted.2[a]).pow(2)).sum::<i32>();
+    let alike = all.iter().filter(|(k, _)| (k.0, k.1) == (wanted.0, wanted.1));
+    all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
+}
+
+impl Sheet {
+    /// Takes up what has set and crept in the springs of `old`.
+    pub(crate) fn take_springs_of(&mut self, old: &Self) {
+        if !self.is_lattice() || old.heat.is_none() {
+            return;
+        }
+        let (before, now) = (Layout::of(old), Layout::of(self));
+        let mut kinds: BTreeMap<Kind, Vec<((f64, f64), [f64; 4])>> = BTreeMap::new();
+        for i in 0..old.springs.len() {
+            let [set, first, second] = old.spring_held(i);
+            let held = [set, first, second, old.spring_strain(i) - set];
+            kinds.entry(kind(old, &before, i)).or_default().push((middle(old, &before, i), held));
+        }
+        let kinds: BTreeMap<Kind, Rows<4>> =
+            kinds.into_iter().map(|(kind, held)| (kind, Rows::new(held.into_iter()))).collect();
+        let width = now.wider_step(&before);
+        for i in 0..self.springs.len() {
+            let rows = nearest(&kinds, &kind(self, &now, i));
+            if let Some(held) = rows.and_then(|rows| rows.read(middle(self, &now, i), width)) {
+                self.put_spring(i, fitted(held, self.spring_strain(i)));
+            }
+        }
+    }
+
+    /// Strain of spring `i` beyond expansion.
+    fn spring_strain(&self, i: usize) -> f64 {
+        let [a, b] = [self.springs.a[i], self.springs.b[i]].map(|m| self.x.get(m as usize));
+        self.heat.as_ref().map_or(0.0, |h| a.distance(b) / h.grown_length(i) - 1.0)
+    }
+
+    /// What spring `i` holds.
+    fn spring_held(&self, i: usize) -> Held {
+        let creeping = self.flow.as_ref().and_then(|f| f.spring_held(i));
+        let grown = self.heat.as_ref().map(|h| h.grown_length(i));
+        creeping.or(grown.map(|length| [self.springs.rest[i] / length - 1.0, 0.0, 0.0])).unwrap_or_default()
+    }
+
+    fn put_spring(&mut self, i: usize, held: Held) {
+        if let Some(flow) = self.flow.as_mut().filter(|f| f.spring_held(i).is_some()) {
+            flow.put_spring(i, held, &mut self.springs);
+        } else if let Some(heat) = &self.heat {
+            self.springs.set_rest(i, heat.grown_length(i) * (1.0 + held[0]));
+        }
+    }
+}

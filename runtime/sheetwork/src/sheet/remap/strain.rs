@@ -1,0 +1,351 @@
+//! Strains of a grid, and the least motion of its masses that brings them to what they shall be.
+//!
+//! A curve through masses is longer than the chain of straight edges between them by (h κ)²/24, so that a sheet which is bent and read at
+//! another grid is stretched or slack by that much; a thin sheet stores more energy in it than in all its bending. Edges and the
+//! shear of cells have the strains of [`crate::elements::grid_membrane`]; what they shall be is read, linear in between, off the other grid.
+//! Those of a triangular layer are of its edges alone. Masses then go where Σ (ε - ε*)² + μ Σ |d|²/h² is least (Gauss, Newton, and conjugate gradients on the normal equations): μ keeps what
+//! strains tell little about where it is. Masses that are held do not move.
+
+use glam::DVec3;
+
+use crate::sheet::remap::spline::places;
+
+/// μ: what motion costs. In the middle between a stiff sheet's membrane, which follows within a millisecond, and its bending, which does not.
+pub(crate) const INERTIA: f64 = 1e-5;
+/// Rounds of Newton's method, steps of conjugate gradients in each, and the residual (of the first) that ends one.
+pub(crate) const ROUNDS: usize = 3;
+const STEPS: usize = 120;
+const ENOUGH: f64 = 1e-4;
+/// Strain that is none.
+pub(crate) const NONE: f64 = 1e-10;
+
+/// A grid of masses with its spacings at rest, m.
+#[derive(Clone, Copy)]
+pub(crate) struct Mesh {
+    pub columns: usize,
+    pub rows: usize,
+    pub spacing: (f64, f64),
+    /// Whether odd rows are shifted by half a cell along u. Strains are then those of the edges along u and of those that slant forward and back.
+    pub triangular: bool,
+}
+
+/// Strains, or their rates: of edges along u row by row, of edges along v, of cells.
+#[derive(Clone, Default)]
+pub(crate) struct Strains {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    shear: Vec<f64>,
+}
+
+impl Strains {
+    fn parts(&self) -> [&Vec<f64>; 3] {
+        [&self.u, &self.v, &self.shear]
+    }
+
+    fn parts_mut(&mut self) -> [&mut Vec<f64>; 3] {
+        [&mut self.u, &mut self.v, &mut self.shear]
+    }
+
+    /// Sum of their squares.
+    pub fn square(&self) -> f64 {
+        self.parts().into_iter().flatten().map(|e| e * e).sum()
+    }
+
+    fn largest(&self) -> f64 {
+        self.parts().into_iter().flatten().fold(0.0, |most, e| e.abs().max(most))
+    }
+
+    fn minus(mut self, other: &Self) -> Self {
+        for (a, b) in self.parts_mut().into_iter().zip(other.parts()) {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a -= b);
+        }
+        self
+    }
+}
+
+impl Mesh {
+    fn at(&self, i: usize, j: usize) -> usize {
+        j * self.columns + i
+    }
+
+    fn edges_u(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        (0..self.rows).flat_map(move |j| (0..self.columns - 1).map(move |i| [self.at(i, j), self.at(i + 1, j)]))
+    }
+
+    fn edges_v(&self) -> impl Iterator<Item = [usize; 2]> + '_ {
+        (0..self.rows - 1).flat_map(move |j| (0..self.columns).map(move |i| [self.at(i, j), self.at(i, j + 1)]))
+    }
+
+    /// Slanting edges of a triangular layer, to the next row.
+    fn slants(&self, forward: bool) -> impl Iterator<Item = [usize; 2]> + '_ {
+        let column = move |i: usize, j: usize| (i + j % 2 + usize::from(forward)).checked_sub(1);
+        let there =
+            move |i, j| column(i, j).filter(|to| *to < self.columns).map(|to| [self.at(i, j), self.at(to, j + 1)]);
+        (0..self.rows - 1).flat_map(move |j| (0..self.columns).filter_map(move |i| there(i, j)))
+    }
+
+    /// Length of a slanting edge at rest, m.
+    fn slant(&self) -> f64 {
+        (0.5 * self.spacing.0).hypot(self.spacing.1)
+    }
+
+    fn cells(&self) -> impl Iterator<Item = [usize; 4]> + '_ {
+        let corners = move |i, j| [self.at(i, j), self.at(i + 1, j), self.at(i, j + 1), self.at(i + 1, j + 1)];
+        (0..self.rows - 1).flat_map(move |j| (0..self.columns - 1).map(move |i| corners(i, j)))
+    }
+
+    /// Derivatives along u and v in the middle of a cell of `of`.
+    fn middle(&self, of: &[DVec3], [a, b, c, d]: [usize; 4]) -> (DVec3, DVec3) {
+        let u = (of[b] - of[a] + of[d] - of[c]) * (0.5 / self.spacing.0);
+        let v = (of[c] - of[a] + of[d] - of[b]) * (0.5 / self.spacing.1);
+        (u, v)
+    }
+
+    /// Strains at `x`.
+    pub fn strains(&self, x: &[DVec3]) -> Strains {
+        let along = |[a, b]: [usize; 2], h: f64| 0.5 * ((x[b] - x[a]).length_squared() / (h * h) - 1.0);
+        let shear = |cell| {
+            let (a, b) = self.middle(x, cell);
+            a.dot(b)
+        };
+        if self.triangular {
+            let slants = |forward| self.slants(forward).map(|e| along(e, self.slant())).collect();
+            let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
+            return Strains { u, v: slants(true), shear: slants(false) };
+        }
+        Strains {
+            u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
+            v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
+            shear: self.cells().map(shear).collect(),
+        }
+    }
+
+    /// What they change by at `x`, to first order, where masses move by `d`.
+    pub fn rates(&self, x: &[DVec3], d: &[DVec3]) -> Strains {
+        let along = |[a, b]: [usize; 2], h: f64| (x[b] - x[a]).dot(d[b] - d[a]) / (h * h);
+        let shear = |cell| {
+            let ((a, b), (p, q)) = (self.middle(x, cell), self.middle(d, cell));
+            a.dot(q) + p.dot(b)
+        };
+        if self.triangular {
+            let slants = |forward| self.slants(forward).map(|e| along(e, self.slant())).collect();
+            let u = self.edges_u().map(|e| along(e, self.spacing.0)).collect();
+            return Strains { u, v: slants(true), shear: slants(false) };
+        }
+        Strains {
+            u: self.edges_u().map(|e| along(e, self.spacing.0)).collect(),
+            v: self.edges_v().map(|e| along(e, self.spacing.1)).collect(),
+            shear: self.cells().map(shear).collect(),
+        }
+    }
+
+    /// The transpose of that.
+    fn back(&self, x: &[DVec3], of: &Strains, to: &mut [DVec3]) {
+        to.fill(DVec3::ZERO);
+        let (hu, hv) = self.spacing;
+        let mut along = |[a, b]: [usize; 2], e: f64, h: f64| {
+            let pull = (x[b] - x[a]) * (e / (h * h));
+            to[a] -= pull;
+            to[b] += pull;
+        };
+        self.edges_u().zip(&of.u).for_each(|(edge, e)| along(edge, *e, hu));
+        if self.triangular {
+            let slant = self.slant();
+            for (forward, of) in [(true, &of.v), (false, &of.shear)] {
+                self.slants(forward).zip(of).for_each(|(edge, e)| along(edge, *e, slant));
+            }
+            return;
+        }
+        self.edges_v().zip(&of.v).for_each(|(edge, e)| along(edge, *e, hv));
+        for (cell, e) in self.cells().zip(&of.shear) {
+            let (p, q) = self.middle(x, cell);
+            let (by_u, by_v) = (q * (0.5 * e / hu), p * (0.5 * e / hv));
+            let [a, b, c, d] = cell;
+            to[a] -= by_u + by_v;
+            to[b] += by_u - by_v;
+            to[c] += by_v - by_u;
+            to[d] += by_u + by_v;
+        }
+    }
+
+    /// Strains that are the tensor `field` of the mean place of masses, (uu, vv, uv).
+    pub fn of_field(&self, field: impl Fn(&[usize]) -> [f64; 3]) -> Strains {
+        let u = self.edges_u().map(|e| field(&e)[0]).collect();
+        if self.triangular {
+            let slants = |forward: bool| {
+                let along = if forward { 0.5 } else { -0.5 } * self.spacing.0;
+                let (s, t) = (along / self.slant(), self.spacing.1 / self.slant());
+                let strain = move |[uu, vv, uv]: [f64; 3]| s * s * uu + t * t * vv + 2.0 * s * t * uv;
+                self.slants(forward).map(|e| strain(field(&e))).collect()
+            };
+            return Strains { u, v: slants(true), shear: slants(false) };
+        }
+        Strains {
+            u,
+            v: self.edges_v().map(|e| field(&e)[1]).collect(),
+            shear: self.cells().map(|c| 2.0 * field(&c)[2]).collect(),
+        }
+    }
+
+    /// Strains of this grid as another has them, linear in between and even beyond the outermost.
+    pub fn read(&self, of: &Strains, other: &Self) -> Strains {
+        let axis = |from: usize, to: usize, middles: bool| -> Vec<(usize, usize, f64)> {
+            let cells = places(from, to);
+            let count = if middles { from - 1 } else { from };
+            let at = |k: usize| if middles { 0.5 * (cells[k] + cells[k + 1]) - 0.5 } else { cells[k] };
+            let each = (0..if middles { to - 1 } else { to }).map(|k| {
+                let place = at(k).clamp(0.0, (count - 1) as f64);
+                let low = (place.floor() as usize).min(count - 1);
+                (low, (low + 1).min(count - 1), place - low as f64)
+            });
+            each.collect()
+        };
+        let read = |values: &[f64], (mid_u, mid_v): (bool, bool)| -> Vec<f64> {
+            let (u, v) = (axis(self.columns, other.columns, mid_u), axis(self.rows, other.rows, mid_v));
+            let count = if mid_u { self.columns - 1 } else { self.columns };
+            let row = |j: usize, (a, b, s): (usize, usize, f64)| {
+                (1.0 - s) * values[j * count + a] + s * values[j * count + b]
+            };
+            v.iter().flat_map(|(a, b, s)| u.iter().map(move |u| (1.0 - s) * row(*a, *u) + s * row(*b, *u))).collect()
+        };
+        Strains { u: read(&of.u, (true, false)), v: read(&of.v, (false, true)), shear: read(&of.shear, (true, true)) }
+    }
+
+    /// The least motion that changes strains at `x` by `change`, as far as that goes; masses that are `held` have none.
+    pub fn answer(&self, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
+        self.answer_within(x, change, |i, d| if held[i] { DVec3::ZERO } else { d })
+    }
+
+    /// The same with masses that move as `allowed` leaves of each one's motion: a projection.
+    pub fn answer_within(&self, x: &[DVec3], change: &Strains, allowed: impl Fn(usize, DVec3) -> DVec3) -> Vec<DVec3> {
+        let scale = INERTIA / (self.spacing.0 * self.spacing.1);
+        let free = |d: &mut [DVec3]| d.iter_mut().enumerate().for_each(|(i, d)| *d = allowed(i, *d));
+        let mut first = vec![DVec3::ZERO; x.len()];
+        self.back(x, change, &mut first);
+        let normal = |way: &[DVec3], image: &mut [DVec3]| {
+            self.back(x, &self.rates(x, way), image);
+            image.iter_mut().zip(way).for_each(|(i, w)| *i += *w * scale);
+        };
+        least(first, normal, free)
+    }
+
+    /// Moves masses at `x` so that their strains are as near to `wanted` as that brings them.
+    pub fn approach(&self, x: &mut [DVec3], wanted: &Strains, held: &[bool]) {
+        for _ in 0..ROUNDS {
+            let change = wanted.clone().minus(&self.strains(x));
+            if change.largest() < NONE {
+                return;
+            }
+            let d = self.answer(x, &change, held);
+            x.iter_mut().zip(&d).for_each(|(x, d)| *x += *d);
+        }
+    }
+
+    /// The same of velocities `v` and rates of strain.
+    pub fn approach_rates(&self, x: &[DVec3], v: &mut [DVec3], wanted: &Strains, held: &[bool]) {
+        let change = wanted.clone().minus(&self.rates(x, v));
+        if change.largest() > 0.0 {
+            let d = self.answer(x, &change, held);
+            v.iter_mut().zip(&d).for_each(|(v, d)| *v += *d);
+        }
+    }
+}
+
+/// Conjugate gradients on the normal equations N d = `residual`, `normal` the product with N, in the motion that `free` leaves.
+pub(crate) fn least(
+    mut residual: Vec<DVec3>,
+    normal: impl Fn(&[DVec3], &mut [DVec3]),
+    free: impl Fn(&mut [DVec3]),
+) -> Vec<DVec3> {
+    let n = residual.len();
+    let dot = |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum::<f64>();
+    let (mut d, mut image) = (vec![DVec3::ZERO; n], vec![DVec3::ZERO; n]);
+    free(&mut residual);
+    let mut way = residual.clone();
+    let first = dot(&residual, &residual);
+    let mut size = first;
+    for _ in 0..STEPS {
+        if size <= ENOUGH * ENOUGH * first || size == 0.0 {
+            break;
+        }
+        normal(&way, &mut image);
+        free(&mut image);
+        let step = size / dot(&way, &image);
+        d.iter_mut().zip(&way).for_each(|(d, w)| *d += *w * step);
+        residual.iter_mut().zip(&image).for_each(|(r, i)| *r -= *i * step);
+        let next = dot(&residual, &residual);
+        way.iter_mut().zip(&residual).for_each(|(w, r)| *w = *r + *w * (next / size));
+        size = next;
+    }
+    d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A cylinder of curvature 4 1/m, on chords that are as long as the flat sheet's edges.
+    fn bent(columns: usize, rows: usize) -> (Mesh, Vec<DVec3>) {
+        let mesh =
+            Mesh { columns, rows, spacing: (0.25 / (columns - 1) as f64, 0.2 / (rows - 1) as f64), triangular: false };
+        let turn = 2.0 * (0.5 * 4.0 * mesh.spacing.0).asin();
+        let place = |k: usize| {
+            let angle = turn * (k % columns) as f64;
+            DVec3::new(angle.sin(), 1.0 - angle.cos(), 0.0) * 0.25 + DVec3::Z * ((k / columns) as f64 * mesh.spacing.1)
+        };
+        (mesh, (0..columns * rows).map(place).collect())
+    }
+
+    #[test]
+    fn masses_go_where_strains_are_what_they_shall_be() {
+        let (mesh, wanted) = bent(21, 9);
+        let own = mesh.strains(&wanted);
+        assert!(own.largest() < 1e-12);
+        // Pulled apart as a curve through half as many masses would be.
+        let mut x: Vec<DVec3> = wanted.iter().map(|p| *p * 1.0004 + DVec3::Y * (1e-5 * (40.0 * p.x).sin())).collect();
+        assert!(mesh.strains(&x).largest() > 3e-4);
+        let before = x.clone();
+        mesh.approach(&mut x, &own, &[false; 189]);
+        let left = mesh.strains(&x).largest();
+        assert!(left < 3e-6, "{left}");
+        let moved = x.iter().zip(&before).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(moved < 2e-4, "{moved} m");
+    }
+
+    #[test]
+    fn edges_of_a_triangular_layer_have_the_strain_of_its_tensor() {
+        let mesh = Mesh { columns: 6, rows: 5, spacing: (0.05, 0.04), triangular: true };
+        let rest = |k: usize| {
+            let (i, j) = ((k % 6) as f64, (k / 6) as f64);
+            DVec3::new((i + 0.5 * (j % 2.0)) * 0.05, 0.0, j * 0.04)
+        };
+        let x: Vec<DVec3> = (0..30).map(rest).collect();
+        assert!(mesh.strains(&x).largest() < 1e-12);
+        let (uu, vv, uv) = (0.3, -0.2, 0.15);
+        let d: Vec<DVec3> = x.iter().map(|p| DVec3::new(uu * p.x + uv * p.z, 1.0, uv * p.x + vv * p.z)).collect();
+        let wanted = mesh.of_field(|_| [uu, vv, uv]);
+        assert!(mesh.rates(&x, &d).minus(&wanted).largest() < 1e-12);
+        // The transpose of the rates.
+        let mut back = vec![DVec3::ZERO; 30];
+        mesh.back(&x, &wanted, &mut back);
+        let by_masses: f64 = back.iter().zip(&d).map(|(b, d)| b.dot(*d)).sum();
+        let by_edges: f64 = wanted.parts().into_iter().flatten().map(|e| e * e).sum();
+        assert!((by_masses / by_edges - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn strains_of_one_grid_are_read_off_another() {
+        let (coarse, _) = bent(6, 4);
+        let (fine, _) = bent(11, 7);
+        let stretched = |m: &Mesh| -> Vec<DVec3> {
+            let place = |k: usize| {
+                let (u, v) = ((k % m.columns) as f64 * m.spacing.0, (k / m.columns) as f64 * m.spacing.1);
+                DVec3::new(1.01 * u + 0.003 * v, 0.0, 0.98 * v)
+            };
+            (0..m.columns * m.rows).map(place).collect()
+        };
+        let read = coarse.read(&coarse.strains(&stretched(&coarse)), &fine);
+        let own = fine.strains(&stretched(&fine));
+        assert!(read.minus(&own).largest() < 1e-12);
+    }
+}

@@ -1,0 +1,362 @@
+//! A sheet through one stage of an implicit engine together with what it touches.
+//!
+//! [`crate::contact`] drives this: [`Sheet::prepare_stage`], then rounds of [`Sheet::free_motion`] (where the sheet would be without
+//! contact, linearised at the last iterate) and [`Sheet::accept`] (where contact put it), then [`Sheet::finish_stage`]. In
+//! between, the factor of the tangent answers how forces at contacts would move it.
+
+use glam::DVec3;
+
+use crate::collision::narrow_phase::FindCounters;
+use crate::contact::stage::ContactCounters;
+use crate::elements::{Geometric, NO_BLOCK};
+use crate::integrators::implicit::Implicit;
+use crate::integrators::implicit::staged::{Jump, Staged};
+use crate::linear::{HalfSolutions, Loads};
+use crate::math::Vectors;
+use crate::rigid::BodyState;
+use crate::sheet::implicit_system::{ContactTangent, ImplicitSheet, System};
+use crate::sheet::{Field, Sheet};
+
+/// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
+const MISSED: [f64; 2] = [1e-4, 1e-2];
+/// The same of a sheet that is glued to a body which moves freely, where nothing else holds up its rounds. What turns by φ in a round mispredicts
+/// φ⁴, and what holds two rows of a stiff sheet at their distance, hundreds of newtons, is off by φ: at the 0.01 rad that others let pass a
+/// strip on a drum lost a fifth of its angular momentum in a step.
+const MISSED_GLUED: f64 = 1e-12;
+/// By how much the incremental potential may rise without contact, as a fraction of its inertial term.
+const SLACK: f64 = 0.02;
+/// A sheet this slow (m/s) carries no energy worth a further round.
+const STILL: f64 = 5e-3;
+
+/// Where a sheet is within a stage.
+#[derive(Default)]
+pub(crate) struct StageWork {
+    /// Latest positions that were taken, m.
+    pub iterate: Vectors,
+    /// Where it would be without contact, m.
+    pub free: Vectors,
+    /// Whether another round would change nothing that matters.
+    pub done: bool,
+    /// Energy of mispredicted strain in the last round, J, and over what is let pass.
+    missed: f64,
+    pub excess: f64,
+    /// Whether it could not be solved for.
+    pub failed: bool,
+    /// Whether its engine has taken the step by itself, and its masses answer each for itself.
+    pub by_mass: bool,
+    /// Whether the step gave the sheet energy beyond all measure.
+    pub astray: bool,
+    /// Velocity at the end of the stage without contact, m/s.
+    pub velocity: Vectors,
+    /// How long the stage is, and its weight of the new acceleration, s.
+    pub length: f64,
+    pub h: f64,
+    d: Vectors,
+    reference: f64,
+    scale: f64,
+    right: Vec<f64>,
+    /// What elements carry from stage to stage, when it was kept.
+    kept: Vec<f64>,
+    kept_x: Vectors,
+    kept_v: Vectors,
+}
+
+impl Sheet {
+    /// Calls `work` with the sheet as implicit engines see it, its engine, its stage, positions and velocities.
+    fn with_scheme<R>(
+        &mut self,
+        field: Field,
+        work: impl FnOnce(&mut ImplicitSheet, &mut dyn Staged, &mut StageWork, (&mut Vectors, &mut Vectors)) -> R,
+    ) -> Option<R> {
+        let mut system = self.system.take()?;
+        let (mut x, mut v) = (std::mem::take(&mut self.x), std::mem::take(&mut self.v));
+        let mut engine = std::mem::replace(&mut self.engine, Box::new(crate::integrators::Resting));
+        let mut stage = std::mem::take(&mut self.work.stage);
+        let result = engine.staged().map(|scheme| {
+            self.with_problem(field, &mut system, |problem| work(problem, scheme, &mut stage, (&mut x, &mut v)))
+        });
+        (self.x, self.v, self.engine, self.system, self.work.stage) = (x, v, engine, Some(system), stage);
+        result
+    }
+
+    /// Begins a step of `dt` s that is taken stage by stage.
+    pub(crate) fn begin_step(&mut self, field: Field, dt: f64) {
+        self.begin_flow(dt);
+        self.ready_implicit(field);
+        let n = self.masses();
+        let stage = &mut self.work.stage;
+        stage.by_mass = false;
+        for buffer in [&mut stage.iterate, &mut stage.free, &mut stage.d, &mut stage.velocity] {
+            if buffer.len() != n {
+                *buffer = Vectors::zeros(n);
+            }
+        }
+        let solves = self.with_scheme(field, |problem, scheme, _, (x, v)| scheme.begin(problem, dt, x, v));
+        self.counters.evaluations += u64::from(solves.unwrap_or(0));
+        self.counters.accepted += 1;
+    }
+
+    /// Lets its engine begin anew: what it carries from step to step is of a motion that has ended.
+    pub(crate) fn restart_engine(&mut self) {
+        self.engine.restart();
+    }
+
+    /// Stages of a step of its engine; 0 for an explicit one.
+    pub(crate) fn stages(&mut self) -> usize {
+        self.engine.staged().map_or(0, |s| s.stages())
+    }
+
+    /// Weight θ of an acceleration in the displacement of a step of `dt` s, as its engine has it: see [`crate::integrators::EngineInfo::drift`].
+    pub(crate) fn drift(&self, dt: f64) -> f64 {
+        self.engine.drift(dt).unwrap_or(self.engine_kind.info().drift)
+    }
+
+    /// Begins stage `k` of a step of `dt` s.
+    pub(crate) fn prepare_stage(&mut self, field: Field, k: usize, dt: f64) {
+        self.with_scheme(field, |problem, scheme, stage, (x, v)| {
+            scheme.prepare(problem, k, dt, (x, v), &mut stage.iterate);
+            // A film that a vacuum draws moves slowly and turns much work into strain: a part of that is as good a measure.
+            let pressed = problem.pressed(x, &stage.iterate).abs();
+            let problem_stage = scheme.stage();
+            // Begin where the sheet is, unless the guess is the better place.
+            stage.free.copy_from(x);
+            problem.led(&stage.iterate, &mut stage.free);
+            let ahead = problem.potential(&problem_stage, &stage.iterate);
+            let back = problem.potential(&problem_stage, &stage.free);
+            if back < ahead || !ahead.is_finite() {
+                stage.iterate.copy_from(&stage.free);
+            }
+            stage.reference = back.min(ahead);
+            stage.scale = problem.inertial(&problem_stage, x).max(problem.kinetic_at(STILL)).max(pressed);
+            stage.done = false;
+            stage.missed = f64::INFINITY;
+            stage.failed = false;
+            stage.length = scheme.length(k, dt);
+            stage.h = 1.0 / problem_stage.per_time;
+        });
+    }
+
+    /// Begins the stage where the sheet comes to if it turns as one body, which is `own` at the start, where that strains it less: along straight
+    /// lines it would be longer by half of the angle squared, and what glue holds would have to take that back round by round.
+    pub(crate) fn begin_turned(&mut self, field: Field, own: &BodyState) {
+        self.with_scheme(field, |problem, scheme, stage, (x, v)| {
+            let end = own.fly(stage.length, DVec3::ZERO);
+            for i in 0..x.len() {
+                let within = v.get(i) - own.velocity_at(x.get(i));
+                stage.free.set(i, end.place(own.local(x.get(i))) + within * stage.length);
+            }
+            problem.led(&stage.iterate, &mut stage.free);
+            let turned = problem.potential(&scheme.stage(), &stage.free);
+            if turned < stage.reference {
+                stage.reference = turned;
+                stage.iterate.copy_from(&stage.free);
+            }
+        });
+    }
+
+    /// Solves for where the sheet would be without contact, from where it is; false where that cannot be told.
+    pub(crate) fn free_motion(&mut self, field: Field) -> bool {
+        self.counters.evaluations += 1;
+        let found = self.with_scheme(field, |problem, scheme, stage, _| {
+            let problem_stage = scheme.stage();
+            let mut found = problem.direction(&problem_stage, &stage.iterate, Geometric::Mixed, &mut stage.d);
+            if found.is_err() {
+                found = problem.direction(&problem_stage, &stage.iterate, Geometric::Clipped, &mut stage.d);
+            }
+            stage.free.set_sum(&stage.iterate, 1.0, &stage.d);
+            found.is_ok() && stage.free.max_squared() < 1e12
+        });
+        found.unwrap_or(false)
+    }
+
+    /// Takes up the free motion, and the displacement by contact (m) where there was some. The stage is done when
+    /// this was near enough to what the solve had predicted; nearer where what glue holds is to be `firm`, as long as another round helps.
+    pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
+        let enough = MISSED[usize::from(contact.is_some())];
+        let passes = if contact.is_some() && firm && self.is_glued() { MISSED_GLUED } else { enough };
+        self.with_scheme(field, |problem, scheme, stage, _| {
+            stage.d.set_sum(&stage.free, -1.0, &stage.iterate);
+            if let Some(dx) = contact {
+                stage.d.add_scaled(1.0, dx);
+            }
+            let missed = problem.predict(&stage.iterate, &stage.d);
+            stage.iterate.add_scaled(1.0, &stage.d);
+            let limit = passes * stage.scale;
+            let stalls = missed > 0.5 * stage.missed && missed <= enough * stage.scale;
+            let near = missed <= limit || stalls;
+            (stage.missed, stage.excess) = (missed, missed / limit);
+            stage.done = match contact {
+                Some(_) => near,
+                None => {
+                    let rise = problem.potential(&scheme.stage(), &stage.iterate) - stage.reference;
+                    near && rise <= SLACK * stage.scale
+                }
+            };
+        });
+    }
+
+    /// Whether the stage has taken some mass further than `by` (m) so far.
+    pub(crate) fn has_moved(&self, by: f64) -> bool {
+        let (from, to) = (self.x.iter(), self.work.stage.iterate.iter());
+        from.zip(to).any(|(p, q)| p.distance_squared(q) > by * by)
+    }
+
+    /// Works out the velocity at the end of the stage without contact.
+    pub(crate) fn free_velocity(&mut self, field: Field) {
+        self.with_scheme(field, |_, scheme, stage, _| {
+            let of_stage = scheme.stage();
+            stage.velocity.set_sum(&stage.free, -1.0, of_stage.w);
+            stage.velocity.axes_mut().into_iter().flatten().for_each(|v| *v *= of_stage.per_time);
+        });
+    }
+
+    /// Solves the stage without contact, guarded, from where the sheet is.
+    pub(crate) fn solve_stage_alone(&mut self, field: Field) {
+        let solved = self.with_scheme(field, |problem, scheme, stage, (x, _)| {
+            let mut work = std::mem::take(scheme.work());
+            let solved =
+                crate::integrators::implicit::newton::solve(problem, &scheme.stage(), x, &mut stage.iterate, &mut work);
+            *scheme.work() = work;
+            stage.done = true;
+            solved
+        });
+        let solved = solved.unwrap_or_default();
+        self.counters.evaluations += u64::from(solved.solves);
+        self.counters.guarded += u64::from(solved.guarded);
+    }
+
+    /// Ends stage `k`, with what contact did in it.
+    pub(crate) fn finish_stage(&mut self, field: Field, k: usize, dt: f64, jump: Option<&Jump>) {
+        self.with_scheme(field, |problem, scheme, stage, state| {
+            scheme.finish(problem, k, dt, &stage.iterate, jump, state);
+        });
+    }
+
+    /// Adds the half solutions of `loads`, given by mass, for the tangent at hand.
+    pub(crate) fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
+        if self.answers_by_mass() {
+            self.half_solve_masses(loads, solutions);
+        } else if let Some(system) = &mut self.system {
+            system.half_solve(loads, solutions);
+        }
+    }
+
+    /// The displacement (m) that the tangent at hand gives for `force` (N).
+    pub(crate) fn answer(&mut self, force: &Vectors, dx: &mut Vectors) {
+        dx.clear();
+        if self.answers_by_mass() {
+            self.answer_masses(force, dx);
+            return;
+        }
+        let Some(system) = &mut self.system else { return };
+        let mut right = std::mem::take(&mut self.work.stage.right);
+        right.clear();
+        for (row, mass) in system.masses().iter().enumerate() {
+            let free = system.free_axes(row as u32);
+            right.extend((force.get(*mass as usize) * free).to_array());
+        }
+        system.solve(&mut right);
+        for (step, mass) in right.chunks_exact(3).zip(system.masses()) {
+            dx.set(*mass as usize, DVec3::from_slice(step));
+        }
+        self.work.stage.right = right;
+    }
+
+    /// The tangent at hand; `None` before the first implicit step, and where masses answer each for itself.
+    pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
+        self.system.as_ref().filter(|_| !self.answers_by_mass()).map(|s| s.tangent())
+    }
+
+    /// The linear system that holds the tangent at hand.
+    pub(crate) fn system_mut(&mut self) -> Option<&mut System> {
+        self.system.as_deref_mut()
+    }
+
+    /// Makes the factor at hand that of the tangent, without contact.
+    pub(crate) fn restore_factor(&mut self) {
+        if let Some(system) = &mut self.system {
+            system.restore_factor();
+        }
+    }
+
+    /// Mass of each block row of the tangent.
+    pub(crate) fn block_masses(&self) -> &[u32] {
+        self.system.as_ref().map_or(&[], |s| s.masses())
+    }
+
+    /// Copies a vector by block rows to one by masses.
+    pub(crate) fn spread_rows(&self, by_row: &[f64], to: &mut Vectors) {
+        to.clear();
+        let Some(system) = &self.system else { return };
+        for (step, mass) in by_row.chunks_exact(3).zip(system.masses()) {
+            to.set(*mass as usize, DVec3::from_slice(step));
+        }
+    }
+
+    /// What looking for contact with it and its group has taken so far, where it is the first of its group.
+    pub fn detection(&self) -> FindCounters {
+        self.work.near.as_ref().map(|near| near.counters()).unwrap_or_default()
+    }
+
+    /// What contact has taken so far, where it is the first of its group.
+    pub fn contact_counters(&self) -> ContactCounters {
+        self.work.contact.as_ref().map(|contact| contact.counters).unwrap_or_default()
+    }
+
+    /// Block row of mass `i` and which of its directions are free (1) or held (0); none for a mass that is held in all.
+    pub(crate) fn free_row(&self, i: u32) -> Option<(u32, DVec3)> {
+        if self.answers_by_mass() {
+            return self.free_mass(i);
+        }
+        let system = self.system.as_ref()?;
+        let row = system.row_of(i);
+        (row != NO_BLOCK).then(|| (row, system.free_axes(row)))
+    }
+
+    /// Keeps the state of the sheet, to come back to with [`Sheet::put_back`].
+    pub(crate) fn keep(&mut self) {
+        self.trace(|trace, _| trace.keep());
+        let Self { work, x, v, engine, .. } = self;
+        let stage = &mut work.stage;
+        stage.kept_x.clone_from(x);
+        stage.kept_v.clone_from(v);
+        stage.kept.clear();
+        let kept = &mut stage.kept;
+        engine.history(&mut |numbers| kept.extend_from_slice(numbers));
+        for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut |n| kept.extend_from_slice(n)));
+    }
+
+    /// Where its masses were when its state was kept, m.
+    pub(crate) fn kept_positions(&self) -> &Vectors {
+        &self.work.stage.kept_x
+    }
+
+    /// Comes back to the state that was kept.
+    pub(crate) fn put_back(&mut self) {
+        self.trace(|trace, _| trace.put_back());
+        let Self { work, x, v, engine, .. } = self;
+        x.clone_from(&work.stage.kept_x);
+        v.clone_from(&work.stage.kept_v);
+        let mut rest = work.stage.kept.as_slice();
+        let mut take = |numbers: &mut [f64]| {
+            let (these, others) = rest.split_at(numbers.len().min(rest.len()));
+            if these.len() == numbers.len() {
+                numbers.copy_from_slice(these);
+            }
+            rest = others;
+        };
+        engine.history(&mut take);
+        for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut take));
+    }
+}
+
+fn for_each_element(
+    system: &mut Option<Box<System>>,
+    elements: &mut [Box<dyn crate::elements::Element>],
+    mut visit: impl FnMut(&mut dyn crate::elements::Element),
+) {
+    if let Some(system) = system {
+        visit(&mut system.springs);
+    }
+    elements.iter_mut().for_each(|e| visit(&mut **e));
+}

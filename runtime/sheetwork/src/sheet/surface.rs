@@ -1,0 +1,314 @@
+//! The surface of a sheet as triangles to be drawn: one layer, flat between its masses or smoothed through them.
+//!
+//! The smoothed surface is a tensor product of Catmull-Rom splines, which passes through every mass: the thesis smoothed
+//! with NURBS, which do not, and saw its surface sink into bodies that its masses lay on. Between masses a smooth surface
+//! can still dip below a sharp edge. Rows of a triangular layer are shifted by half a cell in turn; they are brought to
+//! common columns along their own splines first, so that the drawn outline is straight. Triangles of a mesh are halved (`smooth`).
+//!
+//! Every drawn vertex is a fixed combination of masses, worked out once; an update is a sparse product and allocates nothing.
+
+use glam::Vec3;
+
+use crate::math::Vectors;
+use crate::mesh::outline::Mesh;
+use crate::mesh::structure::Layer;
+use crate::sheet::smooth_surface::{Combination, halve};
+
+/// Triangles to draw, single precision.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SurfaceMesh {
+    /// Vertex positions, m.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normals, out of the upper side.
+    pub normals: Vec<[f32; 3]>,
+    /// Place in the sheet, 0 to 1 along length and width.
+    pub uvs: Vec<[f32; 2]>,
+    /// Triangles, counter-clockwise seen from the upper side.
+    pub indices: Vec<[u32; 3]>,
+}
+
+/// How to draw a layer: topology and weights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// First entry of each vertex in `masses` and `weights`, and the end.
+    first: Vec<u32>,
+    masses: Vec<u32>,
+    weights: Vec<f32>,
+    uvs: Vec<[f32; 2]>,
+    indices: Vec<[u32; 3]>,
+}
+
+/// Columns and rows of masses, ascending, along which a sheet is creased from one end to the other.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Folds {
+    /// Columns, counted along the length.
+    pub columns: Vec<u32>,
+    /// Rows, counted along the width.
+    pub rows: Vec<u32>,
+}
+
+impl Surface {
+    /// The triangles of a mesh, halved twice from 4 `parts` on and once from 2 (see `smooth`), and flat for 1; `uv` is the sheet's own.
+    pub fn of_triangles(mesh: &Mesh, uv: &[(f64, f64)], parts: u32) -> Self {
+        let mut vertices: Vec<Combination> = (0..uv.len() as u32).map(|i| vec![(i, 1.0)]).collect();
+        let mut drawn = std::borrow::Cow::Borrowed(mesh);
+        for _ in 0..parts.max(1).ilog2().min(2) {
+            let Some((finer, more)) = halve(&drawn, &vertices) else { break };
+            (drawn, vertices) = (std::borrow::Cow::Owned(finer), more);
+        }
+        let mut surface = Self::from_combinations(vertices, uv);
+        // Counter-clockwise in (u, v) is clockwise seen from above.
+        surface.indices = drawn.triangles.iter().map(|[a, b, c]| [*a, *c, *b]).collect();
+        surface
+    }
+
+    /// Layer `layer` with `parts` spline pieces from one mass to the next (clamped to 1 to 16); 1 draws flat triangles
+    /// between the masses. `uv` is the sheet's own.
+    pub fn new(layer: &Layer, uv: &[(f64, f64)], parts: u32) -> Self {
+        Self::folded(layer, uv, parts, &Folds::default())
+    }
+
+    /// The same with `folds`: the splines end there on both sides, so that a crease is drawn as sharp on a coarse grid as on a fine one.
+    pub fn folded(layer: &Layer, uv: &[(f64, f64)], parts: u32, folds: &Folds) -> Self {
+        let parts = parts.clamp(1, 16);
+        if parts == 1 || layer.nx < 2 || layer.nz < 2 {
+            return Self::flat(layer, uv);
+        }
+        let (columns, rows) = ((layer.nx - 1) * parts + 1, (layer.nz - 1) * parts + 1);
+        let middle = if layer.triangular { 0.25 } else { 0.0 };
+        let mut vertices = Vec::new();
+        for r in 0..rows {
+            let along_z = catmull_rom(f64::from(r) / f64::from(parts), layer.nz, &folds.rows);
+            for c in 0..columns {
+                let mut sum = Combination::new();
+                for (j, wz) in &along_z {
+                    let stagger = if layer.triangular && j % 2 == 1 { 0.5 } else { 0.0 };
+                    let u = f64::from(c) / f64::from(parts) + middle - stagger;
+                    for (i, wx) in catmull_rom(u, layer.nx, &folds.columns) {
+                        sum.push((layer.at(i, *j), wx * wz));
+                    }
+                }
+                vertices.push(sum);
+            }
+        }
+        let mut surface = Self::from_combinations(vertices, uv);
+        let grid = Layer { first: 0, nx: columns, nz: rows, triangular: false };
+        surface.indices = grid.triangles();
+        surface
+    }
+
+    fn flat(layer: &Layer, uv: &[(f64, f64)]) -> Self {
+        let vertices = layer.range().map(|i| vec![(i as u32, 1.0)]).collect();
+        let mut surface = Self::from_combinations(vertices, uv);
+        surface.indices = layer.triangles().into_iter().map(|t| t.map(|i| i - layer.first)).collect();
+        surface
+    }
+
+    fn from_combinations(vertices: Vec<Combination>, uv: &[(f64, f64)]) -> Self {
+        let mut surface = Self { first: vec![0], masses: vec![], weights: vec![], uvs: vec![], indices: vec![] };
+        for combination in vertices {
+            let (mut u, mut v) = (0.0, 0.0);
+            for (i, w) in combination {
+                surface.masses.push(i);
+                surface.weights.push(w as f32);
+                u += w * uv[i as usize].0;
+                v += w * uv[i as usize].1;
+            }
+            surface.uvs.push([u as f32, v as f32]);
+            surface.first.push(surface.masses.len() as u32);
+        }
+        surface
+    }
+
+    /// Leaves these triangles alone.
+    pub(crate) fn keep(&mut self, triangles: Vec<[u32; 3]>) {
+        self.indices = triangles;
+    }
+
+    /// A mesh of the surface at positions `x`.
+    pub fn mesh(&self, x: &Vectors) -> SurfaceMesh {
+        let n = self.uvs.len();
+        let mut mesh = SurfaceMesh {
+            positions: vec![[0.0; 3]; n],
+            normals: vec![[0.0; 3]; n],
+            uvs: self.uvs.clone(),
+            indices: self.indices.clone(),
+        };
+        self.update(x, x, 1.0, &mut mesh.positions, &mut mesh.normals);
+        mesh
+    }
+
+    /// Number of vertices.
+    pub fn len(&self) -> usize {
+        self.uvs.len()
+    }
+
+    /// Whether there is nothing to draw.
+    pub fn is_empty(&self) -> bool {
+        self.uvs.is_empty()
+    }
+
+    /// Writes what `values`, one a mass, are at the vertices: smoothed as positions are, and no further out than the masses about.
+    ///
+    /// What is shorter than [`Surface::len`] is filled as far as it goes.
+    pub fn interpolate(&self, values: &[f64], out: &mut [f32]) {
+        for (vertex, out) in out.iter_mut().enumerate().take(self.len()) {
+            let (mut sum, mut low, mut high) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
+            for k in self.first[vertex] as usize..self.first[vertex + 1] as usize {
+                let value = values.get(self.masses[k] as usize).map_or(0.0, |v| *v as f32);
+                sum += value * self.weights[k];
+                (low, high) = (low.min(value), high.max(value));
+            }
+            *out = sum.max(low).min(high);
+        }
+    }
+
+    /// Writes positions and normals for a moment between two steps: `before` at s = 0, `after` at s = 1.
+    ///
+    /// Both slices must be [`Surface::len`] long; what is shorter is filled as far as it goes.
+    pub fn update(
+        &self,
+        before: &Vectors,
+        after: &Vectors,
+        s: f32,
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        for (vertex, out) in positions.iter_mut().enumerate().take(self.len()) {
+            let mut sum = Vec3::ZERO;
+            for k in self.first[vertex] as usize..self.first[vertex + 1] as usize {
+                let i = self.masses[k] as usize;
+                let (a, b) = (before.get(i).as_vec3(), after.get(i).as_vec3());
+                sum += a.lerp(b, s) * self.weights[k];
+            }
+            *out = sum.to_array();
+        }
+        normals.fill([0.0; 3]);
+        for [a, b, c] in self.indices.iter().map(|t| t.map(|i| i as usize)) {
+            let [p, q, r] = [a, b, c].map(|i| positions.get(i).map_or(Vec3::ZERO, |p| Vec3::from(*p)));
+            // Not normalised: larger triangles count for more.
+            let normal = (q - p).cross(r - p);
+            for i in [a, b, c] {
+                if let Some(n) = normals.get_mut(i) {
+                    *n = (Vec3::from(*n) + normal).to_array();
+                }
+            }
+        }
+        for n in normals {
+            *n = Vec3::from(*n).normalize_or(Vec3::Y).to_array();
+        }
+    }
+}
+
+/// Catmull-Rom weights at parameter `u` of a row of `n` points at 0, 1, 2...; beyond the ends the end points are
+/// continued in a straight line. The row ends on both sides of each of `folds`.
+fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> Combination {
+    let last = n as i64 - 1;
+    let piece = (u.floor() as i64).clamp(0, last - 1);
+    let within = || folds.iter().map(|f| i64::from(*f));
+    let first = within().filter(|f| *f <= piece).max().unwrap_or(0);
+    let last = within().filter(|f| *f > piece && *f < last).min().unwrap_or(last);
+    let t = u - piece as f64;
+    let (t2, t3) = (t * t, t * t * t);
+    let basis = if (0.0..=1.0).contains(&t) {
+        [
+            0.5 * (-t3 + 2.0 * t2 - t),
+            0.5 * (3.0 * t3 - 5.0 * t2 + 2.0),
+            0.5 * (-3.0 * t3 + 4.0 * t2 + t),
+            0.5 * (t3 - t2),
+        ]
+    } else {
+        [0.0, 1.0 - t, t, 0.0]
+    };
+    let mut weights = Combination::new();
+    let mut add = |i: i64, w: f64| {
+        if w != 0.0 {
+            match weights.iter_mut().find(|(j, _)| *j == i as u32) {
+                Some((_, sum)) => *sum += w,
+                None => weights.push((i as u32, w)),
+            }
+        }
+    };
+    for (k, w) in basis.into_iter().enumerate() {
+        let i = piece - 1 + k as i64;
+        // Beyond an end the parabola through the last three goes on, 3 p₀ - 3 p₁ + p₂, or the line through the last two: a sheet that is bent up to
+        // its edge is drawn so, whatever its grid.
+        let (end, inward) = if i < first { (first, 1) } else { (last, -1) };
+        if (first..=last).contains(&i) {
+            add(i, w);
+        } else if last - first >= 2 {
+            add(end, 3.0 * w);
+            add(end + inward, -3.0 * w);
+            add(end + 2 * inward, w);
+        } else {
+            add(end, 2.0 * w);
+            add(end + inward, -w);
+        }
+    }
+    weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Scene, SheetSpec};
+    use crate::sheet::Sheet;
+
+    fn sheet(structure: &str) -> Sheet {
+        let spec = SheetSpec {
+            structure: structure.parse().expect("known"),
+            grid: (6, 1, 5),
+            size: (0.5, 0.4),
+            ..SheetSpec::default()
+        };
+        Sheet::build(&Scene { sheets: vec![spec], ..Scene::default() }, 0).expect("valid")
+    }
+
+    #[test]
+    fn a_flat_sheet_is_drawn_flat_inside_its_outline_with_normals_up() {
+        for structure in ["samm", "trimm"] {
+            let sheet = sheet(structure);
+            for parts in [1, 4] {
+                let mesh = Surface::new(&sheet.layers[0], &sheet.uv, parts).mesh(&sheet.x);
+                for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+                    assert!(p[1].abs() < 1e-7 && p[0].abs() < 0.2501 && p[2].abs() < 0.2001, "{structure} {p:?}");
+                    assert!((n[1] - 1.0).abs() < 1e-5, "{structure} {n:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn values_are_smoothed_as_positions_are_and_do_not_overshoot() {
+        for structure in ["samm", "trimm"] {
+            let sheet = sheet(structure);
+            let surface = Surface::new(&sheet.layers[0], &sheet.uv, 4);
+            let mut seen = vec![0.0; surface.len()];
+            let along: Vec<f64> = sheet.x.iter().map(|p| p.x).collect();
+            surface.interpolate(&along, &mut seen);
+            let drawn = surface.mesh(&sheet.x).positions;
+            // Shifted rows are drawn to beyond their ends, where a position goes on in a line and a value does not.
+            let inside = |p: &[f32; 3]| structure == "samm" || p[0].abs() < 0.15;
+            let off = drawn.iter().zip(&seen).filter(|(p, _)| inside(p)).map(|(p, v)| (p[0] - v).abs());
+            assert!(off.fold(0.0, f32::max) < 1e-6, "{structure}");
+            let step: Vec<f64> = along.iter().map(|x| if *x < 0.0 { 20.0 } else { 100.0 }).collect();
+            surface.interpolate(&step, &mut seen);
+            assert!(seen.iter().all(|v| (20.0..=100.0).contains(v)), "{structure}");
+        }
+    }
+
+    #[test]
+    fn the_smooth_surface_passes_through_every_mass_of_a_square_layer() {
+        let mut sheet = sheet("samm");
+        for i in 0..sheet.masses() {
+            let mut p = sheet.x.get(i);
+            p.y = (7.0 * p.x).sin() * (5.0 * p.z).cos();
+            sheet.x.set(i, p);
+        }
+        let mesh = Surface::new(&sheet.layers[0], &sheet.uv, 3).mesh(&sheet.x);
+        for p in sheet.x.iter() {
+            let near = |q: &[f32; 3]| Vec3::from(*q).distance(p.as_vec3()) < 1e-6;
+            assert!(mesh.positions.iter().any(near), "no drawn vertex at {p}");
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! Where heat can go inside a sheet: what every mass holds, and what conducts between masses.
+//!
+//! A node is a mass, or one of the two halves of the thickness above and below it. It holds C = ρ c A t/n (J/K), A the area that
+//! falls to it and n the layers or halves. Within a layer heat goes along links, q = G (T_a - T_b):
+//!
+//! - on a rectangular grid G = k (t/n) w/h with h the distance of two masses and w the width of the face between what belongs to
+//!   them (finite volumes; half the width along an edge of the sheet that masses lie on);
+//! - on triangles G = ½ k (t/n) cot of the angle opposite to the link, summed over its triangles, with lumped masses (linear finite
+//!   elements). What a layer leaves uncovered inside the sheet's outline belongs to the masses and links of its border.
+//!
+//! Both are of second order in the spacing. Through the thickness a mass exchanges heat with the *mean* of the masses around it in
+//! the next layer, q = k A n/t (T - Σ w T): taken one by one they would let heat run along the sheet. So a field that changes
+//! steadily along the sheet drives nothing across it. Every part gives as much as it takes: heat is neither made nor lost.
+//!
+//! Of a sheet that has opened the closed cells alone hold heat and conduct: what melts away takes its heat with it. A mass that is gone
+//! keeps its temperature.
+
+use std::collections::BTreeMap;
+
+use crate::elements::fracture::Open;
+use crate::mesh::structure::Layer;
+use crate::sheet::Sheet;
+
+/// What conducts between two nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// The nodes.
+    pub ends: [u32; 2],
+    /// Conductance, W/K.
+    pub conductance: f64,
+}
+
+/// What conducts between a node and the mean of some others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bridge {
+    /// The node.
+    pub node: u32,
+    /// The others.
+    pub others: Vec<u32>,
+    /// Conductance, W/K.
+    pub conductance: f64,
+}
+
+/// The nodes of a sheet and what joins them.
+#[derive(Clone, Debug, Default)]
+pub struct Network {
+    /// Heat that a node holds, J/K.
+    pub capacity: Vec<f64>,
+    /// Area of the sheet that falls to a node, m².
+    pub area: Vec<f64>,
+    /// Along layers, and between halves.
+    pub links: Vec<Link>,
+    /// Between layers.
+    pub bridges: Vec<Bridge>,
+}
+
+/// Conductances per k t of a layer, by the masses they join.
+type Plane = BTreeMap<(u32, u32), f64>;
+
+impl Network {
+    /// That of `sheet`, whose masses have `points` points through the thickness: 2 for the halves of a single layer.
+    pub fn new(sheet: &Sheet, points: usize) -> Self {
+        let n = sheet.masses();
+        let material = sheet.material();
+        let parts = sheet.layers.len().max(1) * points;
+        let slab = material.thickness / parts as f64;
+        let mut area = vec![0.0; n];
+        let mut plane = Plane::new();
+        match &sheet.triangles {
+            Some(triangles) => of_triangles(sheet, triangles, &mut area, &mut plane),
+            None => sheet.layers.iter().for_each(|layer| of_layer(sheet, layer, &mut area, &mut plane)),
+        }
+        let mut network = Self { area: area.repeat(points), ..Self::default() };
+        let per_area = material.density * material.specific_heat * slab;
+        network.capacity = network.area.iter().map(|a| a * per_area).collect();
+        if sheet.opened().is_some() {
+            // Of what is gone nothing flows: any capacity will do.
+            network
+                .capacity
+                .iter_mut()
+                .filter(|c| **c == 0.0)
+                .for_each(|c| *c = per_area * sheet.extent.0 * sheet.extent.1);
+        }
+        let k = material.conductivity;
+        for half in 0..points {
+            let up = (half * n) as u32;
+            let each = plane.iter().filter(|p| *p.1 != 0.0);
+            network.links.extend(each.map(|((a, b), g)| Link { ends: [a + up, b + up], conductance: g * k * slab }));
+        }
+        for half in 1..points {
+            let (low, high) = (((half - 1) * n) as u32, (half * n) as u32);
+            network.links.extend(
+                (0..n)
+                    .filter(|i| network.area[*i] > 0.0)
+                    .map(|i| Link { ends: [low + i as u32, high + i as u32], conductance: k * network.area[i] / slab }),
+            );
+        }
+        for (node, others) in sheet.stack.cells().filter(|c| !c.1.is_empty() && !sheet.is_gone(c.0 as usize)) {
+            let conductance = k * network.area[node as usize] / slab;
+            network.bridges.push(Bridge { node, others: others.to_vec(), conductance });
+        }
+        network
+    }
+
+    /// Adds to `flow` (W) what nodes at `celsius` take up by conduction.
+    pub fn conduct(&self, celsius: &[f64], flow: &mut [f64]) {
+        for link in &self.links {
+            let [a, b] = link.ends.map(|i| i as usize);
+            let q = link.conductance * (celsius[b] - celsius[a]);
+            flow[a] += q;
+            flow[b] -= q;
+        }
+        for bridge in &self.bridges {
+            let share = 1.0 / bridge.others.len() as f64;
+            let mean = bridge.others.iter().map(|i| celsius[*i as usize]).sum::<f64>() * share;
+            let q = bridge.conductance * (mean - celsius[bridge.node as usize]);
+            flow[bridge.node as usize] += q;
+            bridge.others.iter().for_each(|i| flow[*i as usize] -= q * share);
+        }
+    }
+
+    /// Visits every pair of nodes and what it adds to the matrix of conduction, W/K: both diagonals and, once, a > b.
+    pub fn for_each_entry(&self, mut visit: impl FnMut(u32, u32, f64)) {
+        for link in &self.links {
+            let [a, b] = link.ends;
+            visit(a, a, link.conductance);
+            visit(b, b, link.conductance);
+            visit(a.max(b), a.min(b), -link.conductance);
+        }
+        for bridge in &self.bridges {
+            let share = 1.0 / bridge.others.len() as f64;
+            let all = std::iter::once((bridge.node, 1.0)).chain(bridge.others.iter().map(|i| (*i, -share)));
+            for (p, (a, wa)) in all.clone().enumerate() {
+                for (b, wb) in all.clone().take(p + 1) {
+                    visit(a.max(b), a.min(b), bridge.conductance * wa * wb);
+                }
+            }
+        }
+    }
+}
+
+/// A rectangular layer by finite volumes, a triangular one by its triangles.
+fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
+    if layer.triangular {
+        of_triangles(sheet, &layer.triangles(), area, plane);
+        fill_outline(sheet, layer, area, plane);
+        return;
+    }
+    let (nx, _, nz) = sheet.grid;
+    let h = [sheet.extent.0 / f64::from(nx - 1), sheet.extent.1 / f64::from(nz - 1)];
+    if let Some(open) = sheet.opened() {
+        return of_torn_layer((layer, h, (nx, nz)), open, area, plane);
+    }
+    // A smaller layer's masses lie in the middles of cells and have whole ones.
+    let part = |k: u32, n: u32, whole: u32| if n == whole && (k == 0 || k + 1 == n) { 0.5 } else { 1.0 };
+    for j in 0..layer.nz {
+        for i in 0..layer.nx {
+            let (a, across) = (layer.at(i, j), (part(i, layer.nx, nx), part(j, layer.nz, nz)));
+            area[a as usize] = across.0 * across.1 * h[0] * h[1];
+            if i + 1 < layer.nx {
+                *plane.entry((a, layer.at(i + 1, j))).or_default() += across.1 * h[1] / h[0];
+            }
+            if j + 1 < layer.nz {
+                *plane.entry((a, layer.at(i, j + 1))).or_default() += across.0 * h[0] / h[1];
+            }
+        }
+    }
+}
+
+/// A rectangular layer of masses with spacings `h` (m) by what is closed: every closed cell gives a quarter of its area to each corner, and
+/// half of its width to each of its sides; to masses in the middles of cells, and what joins them, the whole.
+fn of_torn_layer(
+    (layer, h, (nx, nz)): (&Layer, [f64; 2], (u32, u32)),
+    open: &Open,
+    area: &mut [f64],
+    plane: &mut Plane,
+) {
+    let closed = |i: u32, di: i64, j: u32, dj: i64| open.is_closed(i64::from(i) + di, i64::from(j) + dj);
+    let share = |all: &[bool]| all.iter().filter(|c| **c).count() as f64 / all.len() as f64;
+    let at_corners = (layer.nx, layer.nz) == (nx, nz);
+    for j in 0..layer.nz {
+        for i in 0..layer.nx {
+            let a = layer.at(i, j);
+            let [sw, se, nw, ne] = [(-1, -1), (0, -1), (-1, 0), (0, 0)].map(|(di, dj)| closed(i, di, j, dj));
+            let (own, right, front) = if at_corners {
+                (share(&[sw, se, nw, ne]), share(&[se, ne]), share(&[nw, ne]))
+            } else {
+                let joined = |to: bool| if ne && to { 1.0 } else { 0.0 };
+                (share(&[ne]), joined(closed(i, 1, j, 0)), joined(closed(i, 0, j, 1)))
+            };
+            area[a as usize] = own * h[0] * h[1];
+            if i + 1 < layer.nx && right > 0.0 {
+                *plane.entry((a, layer.at(i + 1, j))).or_default() += right * h[1] / h[0];
+            }
+            if j + 1 < layer.nz && front > 0.0 {
+                *plane.entry((a, layer.at(i, j + 1))).or_default() += front * h[0] / h[1];
+            }
+        }
+    }
+}
+
+/// Linear finite elements with lumped masses.
+fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: &mut Plane) {
+    let place = |m: u32| {
+        let (u, v) = sheet.uv[m as usize];
+        [u * sheet.extent.0, v * sheet.extent.1]
+    };
+    for t in triangles {
+        let p = t.map(place);
+        let side = |a: usize, b: usize| [p[b][0] - p[a][0], p[b][1] - p[a][1]];
+        let (ab, ac) = (side(0, 1), side(0, 2));
+        let double = (ab[0] * ac[1] - ab[1] * ac[0]).abs();
+        for c in 0..3 {
+            area[t[c] as usize] += double / 6.0;
+            let (a, b) = ((c + 1) % 3, (c + 2) % 3);
+            let (to_a, to_b) = (side(c, a), side(c, b));
+            let cotangent = (to_a[0] * to_b[0] + to_a[1] * to_b[1]) / double;
+            let key = (t[a].min(t[b]), t[a].max(t[b]));
+            *plane.entry(key).or_default() += 0.5 * cotangent;
+        }
+    }
+}
+
+/// Gives what a triangular layer does not cover of the sheet to its border: a strip of even width.
+fn fill_outline(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
+    let place = |m: u32| {
+        let (u, v) = sheet.uv[m as usize];
+        [u * sheet.extent.0, v * sheet.extent.1]
+    };
+    let (i, j) = (layer.nx - 1, layer.nz - 1);
+    let along = (0..i).flat_map(|k| [(layer.at(k, 0), layer.at(k + 1, 0)), (layer.at(k, j), layer.at(k + 1, j))]);
+    let across = (0..j).flat_map(|k| [(layer.at(0, k), layer.at(0, k + 1)), (layer.at(i, k), layer.at(i, k + 1))]);
+    let border: Vec<(u32, u32)> = along.chain(across).collect();
+    let length = |(a, b): (u32, u32)| {
+        let (p, q) = (place(a), place(b));
+        (p[0] - q[0]).hypot(p[1] - q[1])
+    };
+    let around: f64 = border.iter().map(|e| length(*e)).sum();
+    let covered: f64 = layer.range().map(|m| area[m]).sum();
+    let width = (sheet.extent.0 * sheet.extent.1 - covered) / around;
+    for edge in border {
+        let l = length(edge);
+        area[edge.0 as usize] += 0.5 * width * l;
+        area[edge.1 as usize] += 0.5 * width * l;
+        *plane.entry((edge.0.min(edge.1), edge.0.max(edge.1))).or_default() += width / l;
+    }
+}

@@ -1,0 +1,81 @@
+//! The two sides of a sheet as heat meets them: a patch for every mass of the lowest layer, facing down, and of the uppermost,
+//! facing up.
+//!
+//! A patch has the area that falls to its mass, and the normal of the triangles around it. Edges are taken to be thin: they
+//! exchange nothing.
+
+use glam::DVec3;
+
+use crate::sheet::Sheet;
+use crate::thermal::network::Network;
+
+/// A part of a side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Patch {
+    /// Which of the nodes takes its heat.
+    pub node: u32,
+    /// Its mass.
+    pub mass: u32,
+    /// Whether it faces up, along the normal of the upper side.
+    pub up: bool,
+    /// Area, m².
+    pub area: f64,
+}
+
+/// The patches of a sheet, lower side first, and where they face.
+#[derive(Clone, Debug, Default)]
+pub struct Faces {
+    /// All patches.
+    pub patches: Vec<Patch>,
+    /// Unit outward normal of each; zero where the sheet has folded up to nothing.
+    pub normals: Vec<DVec3>,
+    /// Triangles of the lowest and of the uppermost layer, counter-clockwise seen from above.
+    triangles: [Vec<[u32; 3]>; 2],
+    sums: Vec<DVec3>,
+}
+
+impl Faces {
+    /// Those of `sheet`.
+    pub fn new(sheet: &Sheet, network: &Network, points: usize) -> Self {
+        let of_layer = |index: usize| match &sheet.triangles {
+            Some(triangles) => triangles.clone(),
+            None => sheet.layers.get(index).map_or_else(Vec::new, |l| sheet.closed_triangles(l.triangles())),
+        };
+        let top = sheet.layers.len().saturating_sub(1);
+        let mut faces = Self {
+            triangles: [of_layer(0), if top > 0 { of_layer(top) } else { Vec::new() }],
+            sums: vec![DVec3::ZERO; sheet.masses()],
+            ..Self::default()
+        };
+        for (up, index) in [(false, 0), (true, top)] {
+            let Some(layer) = sheet.layers.get(index) else { continue };
+            for mass in layer.range() {
+                let node = if up && points > 1 { mass + sheet.masses() } else { mass };
+                let area = network.area[node];
+                faces.patches.push(Patch { node: node as u32, mass: mass as u32, up, area });
+            }
+        }
+        faces.normals = vec![DVec3::ZERO; faces.patches.len()];
+        faces.turn(sheet);
+        faces
+    }
+
+    /// Brings the normals to where the sheet is.
+    pub fn turn(&mut self, sheet: &Sheet) {
+        self.sums.fill(DVec3::ZERO);
+        for t in self.triangles.iter().flatten() {
+            let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
+            let area = (b - a).cross(c - a);
+            t.iter().for_each(|m| self.sums[*m as usize] += area);
+        }
+        for (normal, patch) in self.normals.iter_mut().zip(&self.patches) {
+            let n = self.sums[patch.mass as usize].normalize_or_zero();
+            *normal = if patch.up { n } else { -n };
+        }
+    }
+
+    /// Triangles of the sides: of the lowest layer, and, where there is another, of the uppermost.
+    pub fn triangles(&self) -> impl Iterator<Item = &[u32; 3]> {
+        self.triangles.iter().flatten()
+    }
+}

@@ -1,0 +1,53 @@
+//! A sheet as warm as a recording has it: to be looked at, not to be gone on from.
+
+use crate::error::{InputError, check_range};
+use crate::sheet::Sheet;
+use crate::thermal::{COLDEST, HOTTEST, REFERENCE};
+use crate::world::recording::Warmth;
+
+/// Least that is left of a stiffness: what a recording rounds to nothing.
+const LEAST: f64 = 1e-6;
+
+impl Warmth {
+    /// Checks its numbers.
+    ///
+    /// # Errors
+    /// When one is out of range.
+    pub(crate) fn check(&self) -> Result<(), InputError> {
+        let (name, low, high, unit) = match self {
+            Self::Stiffness(_) => ("stiffness", 0.0, 1.0, ""),
+            _ => ("temperature", COLDEST, HOTTEST, "°C"),
+        };
+        // Rounding may take the ends of the range a little further.
+        self.values().iter().try_for_each(|v| check_range(name, f64::from(*v), low - 0.1, high + 0.1, unit))
+    }
+}
+
+impl Sheet {
+    /// Takes up a warmth of as many masses as it has, which must be in range.
+    pub(crate) fn show_warmth(&mut self, warmth: &Warmth) {
+        let n = self.masses();
+        if warmth.values().len() != warmth.count(n) || *warmth == Warmth::Unknown {
+            return;
+        }
+        self.begin_heat(REFERENCE);
+        let Some(mut heat) = self.heat.take() else { return };
+        let two = heat.halves().is_some();
+        let celsius = |t: f32| f64::from(t).clamp(COLDEST, HOTTEST);
+        match warmth {
+            Warmth::Unknown => {}
+            Warmth::Mean(mean) => {
+                let sides = if two { 2 } else { 1 };
+                heat.set_nodes((0..sides * n).map(|k| celsius(mean[k % n])));
+            }
+            Warmth::Sides(sides) if two => heat.set_nodes(sides.iter().map(|t| celsius(*t))),
+            Warmth::Sides(sides) => heat.set_nodes((0..n).map(|i| celsius(0.5 * (sides[i] + sides[i + n])))),
+            Warmth::Stiffness(left) => {
+                let room = heat.celsius().first().copied().unwrap_or(REFERENCE);
+                heat.set_fractions(room, |i| f64::from(left[i]).clamp(LEAST, 1.0));
+            }
+        }
+        self.heat = Some(heat);
+        self.follow_heat();
+    }
+}

@@ -1,0 +1,360 @@
+//! Heaters: polyhedra with hot faces that radiate to both sides of a sheet.
+//!
+//! A patch with emissivity (and absorptivity) ε takes up, of a hot face at T_h with emissivity ε_h that it sees by the view factor F,
+//!
+//! q = ε σ F V ε_h (T_h⁴ - T_wall⁴) per area,
+//!
+//! where V is the part of the face that nothing stands before, and the walls' own radiation, which the face hides or reflects, is
+//! counted with the room. F is exact ([`crate::thermal::view_factor`]); a face radiates from its outer side only. V is by rays to
+//! `RAYS` points of the face, weighted as they are seen: bodies stop them, and the sheet itself.
+//!
+//! F follows a patch that has moved by `CLOSE` of its distance or turned by as much, one patch in `GLANCES` a step; V is looked
+//! at again for one patch in `TURNS` a step, and where the sheet stands in its own light as often. Neither is looked at for what
+//! faces away.
+
+use std::path::Path;
+
+use glam::DVec3;
+use rapier3d::parry::bounding_volume::Aabb;
+use rapier3d::parry::query::Ray;
+
+use crate::error::InputError;
+use crate::rigid::RigidView;
+use crate::scene::heater::Heater;
+use crate::scene::{HeaterSpec, Placement, Scene};
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::Sheet;
+use crate::thermal::shadow::Own;
+use crate::thermal::source::{Dial, Kind, Moment, Source, Target, fourth_power};
+use crate::thermal::view_factor::contour;
+use crate::thermal::{COLDEST, HOTTEST};
+
+/// How far a patch may move, as a fraction of its distance from the nearest hot face's middle, and turn (radians), before it is
+/// looked at again: its view factor is then some thousandths off.
+const CLOSE: f64 = 1e-3;
+/// Steps in which all patches that move have been looked at: one sees a face as it did a twentieth of a second ago at most.
+const GLANCES: usize = 3;
+/// Steps in which all patches' shadows have been looked at.
+const TURNS: usize = 24;
+/// Points of a face that rays are sent to, for each of its corners.
+const RAYS: usize = 4;
+/// How far from a patch its rays begin, as a fraction of their length.
+const START: f64 = 1e-4;
+
+pub(crate) const KIND: Kind =
+    Kind { name: "heaters", about: "polyhedra with hot faces, by exact view factors, with shadows", build };
+
+fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+    let each = |(index, spec): (usize, &HeaterSpec)| {
+        let name = if spec.name.is_empty() { index.to_string() } else { spec.name.clone() };
+        of(&name, spec, &scene.base).map_err(|mut e| {
+            if e.file.is_none() {
+                e.field = format!("heaters.{index}.{}", e.field);
+            }
+            e
+        })
+    };
+    scene.heaters.iter().enumerate().map(each).collect()
+}
+
+/// The heater that `spec` describes, its file in the folder `base`.
+///
+/// # Errors
+/// When its file is not valid.
+pub(crate) fn of(name: &str, spec: &HeaterSpec, base: &Path) -> Result<Box<dyn Source>, InputError> {
+    Ok(Box::new(Radiator::new(name.to_owned(), spec, &spec.resolve(base)?)))
+}
+
+/// Where the numbers of the heater of that name are set.
+pub(crate) fn path_of(name: &str) -> String {
+    format!("heaters.{name}")
+}
+
+/// A hot face, in the world.
+#[derive(Clone, Debug)]
+struct HotFace {
+    corners: Vec<DVec3>,
+    normal: DVec3,
+    middle: DVec3,
+    /// Points that rays are sent to, with the area each stands for.
+    points: Vec<(DVec3, f64)>,
+    celsius: f64,
+    emissivity: f64,
+}
+
+impl HotFace {
+    fn new(corners: Vec<DVec3>, celsius: f64, emissivity: f64) -> Self {
+        let middle = corners.iter().sum::<DVec3>() / corners.len().max(1) as f64;
+        let mut area = DVec3::ZERO;
+        let mut points = Vec::with_capacity(RAYS * corners.len());
+        for (i, a) in corners.iter().enumerate() {
+            let b = corners[(i + 1) % corners.len()];
+            let part = (*a - middle).cross(b - middle) * 0.5;
+            area += part;
+            // The four quarters of the triangle.
+            let thirds = [(4.0, 1.0, 1.0), (1.0, 4.0, 1.0), (1.0, 1.0, 4.0), (2.0, 2.0, 2.0)];
+            points.extend(thirds.map(|(u, v, w)| ((middle * u + *a * v + b * w) / 6.0, part.length() / 4.0)));
+        }
+        Self { normal: area.normalize_or_zero(), corners, middle, points, celsius, emissivity }
+    }
+
+    /// F from a patch; 0 where the face's outer side cannot be seen.
+    fn view_factor(&self, place: DVec3, normal: DVec3) -> f64 {
+        if self.normal.dot(place - self.middle) <= 0.0 {
+            return 0.0;
+        }
+        contour(&self.corners, place, normal).abs().min(1.0)
+    }
+
+    /// V from a patch.
+    fn visible(&self, place: DVec3, normal: DVec3, blocked: impl Fn(DVec3, DVec3) -> bool) -> f64 {
+        let (mut seen, mut all) = (0.0, 0.0);
+        for (point, area) in &self.points {
+            let way = *point - place;
+            let (here, there) = (way.dot(normal), -way.dot(self.normal));
+            if here <= 0.0 || there <= 0.0 {
+                continue;
+            }
+            let weight = area * here * there / way.length_squared().powi(2);
+            all += weight;
+            if !blocked(place, *point) {
+                seen += weight;
+            }
+        }
+        if all > 0.0 { seen / all } else { 1.0 }
+    }
+}
+
+/// What is kept of a sheet's patches.
+#[derive(Default)]
+struct Seen {
+    /// Place and normal that view factors are of, NaN before the first, and the squared distance of the nearest face's middle, m².
+    at: Vec<(DVec3, DVec3, f64)>,
+    /// F and V of every patch, face by face.
+    factors: Vec<(f64, f64)>,
+    /// Patch whose shadows are looked at next, and whether all have been.
+    next: usize,
+    /// Steps so far, round and round.
+    glance: usize,
+    complete: bool,
+    own: Option<Own>,
+}
+
+impl Seen {
+    fn keep(&self, to: &mut Keeper) {
+        to.count(self.at.len() as u64);
+        for (place, normal, reach) in &self.at {
+            to.vector(*place);
+            to.vector(*normal);
+            to.number(*reach);
+        }
+        self.factors.iter().for_each(|(f, v)| to.numbers(&[*f, *v]));
+        to.count(self.next as u64);
+        to.count(self.glance as u64);
+        to.flag(self.complete);
+        to.flag(self.own.is_some());
+        if let Some(own) = &self.own {
+            own.keep(to);
+        }
+    }
+
+    /// Takes it back, of `sheet` and of `faces` hot faces.
+    fn take(&mut self, from: &mut Taker, sheet: &Sheet, faces: usize) -> Taken {
+        let patches = from.length(56)?;
+        self.at.resize(patches, (DVec3::NAN, DVec3::NAN, f64::NAN));
+        for at in &mut self.at {
+            *at = (from.vector()?, from.vector()?, from.number()?);
+        }
+        self.factors.resize(patches * faces, (0.0, 1.0));
+        for factor in &mut self.factors {
+            *factor = (from.number()?, from.number()?);
+        }
+        (self.next, self.glance) = (from.index(patches.max(1))? as usize, from.index(GLANCES)? as usize);
+        self.complete = from.flag()?;
+        if !from.flag()? {
+            self.own = None;
+            return Ok(());
+        }
+        let body = sheet.faces().ok_or(Cut)?;
+        if self.own.as_ref().is_none_or(|own| !own.is_of(body)) {
+            self.own = Some(Own::new(sheet, body));
+        }
+        self.own.as_mut().map_or(Ok(()), |own| own.take(from))
+    }
+}
+
+struct Radiator {
+    name: String,
+    on: bool,
+    faces: Vec<HotFace>,
+    /// Corners of the faces in its own axes, m.
+    own: Vec<Vec<DVec3>>,
+    /// Of each sheet.
+    seen: Vec<Seen>,
+}
+
+impl Radiator {
+    fn new(name: String, spec: &HeaterSpec, heaters: &[Heater]) -> Self {
+        let (mut faces, mut own) = (Vec::new(), Vec::new());
+        for heater in heaters {
+            for (index, face) in heater.faces.iter().enumerate() {
+                let Some(celsius) = face.temperature.filter(|_| face.emissivity > 0.0) else { continue };
+                let corners = heater.polyhedron.corners(index);
+                let there = corners.iter().map(|p| spec.placement.apply(*p)).collect();
+                faces.push(HotFace::new(there, celsius, face.emissivity));
+                own.push(corners);
+            }
+        }
+        Self { name, on: spec.on, faces, own, seen: Vec::new() }
+    }
+
+    /// Brings view factors and some shadows of a sheet up to date.
+    fn look(&mut self, index: usize, moment: &Moment, target: &Target) {
+        if self.seen.len() <= index {
+            self.seen.resize_with(index + 1, Seen::default);
+        }
+        let (faces, seen) = (&self.faces, &mut self.seen[index]);
+        let patches = &target.faces.patches;
+        if seen.at.len() != patches.len() {
+            seen.at = vec![(DVec3::NAN, DVec3::NAN, f64::NAN); patches.len()];
+            seen.factors = vec![(0.0, 1.0); patches.len() * faces.len()];
+        }
+        let turn = if seen.complete { patches.len().div_ceil(TURNS) } else { patches.len() };
+        let shadows = seen.next..seen.next + turn;
+        let own = seen.own.get_or_insert_with(|| Own::new(target.sheet, target.faces));
+        if !seen.complete || shadows.start < turn {
+            own.refresh(target.sheet, target.faces);
+        }
+        seen.glance = (seen.glance + 1) % GLANCES;
+        for (i, patch) in patches.iter().enumerate() {
+            let shaded = shadows.contains(&i) || shadows.contains(&(i + patches.len()));
+            if seen.complete && !shaded && i % GLANCES != seen.glance {
+                continue;
+            }
+            let (place, normal) = (target.sheet.x.get(patch.mass as usize), target.faces.normals[i]);
+            let (was, faced, reach) = seen.at[i];
+            let moved = was.distance_squared(place) + faced.distance_squared(normal) * reach;
+            let factors = &mut seen.factors[i * faces.len()..(i + 1) * faces.len()];
+            // NaN is of a patch that has not been looked at.
+            if moved.is_nan() || moved > CLOSE * CLOSE * reach {
+                let reach = faces.iter().map(|f| f.middle.distance_squared(place)).fold(f64::INFINITY, f64::min);
+                seen.at[i] = (place, normal, reach);
+                factors.iter_mut().zip(faces).for_each(|(f, face)| f.0 = face.view_factor(place, normal));
+            }
+            if shaded {
+                for (factors, face) in factors.iter_mut().zip(faces).filter(|(f, _)| f.0 > 0.0) {
+                    factors.1 = face.visible(place, normal, |from, to| {
+                        stops(moment.view, from, to) || own.stops(target.sheet, patch.mass, from, to)
+                    });
+                }
+            }
+        }
+        seen.next = shadows.end % patches.len().max(1);
+        seen.complete = true;
+    }
+}
+
+/// Whether a body stands between `from` and `to`.
+fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
+    let Some(view) = view.filter(|view| !view.colliders.is_empty()) else { return false };
+    let start = from + (to - from) * START;
+    let ray = Ray::new(start.as_vec3(), (to - start).as_vec3());
+    let around = Aabb::new(start.min(to).as_vec3(), start.max(to).as_vec3());
+    let query = view.query();
+    let mut near = query.intersect_aabb_conservative(around);
+    near.any(|(_, collider)| collider.shape().intersects_ray(collider.position(), &ray, 1.0))
+}
+
+impl Source for Radiator {
+    fn is_at_work(&self) -> bool {
+        self.on && !self.faces.is_empty()
+    }
+
+    fn give(&mut self, index: usize, moment: &Moment, target: &mut Target) {
+        if !self.is_at_work() {
+            return;
+        }
+        self.look(index, moment, target);
+        let walls = moment.room.fourth_power();
+        let count = self.faces.len();
+        for i in 0..target.faces.patches.len() {
+            let patch = target.faces.patches[i];
+            let factors = &self.seen[index].factors[i * count..(i + 1) * count];
+            for ((factor, visible), face) in factors.iter().zip(&self.faces).filter(|(f, _)| f.0 > 0.0) {
+                let above = face.emissivity * (fourth_power(face.celsius) - walls);
+                target.irradiate(patch, factor * visible, above);
+            }
+        }
+    }
+
+    fn path(&self) -> String {
+        path_of(&self.name)
+    }
+
+    fn place(&mut self, placement: &Placement) -> bool {
+        for (face, own) in self.faces.iter_mut().zip(&self.own) {
+            let there = own.iter().map(|p| placement.apply(*p)).collect();
+            *face = HotFace::new(there, face.celsius, face.emissivity);
+        }
+        self.forget();
+        true
+    }
+
+    fn dials(&self) -> Vec<Dial> {
+        let dial =
+            |name: &str, value, unit, range| Dial { path: format!("{}.{name}", self.path()), value, unit, range };
+        let on = if self.on { 1.0 } else { 0.0 };
+        let celsius = self.faces.iter().map(|f| f.celsius).fold(COLDEST, f64::max);
+        vec![dial("on", on, "", (0.0, 1.0)), dial("temperature", celsius, "°C", (COLDEST, HOTTEST))]
+    }
+
+    fn keep_settings(&self, to: &mut Keeper) {
+        to.flag(self.on);
+        for face in &self.faces {
+            to.number(face.celsius);
+            face.corners.iter().for_each(|corner| to.vector(*corner));
+        }
+    }
+
+    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        self.on = from.flag()?;
+        for face in &mut self.faces {
+            face.celsius = from.number()?;
+            let mut corners = face.corners.clone();
+            corners.iter_mut().try_for_each(|corner| from.vector().map(|place| *corner = place))?;
+            if corners != face.corners {
+                *face = HotFace::new(corners, face.celsius, face.emissivity);
+            }
+        }
+        Ok(())
+    }
+
+    fn keep(&self, to: &mut Keeper) {
+        to.count(self.seen.len() as u64);
+        self.seen.iter().for_each(|seen| seen.keep(to));
+    }
+
+    fn take(&mut self, from: &mut Taker, sheets: &[Sheet]) -> Taken {
+        let count = from.length(1)?;
+        if count > sheets.len() {
+            return Err(Cut);
+        }
+        self.seen.resize_with(count, Seen::default);
+        let faces = self.faces.len();
+        self.seen.iter_mut().zip(sheets).try_for_each(|(seen, sheet)| seen.take(from, sheet, faces))
+    }
+
+    fn turn(&mut self, path: &str, value: f64) -> bool {
+        let own = path.strip_prefix("heaters.").and_then(|p| p.strip_prefix(self.name.as_str()));
+        match own {
+            Some(".on") => self.on = value >= 0.5,
+            Some(".temperature") => self.faces.iter_mut().for_each(|f| f.celsius = value),
+            _ => return false,
+        }
+        true
+    }
+
+    fn forget(&mut self) {
+        self.seen.clear();
+    }
+}

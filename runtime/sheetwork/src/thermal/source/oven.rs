@@ -1,0 +1,90 @@
+//! An oven: the whole room, its air and its walls, at a temperature; on and off, and changed, at any moment.
+
+use crate::error::InputError;
+use crate::scene::{OvenKey, OvenSpec, Scene};
+use crate::serialize::{Keeper, Taken, Taker};
+use crate::thermal::source::{Dial, Kind, Moment, Source, Surroundings, Target};
+use crate::thermal::{COLDEST, HOTTEST};
+
+pub(crate) const KIND: Kind = Kind { name: "oven", about: "the whole room at a temperature", build };
+
+fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+    Ok(scene.oven.iter().map(of).collect())
+}
+
+/// The oven that `spec` describes.
+pub(crate) fn of(spec: &OvenSpec) -> Box<dyn Source> {
+    Box::new(Oven { spec: spec.clone() })
+}
+
+/// Where its numbers are set.
+pub(crate) const PATH: &str = "oven";
+
+struct Oven {
+    spec: OvenSpec,
+}
+
+impl Source for Oven {
+    fn surround(&self, time: f64, room: &mut Surroundings) {
+        if let Some(celsius) = self.spec.celsius_at(time, room.celsius) {
+            room.celsius = celsius;
+            room.convection = self.spec.convection.unwrap_or(room.convection);
+        }
+    }
+
+    fn is_at_work(&self) -> bool {
+        false
+    }
+
+    fn give(&mut self, _index: usize, _moment: &Moment, _target: &mut Target) {}
+
+    fn path(&self) -> String {
+        PATH.into()
+    }
+
+    fn dials(&self) -> Vec<Dial> {
+        let on = if self.spec.on { 1.0 } else { 0.0 };
+        vec![
+            Dial {
+                path: "oven.temperature".into(),
+                value: self.spec.temperature,
+                unit: "°C",
+                range: (COLDEST, HOTTEST),
+            },
+            Dial { path: "oven.on".into(), value: on, unit: "", range: (0.0, 1.0) },
+        ]
+    }
+
+    fn keep_settings(&self, to: &mut Keeper) {
+        to.flag(self.spec.on);
+        to.number(self.spec.temperature);
+        // One that was set has no schedule any more.
+        to.count(self.spec.schedule.len() as u64);
+        for key in &self.spec.schedule {
+            to.number(key.time);
+            to.optional(key.temperature);
+        }
+    }
+
+    fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        (self.spec.on, self.spec.temperature) = (from.flag()?, from.number()?);
+        self.spec.schedule.clear();
+        for _ in 0..from.length(9)? {
+            self.spec.schedule.push(OvenKey { time: from.number()?, temperature: from.optional()? });
+        }
+        Ok(())
+    }
+
+    fn turn(&mut self, path: &str, value: f64) -> bool {
+        match path {
+            "oven.temperature" => {
+                // From now on it is what it was set to, whatever it was to become.
+                self.spec.schedule.clear();
+                self.spec.temperature = value;
+            }
+            "oven.on" => self.spec.on = value >= 0.5,
+            _ => return false,
+        }
+        true
+    }
+}

@@ -1,0 +1,40 @@
+//! The room: what a sheet loses to the air by convection and to the walls by radiation, on both sides,
+//!
+//! q = -h (T - T_air) - 2 ε σ (T⁴ - T_wall⁴) per area of the sheet, half of it on each side.
+//!
+//! h is of both sides together. Air and walls are equally warm: as the scene's `ambient_temperature`, or as its oven.
+
+use crate::error::InputError;
+use crate::scene::Scene;
+use crate::thermal::source::{Kind, Moment, STEFAN_BOLTZMANN, Source, Target};
+
+pub(crate) const KIND: Kind = Kind {
+    name: "ambient_temperature",
+    about: "the room: convection to the air and radiation to the walls, on both sides",
+    build,
+};
+
+fn build(_scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
+    Ok(vec![Box::new(Room)])
+}
+
+/// The room.
+struct Room;
+
+impl Source for Room {
+    fn is_at_work(&self) -> bool {
+        false
+    }
+
+    fn give(&mut self, _index: usize, moment: &Moment, target: &mut Target) {
+        let (walls, half) = (moment.room.fourth_power(), 0.5 * moment.room.convection);
+        let radiation = target.emissivity() * STEFAN_BOLTZMANN;
+        for i in 0..target.faces.patches.len() {
+            let patch = target.faces.patches[i];
+            target.couple(patch, moment.room.celsius, half * patch.area);
+            let node = patch.node as usize;
+            target.exchange.radiation[node] += radiation * patch.area;
+            target.exchange.supply[node] += radiation * patch.area * walls;
+        }
+    }
+}

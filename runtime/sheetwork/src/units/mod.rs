@@ -1,0 +1,384 @@
+//! Numbers with units, as people type and read them: "0.3 mm", "2.1 GPa", "140 °C". Everything inside is SI, temperatures are °C.
+//!
+//! A number alone has the unit that the field shows. A decimal comma is a point. Unit names are compared exactly, because mPa is not MPa;
+//! spellings without raised digits ("m/s2", "kg/m3") are known too.
+
+pub(crate) mod quantity;
+
+use std::fmt;
+
+/// What a number is of: which units it may have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// A plain number; "%" is a hundredth.
+    Number,
+    /// m.
+    Length,
+    /// s.
+    Time,
+    /// Pa.
+    Pressure,
+    /// kg.
+    Mass,
+    /// kg/m³.
+    Density,
+    /// m/s.
+    Speed,
+    /// m/s².
+    Acceleration,
+    /// °C.
+    Temperature,
+    /// N.
+    Force,
+    /// N/m.
+    Stiffness,
+    /// Degrees.
+    Angle,
+    /// J.
+    Energy,
+    /// W/(m² K).
+    Convection,
+}
+
+/// Why a text is no value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum UnitError {
+    /// Nothing was typed.
+    Empty,
+    /// It does not begin with a number.
+    NoNumber(String),
+    /// It is a number, but not a finite one.
+    NotFinite(String),
+    /// Nobody knows the unit.
+    UnknownUnit {
+        /// What was typed.
+        unit: String,
+        /// What may be.
+        known: String,
+    },
+    /// It is the unit of something else.
+    WrongUnit {
+        /// What was typed.
+        unit: String,
+        /// What that is a unit of.
+        of: &'static str,
+        /// What may be.
+        known: String,
+    },
+}
+
+impl fmt::Display for UnitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => write!(f, "a number is missing"),
+            Self::NoNumber(text) => write!(f, "\"{text}\" does not begin with a number"),
+            Self::NotFinite(text) => write!(f, "{text} is not a finite number"),
+            Self::UnknownUnit { unit, known } => write!(f, "\"{unit}\" is no unit; there are {known}"),
+            Self::WrongUnit { unit, of, known } => write!(f, "{unit} is a unit of {of}; there are {known}"),
+        }
+    }
+}
+
+impl std::error::Error for UnitError {}
+
+/// SI prefixes, largest first.
+const PREFIXES: [(f64, &str); 9] =
+    [(1e12, "T"), (1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p")];
+
+const ALL: [Quantity; 14] = [
+    Quantity::Number,
+    Quantity::Length,
+    Quantity::Time,
+    Quantity::Pressure,
+    Quantity::Mass,
+    Quantity::Density,
+    Quantity::Speed,
+    Quantity::Acceleration,
+    Quantity::Temperature,
+    Quantity::Force,
+    Quantity::Stiffness,
+    Quantity::Angle,
+    Quantity::Energy,
+    Quantity::Convection,
+];
+
+impl Quantity {
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Number => "a plain number",
+            Self::Length => "length",
+            Self::Time => "time",
+            Self::Pressure => "pressure",
+            Self::Mass => "mass",
+            Self::Density => "density",
+            Self::Speed => "speed",
+            Self::Acceleration => "acceleration",
+            Self::Temperature => "temperature",
+            Self::Force => "force",
+            Self::Stiffness => "stiffness",
+            Self::Angle => "angle",
+            Self::Energy => "energy",
+            Self::Convection => "convection",
+        }
+    }
+
+    /// Units with what one of them is in SI; those of temperature are apart, because they have zeros of their own.
+    fn units(self) -> &'static [(&'static str, f64)] {
+        match self {
+            Self::Number => &[("%", 0.01)],
+            Self::Length => &[
+                ("m", 1.0),
+                ("cm", 1e-2),
+                ("mm", 1e-3),
+                ("µm", 1e-6),
+                ("um", 1e-6),
+                ("nm", 1e-9),
+                ("km", 1e3),
+                ("in", 0.0254),
+                ("ft", 0.3048),
+                ("mil", 2.54e-5),
+            ],
+            Self::Time => &[("s", 1.0), ("ms", 1e-3), ("µs", 1e-6), ("us", 1e-6), ("min", 60.0), ("h", 3600.0)],
+            Self::Pressure => &[
+                ("Pa", 1.0),
+                ("kPa", 1e3),
+                ("MPa", 1e6),
+                ("GPa", 1e9),
+                ("TPa", 1e12),
+                ("mPa", 1e-3),
+                ("bar", 1e5),
+                ("N/mm²", 1e6),
+                ("N/mm2", 1e6),
+                ("psi", 6_894.757_293_168),
+            ],
+            Self::Mass => &[("kg", 1.0), ("g", 1e-3), ("mg", 1e-6), ("t", 1e3)],
+            Self::Density => &[("kg/m³", 1.0), ("kg/m3", 1.0), ("g/cm³", 1e3), ("g/cm3", 1e3)],
+            Self::Speed => &[("m/s", 1.0), ("cm/s", 1e-2), ("mm/s", 1e-3), ("km/h", 1.0 / 3.6)],
+            Self::Acceleration => &[("m/s²", 1.0), ("m/s2", 1.0), ("g", 9.806_65)],
+            Self::Temperature => &[("°C", 1.0), ("C", 1.0), ("K", 1.0), ("°F", 1.0), ("F", 1.0)],
+            Self::Force => &[("N", 1.0), ("mN", 1e-3), ("µN", 1e-6), ("kN", 1e3)],
+            Self::Stiffness => &[("N/m", 1.0), ("mN/m", 1e-3), ("kN/m", 1e3), ("N/mm", 1e3)],
+            Self::Angle => &[("°", 1.0), ("degrees", 1.0), ("deg", 1.0), ("rad", 180.0 / std::f64::consts::PI)],
+            Self::Energy => &[("J", 1.0), ("mJ", 1e-3), ("µJ", 1e-6), ("kJ", 1e3)],
+            Self::Convection => &[("W/(m² K)", 1.0), ("W/m²K", 1.0), ("W/m2K", 1.0)],
+        }
+    }
+
+    /// Its unit in SI (or °C, or degrees); empty for a plain number.
+    pub fn si(self) -> &'static str {
+        match self {
+            Self::Temperature => "°C",
+            _ => self.units().iter().find(|u| u.1 == 1.0).map_or("", |u| u.0),
+        }
+    }
+
+    /// Its units, for a message.
+    fn known(self) -> String {
+        self.units().iter().map(|u| u.0).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What is of this SI unit (or °C, or degrees), as parameters and errors name it; none for a name that is no unit.
+    pub fn of_unit(unit: &str) -> Option<Self> {
+        if unit.is_empty() || unit == "of critical" {
+            return Some(Self::Number);
+        }
+        ALL.into_iter().find(|q| q.scaled(1.0, unit) == Some(1.0))
+    }
+
+    /// The value of `number` in `unit`.
+    fn scaled(self, number: f64, unit: &str) -> Option<f64> {
+        if self == Self::Temperature {
+            return match unit {
+                "K" => Some(number - 273.15),
+                "°F" | "F" => Some((number - 32.0) / 1.8),
+                "°C" | "C" => Some(number),
+                _ => None,
+            };
+        }
+        self.units().iter().find(|u| u.0 == unit).map(|u| number * u.1)
+    }
+}
+
+/// A unit that a field shows, and that a number typed alone has: its name, and what one of it is in SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// What it is of.
+    pub quantity: Quantity,
+    /// What is written behind the number; empty for none.
+    pub unit: &'static str,
+    /// What one of it is in SI; 0 for a unit with a prefix that follows the size of the number.
+    pub scale: f64,
+}
+
+impl Shown {
+    /// Always in this unit, one of the quantity's own.
+    pub const fn fixed(quantity: Quantity, unit: &'static str, scale: f64) -> Self {
+        Self { quantity, unit, scale }
+    }
+
+    /// In this SI unit with the prefix that suits: 2.10 GPa.
+    pub const fn prefixed(quantity: Quantity, unit: &'static str) -> Self {
+        Self { quantity, unit, scale: 0.0 }
+    }
+
+    /// The value as it is shown.
+    pub fn format(&self, value: f64) -> String {
+        if self.scale == 0.0 {
+            return format_si(value, self.unit);
+        }
+        let scaled = value / self.scale;
+        let number = round_off(scaled);
+        if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
+    }
+
+    /// The value that a text means.
+    ///
+    /// # Errors
+    /// When it has no number, or a unit of something else.
+    pub fn parse(&self, text: &str) -> Result<f64, UnitError> {
+        let (number, unit) = split(text)?;
+        if unit.is_empty() {
+            return Ok(number * if self.scale == 0.0 { 1.0 } else { self.scale });
+        }
+        if let Some(value) = self.quantity.scaled(number, unit) {
+            return Ok(value);
+        }
+        // "3 k" is 3 of the unit with its prefix, as "3 kPa" is.
+        if self.scale == 0.0
+            && let Some((scale, _)) = PREFIXES.iter().find(|(_, p)| !p.is_empty() && *p == unit)
+        {
+            return Ok(number * scale);
+        }
+        let (unit, known) = (unit.to_owned(), self.quantity.known());
+        match ALL.iter().find(|q| q.scaled(number, &unit).is_some()) {
+            Some(other) => Err(UnitError::WrongUnit { unit, of: other.name(), known }),
+            None => Err(UnitError::UnknownUnit { unit, known }),
+        }
+    }
+}
+
+/// A number and what is behind it.
+fn split(text: &str) -> Result<(f64, &str), UnitError> {
+    let text = text.trim();
+    if text.is_empty() {
+        return Err(UnitError::Empty);
+    }
+    // The longest beginning that is a number; "1e" and "5in" are numbers with units. "inf" and "nan" are not.
+    let ends = text.char_indices().map(|(i, c)| i + c.len_utf8());
+    let ends: Vec<usize> =
+        ends.filter(|end| text[..*end].ends_with(|c: char| c.is_ascii_digit() || c == '.' || c == ',')).collect();
+    let read = |end: &usize| {
+        Some((text[..*end].replace(',', ".").replace('−', "-").parse::<f64>().ok()?, text[*end..].trim()))
+    };
+    let (number, unit) = ends.iter().rev().find_map(read).ok_or_else(|| UnitError::NoNumber(text.to_owned()))?;
+    if number.is_finite() { Ok((number, unit)) } else { Err(UnitError::NotFinite(text.to_owned())) }
+}
+
+/// At most five digits that say something, without zeros behind.
+fn round_off(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{}", value + 0.0);
+    }
+    let before = value.abs().log10().floor() as i32 + 1;
+    if before > 9 {
+        return format!("{value:.3e}");
+    }
+    let decimals = (5 - before).clamp(0, 12) as usize;
+    let text = format!("{value:.decimals$}");
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A number with three or four digits and an SI prefix: `3.00 GPa`.
+pub fn format_si(value: f64, unit: &str) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value} {unit}");
+    }
+    let size = value.abs() * 1.000_000_1;
+    let (scale, prefix) = PREFIXES.into_iter().find(|(s, _)| size >= *s).unwrap_or((1e-12, "p"));
+    let scaled = value / scale;
+    let decimals = if scaled.abs() >= 99.95 { 1 } else { 2 };
+    format!("{scaled:.decimals$} {prefix}{unit}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MM: Shown = Shown::fixed(Quantity::Length, "mm", 1e-3);
+    const PA: Shown = Shown::prefixed(Quantity::Pressure, "Pa");
+    const CELSIUS: Shown = Shown::fixed(Quantity::Temperature, "°C", 1.0);
+
+    fn near(a: Result<f64, UnitError>, b: f64) {
+        let a = a.expect("understood");
+        assert!((a - b).abs() <= 1e-12 * b.abs(), "{a} {b}");
+    }
+
+    #[test]
+    fn units_are_understood_as_people_type_them() {
+        near(MM.parse("0.3 mm"), 3e-4);
+        near(MM.parse("0.3"), 3e-4);
+        near(MM.parse("0,3mm"), 3e-4);
+        near(MM.parse("12 µm"), 1.2e-5);
+        near(MM.parse("5in"), 0.127);
+        near(MM.parse(" 1.5e-3 m "), 1.5e-3);
+        near(PA.parse("2.1 GPa"), 2.1e9);
+        near(PA.parse("3 k"), 3e3);
+        near(PA.parse("3G"), 3e9);
+        near(PA.parse("185"), 185.0);
+        near(PA.parse("2.5e9 Pa"), 2.5e9);
+        near(PA.parse("40 kPa"), 4e4);
+        near(PA.parse("1 mPa"), 1e-3);
+        near(PA.parse("300 N/mm²"), 3e8);
+        near(CELSIUS.parse("140 °C"), 140.0);
+        near(CELSIUS.parse("-40 °F"), -40.0);
+        near(CELSIUS.parse("373.15 K"), 100.0);
+        near(Shown::fixed(Quantity::Acceleration, "m/s²", 1.0).parse("1 g"), 9.80665);
+        near(Shown::fixed(Quantity::Mass, "g", 1e-3).parse("1 g"), 1e-3);
+        near(Shown::fixed(Quantity::Density, "kg/m³", 1.0).parse("1.05 g/cm3"), 1050.0);
+        near(Shown::fixed(Quantity::Number, "", 1.0).parse("12 %"), 0.12);
+        near(Shown::fixed(Quantity::Angle, "°", 1.0).parse("3.141592653589793 rad"), 180.0);
+    }
+
+    #[test]
+    fn what_is_not_understood_is_named() {
+        assert_eq!(MM.parse("  "), Err(UnitError::Empty));
+        assert_eq!(MM.parse("thin"), Err(UnitError::NoNumber("thin".into())));
+        assert_eq!(MM.parse("inf mm"), Err(UnitError::NoNumber("inf mm".into())));
+        assert!(matches!(MM.parse("1e999"), Err(UnitError::NotFinite(_))));
+        let wrong = MM.parse("3 GPa").expect_err("no length");
+        assert!(wrong.to_string().contains("GPa is a unit of pressure") && wrong.to_string().contains("mm"), "{wrong}");
+        let unknown = PA.parse("3 furlongs").expect_err("no unit");
+        assert!(matches!(unknown, UnitError::UnknownUnit { .. }) && unknown.to_string().contains("GPa"), "{unknown}");
+        // Without a prefix of its own a field of millimetres takes none alone.
+        assert!(MM.parse("3 k").is_err());
+    }
+
+    #[test]
+    fn what_is_shown_is_read_back() {
+        for value in [3e-4, 0.25, 1.6e-5, 0.0, 12.345] {
+            let text = MM.format(value);
+            near(MM.parse(&text), value);
+        }
+        assert_eq!((MM.format(3e-4), MM.format(0.25)), ("0.3 mm".into(), "250 mm".into()));
+        assert_eq!(CELSIUS.format(140.0), "140 °C");
+        assert_eq!(PA.format(2.1e9), "2.10 GPa");
+        assert_eq!(Shown::fixed(Number, "", 1.0).format(0.115), "0.115");
+        let quantities = ["", "Pa", "kg/m³", "°C", "degrees", "of critical"].map(Quantity::of_unit);
+        use Quantity::{Angle, Density, Number, Pressure, Temperature};
+        assert_eq!(quantities, [Number, Pressure, Density, Temperature, Angle, Number].map(Some));
+        assert_eq!(Quantity::of_unit("furlong"), None);
+        for q in ALL {
+            assert!(!q.name().is_empty() && !q.known().is_empty());
+        }
+    }
+
+    #[test]
+    fn numbers_are_written_with_a_prefix() {
+        assert_eq!(format_si(3e9, "Pa"), "3.00 GPa");
+        assert_eq!(format_si(1000.0, "Pa"), "1.00 kPa");
+        assert_eq!(format_si(-2.5e-6, "J"), "-2.50 µJ");
+        assert_eq!(format_si(185.0, "Pa"), "185.0 Pa");
+        assert_eq!(format_si(0.0, "J"), "0 J");
+    }
+}

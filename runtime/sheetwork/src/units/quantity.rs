@@ -1,0 +1,76 @@
+//! Which field of a scene is of what, for values that are typed with their unit: `young=2.1 GPa`, `size=(30 cm, 0.2)`.
+
+use crate::error::InputError;
+use crate::units::{Quantity, Shown};
+
+/// Fields by the last part of their path.
+const FIELDS: &[(Quantity, &[&str])] = &[
+    (
+        Quantity::Length,
+        &["thickness", "gap", "size", "position", "offset", "above", "reach", "grid", "within", "eye", "target"],
+    ),
+    (Quantity::Time, &["dt", "duration", "time", "until", "relaxation_time", "retardation_time"]),
+    (Quantity::Pressure, &["young", "yield_stress", "hardening", "pressure", "strength"]),
+    (Quantity::Mass, &["mass", "node_mass"]),
+    (Quantity::Density, &["density"]),
+    (Quantity::Speed, &["velocity", "wind"]),
+    (Quantity::Acceleration, &["gravity", "acceleration"]),
+    (Quantity::Temperature, &["temperature", "ambient_temperature", "glass_transition", "melts_at", "lets_go_below"]),
+    (Quantity::Force, &["force"]),
+    (Quantity::Angle, &["angle", "half_angle", "rotation"]),
+    (Quantity::Convection, &["convection", "contact_conductance"]),
+];
+
+/// What the last name of `path` is of; a plain number if it is not known to be anything.
+fn of(path: &str) -> Quantity {
+    // One of several, as in gravity.1, is of what they all are.
+    let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err()).unwrap_or(path);
+    FIELDS.iter().find(|(_, names)| names.contains(&name)).map_or(Quantity::Number, |(quantity, _)| *quantity)
+}
+
+/// `value` in SI, as text, if it is a number with a unit behind it, or a tuple of numbers of which some have one; none for any other text.
+///
+/// # Errors
+/// When the unit is not one of what the field is of.
+pub(crate) fn in_si(path: &str, value: &str) -> Result<Option<String>, InputError> {
+    let quantity = of(path);
+    let tuple = value.strip_prefix('(').and_then(|v| v.strip_suffix(')'));
+    let parts: Vec<&str> = tuple.unwrap_or(value).split(',').map(str::trim).collect();
+    let has_unit = |part: &&str| part.parse::<f64>().is_err();
+    let begins = |part: &&str| part.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
+    // A unit is of letters and their like; ranges, maps and calls are none.
+    let is_unit = |c: char| c.is_alphanumeric() || " .+-/%°²³µ*".contains(c);
+    let all_numbers = parts.iter().all(|part| begins(part) && part.chars().all(is_unit));
+    if !all_numbers || !parts.iter().any(has_unit) {
+        return Ok(None);
+    }
+    let shown = Shown::fixed(quantity, quantity.si(), 1.0);
+    let read = |part: &&str| match part.parse::<f64>() {
+        Ok(number) => Ok(number.to_string()),
+        Err(_) => shown.parse(part).map(|v| v.to_string()).map_err(|e| InputError::new(path, e.to_string())),
+    };
+    let numbers = parts.iter().map(read).collect::<Result<Vec<_>, _>>()?.join(", ");
+    Ok(Some(if tuple.is_some() { format!("({numbers})") } else { numbers }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_with_units_become_si_and_others_are_left_alone() {
+        let si = |path: &str, value: &str| in_si(path, value).expect("understood");
+        assert_eq!(si("sheets.0.material.young", "2.1 GPa"), Some("2100000000".into()));
+        assert_eq!(si("gravity.1", "-1 g"), Some("-9.80665".into()));
+        assert_eq!(si("dt", "1ms"), Some("0.001".into()));
+        assert_eq!(si("sheets.0.size", "(30 cm, 0.25)"), Some("(0.3, 0.25)".into()));
+        assert_eq!(si("gravity", "(0, -1 g, 0)"), Some("(0, -9.80665, 0)".into()));
+        assert_eq!(si("oven.temperature", "373.15 K"), Some("100".into()));
+        assert_eq!(si("sheets.0.damping", "5 %"), Some("0.05".into()));
+        for plain in ["2e9", "(1, 2, 3)", "Ball(1)", "hips", "rk4", "\"3 mm\"", "[1, 2]", "(1.0, (2 mm))"] {
+            assert_eq!(si("sheets.0.material", plain), None, "{plain}");
+        }
+        let wrong = in_si("sheets.0.thickness", "3 GPa").expect_err("no length").to_string();
+        assert!(wrong.contains("thickness") && wrong.contains("pressure") && wrong.contains("mm"), "{wrong}");
+    }
+}

@@ -1,0 +1,82 @@
+//! Rigid bodies that come, go and are sent somewhere while a world runs.
+
+use glam::{DQuat, DVec3};
+
+use crate::error::InputError;
+use crate::rigid::BodyState;
+use crate::scene::{BodySpec, Scene, validate};
+use crate::sheet::Sheet;
+use crate::thermal::Room;
+use crate::world::{World, free_name, serialization};
+
+impl World {
+    /// Adds a rigid body and returns its name: the description's, made unique with a number where it is taken.
+    ///
+    /// # Errors
+    /// When the world has no bodies of its own, or the description, or a file it names, is not valid.
+    pub fn add_body(&mut self, spec: &BodySpec) -> Result<String, InputError> {
+        let Some(rigid) = &mut self.rigid else {
+            return Err(InputError::new(
+                "bodies",
+                "this world meets bodies that are lent to it and has none of its own",
+            ));
+        };
+        let base = if spec.name.is_empty() { "body" } else { spec.name.as_str() };
+        let name = free_name(base, |name| rigid.bodies().iter().any(|b| b.name == name));
+        let spec = BodySpec { name: name.clone(), ..spec.clone() };
+        let checked = Scene { bodies: vec![spec.clone()], ..Scene::default() };
+        validate::scene(&checked)?;
+        rigid.add(&self.scene, &spec, 0)?;
+        if let Some(celsius) = spec.temperature {
+            if self.heat.is_none() {
+                self.heat = Some(Box::new(Room::new(&self.scene)?));
+            }
+            let conductance = self.scene.contact_conductance;
+            self.heat.iter_mut().for_each(|heat| heat.add_body(&name, celsius, conductance));
+        }
+        self.scene.bodies.push(spec);
+        self.make = serialization::make_of(&self.scene);
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        Ok(name)
+    }
+
+    /// Removes the rigid body of that name, lets go of what is glued to it and wakes the sheets; false when there is none.
+    pub fn remove_body(&mut self, name: &str) -> bool {
+        let index = self.rigid.as_ref().and_then(|r| r.index_of(name));
+        let removed = self.rigid.as_mut().is_some_and(|r| r.remove(name));
+        if removed {
+            self.scene.bodies.retain(|b| b.name != name);
+            for sheet in &mut self.scene.sheets {
+                sheet.pins.retain(|p| p.body.as_deref() != Some(name));
+            }
+            self.make = serialization::make_of(&self.scene);
+            for sheet in &mut self.sheets {
+                index.into_iter().for_each(|i| sheet.unglue(i));
+                sheet.wake();
+            }
+        }
+        removed
+    }
+
+    /// Sends a rigid body to where it shall be at the end of the next step (m); false when there is none of that name. One that
+    /// moved freely no longer does.
+    pub fn move_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
+        let was_free = self.body_state(name).is_some_and(BodyState::gives);
+        let sent = self.rigid.as_mut().is_some_and(|r| r.send(name, position, rotation));
+        if sent && was_free {
+            // What does not give way any more is met in another way.
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        sent
+    }
+
+    /// Puts a rigid body that moves freely somewhere else (m) at once and at rest, and wakes all that may have lain on it or under it; false
+    /// when none of that name moves freely. It goes through whatever is on the way.
+    pub fn place_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
+        let placed = self.rigid.as_mut().is_some_and(|r| r.put(name, position, rotation));
+        if placed {
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        placed
+    }
+}

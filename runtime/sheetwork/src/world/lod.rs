@@ -1,0 +1,281 @@
+//! Levels of detail while a world runs: each sheet that has levels goes to the one that its distance from the viewpoint wants, or to a coarser
+//! one where the world's budget says so.
+//!
+//! After every step the cost of each sheet is counted by the model of [`crate::world::lod_cost`], and levels are planned anew, for the budget and for
+//! a part of it. Who is finer than the budget allows goes coarser at once; who could be finer does so once there is room to spare and half a second
+//! has passed since it changed. Sheets at rest cost nothing and stay. Everything this depends on is of the world, so that a run is the same
+//! again; worlds whose sheets have no levels hold nothing of it.
+
+use glam::DVec3;
+
+use crate::error::{InputError, check_range};
+use crate::mesh::structure::masses_of;
+use crate::scene::{DetailSpec, Scene};
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::{Sheet, Status};
+use crate::world::World;
+use crate::world::lod_cost::{Candidate, Planner, cost_of};
+use crate::world::remap::{Grid, grid_of};
+
+/// Part of the budget that is planned for, so that a step which costs more than those before it is within it all the same; and part that refining may
+/// fill.
+const PLANNED: f64 = 0.88;
+const ROOM: f64 = 0.6;
+/// How long a sheet stays as it is before it is refined, s.
+const DWELL: f64 = 0.5;
+/// A sheet that the budget makes coarser sooner than this after its last change was refined too early, and waits so much longer before it is again, s: a
+/// sheet that has just changed takes more solves than it did, and a change is a step's work itself.
+const SOON: f64 = 2.0;
+const PENALTY: f64 = 4.0;
+/// Changes in one step: to coarser grids, which are cheap, and to finer.
+const MOST: (usize, usize) = (8, 1);
+/// Part of a step's cost in the mean of the steps.
+const NEW: f64 = 0.1;
+/// Solves of a step that nobody has counted yet.
+const FIRST: f64 = 3.0;
+/// Nearest that anything is, m.
+const NEAREST: f64 = 1e-3;
+/// Largest budget, ms.
+const LARGEST: f64 = 1e6;
+
+/// What a world with levels holds.
+#[derive(Default)]
+pub(crate) struct Detail {
+    viewpoint: Option<DVec3>,
+    /// ms a step.
+    budget: Option<f64>,
+    sheets: Vec<State>,
+    /// What the last step cost by the model, ns.
+    last: f64,
+    work: Work,
+}
+
+/// What is worked in, so that a warm step allocates nothing.
+#[derive(Default)]
+struct Work {
+    planner: Planner,
+    candidates: Vec<Candidate>,
+    /// Levels for the budget, and for a part of it.
+    tight: Vec<usize>,
+    roomy: Vec<usize>,
+    coarser: Vec<(usize, Grid)>,
+    finer: Vec<(usize, Grid)>,
+}
+
+/// What is known of a sheet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct State {
+    /// Solves, or evaluations, that its step takes in the mean; none before the first.
+    solves: Option<f64>,
+    /// Those counted so far.
+    counted: u64,
+    /// How long it has been on its grid, s.
+    since: f64,
+    /// Whether it could not go to another, and stays: it has torn, say.
+    stays: bool,
+}
+
+impl Detail {
+    /// Of a scene in which some sheet has levels.
+    pub fn of(scene: &Scene, sheets: &[Sheet]) -> Option<Box<Self>> {
+        let any = scene.sheets.iter().any(|s| s.detail.is_some());
+        let state = |s: &Sheet| State { counted: s.counters.evaluations, ..State::default() };
+        any.then(|| {
+            let viewpoint = scene.camera.map(|c| c.eye);
+            let sheets = sheets.iter().map(state).collect();
+            Box::new(Self { viewpoint, budget: scene.detail_budget, sheets, ..Self::default() })
+        })
+    }
+
+    pub fn add(&mut self) {
+        self.sheets.push(State::default());
+    }
+
+    pub fn remove(&mut self, index: usize) {
+        self.sheets.remove(index);
+    }
+
+    /// Keeps for a snapshot what can be set.
+    pub fn keep_settings(&self, to: &mut Keeper) {
+        to.flag(self.viewpoint.is_some());
+        self.viewpoint.iter().for_each(|v| to.vector(*v));
+        to.optional(self.budget);
+    }
+
+    pub fn take_settings(&mut self, from: &mut Taker) -> Taken {
+        self.viewpoint = if from.flag()? { Some(from.vector()?) } else { None };
+        self.budget = from.optional()?;
+        let sound = self.viewpoint.is_none_or(|v| v.is_finite()) && self.budget.is_none_or(|b| b > 0.0);
+        if sound { Ok(()) } else { Err(Cut) }
+    }
+
+    /// Keeps the rest.
+    pub fn keep(&self, to: &mut Keeper) {
+        for state in &self.sheets {
+            to.optional(state.solves);
+            to.count(state.counted);
+            to.number(state.since);
+            to.flag(state.stays);
+        }
+        to.number(self.last);
+    }
+
+    pub fn take(&mut self, from: &mut Taker) -> Taken {
+        for state in &mut self.sheets {
+            let (solves, counted) = (from.optional()?, from.count()?);
+            *state = State { solves, counted, since: from.number()?, stays: from.flag()? };
+        }
+        self.last = from.number()?;
+        Ok(())
+    }
+}
+
+impl State {
+    /// Takes up a step of `dt` s.
+    fn pass(&mut self, sheet: &Sheet, dt: f64) -> f64 {
+        self.since += dt;
+        let taken = sheet.counters.evaluations.saturating_sub(self.counted);
+        self.counted = sheet.counters.evaluations;
+        if sheet.status == Status::Awake && taken > 0 {
+            let mean = self.solves.unwrap_or(taken as f64);
+            self.solves = Some(mean + NEW * (taken as f64 - mean));
+        }
+        taken as f64 * cost_of(sheet.masses(), !sheet.is_explicit())
+    }
+
+    /// What a step of `sheet` costs on `grid`, ns.
+    fn cost(&self, sheet: &Sheet, grid: Grid) -> f64 {
+        if sheet.status != Status::Awake {
+            return 0.0;
+        }
+        let masses = masses_of((grid.0, sheet.grid.1, grid.1)) as usize;
+        self.solves.unwrap_or(FIRST) * cost_of(masses, !sheet.is_explicit())
+    }
+}
+
+/// Distance of the box around `sheet` from `eye`, m; none where nobody looks.
+fn distance(sheet: &Sheet, eye: Option<DVec3>) -> f64 {
+    let Some((eye, (low, high))) = eye.zip(sheet.x.bounds()) else { return 0.0 };
+    eye.distance(eye.clamp(low, high))
+}
+
+/// How much is seen of it: its size and its speed, over its distance.
+fn importance(sheet: &Sheet, distance: f64) -> f64 {
+    let size = sheet.rest_size().0.max(sheet.rest_size().1);
+    (size + sheet.max_speed()) / distance.max(NEAREST)
+}
+
+/// The level of `spec` that has this grid.
+fn level_of(spec: &DetailSpec, grid: Grid) -> Option<usize> {
+    spec.levels.iter().position(|l| l.grid == grid)
+}
+
+impl World {
+    /// Where sheets with levels are looked at from, m; the scene's camera at first, and `None` where they are all near.
+    pub fn viewpoint(&self) -> Option<DVec3> {
+        self.detail.as_ref().and_then(|d| d.viewpoint)
+    }
+
+    /// Says where sheets with levels are looked at from (m, each coordinate within ±1e6). Where none has levels it does nothing.
+    ///
+    /// # Errors
+    /// When it is out of range; nothing is changed then.
+    pub fn set_viewpoint(&mut self, eye: Option<DVec3>) -> Result<(), InputError> {
+        for (axis, value) in eye.iter().flat_map(|e| e.to_array()).enumerate() {
+            check_range(&format!("viewpoint.{axis}"), value, -1e6, 1e6, "m")?;
+        }
+        if let Some(detail) = &mut self.detail {
+            detail.viewpoint = eye;
+        }
+        Ok(())
+    }
+
+    /// What a step may cost by the model of [`crate::world::lod_cost`], ms; none where only distance counts.
+    pub fn detail_budget(&self) -> Option<f64> {
+        self.detail.as_ref().and_then(|d| d.budget)
+    }
+
+    /// Changes it, 1e-3 to 1e6 ms. Where no sheet has levels it does nothing.
+    ///
+    /// # Errors
+    /// When it is out of range; nothing is changed then.
+    pub fn set_detail_budget(&mut self, budget: Option<f64>) -> Result<(), InputError> {
+        budget.map_or(Ok(()), |b| check_range("detail_budget", b, 1e-3, LARGEST, "ms"))?;
+        if let Some(detail) = &mut self.detail {
+            detail.budget = budget;
+        }
+        Ok(())
+    }
+
+    /// What the last step of all sheets cost by the model, ms; `None` where no sheet has levels.
+    pub fn detail_cost(&self) -> Option<f64> {
+        self.detail.as_ref().map(|d| d.last * 1e-6)
+    }
+
+    /// Whether some sheet has levels.
+    pub fn has_detail(&self) -> bool {
+        self.detail.is_some()
+    }
+
+    /// After a step of `dt` s: counts what it cost and takes sheets to the grids that they shall have.
+    pub(crate) fn follow_detail(&mut self, dt: f64) {
+        let Some(mut detail) = self.detail.take() else { return };
+        let Detail { sheets, last, .. } = &mut *detail;
+        *last = sheets.iter_mut().zip(&self.sheets).map(|(state, sheet)| state.pass(sheet, dt)).sum();
+        let mut work = std::mem::take(&mut detail.work);
+        self.plan_levels(&detail, &mut work);
+        self.find_changes(&detail, &mut work);
+        for (k, (index, grid)) in work.coarser.iter().chain(&work.finer).enumerate() {
+            let state = &mut detail.sheets[*index];
+            state.stays = self.resample_index(*index, *grid).is_err();
+            let too_early = k < work.coarser.len() && detail.budget.is_some() && state.since < SOON;
+            state.since = if too_early { -PENALTY } else { 0.0 };
+        }
+        detail.work = work;
+        self.detail = Some(detail);
+    }
+
+    /// Numbers of the sheets that follow their levels, with those.
+    fn following<'a>(&'a self, detail: &'a Detail) -> impl Iterator<Item = (usize, &'a DetailSpec)> {
+        let levels = |i: usize| self.scene.sheets[i].detail.as_ref().filter(|_| !detail.sheets[i].stays);
+        (0..self.sheets.len()).filter_map(move |i| Some((i, levels(i)?)))
+    }
+
+    /// Plans a level for each of them, for the budget and for what refining may fill of it.
+    fn plan_levels(&self, detail: &Detail, work: &mut Work) {
+        let Work { planner, candidates, tight, roomy, .. } = work;
+        let count = self.following(detail).count();
+        candidates.resize_with(count, Candidate::default);
+        let mut others: f64 =
+            detail.sheets.iter().zip(&self.sheets).map(|(state, sheet)| state.cost(sheet, grid_of(sheet))).sum();
+        for ((i, spec), candidate) in self.following(detail).zip(candidates.iter_mut()) {
+            let (sheet, state) = (&self.sheets[i], &detail.sheets[i]);
+            let far = distance(sheet, detail.viewpoint);
+            candidate.wanted = spec.wanted(far, level_of(spec, grid_of(sheet)));
+            candidate.importance = importance(sheet, far);
+            candidate.costs.clear();
+            candidate.costs.extend(spec.levels.iter().map(|l| state.cost(sheet, l.grid)));
+            others -= state.cost(sheet, grid_of(sheet));
+        }
+        let budget = detail.budget.map_or(f64::INFINITY, |ms| ms * 1e6);
+        planner.plan(candidates, others, PLANNED * budget, tight);
+        planner.plan(candidates, others, ROOM * budget, roomy);
+    }
+
+    /// Which sheets go to which grids now.
+    fn find_changes(&self, detail: &Detail, work: &mut Work) {
+        let Work { tight, roomy, coarser, finer, .. } = work;
+        coarser.clear();
+        finer.clear();
+        for (((i, spec), tight), roomy) in self.following(detail).zip(tight.iter()).zip(roomy.iter()) {
+            let level = level_of(spec, grid_of(&self.sheets[i]));
+            if level.is_none_or(|level| level < *tight) {
+                coarser.push((i, spec.levels[*tight].grid));
+            } else if level.is_some_and(|level| level > *roomy) && detail.sheets[i].since >= DWELL {
+                finer.push((i, spec.levels[*roomy].grid));
+            }
+        }
+        coarser.truncate(MOST.0);
+        finer.truncate(MOST.1);
+    }
+}

@@ -1,0 +1,85 @@
+//! Showing a frame of a recording: everything where it was then, as warm and as torn, and still; and a moment between two steps.
+
+use glam::DVec3;
+
+use crate::error::InputError;
+use crate::sheet::Sheet;
+use crate::world::World;
+use crate::world::recording::Frame;
+
+impl World {
+    /// Whether [`World::show`] can show `frame`.
+    ///
+    /// # Errors
+    /// When the frame is of other sheets or bodies, or holds what is not finite or out of range.
+    pub fn can_show(&self, frame: &Frame) -> Result<(), InputError> {
+        let bodies = self.rigid.as_ref().map_or(0, |r| r.bodies().len());
+        let same = |(index, sheet): (usize, &Sheet)| {
+            let (warmth, cells) = (frame.warmth_of(index), frame.open_of(index));
+            frame.sheets[index].len() == sheet.masses()
+                && warmth.values().len() == warmth.count(sheet.masses())
+                && (cells.is_empty() || sheet.open_cells().is_some_and(|own| own.len() == cells.len()))
+        };
+        let sheets = frame.sheets.len() == self.sheets.len() && self.sheets.iter().enumerate().all(same);
+        if !sheets || bodies != frame.bodies.len() {
+            return Err(InputError::new("frame", "is of other sheets or bodies than the scene's"));
+        }
+        let places = frame.sheets.iter().flatten().all(|p| p.is_finite());
+        if !(places && frame.bodies.iter().all(|(p, r)| p.is_finite() && r.is_finite()) && frame.time.is_finite()) {
+            return Err(InputError::new("frame", "holds what is not a finite number"));
+        }
+        frame.warmth.iter().try_for_each(|w| w.check())
+    }
+
+    /// Puts every mass (m), every body and the clock (s) where `frame` has them, at rest, with the temperatures and holes of then: to be
+    /// looked at, not to be gone on from, for which [`World::reset`] is.
+    ///
+    /// # Errors
+    /// As [`World::can_show`]; nothing is changed then.
+    pub fn show(&mut self, frame: &Frame) -> Result<(), InputError> {
+        self.can_show(frame)?;
+        for (index, (sheet, places)) in self.sheets.iter_mut().zip(&frame.sheets).enumerate() {
+            for (i, place) in places.iter().enumerate() {
+                sheet.x.set(i, place.as_dvec3());
+                sheet.v.set(i, DVec3::ZERO);
+            }
+            match frame.open_of(index) {
+                // Whole.
+                [] => sheet.set_open(&vec![false; sheet.open_cells().map_or(0, <[bool]>::len)]),
+                cells => sheet.set_open(cells),
+            }
+            sheet.show_warmth(frame.warmth_of(index));
+        }
+        if let Some(rigid) = &mut self.rigid {
+            for (index, (position, rotation)) in frame.bodies.iter().enumerate() {
+                rigid.show(index, position.as_dvec3(), rotation.as_dquat().normalize());
+            }
+        }
+        self.time = frame.time;
+        Ok(())
+    }
+
+    /// Puts every mass (m), every body and the clock (s) at `part` (0 to 1) of the way from where `before` has them to where they are; what else there is
+    /// of them stays. To be looked at, as [`World::show`] is.
+    ///
+    /// # Errors
+    /// As [`World::can_show`]; nothing is changed then.
+    pub fn show_between(&mut self, before: &Frame, part: f64) -> Result<(), InputError> {
+        self.can_show(before)?;
+        let part = part.clamp(0.0, 1.0);
+        for (sheet, places) in self.sheets.iter_mut().zip(&before.sheets) {
+            for (i, place) in places.iter().enumerate() {
+                sheet.x.set(i, place.as_dvec3().lerp(sheet.x.get(i), part));
+            }
+        }
+        if let Some(rigid) = &mut self.rigid {
+            for (index, (position, rotation)) in before.bodies.iter().enumerate() {
+                let Some(now) = rigid.pose(index) else { continue };
+                let rotation = rotation.as_dquat().normalize().slerp(now.1, part);
+                rigid.show(index, position.as_dvec3().lerp(now.0, part), rotation);
+            }
+        }
+        self.time = before.time + (self.time - before.time) * part;
+        Ok(())
+    }
+}

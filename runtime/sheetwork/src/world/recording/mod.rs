@@ -1,0 +1,179 @@
+//! Recordings: what a scene looked like, frame by frame, for playing back without simulating.
+//!
+//! File, little endian: the line `sheetwork recording 2`, a line of JSON ([`Header`]), then frames, each after its length in bytes (u32) and their
+//! checksum (u32): where things are, how warm sheets are and what of them is open (`recording/bytes.rs`). Numbers are rounded: this is a
+//! picture, not a snapshot to continue from. Files of the first version, which hold places alone, are read too.
+
+pub(crate) mod bytes;
+pub(crate) mod frame;
+#[cfg(test)]
+mod tests;
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+pub use crate::world::recording::bytes::checksum;
+pub use crate::world::recording::frame::{Frame, Header, Warmth};
+
+use crate::World;
+use crate::error::InputError;
+
+/// First lines of the files that are read; the last is what is written.
+const MAGIC: [&str; 2] = ["sheetwork recording 1", "sheetwork recording 2"];
+
+/// Writes a recording.
+pub struct Recorder {
+    file: PathBuf,
+    out: BufWriter<File>,
+    frames: u64,
+    /// Room for a frame.
+    bytes: Vec<u8>,
+    /// What was open in the frame before.
+    open: Vec<Arc<[bool]>>,
+}
+
+impl Recorder {
+    /// Creates the file and writes the header for `world`.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn create(file: &Path, world: &World, frames_per_second: f64) -> Result<Self, InputError> {
+        let header = Header {
+            scene: world.scene().name.clone(),
+            source: world.scene().to_text()?,
+            frames_per_second,
+            masses: Frame::of(world).sheets.iter().map(Vec::len).collect(),
+            bodies: world.rigid().map_or(0, |r| r.bodies().len()),
+        };
+        Self::begin(file, &header)
+    }
+
+    /// Creates the file for frames that come from elsewhere, as `header` describes them.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn begin(file: &Path, header: &Header) -> Result<Self, InputError> {
+        let json = serde_json::to_string(header).map_err(|e| InputError::new("", e.to_string()).in_file(file))?;
+        let out = BufWriter::new(File::create(file).map_err(|e| InputError::io(file, &e))?);
+        let mut recorder = Self { file: file.to_path_buf(), out, frames: 0, bytes: Vec::new(), open: Vec::new() };
+        recorder.write(format!("{}\n{json}\n", MAGIC[1]).as_bytes())?;
+        Ok(recorder)
+    }
+
+    /// Appends the world as it is now; its sheets and bodies must be those it was created for.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn frame(&mut self, world: &World) -> Result<(), InputError> {
+        self.append(&Frame::of(world))
+    }
+
+    /// Appends a frame, which must have the masses and bodies that the header has.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn append(&mut self, frame: &Frame) -> Result<(), InputError> {
+        let mut bytes = std::mem::take(&mut self.bytes);
+        bytes.clear();
+        bytes::encode(frame, &mut self.open, &mut bytes);
+        let length = u32::try_from(bytes.len()).map_err(|_| {
+            InputError::new("frame", format!("has {} bytes; at most {} are allowed", bytes.len(), u32::MAX))
+        })?;
+        self.write(&length.to_le_bytes())?;
+        self.write(&checksum(&bytes).to_le_bytes())?;
+        self.write(&bytes)?;
+        self.bytes = bytes;
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Finishes the file and returns how many frames it holds.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn finish(mut self) -> Result<u64, InputError> {
+        self.out.flush().map_err(|e| InputError::io(&self.file, &e))?;
+        Ok(self.frames)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), InputError> {
+        self.out.write_all(bytes).map_err(|e| InputError::io(&self.file, &e))
+    }
+}
+
+/// Reads a whole recording.
+///
+/// # Errors
+/// When the file cannot be read, is not a recording, ends within a frame or is damaged.
+pub fn read(file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
+    read_from(&mut BufReader::new(File::open(file).map_err(|e| InputError::io(file, &e))?), file)
+}
+
+/// The same of a file's bytes.
+///
+/// # Errors
+/// As [`read`].
+pub fn from_bytes(mut bytes: &[u8]) -> Result<(Header, Vec<Frame>), InputError> {
+    read_from(&mut bytes, Path::new("recording"))
+}
+
+fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
+    let bad = |problem: String| InputError::new("", problem).in_file(file);
+    let line = |input: &mut dyn BufRead| -> Result<String, InputError> {
+        let mut text = String::new();
+        // The scene may be long, but not endless: a file without line ends is no recording.
+        input.take(64 << 20).read_line(&mut text).map_err(|e| match e.kind() {
+            std::io::ErrorKind::InvalidData => bad("is not a recording: its first lines are no text".into()),
+            _ => InputError::io(file, &e),
+        })?;
+        Ok(text.trim_end_matches('\n').to_owned())
+    };
+    let magic = line(input)?;
+    let Some(version) = MAGIC.iter().position(|m| *m == magic) else {
+        let about = match magic.strip_prefix("sheetwork recording ") {
+            Some(other) => format!("is a recording of version {other}; this program reads versions 1 and 2"),
+            None => format!("does not begin with \"{}\": not a recording", MAGIC[1]),
+        };
+        return Err(bad(about));
+    };
+    let header: Header = serde_json::from_str(&line(input)?).map_err(|e| bad(format!("header: {e}")))?;
+    let mut bytes = Vec::new();
+    input.read_to_end(&mut bytes).map_err(|e| InputError::io(file, &e))?;
+    let frames = if version == 0 { first_version(&header, &bytes) } else { second_version(&header, &bytes) };
+    Ok((header, frames.map_err(bad)?))
+}
+
+/// Frames of a file of the first version, which are of one length.
+fn first_version(header: &Header, bytes: &[u8]) -> Result<Vec<Frame>, String> {
+    let size = bytes::first_version_bytes(header);
+    let whole = bytes.len() / size;
+    if !bytes.len().is_multiple_of(size) {
+        return Err(format!("ends within frame {whole}: {} bytes of {size}", bytes.len() % size));
+    }
+    let read = |(i, b)| bytes::decode_first_version(header, b).ok_or_else(|| format!("frame {i} cannot be read"));
+    bytes.chunks_exact(size).enumerate().map(read).collect()
+}
+
+/// Frames of a file of the second version, each after its length and its checksum.
+fn second_version(header: &Header, mut rest: &[u8]) -> Result<Vec<Frame>, String> {
+    let (mut frames, mut open) = (Vec::new(), Vec::new());
+    while !rest.is_empty() {
+        let at = frames.len();
+        let Some((&[a, b, c, d, e, f, g, h], after)) = rest.split_first_chunk() else {
+            return Err(format!("ends within frame {at}: {} bytes of its first 8", rest.len()));
+        };
+        let (length, sum) = (u32::from_le_bytes([a, b, c, d]) as usize, u32::from_le_bytes([e, f, g, h]));
+        let Some((body, next)) = after.split_at_checked(length) else {
+            return Err(format!("ends within frame {at}: {} bytes of {length}", after.len()));
+        };
+        if checksum(body) != sum {
+            return Err(format!("frame {at} is damaged: its checksum does not fit"));
+        }
+        let frame = bytes::decode(header, body, &mut open);
+        frames.push(frame.ok_or_else(|| format!("frame {at} is not of the sheets and bodies that the header has"))?);
+        rest = next;
+    }
+    Ok(frames)
+}

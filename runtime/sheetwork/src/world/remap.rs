@@ -1,0 +1,125 @@
+//! Sheets of a running world on other grids: see [`crate::sheet`]'s `resample`.
+//!
+//! The world's scene stays as it is, so that a reset goes back to the grids it has; a snapshot says the grids of its sheets.
+
+use crate::error::{InputError, check_range};
+use crate::islands::event::{Event, EventKind};
+use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::Sheet;
+use crate::world::World;
+
+/// Masses along length and width.
+pub(crate) type Grid = (u32, u32);
+
+/// Most masses along a side.
+const MOST: u32 = 2000;
+
+/// Grid of a sheet.
+pub(crate) fn grid_of(sheet: &Sheet) -> Grid {
+    (sheet.grid.0, sheet.grid.2)
+}
+
+/// Keeps it for a snapshot.
+pub(crate) fn keep_grids(sheets: &[Sheet], to: &mut Keeper) {
+    to.count(sheets.len() as u64);
+    for grid in sheets.iter().map(grid_of) {
+        to.count(grid.0.into());
+        to.count(grid.1.into());
+    }
+}
+
+/// Takes it back.
+pub(crate) fn take_grids(from: &mut Taker) -> Taken<Vec<Grid>> {
+    let mut all = Vec::new();
+    for _ in 0..from.length(2)? {
+        all.push((from.index(MOST as usize + 1)?, from.index(MOST as usize + 1)?));
+    }
+    Ok(all)
+}
+
+impl World {
+    /// Takes the sheet of that name to another grid, of `grid` masses along length and width (2 to 2000 each), with its shape, motion,
+    /// warmth and creases: at once, between two steps. Shells and lattices can; see `docs/detail.md`.
+    ///
+    /// # Errors
+    /// When there is no such sheet, the grid is out of range, or the sheet cannot go to it; nothing is changed then.
+    pub fn resample(&mut self, name: &str, grid: (u32, u32)) -> Result<(), InputError> {
+        let Some(index) = self.sheets.iter().position(|s| s.name == name) else {
+            return Err(InputError::new("sheet", format!("no sheet is named \"{name}\"")));
+        };
+        self.resample_index(index, grid).map_err(|e| {
+            let field = format!("sheets.{name}.{}", e.field);
+            InputError { field, ..e }
+        })
+    }
+
+    /// The same of sheet number `index`.
+    pub(crate) fn resample_index(&mut self, index: usize, grid: Grid) -> Result<(), InputError> {
+        check_range("grid", grid.0.into(), 2.0, MOST.into(), "masses along the length")?;
+        check_range("grid", grid.1.into(), 2.0, MOST.into(), "masses along the width")?;
+        let old = &self.sheets[index];
+        if grid_of(old) == grid {
+            return Ok(());
+        }
+        old.check_resample(&self.scene.sheets[index])?;
+        let mut new = self.built_at(index, grid)?;
+        new.take_over(&self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
+        self.forget_contacts(index);
+        self.sheets[index] = new;
+        let event = Event::new(self.time, EventKind::Resampled, &self.sheets[index].name, None);
+        self.events.push(Event { grid: Some(grid), ..event });
+        Ok(())
+    }
+
+    /// Sheet number `index` as the scene has it, on that grid.
+    pub(crate) fn built_at(&mut self, index: usize, grid: Grid) -> Result<Sheet, InputError> {
+        let mut sheet = Sheet::build_at(&self.scene, index, grid)?;
+        crate::world::glue(&mut sheet, self.rigid.as_ref())?;
+        sheet.name.clone_from(&self.sheets[index].name);
+        sheet.take_first_mesh_of(&self.sheets[index]);
+        Ok(sheet)
+    }
+
+    /// What detection and contact remember of sheet number `index`, alone and with others; heat sees its faces anew.
+    fn forget_contacts(&mut self, index: usize) {
+        for (i, sheet) in self.sheets.iter_mut().enumerate() {
+            let knows = |near: &crate::islands::NearWork| near.knows(index as u32);
+            if i == index || sheet.work.near.as_deref().is_some_and(knows) {
+                (sheet.work.near, sheet.work.contact) = (None, None);
+                sheet.work.unit.release();
+            }
+        }
+        if let Some(heat) = &mut self.heat {
+            heat.forget();
+        }
+    }
+
+    /// Puts sheets of the scene's in the place of those on other grids than `grids`; those that were there.
+    pub(crate) fn go_to_grids(&mut self, grids: &[Grid]) -> Taken<Vec<(usize, Sheet)>> {
+        if grids.len() != self.sheets.len() {
+            return Err(Cut);
+        }
+        let mut new = Vec::new();
+        for (index, grid) in grids.iter().enumerate() {
+            if grid_of(&self.sheets[index]) != *grid {
+                let watched = self.sheets[index].is_watched();
+                let mut sheet = self.built_at(index, *grid).map_err(|_| Cut)?;
+                sheet.watch_buckling(watched);
+                new.push((index, sheet));
+            }
+        }
+        for (index, sheet) in &mut new {
+            self.forget_contacts(*index);
+            std::mem::swap(&mut self.sheets[*index], sheet);
+        }
+        Ok(new)
+    }
+
+    /// Puts them back.
+    pub(crate) fn put_back(&mut self, sheets: Vec<(usize, Sheet)>) {
+        for (index, sheet) in sheets {
+            self.forget_contacts(index);
+            self.sheets[index] = sheet;
+        }
+    }
+}

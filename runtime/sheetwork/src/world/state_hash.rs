@@ -1,0 +1,18 @@
+//! A number for where everything is, to compare runs by: equal bits give the same one on any machine.
+
+use crate::world::World;
+
+impl World {
+    /// FNV-1a (64 bit) over the bits of every position and velocity of every sheet, in order.
+    pub fn state_hash(&self) -> u64 {
+        let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+        for sheet in &self.sheets {
+            for axis in sheet.x.axes().into_iter().chain(sheet.v.axes()) {
+                for byte in axis.iter().flat_map(|value| value.to_bits().to_le_bytes()) {
+                    hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+                }
+            }
+        }
+        hash
+    }
+}

@@ -1,0 +1,178 @@
+//! What heats a world: stepped with it, and put in, moved and taken out while it runs.
+//!
+//! What is put in becomes part of the scene, so that a reset keeps it.
+
+use glam::DVec3;
+
+use crate::error::InputError;
+use crate::profiler::Phase;
+use crate::rigid::{RigidView, RigidWorld};
+use crate::scene::{HeatGunSpec, HeaterSpec, OvenSpec, Placement, Scene, SpotSpec, validate};
+use crate::sheet::Sheet;
+use crate::thermal::Room;
+use crate::thermal::source::{Source, gun, heater, oven};
+use crate::world::{World, free_name};
+
+impl World {
+    /// Steps heat after a step of motion of `dt` s.
+    pub(crate) fn step_heat(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
+        let (sheets, time) = (&mut self.sheets, (self.time - dt, dt));
+        if let Some(heat) = &mut self.heat {
+            self.watch.within(Phase::Heat, || heat.step(sheets, time, view, rigid));
+        }
+    }
+
+    /// How warm the surroundings are, °C: the scene's ambient temperature, or its oven's.
+    pub fn room_temperature(&self) -> f64 {
+        self.heat.as_ref().map_or(self.scene.ambient_temperature, |h| h.surroundings(self.time).celsius)
+    }
+
+    /// Adds a heater and returns its name: the description's, made unique with a number where it is taken.
+    ///
+    /// # Errors
+    /// When the description, or a file it names, is not valid; nothing is added then.
+    pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<String, InputError> {
+        let base = if spec.name.is_empty() { "heater" } else { spec.name.as_str() };
+        let taken = |name: &str| self.scene.heaters.iter().any(|h| h.name == name);
+        let spec = HeaterSpec { name: free_name(base, taken), ..spec.clone() };
+        let source = heater::of(&spec.name, &spec, &self.scene.base)?;
+        let mut scene = self.scene.clone();
+        scene.heaters.push(spec.clone());
+        self.heated_by(scene)?;
+        self.heat.iter_mut().for_each(|heat| {
+            heat.remove(&heater::path_of(&spec.name));
+        });
+        if let Some(heat) = &mut self.heat {
+            heat.add(source);
+        }
+        Ok(spec.name)
+    }
+
+    /// Removes the heater of that name; false when there is none, or it has a number for a name.
+    pub fn remove_heater(&mut self, name: &str) -> bool {
+        let Some(heat) = self.heat.as_mut().filter(|_| !name.is_empty()) else { return false };
+        // One without a name is known by its number, which would be another's then.
+        let known = self.scene.heaters.iter().any(|h| h.name == name);
+        let removed = known && heat.remove(&heater::path_of(name));
+        if removed {
+            self.scene.heaters.retain(|h| h.name != name);
+            // Files that could be read can be read with one less.
+            let _ = heat.model(&self.scene);
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        removed
+    }
+
+    /// Sends the heater of that name to where it shall be from the next step of heat on; false when there is none.
+    pub fn move_heater(&mut self, name: &str, placement: &Placement) -> bool {
+        let Some(heat) = &mut self.heat else { return false };
+        let moved = heat.place(&heater::path_of(name), placement);
+        if moved {
+            self.scene.heaters.iter_mut().filter(|h| h.name == name).for_each(|h| h.placement = *placement);
+            let _ = heat.model(&self.scene);
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        moved
+    }
+
+    /// Makes places of sheet `index` warm, at once and after each reset; with none it only begins to have temperatures. False where there is
+    /// no such sheet.
+    ///
+    /// # Errors
+    /// When a spot is out of range; nothing is changed then.
+    pub fn warm(&mut self, index: usize, spots: &[SpotSpec]) -> Result<bool, InputError> {
+        if index >= self.sheets.len() {
+            return Ok(false);
+        }
+        spots.iter().try_for_each(SpotSpec::check)?;
+        if self.heat.is_none() {
+            self.heat = Some(Box::new(Room::new(&self.scene)?));
+            self.sheets.iter_mut().for_each(|s| s.begin_heat(self.scene.ambient_temperature));
+        }
+        self.sheets[index].warm(spots, self.scene.ambient_temperature)?;
+        if let Some(spec) = self.scene.sheets.get_mut(index) {
+            spec.spots.extend_from_slice(spots);
+        }
+        Ok(true)
+    }
+
+    /// Puts an oven about everything in place of the one there is, or takes it away.
+    ///
+    /// # Errors
+    /// When the description is not valid; nothing is changed then.
+    pub fn set_oven(&mut self, spec: Option<OvenSpec>) -> Result<(), InputError> {
+        let source = spec.as_ref().map(oven::of);
+        self.heated_by(Scene { oven: spec, ..self.scene.clone() })?;
+        self.replace_source(oven::PATH, source);
+        Ok(())
+    }
+
+    /// Takes a heat gun in place of the one there is, or puts it away.
+    ///
+    /// # Errors
+    /// When the description is not valid; nothing is changed then.
+    pub fn set_heat_gun(&mut self, spec: Option<HeatGunSpec>) -> Result<(), InputError> {
+        let source = spec.as_ref().map(gun::of);
+        self.heated_by(Scene { heat_gun: spec, ..self.scene.clone() })?;
+        self.replace_source(gun::PATH, source);
+        Ok(())
+    }
+
+    /// Takes `source`, where there is one, in place of the one at `path`.
+    fn replace_source(&mut self, path: &str, source: Option<Box<dyn Source>>) {
+        if let Some(heat) = &mut self.heat {
+            heat.remove(path);
+            source.into_iter().for_each(|s| heat.add(s));
+        }
+    }
+
+    /// Holds the nozzle of the heat gun at `placement`, so that it blows along that one's -z; false when there is none.
+    pub fn aim_heat_gun(&mut self, placement: &Placement) -> bool {
+        let Some(heat) = &mut self.heat else { return false };
+        let aimed = heat.place(gun::PATH, placement);
+        if let Some(spec) = self.scene.heat_gun.as_mut().filter(|_| aimed) {
+            spec.position = placement.position;
+            spec.direction = placement.quaternion() * DVec3::NEG_Z;
+            self.sheets.iter_mut().for_each(Sheet::wake);
+        }
+        aimed
+    }
+
+    /// Takes up the temperature, the convection, the conductance of contact, the time-lapse and the heat mode of `settings`; its sources,
+    /// sheets and bodies are not looked at.
+    ///
+    /// # Errors
+    /// When one is out of range; nothing is changed then.
+    pub fn set_surroundings(&mut self, settings: &Scene) -> Result<(), InputError> {
+        self.heated_by(Scene {
+            ambient_temperature: settings.ambient_temperature,
+            convection: settings.convection,
+            contact_conductance: settings.contact_conductance,
+            time_lapse: settings.time_lapse,
+            heat_mode: settings.heat_mode,
+            ..self.scene.clone()
+        })?;
+        if let Some(heat) = &mut self.heat {
+            heat.surround(&self.scene);
+        }
+        Ok(())
+    }
+
+    /// Makes `scene`, which differs from this world's in what heats it, the world's, and begins heat where there now is some.
+    fn heated_by(&mut self, scene: Scene) -> Result<(), InputError> {
+        validate::heat(&scene)?;
+        match &mut self.heat {
+            Some(heat) => heat.model(&scene)?,
+            None => {
+                self.heat = Room::of(&scene)?.map(Box::new);
+                if self.heat.is_some() {
+                    // As warm as the room was until now.
+                    self.sheets.iter_mut().for_each(|s| s.begin_heat(self.scene.ambient_temperature));
+                }
+            }
+        }
+        self.scene = scene;
+        self.sheets.iter_mut().for_each(Sheet::wake);
+        Ok(())
+    }
+}
