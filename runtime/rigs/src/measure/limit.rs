@@ -110,7 +110,7 @@ const HARDEST: f64 = 1e3;
 /// Ratio of unstable to stable value at which the search ends.
 const NEAR: f64 = 1.005;
 
-/// Damping ratio of a shell's slowest bending mode that gives its fastest mode a ratio of about 1.
+/// Damping ratio of a shell's slowest bending mode over the resulting ratio of its fastest mode.
 const OF_SLOWEST: f64 = 0.011;
 
 impl Setting {

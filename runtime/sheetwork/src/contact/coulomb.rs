@@ -175,7 +175,7 @@ impl Disc {
 pub(crate) fn principal(a: f64, b: f64, c: f64) -> (DMat2, DVec2) {
     let (mean, half) = (0.5 * (a + c), 0.5 * (a - c));
     let radius = half.hypot(b);
-    // Of two equivalent formulas, the one without cancellation is used.
+    // The two formulas are equivalent; the one without cancellation is used.
     let first = if radius == 0.0 {
         DVec2::X
     } else if half >= 0.0 {

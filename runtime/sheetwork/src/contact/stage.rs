@@ -38,8 +38,8 @@ pub(crate) const CLOSED: f64 = 1e-5;
 /// Impact distance, m: a contact with a gap above it at the start and a penetration above it after
 /// the free motion is an impact. Gravity alone moves less in a stage.
 const IMPACT: f64 = 2e-3;
-/// Depth inside a body, as a fraction of the sheet's diagonal, above which a node was placed there
-/// and did not penetrate in a step.
+/// Depth inside a body, as a fraction of the sheet's diagonal. A node that starts a stage deeper
+/// was placed there by an edit of the scene.
 const BURIED: f64 = 0.1;
 /// Work budget of one step, in node-iterations: outer iterations × nodes + factorisations of the
 /// primal solver × (nodes + contacts) + factorisations of the dual solver × contacts²/16 + PGS
@@ -141,8 +141,8 @@ pub(crate) struct Scratch {
     pub last: bool,
     /// Work of the step so far, in node-iterations, compared to [`EFFORT`].
     pub effort: u64,
-    /// Bisection level at which the step of several sheets starts, and the deepest level that was
-    /// attempted in this step.
+    /// Bisection level at which the step of several sheets starts: one less than the deepest level
+    /// of the previous step. And the deepest level attempted in this step.
     pub expected: u32,
     pub deepest: u32,
     /// Whether the step diverged beyond recovery; its remaining substeps are skipped.
@@ -380,7 +380,8 @@ impl Scratch {
         };
         let deep = || self.found.contacts[..self.found.glue_from].iter().filter(is_deep);
         let Side::Sheet { sheet: first, .. } = deep().next()?.a else { return None };
-        // A passing body is behind some nodes but not behind half of them.
+        // A body that passes by in the step has some nodes behind its far side, but fewer than
+        // half.
         let of_first = |c: &&Contact| matches!(c.a, Side::Sheet { sheet, .. } if sheet == first);
         (2 * deep().filter(of_first).count() >= group.sheet(first).masses()).then_some(first)
     }

@@ -5,8 +5,8 @@
 //! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇).
 //!
 //! Explicit integrators need forces. Implicit integrators solve stages: within a stage the velocity
-//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way, ε̇
-//! = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
+//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way,
+//! ε̇ = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
 //! potential ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are of the mixed-stress Newton method: the
 //! stress σ* in the geometric stiffness is an unknown that [`Element::predict`] takes from the last
 //! linear solution.

@@ -1,5 +1,7 @@
-//! Backward Euler: one stage over dt, x₁ = x₀ + dt v₁, v₁ = v₀ + dt a₁. Order 1, L-stable, and strongly damped: kept for
-//! comparison, because it is what most real-time solvers use.
+//! Backward Euler: one stage over dt, x₁ = x₀ + dt v₁, v₁ = v₀ + dt a₁.
+//!
+//! Order 1, L-stable, strongly damped. Available for comparison, because most real-time solvers use
+//! it.
 
 use crate::elements::Anchor;
 use crate::integrators::implicit::newton::Work;

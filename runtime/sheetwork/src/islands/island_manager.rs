@@ -1,9 +1,10 @@
-//! Which sheets and bodies may touch in a step, and the step of each such group.
+//! Islands of sheets and bodies that may touch in a step, and their steps.
 //!
-//! Two are of one group when the boxes that they may sweep meet, or when bodies that move freely touch one another. The
-//! speed with which a thing may move is the largest of its group, since one may hit the other. Groups of one sheet with
-//! nothing that gives way are stepped side by side, the others one after the other. A group in which one engine is explicit
-//! is stepped as such engines are (`explicit`): its steps are as short as that one needs.
+//! Two objects belong to one island when their swept boxes overlap, or when they are dynamic bodies
+//! in contact. The speed that bounds the sweep is the largest of the island, since one object can
+//! hit another. Islands of one sheet without dynamic bodies are stepped in parallel, the others in
+//! sequence. An island with a sheet of an explicit integrator is stepped by `explicit`: its time
+//! steps are as short as that integrator requires.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -22,44 +23,44 @@ use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::sheet::{Crossing, Sheet, Status};
 
-/// Room beyond what speeds say, m.
+/// Margin of the broad phase beyond the distance from speeds, m.
 const ROOM: f64 = 1e-3;
-/// Rounds of letting groups grow by their largest speed.
+/// Maximum number of iterations in which islands grow by their largest speed.
 const GROWING: u32 = 4;
 
-/// Steps on end in which contact is given up after which it is looked whether sheets have come to go through one another.
+/// Consecutive steps with a fallback after which sheets are tested for interpenetration.
 const STUCK: u32 = 20;
 
-/// What a step did to a body of the world's own that moves freely.
+/// State of a dynamic body of the world after the step of its island.
 pub(crate) struct Claim {
     pub body: usize,
     pub end: BodyState,
-    /// Distance of its furthest point from its centre of mass, m.
+    /// Distance of the furthest point from the centre of mass, m.
     pub extent: f64,
-    /// Whether it came to rest with its group.
+    /// Whether the body sleeps with its island.
     pub sleeps: bool,
 }
 
-/// Finds groups and steps them.
+/// Builder and stepper of islands.
 #[derive(Default)]
 pub(crate) struct Groups {
     surroundings: Surroundings,
-    /// Of every sheet and then of every body, another of its group; the first of a group itself.
+    /// Parent of each sheet, then of each body, in the union-find forest; a root is its own parent.
     root: Vec<u32>,
     low: Vec<DVec3>,
     high: Vec<DVec3>,
-    /// How far each may move in the step, m.
+    /// Distance that each object may move in the step, m.
     reach: Vec<f64>,
-    /// Whether each takes part: awake sheets, bodies that move freely; and the numbers of those that do, in order.
+    /// Whether each object is awake and dynamic; and the indices of those that are, ascending.
     takes_part: Vec<bool>,
     active: Vec<u32>,
-    /// How many are of the group of each that is the first of one.
+    /// Number of objects in the island of each root.
     sizes: Vec<u32>,
     members: Vec<u32>,
     pub claims: Vec<Claim>,
 }
 
-/// What all groups share in a step.
+/// Inputs that all islands share in a step.
 pub(crate) struct Shared<'a> {
     pub stage: &'a Stage<'a>,
     pub surroundings: &'a Surroundings,
@@ -67,7 +68,7 @@ pub(crate) struct Shared<'a> {
 }
 
 impl Groups {
-    /// Steps all sheets.
+    /// Step all sheets.
     pub fn step(
         &mut self,
         sheets: &mut [Sheet],
@@ -124,7 +125,7 @@ impl Groups {
         self.members = members;
     }
 
-    /// Finds groups, and wakes the sheets that something comes near.
+    /// Build the islands, and wake sheets near moving objects.
     fn find(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage, body_contacts: &[BodyContact]) {
         let fall = stage.field.gravity.length() * stage.dt * stage.dt;
         self.low.clear();
@@ -165,7 +166,8 @@ impl Groups {
         (self.low[a] - room).cmple(self.high[b]).all() && (self.low[b] - room).cmple(self.high[a]).all()
     }
 
-    /// Wakes sleeping sheets that a led pin moves or a body that they are glued to, or near which something moves.
+    /// Wake sleeping sheets that are moved by a prescribed pin or an attached body, or are near a
+    /// moving object.
     fn wake(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
         let count = sheets.len();
         let mut woken = true;
@@ -193,7 +195,7 @@ impl Groups {
         }
     }
 
-    /// Joins what may touch, and what is glued together.
+    /// Unite objects that may touch or are attached.
     fn join(&mut self, all: &[Sheet], body_contacts: &[BodyContact], sheets_meet: bool) {
         let (sheets, count) = (all.len(), self.low.len());
         self.root.clear();
@@ -217,7 +219,7 @@ impl Groups {
         for _ in 0..GROWING {
             let mut grown = false;
             for (k, a) in active.iter().map(|a| *a as usize).enumerate() {
-                // Which bodies touch one another is known already.
+                // Contacts between bodies are known from Rapier.
                 let others = if a < sheets { &active[k + 1..] } else { &[] };
                 for b in others.iter().map(|b| *b as usize) {
                     let new = self.root[a] != self.root[b];
@@ -244,14 +246,14 @@ impl Groups {
     }
 }
 
-/// Whether nothing is awake and nothing moves that could wake it.
+/// Whether no sheet is awake and nothing moves that could wake one.
 fn is_still_life(sheets: &[Sheet], stage: &Stage, rigid: Option<&RigidWorld>) -> bool {
     let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moving(stage.time, stage.time + stage.dt);
     let quiet = stage.view.is_none() || rigid.is_some_and(|r| r.is_quiet() && !r.moving());
     quiet && sheets.iter().all(|s| s.status != Status::Awake && !led(s))
 }
 
-/// Applies the limits of angles and thickness after a step of `dt` s.
+/// Apply the flexion and thickness limits after a step of `dt` (s).
 fn limit(sheet: &mut Sheet, dt: f64) {
     if let Some(limit) = &sheet.flexion_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, dt);
@@ -261,7 +263,7 @@ fn limit(sheet: &mut Sheet, dt: f64) {
     }
 }
 
-/// Stops the sheets of implicit engines into which somebody has put what is no number.
+/// Stop sheets of implicit integrators with non-finite velocities.
 fn stop_broken(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
         if sheet.status == Status::Awake && sheet.stages() > 0 && !sheet.v.max_squared().is_finite() {
@@ -272,7 +274,7 @@ fn stop_broken(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
     }
 }
 
-/// Joins the groups of `a` and `b`; false when they are one.
+/// Unite the islands of `a` and `b`. Returns `false` when they are the same island.
 fn unite(root: &mut [u32], a: usize, b: usize) -> bool {
     let (a, b) = (root[a].min(root[b]), root[a].max(root[b]));
     root.iter_mut().filter(|r| **r == b).for_each(|r| *r = a);
@@ -280,7 +282,8 @@ fn unite(root: &mut [u32], a: usize, b: usize) -> bool {
 }
 
 impl Shared<'_> {
-    /// Steps the group of `members` of `sheets`; the first of `sheets` is number `first` of the world's.
+    /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
+    /// world.
     fn step(
         &self,
         sheets: &mut [Sheet],
@@ -291,7 +294,7 @@ impl Shared<'_> {
         claims: &mut Vec<Claim>,
     ) {
         let stage = self.stage;
-        // Of how a sheet lies before it moves for the first time.
+        // The collision surface is built from the state before the first motion.
         members.iter().for_each(|i| skin(&mut sheets[*i as usize]));
         if members.iter().any(|i| sheets[*i as usize].is_explicit()) {
             self.step_explicit(sheets, touches, members, first, parallel, claims);
@@ -358,7 +361,7 @@ impl Shared<'_> {
         members.iter().for_each(|i| sheets[*i as usize].hold_no_more());
         self.finish(sheets, touches, members);
         let first_claim = claims.len();
-        // Bodies that no sheet can have met go where Rapier takes them.
+        // Bodies that cannot have met a sheet move as Rapier computes.
         if !is_idle {
             self.claim(&movers, &work, &scratch, claims);
         }
@@ -370,7 +373,8 @@ impl Shared<'_> {
         sheets[lead].work.near = Some(work);
     }
 
-    /// Notes which masses touch, and what; and which have in the step, and bounced.
+    /// Record the contacts at the end of the step and the contacts with restitution during the
+    /// step: touching nodes and touched bodies.
     pub fn note(&self, sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, work: &NearWork) {
         let handle_of =
             |part: u32| work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
@@ -381,7 +385,7 @@ impl Shared<'_> {
                     let sheet = &mut sheets[members[sheet as usize] as usize];
                     for (mass, _) in point.terms() {
                         let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
-                        // What a sheet met in its own flight is known already.
+                        // Contacts of nodes with static bodies were recorded during free flight.
                         if let Some(handle) = handle.filter(|_| !noted || !sheet.answers_by_mass()) {
                             sheet.work.met.push((handle, mass));
                         }
@@ -397,7 +401,7 @@ impl Shared<'_> {
             let work = &mut sheets[members[sheet as usize] as usize].work;
             let noted = std::mem::replace(&mut work.touching[mass as usize], true);
             let Some(handle) = handle_of(part) else { continue };
-            // What lies on a floor may have met something else that has gone again.
+            // The list at the end of the step can lack a body from which the node rebounded.
             let (at_end, added) = work.met.split_at(work.met_at_end);
             let is_new = || !at_end.iter().any(|(known, _)| *known == handle) && !added.contains(&(handle, mass));
             if !noted || is_new() {
@@ -406,7 +410,7 @@ impl Shared<'_> {
         }
     }
 
-    /// Says where the bodies that give way have come to.
+    /// Append the new states of the dynamic bodies to `claims`.
     pub fn claim(&self, movers: &[Mover], work: &NearWork, scratch: &Scratch, claims: &mut Vec<Claim>) {
         for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
@@ -419,7 +423,8 @@ impl Shared<'_> {
         }
     }
 
-    /// Box around the group, thickness included, and how far anything in it may go.
+    /// Bounding box of the island, thickness included, and the maximum displacement of its objects,
+    /// m.
     fn extent(&self, sheets: &[Sheet], members: &[u32]) -> ((DVec3, DVec3), f64) {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut speed = 0.0_f64;
@@ -428,7 +433,7 @@ impl Shared<'_> {
             around = (around.0.min(low), around.1.max(high));
             speed = speed.max(sheet.max_speed());
         }
-        // A body in reach may hit the sheets and so set their speed.
+        // A moving body in reach may hit a sheet and set its speed.
         for over in self.surroundings.bodies.iter().filter(|b| b.moves()) {
             speed = speed.max(over.start.velocity().length()).max(over.end.velocity().length());
         }
@@ -436,7 +441,7 @@ impl Shared<'_> {
         (around, speed * dt + gravity * dt * dt + ROOM)
     }
 
-    /// Looks for sheets that went unstable, puts pins where they belong, and notes what was touched.
+    /// Stop unstable sheets, place pins, and record touches and events.
     pub fn finish(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32]) {
         let stage = self.stage;
         for i in members.iter().map(|i| *i as usize) {
@@ -463,7 +468,7 @@ impl Shared<'_> {
         }
     }
 
-    /// Puts the group to sleep when all of it has been still for a while.
+    /// Put the island to sleep when all its objects have been resting for the sleep delay.
     pub fn fall_asleep(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], claims: &mut [Claim]) {
         let dt = self.stage.dt;
         let mut all = true;
@@ -472,7 +477,7 @@ impl Shared<'_> {
             if sheet.status != Status::Awake {
                 continue;
             }
-            // A sheet adrift is not at rest, however slow: something must hold it.
+            // Sleeping requires a pin or a contact: a free sheet can drift slowly.
             let touched = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
             let held = touched && !sheet.is_creeping();
             all &= note_rest(sheet, held, (dt, dt));

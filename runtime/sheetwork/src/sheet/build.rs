@@ -53,7 +53,7 @@ pub(crate) struct Parts {
 }
 
 impl Sheet {
-    /// Builds sheet number `index` of `scene`.
+    /// Build sheet number `index` of `scene`.
     ///
     /// # Errors
     /// When the description, or the file it names, is not valid; field names are relative to the
@@ -63,7 +63,7 @@ impl Sheet {
         Self::build_as(scene, index, spec, spec.grid)
     }
 
-    /// Builds sheet number `index` on a grid of `grid` nodes along length and width, with the
+    /// Build sheet number `index` on a grid of `grid` nodes along length and width, with the
     /// thickness and the mass that it has on the grid of its description.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ impl Sheet {
         Self::build_as(scene, index, &spec, described)
     }
 
-    /// Builds sheet number `index` of `scene` from `spec`; `described` is the grid in the scene.
+    /// Build sheet number `index` of `scene` from `spec`; `described` is the grid in the scene.
     fn build_as(scene: &Scene, index: usize, spec: &SheetSpec, described: (u32, u32, u32)) -> Result<Self, InputError> {
         let material = spec.material.resolve(&scene.base)?;
         let mut parts = match &spec.file {
@@ -468,7 +468,7 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibr
     Ok(())
 }
 
-/// Converts a sheet to a .SHT file with its present positions and velocities.
+/// Convert a sheet to a .SHT file with its present positions and velocities.
 pub fn to_file(sheet: &Sheet) -> SheetFile {
     let (nx, layers, nz) = sheet.grid;
     let masses = (0..sheet.masses()).map(|i| SheetMass {
@@ -505,7 +505,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
     }
 }
 
-/// Builds a single sheet from a file, in an empty scene, for conversions and tests.
+/// Build a single sheet from a file, in an empty scene, for conversions and tests.
 ///
 /// # Errors
 /// When the file's contents do not make a sheet.

@@ -322,7 +322,7 @@ impl Sheet {
         self.damping_ratio
     }
 
-    /// Changes the damping ratio of the lowest bending mode, 0 to 10.
+    /// Change the damping ratio of the lowest bending mode, 0 to 10.
     ///
     /// # Errors
     /// When out of range; nothing is changed then.
@@ -426,7 +426,7 @@ impl Sheet {
         self.engine_kind
     }
 
-    /// Changes the time integrator from the next step on; `tolerance` is the error tolerance (m) of
+    /// Change the time integrator from the next step on; `tolerance` is the error tolerance (m) of
     /// an adaptive integrator.
     pub fn set_engine(&mut self, kind: EngineKind, tolerance: f64) {
         if let Some(guard) = &mut self.guard {
@@ -439,7 +439,7 @@ impl Sheet {
         self.wake();
     }
 
-    /// Changes the integrator and its tolerance (m), and nothing else.
+    /// Change the integrator and its tolerance (m), and nothing else.
     pub(crate) fn change_engine(&mut self, kind: EngineKind, tolerance: f64) {
         if kind != self.engine_kind {
             self.engine = kind.make();
@@ -451,7 +451,7 @@ impl Sheet {
         self.engine.set_tolerance(tolerance);
     }
 
-    /// Changes the material. Stiffness and dashpots follow at once; node masses stay.
+    /// Change the material. Stiffness and dashpots follow at once; node masses stay.
     ///
     /// # Errors
     /// When a constant is out of range; nothing is changed then.
@@ -472,7 +472,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Changes the dashpots of the springs: a fraction of critical damping, 0 to 10.
+    /// Change the dashpots of the springs: a fraction of critical damping, 0 to 10.
     ///
     /// # Errors
     /// When out of range; nothing is changed then.
@@ -483,7 +483,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Sets or removes the angle limit of the flexion triples, degrees.
+    /// Set or remove the angle limit of the flexion triples, degrees.
     ///
     /// # Errors
     /// When out of range or the structure has no flexion; nothing is changed then.
@@ -500,7 +500,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Wakes a sleeping or frozen sheet.
+    /// Wake a sleeping or frozen sheet.
     pub fn wake(&mut self) {
         self.quiet = 0.0;
         self.work.clearance.forget();
@@ -510,14 +510,14 @@ impl Sheet {
         }
     }
 
-    /// Requests a test of interpenetration with other sheets before the next step.
+    /// Request a test of interpenetration with other sheets before the next step.
     pub(crate) fn doubt_apart(&mut self) {
         if self.crossing == Crossing::No {
             self.crossing = Crossing::Unknown;
         }
     }
 
-    /// Updates stiffness and dashpots from material and damping: k = (k per E t) E t and c = ζ · 2
+    /// Update stiffness and dashpots from material and damping: k = (k per E t) E t and c = ζ · 2
     /// √(k μ) with the reduced mass μ; for calibrated springs k = (k per D) D and c = τ k.
     fn refresh(&mut self) {
         let law = self.law();
@@ -525,7 +525,7 @@ impl Sheet {
         self.refresh_springs();
     }
 
-    /// Updates the springs as [`Sheet::refresh`] does, without the elements.
+    /// Update the springs as [`Sheet::refresh`] does, without the elements.
     pub(crate) fn refresh_springs(&mut self) {
         let law = self.law();
         let unit =

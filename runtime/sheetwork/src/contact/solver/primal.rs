@@ -72,7 +72,7 @@ impl Scratch {
         let reach = if sheets > 1 { NEAR.max((10.0 * behind).min(FURTHEST)).max(behind) } else { f64::INFINITY };
         self.eager = if behind > NEAR && sheets > 1 { behind } else { 0.0 };
         for (i, contact) in self.found.contacts.iter().enumerate() {
-            // The sparsity pattern of a single sheet covers all its contacts already.
+            // A single sheet has no limit, because its sparsity pattern covers all its contacts.
             let near = self.gaps.free[i] < reach;
             let is_chosen = near || i >= self.found.glue_from || self.remembered(&contact.key).is_some();
             self.is_chosen.push(is_chosen);

@@ -1,10 +1,12 @@
-//! One step of sheets of explicit engines and of what they may touch.
+//! One step of an island with sheets of explicit integrators.
 //!
-//! Each sheet flies by itself: its engine takes it through the step, and masses that meet a body that does not give way are
-//! turned back one by one ([`crate::contact::node::detection`]). All else then happens at the end of the step: edges and corners of
-//! bodies, bodies that give way, other sheets and the sheet itself, by the rows and the two solves that implicit engines have
-//! ([`crate::contact::stage`]), where the masses answer each for itself. A sheet near none of these pays a few boxes. A sheet that goes
-//! on with an implicit engine among these flies and meets as they do.
+//! Each sheet is first advanced alone: its integrator takes it through the step, and contact of
+//! nodes with static and kinematic bodies is resolved node by node
+//! ([`crate::contact::node::detection`]). All other contacts are resolved at the end of the step:
+//! edges and corners of bodies, dynamic bodies, other sheets and self-contact, by the contact
+//! constraints and the two solves of implicit integrators ([`crate::contact::stage`]), with the
+//! node masses as system matrix. A sheet near none of these costs a few box tests. A sheet with an
+//! implicit integrator in the same island is treated in the same way.
 
 #[cfg(test)]
 mod tests;
@@ -22,11 +24,12 @@ use crate::islands::island_manager::{Claim, Shared};
 use crate::islands::{fly, instability, land};
 use crate::sheet::{LED, Sheet, Status};
 
-/// Room around what a sheet sweeps, m: more than the margin of detection.
+/// Margin around a sheet's swept box, m: more than the margin of detection.
 const ROOM: f64 = 1e-3;
 
 impl Shared<'_> {
-    /// Steps the group of `members` of `sheets`; the first of `sheets` is number `first` of the world's.
+    /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
+    /// world.
     pub fn step_explicit(
         &self,
         sheets: &mut [Sheet],
@@ -70,9 +73,10 @@ impl Shared<'_> {
         }
     }
 
-    /// Whether there may be anything for a single sheet that has flown but what its masses met: something that gives way where it
-    /// went, glue, and for one layer edges or a fold. Lattices of several layers meet what stands with their masses alone: on
-    /// the many rows of a ridge their coarse steps do not come to rest.
+    /// Whether a single sheet may have contacts beyond those of its nodes with static bodies: a
+    /// dynamic body near its path, attachments, and for one layer edges or self-contact. Lattices
+    /// of several layers meet static bodies with their nodes alone: the many constraints along a
+    /// ridge keep their coarse steps from resting.
     fn is_near(&self, sheet: &mut Sheet) -> bool {
         skin(sheet);
         let stack = sheet.work.skin.as_ref().is_some_and(|s| s.is_stack());
@@ -87,8 +91,8 @@ impl Shared<'_> {
         })
     }
 
-    /// Lets sheets that have flown meet what gives way and what is sharp, and ends the step. False, with nothing done, when
-    /// a single sheet has nothing to meet.
+    /// Resolve contacts at the end of the step with dynamic bodies, sharp features and sheets, and
+    /// end the step. Returns `false`, without changes, when a single sheet has no contact.
     fn meet(
         &self,
         sheets: &mut [Sheet],
@@ -101,7 +105,7 @@ impl Shared<'_> {
         let Some(lead) = members.first().map(|i| *i as usize) else { return false };
         let dt = self.stage.dt;
         for sheet in members.iter().map(|i| *i as usize) {
-            // Sheets of explicit engines do not stick.
+            // Adhesion is not supported with explicit integrators.
             sheets[sheet].unstick();
             skin(&mut sheets[sheet]);
             sheets[sheet].work.met.clear();
@@ -171,7 +175,8 @@ impl Shared<'_> {
         !lone
     }
 
-    /// Begins detection for a group whose free motions are known; false when nothing can touch.
+    /// Begin detection for an island whose free motions are known. Returns `false` when contact is
+    /// impossible.
     fn begin(&self, near: &mut Near, group: &mut Group) -> bool {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
@@ -183,7 +188,7 @@ impl Shared<'_> {
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
         let reach = travel + fastest * self.stage.dt + ROOM;
-        // A sheet alone with what stands has met all faces by itself already.
+        // A lone sheet has resolved faces of static bodies in its free advance.
         near.work.limit(Scope { faces: false, stacks: false });
         near.begin(group, around, reach);
         let gives = group.movers.iter().any(|m| m.gives());
@@ -195,8 +200,9 @@ impl Shared<'_> {
     }
 }
 
-/// Energy that what the sheets of a group meet could bring one of them, J: all of the motion of bodies that give way and of the other sheets, and
-/// what bodies that are led push with; none where no sheet is watched.
+/// Energy that contact partners could transfer to a sheet of the island, J: the kinetic energy of
+/// dynamic bodies and other sheets, and the work of kinematic bodies. Zero when no sheet is
+/// monitored.
 fn brought(group: &Group) -> f64 {
     let sheets = || group.members.iter().map(|i| &group.sheets[*i as usize]);
     if !sheets().any(|s| s.guard.is_some()) {
@@ -211,7 +217,7 @@ fn brought(group: &Group) -> f64 {
     bodies.sum::<f64>() + others
 }
 
-/// Corners of the box that a sheet went through in the step, with `room` around it, m.
+/// Corners of the box that a sheet swept in the step, m, enlarged by `room` (m).
 fn swept(sheet: &Sheet, room: f64) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.start.0.bounds()?;
     let (c, d) = sheet.x.bounds()?;

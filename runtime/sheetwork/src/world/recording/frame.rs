@@ -1,4 +1,4 @@
-//! What a frame of a recording holds, and what it takes of a world.
+//! Content of a frame of a recording, and its creation from a world.
 
 use std::sync::Arc;
 
@@ -9,32 +9,33 @@ use crate::World;
 use crate::scene::HeatMode;
 use crate::sheet::Sheet;
 
-/// What a recording holds.
+/// Header of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Name of the scene.
     pub scene: String,
-    /// The scene itself (RON), so that a player can rebuild surfaces and bodies.
+    /// The scene itself (RON), from which a player builds surfaces and bodies.
     pub source: String,
-    /// Frames a simulated second.
+    /// Frames per simulated second.
     pub frames_per_second: f64,
-    /// Masses of each sheet.
+    /// Number of nodes of each sheet.
     pub masses: Vec<usize>,
     /// Number of bodies.
     pub bodies: usize,
 }
 
-/// How warm the masses of a sheet are, to a twentieth of a degree, or what that has made of them.
+/// Temperatures of the nodes of a sheet, to a twentieth of a degree, or their remaining stiffness.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Warmth {
-    /// Not known: nothing heats the sheet, or the file is of the first version.
+    /// No data: the sheet has no thermal model, or the file has version 1.
     #[default]
     Unknown,
-    /// Of each mass through the whole thickness, °C.
+    /// Temperature of each node, uniform through the thickness, °C.
     Mean(Vec<f32>),
-    /// Of each mass on the lower side, and then of each on the upper side, °C.
+    /// Temperature of each node on the lower side, then of each on the upper side, °C.
     Sides(Vec<f32>),
-    /// What is left of the stiffness of each mass, 0 to 1: by the thesis's formulas, which know no temperature of a sheet.
+    /// Remaining stiffness at each node, 0 to 1, for the thesis's formulas, which have no
+    /// temperature of a sheet.
     Stiffness(Vec<f32>),
 }
 
@@ -43,19 +44,19 @@ pub enum Warmth {
 pub struct Frame {
     /// Simulated time, s.
     pub time: f64,
-    /// Positions of the masses of each sheet, m.
+    /// Positions of the nodes of each sheet, m.
     pub sheets: Vec<Vec<Vec3>>,
     /// Position (m) and rotation of each body.
     pub bodies: Vec<(Vec3, Quat)>,
-    /// How warm each sheet is; none where none is known.
+    /// Temperatures of each sheet; empty without data.
     pub warmth: Vec<Warmth>,
-    /// Of each sheet its cells, and whether each is open, as [`Sheet::open_cells`] has them; empty for one that is whole. None where
-    /// all are.
+    /// Open state of the cells of each sheet, as in [`Sheet::open_cells`]; empty for a sheet
+    /// without open cells. The list is empty when no sheet has data.
     pub open: Vec<Arc<[bool]>>,
 }
 
 impl Warmth {
-    /// Of a sheet as it is now, at the masses of `grid`.
+    /// Temperatures of a sheet, at the nodes of `grid`.
     fn of(sheet: &Sheet, grid: (u32, u32), by_thesis: bool) -> Self {
         let Some(heat) = sheet.heat() else { return Self::Unknown };
         let single = |values: &[f64]| sheet.values_at(grid, values).iter().map(|v| *v as f32).collect::<Vec<_>>();
@@ -69,7 +70,7 @@ impl Warmth {
         }
     }
 
-    /// Its numbers; none of them where nothing is known.
+    /// Values; empty without data.
     pub fn values(&self) -> &[f32] {
         match self {
             Self::Unknown => &[],
@@ -77,7 +78,7 @@ impl Warmth {
         }
     }
 
-    /// How many numbers one of `masses` masses has.
+    /// Number of values for `masses` nodes.
     pub(crate) fn count(&self, masses: usize) -> usize {
         match self {
             Self::Unknown => 0,
@@ -86,7 +87,8 @@ impl Warmth {
         }
     }
 
-    /// What lies at `part` (0 to 1) of the way from this to `other`; this where the two are not alike.
+    /// Linear interpolation at `part` (0 to 1) from `self` to `other`; `self` when their kinds or
+    /// lengths differ.
     pub fn towards(&self, other: &Self, part: f32) -> Self {
         let (from, to) = (self.values(), other.values());
         let between = || from.iter().zip(to).map(|(a, b)| a + (b - a) * part).collect();
@@ -100,7 +102,7 @@ impl Warmth {
 }
 
 impl Frame {
-    /// A world as it is now; a sheet that has gone to another grid at the masses that its scene has.
+    /// Frame of a world; a sheet on another grid is interpolated at the nodes of its scene's grid.
     pub fn of(world: &World) -> Self {
         let by_thesis = matches!(world.scene().heat_mode, HeatMode::Thesis { .. });
         let sheets = world.sheets();
@@ -117,12 +119,12 @@ impl Frame {
         }
     }
 
-    /// How warm sheet `index` is.
+    /// Temperatures of the sheet `index`.
     pub fn warmth_of(&self, index: usize) -> &Warmth {
         self.warmth.get(index).unwrap_or(&Warmth::Unknown)
     }
 
-    /// The cells of sheet `index`, and whether each is open; none of one that is whole.
+    /// Open state of the cells of the sheet `index`; empty for a sheet without open cells.
     pub fn open_of(&self, index: usize) -> &[bool] {
         self.open.get(index).map_or(&[], |cells| cells)
     }

@@ -1,9 +1,10 @@
-//! What is recorded is read: places, warmth, holes; old files too, and no damaged ones.
+//! Recordings are read as written: positions, temperatures, open cells; old files too, and damaged
+//! ones are refused.
 
 use crate::scene::Scene;
 use crate::world::recording::*;
 
-/// A file of a test's own, removed at its end.
+/// File of one test, removed at its end.
 struct Place(PathBuf);
 
 impl Place {
@@ -79,7 +80,7 @@ fn a_file_of_the_first_version_is_read() {
     assert!(file.refusal(&bytes[..bytes.len() - 1]).contains("ends within frame 1"));
 }
 
-/// A shell with two points through its thickness, and a lattice that can open.
+/// A shell with two temperatures through its thickness, and a lattice that can fracture.
 fn hot() -> World {
     let scene = r#"(engine: "tr-bdf2", dt: 0.01, heaters: [(name: "lamp", size: (0.1, 0.1, 0.1), hot: [(face: 0, temperature: 200)])],
         sheets: [
@@ -104,7 +105,7 @@ fn warmth_and_holes_come_back_as_they_were() {
     for step in 0..4 {
         world.sheets_mut()[1].set_temperatures(|i| 20.0 + f64::from(step) * 7.3 + i as f64).expect("in range");
         let mut frame = Frame::of(&world);
-        // Opened by hand: from the second frame to the third, and another cell in the fourth.
+        // Cells opened by hand: one from the second frame on, another in the fourth.
         let open = |cells: &[usize]| (0..20).map(|c| cells.contains(&c)).collect::<Vec<_>>();
         frame.open[1] = [open(&[]), open(&[3]), open(&[3]), open(&[3, 19])][step as usize].as_slice().into();
         if step == 0 {
@@ -123,7 +124,7 @@ fn warmth_and_holes_come_back_as_they_were() {
             assert!(read.values().len() == kept.values().len() && apart < 0.0501, "{apart} °C");
         }
     }
-    // What is shown of it is as warm as what was recorded.
+    // The displayed sheet has the recorded temperatures.
     let mut shown = hot();
     shown.show(&frames[3]).expect("of this scene");
     let celsius = shown.sheets()[1].temperatures().expect("heated");
