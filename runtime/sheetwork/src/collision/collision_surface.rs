@@ -1,12 +1,12 @@
 //! Collision surface of a sheet: triangles between nodes, their edges, and the contact offset.
 //!
-//! A shell touches at half its thickness on each side of its layer. Lattices of several layers
-//! touch at the nodes of their lowest and highest layers. The triangles equal those of the rendered
-//! mesh: in a twisted cell the other diagonal defines another surface, millimetres away on coarse
-//! grids. Contacts do not depend on the numbering of the triangles: every edge and every node is
-//! owned by one triangle, so that each pair of features is tested once among all pairs of triangles
-//! (Curtis, Tamstorf, Manocha, Fast collision detection for deformable models using
-//! representative-triangles, 2008). Lengths in m.
+//! A single layer with the stiffness of its material touches at half its thickness on each side,
+//! other lattices at the minimum contact offset from their lowest and highest layers. The triangles
+//! equal those of the rendered mesh: in a twisted cell the other diagonal defines another surface,
+//! millimetres away on coarse grids. Contacts do not depend on the numbering of the triangles:
+//! every edge and every node is owned by one triangle, so that each pair of features is tested once
+//! among all pairs of triangles (Curtis, Tamstorf, Manocha, Fast collision detection for deformable
+//! models using representative-triangles, 2008). Lengths in m.
 
 use glam::DVec3;
 

@@ -30,9 +30,10 @@ use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 use crate::thermal::REFERENCE;
 
-/// Acceleration (m/s²) that a bond bears without an earlier load: of the node, and of a body that
-/// hangs on it.
+/// Acceleration of a node (m/s²) that a bond bears without an earlier load.
 const RESERVE: f64 = 200.0;
+/// Acceleration of a body that hangs on the sheet (m/s²) that its bonds bear without an earlier
+/// load.
 const RESERVE_OF_BODY: f64 = 20.0;
 /// Largest ratio of the bond force to the load in the last step.
 const GROWTH: f64 = 2.0;
@@ -94,6 +95,7 @@ impl Stuck {
         Ok(stuck)
     }
 
+    /// Begin a new step: the present bonds become those of the last step.
     fn begin(&mut self, masses: usize) {
         if self.held.len() != masses {
             *self = Self { pull: Vectors::zeros(masses), held: vec![false; masses], ..Self::default() };

@@ -5,7 +5,7 @@
 //! # a comment
 //! M ax ay az px py pz fx fy fz vx vy vz mass layer border     a node
 //! S kind a b stiffness rest                                   a spring between nodes a and b
-//! K index                                                     five: four bottom corners, then the centre node
+//! K index                                                     five: bottom corners, centre node
 //! *                                                           ends the lists
 //! D nx layers nz                                              dimensions of the grid
 //! C damping                                                   damping of the springs, percent

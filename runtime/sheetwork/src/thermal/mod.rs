@@ -1,10 +1,14 @@
-//! How warm sheets are: temperatures, what they make of the material, and where heat goes.
+//! Heat: temperatures of sheets, their effect on the material, and heat flow.
 //!
-//! Per area of a sheet ρ c t ∂T/∂t = k t ∇²T + α Σ q_in - h (T - T_air) - 2 ε σ (T⁴ - T_wall⁴): conduction is `network`'s, what comes in
-//! and goes out that of the `source`s, time `stepper`'s, E(T) `softening`'s; `state` is what a sheet holds, `room` what a world does.
+//! Per area of a sheet
 //!
-//! A sheet that nothing heats holds no temperatures and none of this runs. Temperatures are in °C, everything else in SI. Nothing here
-//! depends on the order of threads: sheets are heated one after the other.
+//!   ρ c t ∂T/∂t = k t ∇²T + α Σ q_in - h (T - T_air) - 2 ε σ (T⁴ - T_wall⁴).
+//!
+//! `network` models conduction, `source` the exchange, `stepper` integrates in time, `softening`
+//! gives E(T); `state` is the state of a sheet, `room` that of a world.
+//!
+//! A sheet without heat stores no temperatures and none of this runs. Temperatures are in °C, all
+//! else in SI. Sheets are heated in sequence, so results do not depend on threads.
 
 pub mod network;
 pub mod patches;
@@ -23,11 +27,11 @@ pub use crate::thermal::room::Room;
 pub use crate::thermal::softening::{REFERENCE, Softening};
 pub use crate::thermal::state::Heat;
 
-/// 0 °C, K.
+/// 0 °C in K.
 pub const ZERO_CELSIUS: f64 = 273.15;
-/// Coldest temperature there is, °C.
+/// Absolute zero, °C.
 pub const COLDEST: f64 = -ZERO_CELSIUS;
-/// Hottest temperature that is taken, °C.
+/// Maximum accepted temperature, °C.
 pub const HOTTEST: f64 = 5000.0;
-/// Stefan and Boltzmann's constant σ, W/(m² K⁴) (CODATA 2018).
+/// Stefan-Boltzmann constant σ, W/(m² K⁴) (CODATA 2018).
 pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;

@@ -1,15 +1,15 @@
-//! A sheet as warm as a recording has it: to be looked at, not to be gone on from.
+//! Temperatures of a recording on a sheet, for display only.
 
 use crate::error::{InputError, check_range};
 use crate::sheet::Sheet;
 use crate::thermal::{COLDEST, HOTTEST, REFERENCE};
 use crate::world::recording::Warmth;
 
-/// Least that is left of a stiffness: what a recording rounds to nothing.
+/// Minimum remaining stiffness: a recording can round it to zero.
 const LEAST: f64 = 1e-6;
 
 impl Warmth {
-    /// Checks its numbers.
+    /// Check the ranges of the values.
     ///
     /// # Errors
     /// When one is out of range.
@@ -18,13 +18,14 @@ impl Warmth {
             Self::Stiffness(_) => ("stiffness", 0.0, 1.0, ""),
             _ => ("temperature", COLDEST, HOTTEST, "°C"),
         };
-        // Rounding may take the ends of the range a little further.
+        // Rounding can exceed the ends of the range slightly.
         self.values().iter().try_for_each(|v| check_range(name, f64::from(*v), low - 0.1, high + 0.1, unit))
     }
 }
 
 impl Sheet {
-    /// Takes up a warmth of as many masses as it has, which must be in range.
+    /// Set recorded temperatures, which must be in range. Without effect when the number of values
+    /// does not fit.
     pub(crate) fn show_warmth(&mut self, warmth: &Warmth) {
         let n = self.masses();
         if warmth.values().len() != warmth.count(n) || *warmth == Warmth::Unknown {

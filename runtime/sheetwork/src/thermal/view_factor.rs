@@ -1,30 +1,34 @@
-//! View factor of a plane polygon from a small patch: the share of what the patch sends out that arrives there, and so of what it
-//! would receive if the polygon glowed and nothing else did.
+//! View factor of a plane polygon from a small patch: fraction of the patch's diffuse radiation
+//! that reaches the polygon.
 //!
-//! Lambert's contour sum: with r_i the corners seen from the patch, n its normal, and what lies below its horizon cut off,
+//! Lambert's contour sum, with r_i the corners relative to the patch, n its normal, and the part
+//! below its horizon clipped,
 //!
-//! F = 1/2π |Σ Θ_i n·(r_i × r_{i+1})/|r_i × r_{i+1}||, Θ_i the angle between r_i and r_{i+1}.
+//!   F = 1/2π |Σ Θ_i n·(r_i × r_{i+1})/|r_i × r_{i+1}||, Θ_i the angle between r_i and r_{i+1}.
 //!
-//! Exact for any plane polygon, convex or not, half hidden by the horizon or not (J. R. Howell, M. P. Mengüç, R. Siegel, *Thermal
-//! Radiation Heat Transfer*, 2010, chapter 5; catalogue factors C-11 to C-15).
+//! Exact for any plane polygon, convex or concave, above the horizon or clipped by it (J. R.
+//! Howell, M. P. Mengüç, R. Siegel, *Thermal Radiation Heat Transfer*, 2010, chapter 5; catalogue
+//! factors C-11 to C-15).
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// View factor, 0 to 1, of the polygon with these `corners` (m, either way round) from a patch at `point` that looks along `normal`
-/// (any length but 0).
+/// View factor, 0 to 1, of the polygon with these `corners` (m, either orientation) from a patch at
+/// `point` (m) with normal `normal` (any length but 0).
 pub fn view_factor(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     contour(corners, point, normal.normalize_or_zero()).abs().min(1.0)
 }
 
-/// The contour sum for a unit `normal`: positive where the corners run clockwise seen from the patch.
+/// The contour sum for a unit `normal`: positive where the corners run clockwise seen from the
+/// patch.
 pub(crate) fn contour(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     let mut sum = 0.0;
     let Some(last) = corners.last() else { return sum };
     let mut from = *last - point;
     let mut height = from.dot(normal);
-    // Where the outline went below the horizon, until it comes up again; and where it came up first.
+    // Where the outline went below the horizon, until it comes up again; and where it came up
+    // first.
     let (mut down, mut up): (Option<DVec3>, Option<DVec3>) = (None, None);
     for corner in corners {
         let to = *corner - point;

@@ -1,9 +1,9 @@
 //! Overlap of sheets with bodies and with each other, for the test rigs.
 //!
 //! The solid of a sheet is its surface of triangles between nodes, with half a thickness on either
-//! side. A shell has the thickness of its material; other lattices use the default collision
-//! thickness. The overlap of a pair is that of the two solids, m: a sheet that rests on a body has
-//! overlap 0.
+//! side: that of the material for a single layer with the stiffness of the material, otherwise the
+//! minimum contact offset. The overlap of a pair is that of the two solids, m: a sheet that rests
+//! on a body has overlap 0.
 
 pub(crate) mod distance;
 pub(crate) mod sheets;

@@ -30,12 +30,13 @@ pub(crate) struct Clearance {
     /// Nodes with contacts on two bodies in this step, whose response to one may have moved them
     /// into the other.
     pub cornered: Vec<u32>,
-    /// Nodes with contact in this step, and the first hit of each.
+    /// Nodes with contact in this step.
     pub met: Vec<u32>,
+    /// First hit of each node in this step.
     pub first: Vec<Option<First>>,
-    /// Remaining paths of nodes after their contact in this step, and those of the previous
-    /// iteration.
+    /// Remaining paths of nodes after their contact.
     pub legs: Vec<Leg>,
+    /// Remaining paths of the previous iteration.
     pub last_legs: Vec<Leg>,
 }
 
@@ -55,8 +56,9 @@ pub(crate) struct First {
 #[derive(Clone, Copy)]
 pub(crate) struct Leg {
     pub mass: u32,
-    /// Collider of the contact, and normal there.
+    /// Collider of the contact.
     pub from: ColliderHandle,
+    /// Normal at the contact.
     pub normal: DVec3,
     pub flight: Flight,
 }

@@ -106,6 +106,7 @@ fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
     radii.fold(0.0, f64::max).min(UNBOUNDED)
 }
 
+/// Corners of the bounding box that the sheet swept in the step, m.
 fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.x_before.bounds()?;
     let (c, d) = sheet.x.bounds()?;

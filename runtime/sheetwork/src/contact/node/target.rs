@@ -230,6 +230,7 @@ impl<'a> Target<'a> {
         Some(self.surface(nearest.point, nearest.normal?)).filter(|_| close)
     }
 
+    /// Projection of `b` on the shape, or `None` if it is further than `reach` (m).
     fn nearest(&self, b: Vector, reach: Real) -> Option<Nearest> {
         match self.kind {
             Kind::Mesh(mesh) => {
@@ -249,6 +250,7 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Surface that the ray from `a` to `b` enters first.
     fn cast(&self, a: Vector, b: Vector) -> Option<Surface> {
         let ray = Ray::new(a, b - a);
         let hit = self.shape.cast_local_ray_and_get_normal(&ray, 1.0, false)?;

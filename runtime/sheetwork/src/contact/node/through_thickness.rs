@@ -40,6 +40,7 @@ pub struct Stack {
     above: Neighbours,
 }
 
+/// Lists of connected nodes, one per node, stored in one array.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Neighbours {
     first: Vec<u32>,
@@ -105,6 +106,7 @@ pub(crate) fn share_impacts(sheet: &mut Sheet, dt: f64) {
     }
 }
 
+/// Propagate the impacts to the nodes of one layer from the layer on the given `side`.
 fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighbours) {
     let drift = sheet.engine_kind.info().drift - 0.5;
     let Sheet { stack, work, x, v, inverse_mass, .. } = sheet;

@@ -66,7 +66,9 @@ struct Try {
 /// Branch of the friction law at the present forces.
 #[derive(Clone, Copy, Debug)]
 enum Says {
+    /// Open: the force is zero.
     Open,
+    /// Stick: u is zero.
     Stuck,
     /// Slip: direction of friction, and derivative of the projection with respect to p_t - ρ u_t.
     Slides(DVec2, DMat2),

@@ -20,9 +20,12 @@ use crate::sheet::Sheet;
 pub(crate) struct Unit {
     /// Active contacts of the sheet, as ascending indices into the active list.
     list: Vec<u32>,
+    /// Jacobians of the contacts to be added.
     loads: Loads,
+    /// Half solutions L⁻¹ Jᵀ of all active contacts.
     halves: HalfSolutions,
     touched: bool,
+    /// Displacement of the position solve while the velocity solve clears `jump`, m.
     kept_dx: Vectors,
     /// Contact force on each node, N.
     force: Vectors,
@@ -31,6 +34,7 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
+    /// Remove all contacts and prepare the arrays for `n` nodes.
     fn clear(&mut self, n: usize) {
         self.touched = false;
         self.list.clear();
@@ -80,9 +84,11 @@ impl Unit {
 
 /// Sheets and solver bodies of an island, borrowed for a step.
 pub(crate) struct Group<'a> {
+    /// All sheets of the world.
     pub sheets: &'a mut [Sheet],
     /// Indices of the island's sheets, ascending. [`Side::Sheet`] holds a position in this list.
     pub members: &'a [u32],
+    /// Bodies of the island. [`Side::Body`] holds a position in this list.
     pub movers: Vec<Mover>,
     /// Whether to work on several sheets in parallel.
     pub parallel: bool,
@@ -132,6 +138,7 @@ impl Group<'_> {
 /// An active contact.
 #[derive(Clone, Copy)]
 struct Active {
+    /// Index among the detected contacts.
     contact: u32,
     /// Contact frame; columns are the normal and two tangents.
     frame: DMat3,
@@ -143,14 +150,18 @@ struct Active {
 /// Delassus operator and the problem on it.
 #[derive(Default)]
 pub(crate) struct Delassus {
+    /// Active contacts in the order in which they were added.
     active: Vec<Active>,
     /// Active contacts of each body, ascending.
     on_body: Vec<Vec<u32>>,
+    /// The problem u = W p + b.
     pub problem: Problem,
+    /// Blocks of the contact that is being added.
     row: Vec<DMat3>,
     touched: Vec<u32>,
 }
 
+/// Entry of [`Active::units`] for a side without a sheet of its own.
 const NONE: (u32, u32) = (u32::MAX, 0);
 
 impl Delassus {
@@ -277,6 +288,7 @@ impl Delassus {
         }
     }
 
+    /// Add `block` to the block of the present contact and contact `j`.
     fn gather(&mut self, j: u32, block: DMat3) {
         let there = &mut self.row[j as usize];
         if *there == DMat3::ZERO {

@@ -32,9 +32,11 @@ use crate::contact::solver::newton::{Direct, Ways};
 const SLIGHT: DVec3 = DVec3::new(3e-3, 1e-1, 1e-1);
 /// Maximum number of proximal iterations of a solve.
 const CENTRES: u32 = 2;
-/// Sweeps before the first Newton steps, sweeps between Newton steps, and Newton steps at a time.
+/// Sweeps before the first Newton steps.
 const FIRST: u32 = 8;
+/// Sweeps between Newton steps.
 const BETWEEN: u32 = 8;
+/// Newton steps at a time.
 const STEPS: u32 = 3;
 /// Maximum number of step lengths of a line search.
 const HALVINGS: u32 = 4;
@@ -46,18 +48,22 @@ pub struct Problem {
     count: usize,
     /// For each contact, the other contacts that it couples to, with their 3×3 blocks of W.
     pub(crate) columns: Vec<Vec<(u32, DMat3)>>,
+    /// Diagonal blocks of W, m/N.
     pub(crate) diagonal: Vec<DMat3>,
     /// Diagonal blocks of W + ε diag W.
     own: Vec<DMat3>,
     laws: Vec<Law>,
     /// Force of each contact in its frame (normal, two tangents), N.
     pub force: Vec<DVec3>,
+    /// u for the present forces, m.
     moved: Vec<DVec3>,
     direct: Direct,
+    /// Friction bounds during Newton steps, N.
     limits: Vec<f64>,
     ways: Vec<Ways>,
-    /// Forces and u before a line search.
+    /// Forces before a line search, N.
     kept: Vec<DVec3>,
+    /// u before a line search, m.
     kept_moved: Vec<DVec3>,
 }
 
@@ -289,6 +295,7 @@ impl Problem {
         &self.moved
     }
 
+    /// Add the effect of force `p` at contact `j` to u of all contacts.
     fn apply(&mut self, j: usize, p: DVec3) {
         self.moved[j] += self.own[j] * p;
         self.carry(j, p);

@@ -25,8 +25,9 @@ const BEHIND: f64 = 0.05;
 const FURTHEST: f64 = 1e-4;
 /// Gap tolerance of a single sheet as a fraction of the deepest penetration.
 const OF_DEPTH: f64 = 5e-5;
-/// Gap tolerance of several sheets as a fraction of the deepest penetration, and its maximum, m.
+/// Gap tolerance of several sheets as a fraction of the deepest penetration.
 const OF_DEPTH_TOGETHER: f64 = 1e-2;
+/// Maximum of the gap tolerance of several sheets, m.
 const COARSEST: f64 = 1e-5;
 /// Maximum number of sheets that are solved with the finest settings for several sheets.
 const FEW: usize = 4;
@@ -173,6 +174,8 @@ impl Scratch {
         });
     }
 
+    /// Solve on the matrix of the sheet or on the joint one; `first` marks the solve after an
+    /// assembly.
     fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
         let accuracy = self.accuracy(rough, group.pieces());
         let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.on_own) {

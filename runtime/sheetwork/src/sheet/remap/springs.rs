@@ -6,7 +6,7 @@
 //! weighted by a hat function about its middle that is as wide as the coarser cell. A kind that the
 //! old grid lacks (a brace at another corner) uses the kind with the nearest direction. Thermal
 //! expansion follows from the remapped temperatures.
-
+//!
 //! The strain is ε = h + e, with the inelastic strain h and the elastic strain e. Where h
 //! dominates, as beside a clamp of a sagged sheet, the shape is the reliable information, and a
 //! mean h that differs from the strain ε' of the new grid would cause stress. The new spring

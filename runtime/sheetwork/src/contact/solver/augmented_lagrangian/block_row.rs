@@ -16,16 +16,18 @@ const MOST: usize = 6;
 /// Constraint of a contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    /// Block rows and their Jacobian blocks; the first `count` are used.
+    /// Block rows; the first `count` are used.
     rows: [u32; MOST],
+    /// Jacobian block J_k of each block row, in the contact frame.
     parts: [DMat3; MOST],
     count: u8,
     /// Contact frame; columns are the normal and two tangents.
     pub frame: DMat3,
     pub law: Law,
-    /// Whether the contact has no known force. It then starts as closed if its gap is less than
-    /// `eager` (m).
+    /// Whether the contact has no known force; it then starts as closed if its gap is less than
+    /// `eager`.
     pub new: bool,
+    /// Gap (m) below which a new contact starts as closed.
     pub eager: f64,
     /// Whether the contact is disabled.
     pub idle: bool,

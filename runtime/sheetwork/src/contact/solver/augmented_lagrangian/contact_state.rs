@@ -13,15 +13,20 @@ use crate::contact::solver::augmented_lagrangian::Row;
 /// Friction of a contact: none, stick or slip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rubs {
+    /// No friction.
     No,
+    /// Stick: friction below the bound.
     Sticks,
+    /// Slip: friction on the bound.
     Slides,
 }
 
 /// State of a contact in the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct State {
+    /// Whether the contact is closed.
     pub pushes: bool,
+    /// Friction state.
     pub rubs: Rubs,
     /// Direction of friction in slip, and D across it divided by ρ.
     pub along: DVec2,
@@ -29,12 +34,15 @@ pub(crate) struct State {
 }
 
 impl State {
+    /// State of an open contact.
     pub(crate) const OPEN: Self = Self { pushes: false, rubs: Rubs::No, along: DVec2::ZERO, across: 0.0 };
 
+    /// Whether the contact has an entry in the matrix.
     pub(crate) fn acts(&self) -> bool {
         self.pushes || self.rubs != Rubs::No
     }
 
+    /// Whether both states are open, stick or slip alike.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         self.pushes == other.pushes && self.rubs == other.rubs
     }

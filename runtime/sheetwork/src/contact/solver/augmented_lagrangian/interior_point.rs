@@ -22,9 +22,9 @@ use crate::contact::solver::augmented_lagrangian::{Accuracy, Primal, Space};
 
 /// Maximum number of iterations.
 const STEPS: u32 = 25;
-/// Convergence at the iteration limit: m as a fraction of its initial value, and error of gaps and
-/// slips, m.
+/// Value of m, as a fraction of its initial one, that is accepted at the iteration limit.
 const ENOUGH: f64 = 1e-3;
+/// Error of gaps and slips (m) that is accepted at the iteration limit.
 const MISS_ENOUGH: f64 = 1e-6;
 /// Exponent with which ε decreases with m.
 const SMOOTHER: f64 = 0.75;
@@ -43,6 +43,7 @@ pub(crate) struct Inside {
 }
 
 impl Inside {
+    /// Settings for a single sheet.
     pub const FINE: Self = Self { down: 1e-9, miss: 1e-8, balanced: 1e-5 };
     /// Settings for several sheets. A tolerance of a thousandth of this takes twice the iterations.
     pub const TOGETHER: Self = Self { down: 1e-6, miss: 1e-7, balanced: 1e-2 };
@@ -53,9 +54,11 @@ impl Inside {
 pub(crate) struct Interior {
     gap: Vec<f64>,
     force: Vec<f64>,
-    /// Friction direction w, smoothing length ε (m), initial penetration (m).
+    /// Friction direction w, scaled to length 1 in full slip.
     slip: Vec<DVec2>,
+    /// Smoothing length ε, m.
     smooth: f64,
+    /// Initial penetration, m.
     scale: f64,
     /// Steps of gaps and forces.
     gap_step: Vec<f64>,
@@ -65,6 +68,7 @@ pub(crate) struct Interior {
 }
 
 impl Primal {
+    /// Whether contact `i` is unilateral and enabled, so that the path includes it.
     fn is_inner(&self, i: usize) -> bool {
         !self.rows[i].idle && self.rows[i].law != Law::Glue
     }
@@ -166,6 +170,7 @@ impl Primal {
 }
 
 impl Interior {
+    /// Set initial gaps and forces, both positive.
     fn begin(&mut self, primal: &Primal) {
         let count = primal.rows.len();
         for list in [&mut self.gap, &mut self.force, &mut self.gap_step, &mut self.force_step, &mut self.product] {
@@ -191,6 +196,7 @@ impl Interior {
         }
     }
 
+    /// Smoothed length √(|u_t|² + ε²) of a slip, m.
     fn length(&self, slip: DVec2) -> f64 {
         (slip.length_squared() + self.smooth * self.smooth).sqrt()
     }
@@ -228,6 +234,7 @@ impl Interior {
         }
     }
 
+    /// Mean m of s p, N m.
     fn mean(&self, primal: &Primal) -> f64 {
         self.mean_ahead(primal, 0.0)
     }
@@ -281,6 +288,7 @@ impl Interior {
         (most(&self.gap, &self.gap_step), most(&self.force, &self.force_step))
     }
 
+    /// Move gaps and forces along the fraction `part` of the step.
     fn go(&mut self, part: f64) {
         for (to, by) in self.gap.iter_mut().zip(&self.gap_step).chain(self.force.iter_mut().zip(&self.force_step)) {
             *to += part * by;

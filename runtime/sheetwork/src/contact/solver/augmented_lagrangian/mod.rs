@@ -43,16 +43,18 @@ pub(crate) use crate::contact::solver::augmented_lagrangian::interior_point::Ins
 pub(crate) use crate::contact::solver::augmented_lagrangian::tangent::{Joint, Tangent, covers};
 pub(crate) use crate::contact::solver::augmented_lagrangian::unknowns::{OnForces, OnMasses, Space};
 
-/// Fraction of contacts with an unexpected state above which the next steps are regularised, or,
-/// without regularisation, the interior point method is used after [`STEPS_OUTSIDE`] iterations.
+/// Fraction of contacts that open or close unexpectedly above which steps are regularised, or the
+/// interior point method is used.
 const MANY: f64 = 0.03;
+/// Iterations without regularisation after which [`MANY`] changes switch to the interior point
+/// method.
 const STEPS_OUTSIDE: u32 = 3;
-/// Regularised iterations at which the residual is checked. At the first check a residual above the
-/// fraction [`LOST`] of its initial value, and at the second one any residual above [`FEW_TIMES`]
-/// the tolerance, switches to the interior point method: further regularised steps converge slowly
-/// or not at all.
+/// Regularised iterations at which the residual decides whether to switch to the interior point
+/// method. Regularised steps that have not converged by then converge slowly or not at all.
 const STEPS_BRACED: [u32; 2] = [6, 10];
+/// Ratio of the residual to its initial value above which the first check switches.
 const LOST: f64 = 0.5;
+/// Residual, as a multiple of the tolerance, above which the second check switches.
 const FEW_TIMES: f64 = 4.0;
 /// Additional iterations for each update of the friction bounds.
 const MORE: u32 = 6;
@@ -68,15 +70,15 @@ const LATE: u32 = 3;
 const HOLDS: f64 = 100.0;
 /// Tolerance of the friction force as a fraction of the friction bound.
 const STICKS: f64 = 1e-3;
-/// Stagnation: a residual that decreases by less than this fraction in an update of the forces, and
-/// is at most so many times the tolerance, is accepted. Over-constrained contacts leave such a
-/// residual.
+/// Stagnation: relative decrease of the residual in an update of the forces below which it is
+/// accepted, if it also meets [`CONTRADICTED`]. Over-constrained contacts leave such a residual.
 const STALLED: f64 = 0.1;
+/// Largest residual that is accepted after stagnation, as a multiple of the tolerance.
 const CONTRADICTED: f64 = 10.0;
-/// Ratio of the residual to that before an update of the forces above which the weights ρ grow, and
-/// their growth factor. Many contacts that hold a soft sheet together are stiffer than each of them
-/// alone.
+/// Ratio of the residual to that before an update of the forces above which the weights ρ grow.
+/// Many contacts that hold a soft sheet together are stiffer than each of them alone.
 const SLOW: f64 = 0.4;
+/// Growth factor of the weights ρ.
 const FASTER: f64 = 5.0;
 /// Sum of forces, as a fraction of the largest sum in the solve, below which only rounding errors
 /// are left.
@@ -86,9 +88,9 @@ const NEGLIGIBLE: f64 = 1e-6;
 /// Minimum tolerance of a friction bound, as a fraction of the total friction bound times
 /// [`STICKS`], for contacts with little force.
 const SLIGHT: f64 = 0.1;
-/// Maximum number of trial points of a line search, and fraction of the slope of Φ that may be
-/// left.
+/// Maximum number of trial points of a line search.
 const TRIALS: u32 = 12;
+/// Fraction of the initial slope of Φ at which a line search ends.
 const FLAT: f64 = 0.1;
 
 /// Settings of a solve: tolerances, weights and iteration limits.
@@ -167,8 +169,7 @@ impl Accuracy {
     /// 1e-4 of the exact one. With ten times the tolerance of the balance, steps of a sheet that
     /// slides at 35° may fail to converge for seconds.
     pub const TOGETHER_FEW: Self = Self { balance_late: 1e-4, updates: 2, ..Self::TOGETHER };
-    /// Settings for an outer iteration far from the solution, for a single sheet and for several
-    /// sheets.
+    /// Settings for an outer iteration of a single sheet that is far from the solution.
     pub const ROUGH: Self = Self {
         gap: 1e-5,
         slip: 10.0,
@@ -178,6 +179,7 @@ impl Accuracy {
         updates: 0,
         ..Self::FINE
     };
+    /// Settings for an outer iteration of several sheets that is far from the solution.
     pub const ROUGH_TOGETHER: Self = Self { gap: 1e-5, slip: 10.0, stiffer: Self::FINE.stiffer, ..Self::TOGETHER };
 }
 
@@ -189,21 +191,27 @@ pub(crate) struct Primal {
     pub force: Vec<DVec3>,
     /// Friction bound of each contact, N.
     limits: Vec<f64>,
-    /// Difference between μ p_n and the friction bound of each contact, N, and the last relaxation
-    /// factor.
+    /// Difference between μ p_n and the friction bound of each contact, N.
     short: Vec<f64>,
+    /// Last relaxation factor of the friction bounds.
     part: f64,
+    /// Contact states at the present u.
     states: Vec<State>,
+    /// Contact states for which the factor was computed; empty if there is none.
     factored: Vec<State>,
     /// D of each constraint in the factor, N/m.
     weights: Vec<DMat3>,
-    /// u = J δ + b, and its change along the step.
+    /// u = J δ + b, m.
     u: Vec<DVec3>,
+    /// Change of u along the step, m.
     du: Vec<DVec3>,
+    /// Displacement δ.
     delta: Vec<f64>,
-    /// H δ, the step s, and H s.
+    /// H δ, N.
     pull: Vec<f64>,
+    /// Right-hand side of a Newton step, then the step s.
     step: Vec<f64>,
+    /// H s, N.
     step_pull: Vec<f64>,
     interior: interior_point::Interior,
     /// Largest sum of forces in this solve, N.
@@ -215,6 +223,7 @@ pub(crate) struct Primal {
     /// Whether steps are regularised: D of a slipping contact also resists slip along its
     /// direction, and steps have full length.
     braced: bool,
+    /// Factorisations since the solver was created.
     pub factors: u64,
 }
 
@@ -560,6 +569,7 @@ impl Primal {
         exact
     }
 
+    /// Move δ and u along the fraction `part` of the step.
     fn go(&mut self, part: f64) {
         for (to, by) in self.delta.iter_mut().zip(&self.step) {
             *to += part * by;

@@ -40,17 +40,21 @@ pub(crate) struct Joint {
     /// First block row of every sheet and then of every body of the island; [`NO_ROWS`] for
     /// kinematic and static bodies.
     first: Vec<u32>,
-    /// Layout (first block row and number of blocks of every sheet and body): the present one, and
-    /// the one for which the pattern was made.
+    /// Present layout: first block row and number of blocks of every sheet and body.
     sizes: Vec<(u32, u32)>,
+    /// Layout for which the pattern was made.
     made_for: Vec<(u32, u32)>,
     pattern: Pattern,
     factor: Option<Box<dyn Factor>>,
     /// Slot in the joint pattern of every block of every sheet.
     slots: Vec<u32>,
+    /// Values of the matrix without contact.
     base: Vec<f64>,
+    /// Values of the matrix with contact.
     values: Vec<f64>,
+    /// Horizontal position of each block row, m.
     places: Vec<[f64; 2]>,
+    /// Height of the sheet or body of each block row, m.
     depths: Vec<f64>,
     /// Number of analyses of a pattern.
     pub analyses: u64,
