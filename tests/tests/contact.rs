@@ -7,7 +7,7 @@
 use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::contact::SKIN;
+use sheetwork::scene::contact::SKIN;
 use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};

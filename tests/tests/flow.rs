@@ -170,7 +170,7 @@ fn a_creased_sheet_in_flight_gains_neither_energy_nor_momentum() {
     assert!(change.length() < 0.02 * turning.length(), "{change} of {turning}");
 }
 
-/// A clamped card that yields at a hundredth of its yield stress.
+/// A clamped card that yields at a fiftieth of its ordinary yield stress.
 fn weak(hardening: f64) -> Scene {
     let mut scene = card((11, 7));
     let card =

@@ -10,7 +10,8 @@ use sheetwork::scene::{
     HeatMode, HeaterSpec, HotFaceSpec, Material, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw, material,
 };
-use sheetwork::thermal::{STEFAN_BOLTZMANN, Softening, ZERO_CELSIUS};
+use sheetwork::thermal::Softening;
+use sheetwork::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 use sheetwork_rigs::measure::{Setup, Thermal, measure};
 use sheetwork_tests::{Random, body, shipped, world};
 

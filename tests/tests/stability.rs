@@ -53,7 +53,8 @@ fn damping_moves_the_limits_as_theory_says() {
         let cromer = limit(EngineKind::EulerCromer, zeta);
         let expected = 2.0 * ((1.0 + zeta * zeta).sqrt() - zeta);
         assert!((cromer / expected - 1.0).abs() < 0.02, "{zeta}: {cromer}, {expected}");
-        // |1 + z + z²/2| = 1 with z = a (-ζ + i √(1 - ζ²)) is a³ - 4 ζ a² + 8 ζ² a - 8 ζ = 0, so about 2 ζ^(1/3).
+        // |1 + z + z²/2| = 1 with z = a (-ζ + i √(1 - ζ²)) is a³ - 4 ζ a² + 8 ζ² a - 8 ζ = 0,
+        // so about 2 ζ^(1/3).
         let richardson = limit(EngineKind::EulerRichardson, zeta);
         let about = 2.0 * zeta.cbrt();
         println!("{zeta}: euler-cromer {cromer:.4}, euler-richardson {richardson:.4} (about {about:.4})");
@@ -122,7 +123,8 @@ fn energy_in_the_highest_mode_grows_or_decays_as_tabled() {
         // The next term of RK4's decay is a⁸/576: an eighth of a² of the first.
         check(EngineKind::Rk4, 0.35, 4000, -(0.35_f64.powi(6)) / 72.0);
         check(EngineKind::Rk4, 1.0, 400, (-1.0 / 72.0 + 1.0 / 576.0_f64).ln_1p());
-        // |R(ia)|² - 1 of the order-5 formula with its seventh-stage term z⁶/600: -a⁶/1800 + a⁸/1600 - ...
+        // |R(ia)|² - 1 of the order-5 formula with its seventh-stage term z⁶/600:
+        // -a⁶/1800 + a⁸/1600 - ...
         let u = 0.25_f64;
         let fifth = u.powi(3) * (-1.0 / 1800.0 + u / 1600.0 - u * u / 14400.0 + u.powi(3) / 360_000.0);
         check(EngineKind::Rk45, 0.5, 8000, fifth);

@@ -6,7 +6,7 @@
 use sheetwork::InputError;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec, PressureKey, Scene};
 use sheetwork::sheet::Sheet;
-use sheetwork::thermal::ZERO_CELSIUS;
+use sheetwork::units::temperature::ZERO_CELSIUS;
 
 /// The path with the number of a sheet in place of its name.
 pub fn numbered(sheets: &[Sheet], path: &str) -> String {

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::{Value, json};
 use sheetwork::InputError;
-use sheetwork::material::report::{MaterialReport, ReportRequest, material_report};
+use sheetwork::sheet::material_report::{MaterialReport, ReportRequest, material_report};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{Material, MaterialChoice};
 use sheetwork_rigs::measure::Setup;

@@ -7,7 +7,8 @@ use crate::measure::{Outcome, Setup};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
 use sheetwork::thermal::source::Source;
-use sheetwork::thermal::{COLDEST, HOTTEST, Room};
+use sheetwork::thermal::Room;
+use sheetwork::units::temperature::{COLDEST, HOTTEST};
 use sheetwork::{InputError, check_range};
 
 /// The situation of the thermal rigs. Each rig uses a part of the fields.

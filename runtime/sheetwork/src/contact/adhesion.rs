@@ -28,7 +28,7 @@ use crate::math::Vectors;
 use crate::scene::Tack;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::REFERENCE;
+use crate::units::temperature::REFERENCE;
 
 /// Acceleration of a node (m/s²) that a bond bears without an earlier load.
 const RESERVE: f64 = 200.0;
@@ -41,18 +41,20 @@ const GROWTH: f64 = 2.0;
 /// Bonds of a sheet and their forces.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stuck {
-    /// Bond force on each node, N, of this step and the last one.
+    /// Bond force on each node in the next step, N.
     pull: Vectors,
+    /// Bond force on each node in the last step, N.
     was_pull: Vectors,
     /// Bond forces on dynamic bodies: index in [`Surroundings`], force (N), point in the body's
     /// frame (m).
     on_bodies: Vec<(u32, DVec3, DVec3)>,
-    /// Whether each node has a bond, in this step and the last one.
+    /// Whether each node has a bond.
     held: Vec<bool>,
+    /// Whether each node had a bond in the last step.
     was_held: Vec<bool>,
-    /// Direction from each node to its first contact, and number of contacts on that side and on
-    /// the other one.
+    /// Direction from each node to its first contact.
     towards: Vec<DVec3>,
+    /// Number of contacts of each node on the side of its first contact and on the other one.
     count: Vec<[u32; 2]>,
     /// Applied forces without the bond forces, to restore them after the step.
     applied: Vectors,

@@ -73,10 +73,6 @@ pub(crate) use crate::contact::node::clearance::Clearance;
 pub(crate) use crate::contact::solver::delassus::{Group, Unit};
 pub use crate::contact::stage::ContactCounters;
 
-/// Contact offset of a surface without thickness, m. It exceeds the resolution of `f32` at the
-/// scale of a body.
-pub const SKIN: f64 = 1e-5;
-
 /// Approach speed (m/s) below which a node of an explicit integrator does not rebound. A resting
 /// node falls into the surface by g·dt per step and must stay on it.
 pub const REST_SPEED: f64 = 0.01;

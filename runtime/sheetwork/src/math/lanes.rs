@@ -7,6 +7,9 @@
 
 use std::ops::{Add, Mul, Neg, Sub};
 
+/// Index of a 3x3 block that the tangent matrix does not have: blocks of fixed nodes are dropped.
+pub const NO_BLOCK: u32 = u32::MAX;
+
 use crate::math::Vectors;
 
 /// Number of lanes of a [`Pack`].
@@ -212,7 +215,7 @@ impl Pack9 {
     #[inline(always)]
     pub fn scatter(&self, slots: &[u32; LANES], count: usize, values: &mut [f64]) {
         for (l, slot) in slots.iter().enumerate().take(count) {
-            if *slot != crate::elements::NO_BLOCK {
+            if *slot != NO_BLOCK {
                 let at = *slot as usize * 9;
                 for (to, from) in values[at..at + 9].iter_mut().zip(&self.0) {
                     *to += from.0[l];

@@ -6,7 +6,7 @@
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, Link};
 
 /// One layer of a lattice.

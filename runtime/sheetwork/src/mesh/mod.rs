@@ -1,5 +1,6 @@
 //! Meshes of sheets: grids, lattice structures, outlines and their triangulation, cells cut by slits.
 
+pub mod spring_class;
 pub(crate) mod grid;
 pub mod outline;
 pub mod slits;

@@ -4,8 +4,6 @@
 //! masses opens the cells on its far side, at the end of the sheet those before it. What that means is what an opening means anywhere: no mass
 //! is split, a strip as wide as a cell is lost. A slit does not run on unless the sheet tears.
 
-use crate::sheet::Sheet;
-
 /// How far in a cell a line must come, in cells.
 const LEAST: f64 = 1e-3;
 
@@ -39,19 +37,6 @@ pub fn crossed((columns, rows): (usize, usize), (from, to): Slit) -> Vec<usize> 
         }
     }
     cells
-}
-
-impl Sheet {
-    /// Of each cell, whether one of `slits` goes through it.
-    pub(crate) fn slit_cells(&self, slits: &[Slit]) -> Vec<bool> {
-        let bottom = self.layers.first().copied().unwrap_or_default();
-        let size = (bottom.nx.saturating_sub(1) as usize, bottom.nz.saturating_sub(1) as usize);
-        let mut cells = vec![false; size.0 * size.1];
-        for slit in slits {
-            crossed(size, *slit).into_iter().for_each(|c| cells[c] = true);
-        }
-        cells
-    }
 }
 
 #[cfg(test)]

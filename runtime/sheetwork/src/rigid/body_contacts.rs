@@ -6,7 +6,6 @@
 use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, PhysicsWorld};
 
-use crate::collision::constraint::Key;
 use crate::rigid::Motion;
 use crate::rigid::view::Owners;
 
@@ -31,8 +30,8 @@ pub struct BodyContact {
     pub friction: f64,
     /// Coefficient of restitution.
     pub restitution: f64,
-    /// Key that is constant between steps, from colliders and features.
-    pub key: Key,
+    /// [u64; 2] that is constant between steps, from colliders and features.
+    pub key: [u64; 2],
 }
 
 /// Append the contacts that Rapier detected in its last substep, for pairs not yet in `list`. The
@@ -87,7 +86,7 @@ fn at_start(motion: &Motion, at: DVec3, is_round: bool) -> DVec3 {
     motion.start.rotation().conjugate() * (motion.from.rotation() * at)
 }
 
-/// Key of a feature of a collider.
+/// [u64; 2] of a feature of a collider.
 pub(crate) fn name(collider: ColliderHandle, feature: u32) -> u64 {
     u64::from(collider.into_raw_parts().0) << 32 | u64::from(feature)
 }

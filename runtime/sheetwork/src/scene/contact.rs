@@ -5,6 +5,10 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Contact offset of a surface without thickness, m. It exceeds the resolution of `f32` at the
+/// scale of a body.
+pub const SKIN: f64 = 1e-5;
+
 /// Default contact coefficients of bodies and sheets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]

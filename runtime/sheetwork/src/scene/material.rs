@@ -13,7 +13,7 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::elements::Law;
+use crate::material::law::Law;
 use crate::error::InputError;
 use crate::material::calibration::{Orthotropic, Target};
 use crate::scene::load::read_ron;

@@ -30,7 +30,7 @@ impl SpotSpec {
         check_range("at.0", self.at.0, 0.0, 1.0, "")?;
         check_range("at.1", self.at.1, 0.0, 1.0, "")?;
         check_range("radius", self.radius, 1e-6, 1e3, "m")?;
-        check_range("temperature", self.temperature, crate::thermal::COLDEST, crate::thermal::HOTTEST, "°C")
+        check_range("temperature", self.temperature, crate::units::temperature::COLDEST, crate::units::temperature::HOTTEST, "°C")
     }
 
     /// Weight of the spot's temperature at `distance` (m) from its centre, 0 to 1.

@@ -3,7 +3,7 @@
 use crate::error::{InputError, check_range};
 use crate::integrators::EngineKind;
 use crate::scene::{Material, MaterialChoice, SheetSpec, Tack, material};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Check the adhesion settings of a sheet.
 ///

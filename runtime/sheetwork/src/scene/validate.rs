@@ -13,7 +13,7 @@ use crate::scene::{
     Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, MaterialChoice, PathKey, PinSpec,
     Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, material,
 };
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 type Check = Result<(), InputError>;
 

@@ -28,7 +28,7 @@ use crate::mesh::slits::Slit;
 use crate::mesh::structure::Layer;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::REFERENCE;
+use crate::units::temperature::REFERENCE;
 
 /// Relative tolerance within which strains are equal.
 const ALIKE: f64 = 1e-9;

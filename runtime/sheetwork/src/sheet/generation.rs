@@ -7,7 +7,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::elements::Element;
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::elements::wall_spring::WallSprings;
 use crate::error::InputError;
 use crate::material::calibration::{Clamped, Request, WallSpring, calibrate, default_gap};

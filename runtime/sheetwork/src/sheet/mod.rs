@@ -4,6 +4,8 @@
 //! `build` makes a [`Sheet`] from a [`SheetSpec`](crate::scene::SheetSpec) or a .SHT file, the
 //! setters here change a running sheet, and [`crate::islands`] steps it. SI units throughout.
 
+pub(crate) mod slits;
+pub mod material_report;
 pub(crate) mod accelerations;
 pub(crate) mod air_drag;
 pub(crate) mod air_parameters;
@@ -62,7 +64,8 @@ use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::grab_spring::Pull;
 use crate::elements::spring::{SpringScratch, Springs};
 use crate::elements::thickness_limit::ThicknessLimit;
-use crate::elements::{Element, Law};
+use crate::elements::Element;
+use crate::material::law::Law;
 use crate::error::{InputError, check_range};
 use crate::integrators::{Engine, EngineKind};
 use crate::mesh::outline::Mesh;

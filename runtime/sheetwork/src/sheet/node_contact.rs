@@ -27,7 +27,7 @@ impl Sheet {
     /// its material, otherwise the minimum offset.
     pub fn contact_offset(&self) -> f64 {
         let has_thickness = self.layers.len() <= 1 && self.follows_material();
-        if has_thickness { 0.5 * self.material().thickness } else { crate::contact::SKIN }
+        if has_thickness { 0.5 * self.material().thickness } else { crate::scene::contact::SKIN }
     }
 
     /// Corners of the bounding box of the collision surface, m.

@@ -236,7 +236,7 @@ impl Sheet {
         if !from.flag()? {
             return if self.heat.is_none() { Ok(()) } else { Err(Cut) };
         }
-        self.begin_heat(crate::thermal::REFERENCE);
+        self.begin_heat(crate::units::temperature::REFERENCE);
         let Some(mut heat) = self.heat.take() else { return Err(Cut) };
         let taken = heat.take(from, self);
         self.heat = Some(heat);

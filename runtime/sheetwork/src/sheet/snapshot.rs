@@ -8,7 +8,8 @@ use crate::math::Vectors;
 use crate::scene::Material;
 use crate::sheet::creep::Flow;
 use crate::sheet::{GuardState, Sheet, Status};
-use crate::thermal::{Heat, REFERENCE};
+use crate::thermal::Heat;
+use crate::units::temperature::REFERENCE;
 
 /// State of a sheet at one time.
 #[derive(Clone, Debug)]

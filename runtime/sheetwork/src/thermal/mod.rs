@@ -24,14 +24,6 @@ pub mod view_factor;
 
 pub use crate::scene::spot::SpotSpec;
 pub use crate::thermal::room::Room;
-pub use crate::thermal::softening::{REFERENCE, Softening};
+pub use crate::thermal::softening::Softening;
+pub use crate::units::temperature::REFERENCE;
 pub use crate::thermal::state::Heat;
-
-/// 0 °C in K.
-pub const ZERO_CELSIUS: f64 = 273.15;
-/// Absolute zero, °C.
-pub const COLDEST: f64 = -ZERO_CELSIUS;
-/// Maximum accepted temperature, °C.
-pub const HOTTEST: f64 = 5000.0;
-/// Stefan-Boltzmann constant σ, W/(m² K⁴) (CODATA 2018).
-pub const STEFAN_BOLTZMANN: f64 = 5.670_374_419e-8;

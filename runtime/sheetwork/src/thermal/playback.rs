@@ -2,7 +2,7 @@
 
 use crate::error::{InputError, check_range};
 use crate::sheet::Sheet;
-use crate::thermal::{COLDEST, HOTTEST, REFERENCE};
+use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
 use crate::world::recording::Warmth;
 
 /// Minimum remaining stiffness: a recording can round it to zero.

@@ -11,7 +11,7 @@ use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::{Sheet, Status};
 use crate::thermal::source::{Dial, Moment, Source, Surroundings, TABLE, Target, hot_body};
 use crate::thermal::thesis_mode::Thesis;
-use crate::thermal::{COLDEST, HOTTEST, REFERENCE};
+use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
 
 /// Minimum thermal step, s.
 const SHORTEST: f64 = 1.0 / 240.0;

@@ -12,9 +12,8 @@
 //! material with neither has a constant stiffness.
 
 use crate::scene::Material;
+use crate::units::temperature::REFERENCE;
 
-/// Reference temperature of material constants and of the size of a sheet, °C.
-pub const REFERENCE: f64 = 20.0;
 /// Slope of the glass, decades per kelvin.
 const GLASS: f64 = 0.0015;
 /// Width of the transition, K.

@@ -282,7 +282,7 @@ impl Heat {
             // A table has corners: the steeper side counts.
             let change = |by: f64| (self.curve.fraction(celsius + by) / fraction).ln().abs();
             self.room[i] = STEP * (SOFTER / change(STEP).max(change(-STEP)).max(SOFTER));
-            self.expansion[i] = self.coefficient * (celsius - crate::thermal::REFERENCE);
+            self.expansion[i] = self.coefficient * (celsius - crate::units::temperature::REFERENCE);
         }
         let (lower, upper) = self.nodes.split_at(self.mean.len());
         for (curl, (lower, upper)) in self.curl.iter_mut().zip(lower.iter().zip(upper)) {
@@ -333,9 +333,9 @@ impl Sheet {
     pub fn set_temperatures(&mut self, celsius: impl Fn(usize) -> f64) -> Result<(), InputError> {
         let n = self.masses();
         (0..n).try_for_each(|i| {
-            check_range("temperature", celsius(i), crate::thermal::COLDEST, crate::thermal::HOTTEST, "°C")
+            check_range("temperature", celsius(i), crate::units::temperature::COLDEST, crate::units::temperature::HOTTEST, "°C")
         })?;
-        self.begin_heat(crate::thermal::REFERENCE);
+        self.begin_heat(crate::units::temperature::REFERENCE);
         if let Some(heat) = &mut self.heat {
             let count = heat.nodes.len();
             heat.set_nodes((0..count).map(|k| celsius(k % n)));

@@ -20,7 +20,7 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
-use crate::thermal::REFERENCE;
+use crate::units::temperature::REFERENCE;
 use crate::thermal::source::Surroundings;
 
 /// Minimum remaining stiffness, as a fraction.

@@ -13,7 +13,7 @@ use glam::{DQuat, DVec3};
 
 pub use crate::collision::overlap::sheets::{between, pairs};
 pub use crate::collision::overlap::solid::Solid;
-use crate::contact::SKIN;
+use crate::scene::contact::SKIN;
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 

@@ -14,7 +14,7 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
-use crate::contact::SKIN;
+use crate::scene::contact::SKIN;
 use crate::contact::node::clearance::{First, Leg};
 use crate::contact::node::response::{Flight, Surface, arrival, resolve};
 use crate::contact::node::target::{Frame, Meeting, NO_FACE, Target};

@@ -14,7 +14,7 @@ use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
 use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
 use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 
-use crate::contact::SKIN;
+use crate::scene::contact::SKIN;
 use crate::contact::node::response::Surface;
 use crate::rigid::{CONVEX, RigidView};
 use crate::sheet::Sheet;

@@ -3,15 +3,16 @@
 //! In a real sheet a shock crosses the thickness in less than a microsecond. Between the layers of
 //! a lattice it takes many steps, so that a dropped lattice would rebound from its inter-layer
 //! springs and not by its restitution coefficient. A node that is connected to struck nodes of the
-//! next layer therefore takes the impact too, in the share s of those that were struck: its
-//! approach velocity v_n becomes v_n (1 - (1 + e) s), with proportional friction. Since s ≤ 1,
-//! energy never grows, and a sheet that lands flat rebounds with e² of its energy. Resting contact
-//! is left to the springs, which carry the weight of the upper layers.
+//! next layer therefore takes the impact too. With s the struck fraction of its connected nodes in
+//! that layer, its approach velocity v_n becomes v_n (1 - (1 + e) s), with proportional friction.
+//! Since s ≤ 1, energy never grows, and a sheet that lands flat rebounds with e² of its energy.
+//! Resting contact is left to the springs, which carry the weight of the upper layers.
 
 use glam::DVec3;
 
 use crate::contact::node::response::slowed;
-use crate::elements::spring::{SpringClass, Springs};
+use crate::elements::spring::Springs;
+use crate::mesh::spring_class::SpringClass;
 use crate::sheet::Sheet;
 
 /// Impact on a node in this step.

@@ -34,7 +34,8 @@ use crate::elements::curvature::CurvatureGroup;
 use crate::elements::fracture::Open;
 use crate::elements::remap::Carry;
 use crate::elements::staggered::Left;
-use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, set_rest};
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 

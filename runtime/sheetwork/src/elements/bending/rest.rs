@@ -467,7 +467,8 @@ mod tests {
     use crate::elements::derivative_check;
     use crate::elements::staggered::{Grid, curvatures};
     use crate::elements::triangle_bending::triangle_curvatures;
-    use crate::elements::{Element, Law};
+    use crate::elements::Element;
+    use crate::material::law::Law;
 
     fn law() -> Law {
         Law { retardation: 0.0, ..derivative_check::law() }

@@ -34,7 +34,8 @@ use crate::elements::grid_membrane::kernels::{
     add_forces, add_gradient, add_tangent, begin, energy, potential, predict, settle,
 };
 use crate::elements::remap::Carry;
-use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, set_rest};
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::math::lanes::{LANES, Pack, Pack3, Pack9};
 use crate::serialize::{Keeper, Taken, Taker};

@@ -17,7 +17,7 @@
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::material::calibration::Clamped;
 use crate::material::calibration::cell::{Bond, Cell, Pattern, Site};
 use crate::material::calibration::dense::Symmetric;

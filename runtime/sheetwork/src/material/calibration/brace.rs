@@ -5,7 +5,7 @@
 //! stretched by uniform bending, whatever its direction (with κ the curvature and s the distance between layers, its ends
 //! part by (r·κ r) s/2 along r and by -(r·κ r)/2 along the normal, which cancel), so a brace adds nothing to the sheet.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::material::calibration::fit::Bulk;
 use crate::mesh::structure::{Lattice, Link};
 

@@ -17,7 +17,7 @@
 
 use glam::{DVec2, DVec3};
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::material::calibration::cell::{Bond, Cell, Pattern};
 use crate::material::calibration::homogenise::{Plate, affine, homogenise};
 use crate::material::calibration::nnls::nonnegative_least_squares;

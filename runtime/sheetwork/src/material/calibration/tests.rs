@@ -2,7 +2,7 @@
 
 pub(crate) mod linear;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::material::calibration::cell::{Bond, Pattern};
 use crate::material::calibration::homogenise::{Plate, homogenise};
 use crate::material::calibration::target::along;

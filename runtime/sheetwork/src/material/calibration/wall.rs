@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::material::calibration::Clamped;
 use crate::material::calibration::boundary::Boundary;
 use crate::material::calibration::cell::{Site, sites};

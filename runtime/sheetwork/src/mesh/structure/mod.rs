@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::grid::{Builder, Layer};
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::error::InputError;
 
 /// The structures there are, by name.

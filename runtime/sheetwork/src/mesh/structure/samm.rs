@@ -2,7 +2,7 @@
 //!
 //! It has no spring against shear or twist within a layer: a strip of it bends, a plate of it folds along its diagonals.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

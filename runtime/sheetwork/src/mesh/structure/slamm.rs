@@ -2,7 +2,7 @@
 //!
 //! The single diagonal couples bending into twist, which the thesis saw as a yaw and called a distortion.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

@@ -3,7 +3,7 @@
 //!
 //! With rows a factor √3/2 of the spacing apart the triangles are equilateral and the layer is isotropic.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

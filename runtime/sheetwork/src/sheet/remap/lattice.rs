@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::math::Vectors;
 use crate::mesh::structure::{Layer, StructureKind};
 use crate::scene::SheetSpec;

@@ -33,7 +33,7 @@ use crate::error::InputError;
 use crate::scene::{Region, SheetSpec};
 use crate::sheet::remap::layer_offsets::Layout;
 use crate::sheet::{GuardState, Sheet, Status};
-use crate::thermal::REFERENCE;
+use crate::units::temperature::REFERENCE;
 
 /// Iterations for the largest frequency, which give an accuracy of a few percent.
 const ITERATIONS: usize = 60;

@@ -15,7 +15,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::elements::wall_spring::Held;
 use crate::sheet::Sheet;
 use crate::sheet::remap::layer_offsets::Layout;

@@ -15,7 +15,7 @@ use crate::error::InputError;
 use crate::scene::{HeatGunSpec, Placement, Scene, path_at};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::thermal::source::{Dial, Kind, Moment, Source, Target};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Angle from the axis, in half angles, beyond which the jet ends.
 const EDGE: f64 = 3.0;

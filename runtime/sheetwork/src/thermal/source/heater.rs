@@ -29,7 +29,7 @@ use crate::sheet::Sheet;
 use crate::thermal::shadow::Own;
 use crate::thermal::source::{Dial, Kind, Moment, Source, Target, fourth_power};
 use crate::thermal::view_factor::contour;
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Motion of a patch that requires a new view factor: as a fraction of its distance from the middle
 /// of the nearest hot face, and as a rotation, rad. The view factor is then wrong by some

@@ -14,7 +14,7 @@ use crate::error::InputError;
 use crate::scene::{Scene, body_name};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::thermal::source::{Dial, Kind, Moment, Source, Target};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Conductivity of air, W/(m K).
 const AIR: f64 = 0.026;

@@ -19,7 +19,7 @@ use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 use crate::thermal::patches::{Faces, Patch};
 use crate::thermal::stepper::Exchange;
-use crate::thermal::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
+use crate::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 
 /// Kind of source.
 pub struct Kind {

@@ -5,7 +5,7 @@ use crate::error::InputError;
 use crate::scene::{OvenKey, OvenSpec, Scene};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::thermal::source::{Dial, Kind, Moment, Source, Surroundings, Target};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 pub(crate) const KIND: Kind = Kind { name: "oven", about: "the whole room at a temperature", build };
 

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
-use crate::thermal::ZERO_CELSIUS;
+use crate::units::temperature::ZERO_CELSIUS;
 use crate::world::recording::frame::{Frame, Header, Warmth};
 
 /// Bits of a sheet's first byte: the kind of temperatures, and whether cells follow.

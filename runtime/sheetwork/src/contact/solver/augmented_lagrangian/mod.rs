@@ -279,6 +279,11 @@ impl Primal {
 
     /// Solve from the initial forces in `force`, and leave the solution there. Returns whether the
     /// iteration converged.
+    ///
+    /// Each iteration updates the contact states and the force balance. If the forces balance the
+    /// displacement, the forces are updated; if gaps and slips are then within tolerance, the
+    /// friction bounds are updated, and the solve ends when they no longer change. Otherwise a
+    /// Newton step follows, with a new factor if the states have changed.
     pub fn solve(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
         if !self.guess(space, accuracy) {
             return false;
@@ -394,8 +399,8 @@ impl Primal {
         true
     }
 
-    /// Set the initial contact states: closed with an initial force, and closed without one if the
-    /// contact is new and penetrates.
+    /// Set the initial contact states. A contact is closed if it has an initial force, or if it is
+    /// new with a gap below `eager`.
     fn begin(&mut self) {
         self.states.clear();
         self.limits.clear();
