@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sheetwork::scene::Scene;
-use sheetwork::world::recording::{Frame, Header, Warmth, read};
+use sheetwork::world::recording::{Frame, Header, RecordedTemperature, read};
 use sheetwork::{InputError, World};
 
 use crate::scenes;
@@ -79,7 +79,7 @@ impl Playback {
 
     /// Whether it has temperatures, or what those have made of the stiffness, that sheets can be coloured by.
     pub fn has_heat(&self) -> bool {
-        self.frames.iter().flat_map(|f| &f.warmth).any(|w| *w != Warmth::Unknown)
+        self.frames.iter().flat_map(|f| &f.warmth).any(|w| *w != RecordedTemperature::Unknown)
     }
 
     /// Frames there are.

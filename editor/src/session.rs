@@ -71,7 +71,7 @@ pub struct Session {
     carried: Option<carry::Carried>,
     /// The middle of each heater of the scene in its own axes, m.
     heater_middles: Vec<DVec3>,
-    /// Warmth that is being painted.
+    /// RecordedTemperature that is being painted.
     stroke: Option<paint::Stroke>,
     messages: Vec<Message>,
     told_unstable: bool,

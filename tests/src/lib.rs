@@ -11,10 +11,10 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{BodySpec, Material, MaterialChoice, PathKey, Placement, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork::sheet::Sheet;
 

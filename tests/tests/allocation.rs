@@ -2,9 +2,10 @@
 
 use allocation_counter::measure;
 use glam::DVec3;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Air, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork_tests::{adrift, body, excite_randomly, shipped, small_sheet, world};
 

@@ -4,8 +4,9 @@
 
 use glam::DVec3;
 use proptest::prelude::*;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::EventKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Air, MaterialChoice, Scene, heater, pol, sht};
 use sheetwork::sheet::Status;
 use sheetwork::{InputError, World};

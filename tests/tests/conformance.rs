@@ -5,10 +5,11 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineInfo, EngineKind, TABLE};
+use sheetwork::integrators::{EngineInfo, TABLE};
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{PathKey, PinSpec, Region};
 use sheetwork::sheet::select;
 use sheetwork_tests::{adrift, distance, excite_randomly, excite_smoothly, highest_mode, run, small_sheet, world};

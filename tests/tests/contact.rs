@@ -7,9 +7,9 @@
 use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::scene::contact::SKIN;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
+use sheetwork::scene::contact::SKIN;
 use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};
 use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{adrift, body, run, shipped, small_sheet, world};

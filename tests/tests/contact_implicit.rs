@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
 use sheetwork::collision::overlap::between;
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Material, Scene};
 use sheetwork::sheet::Status;
 use sheetwork_rigs::measure::drops::throw;

@@ -7,9 +7,10 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::{Event, EventKind, Handled};
 use sheetwork::mesh::structure;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{MaterialChoice, PinSpec, Region, Scene, WhenUnstable};
 use sheetwork::sheet::{Sheet, Status};
 use sheetwork_tests::{Random, adrift, all_shipped, excite_randomly, shipped, small_sheet, state_hash, world};
@@ -277,8 +278,8 @@ fn a_snapshot_brings_back_what_was_done() {
     }
 }
 
-/// Largest kinetic plus elastic energy (J) of the first sheet in `seconds`, and the energy that it
-/// and the bodies can gain by falling.
+/// Largest kinetic plus elastic energy (J) of the first sheet in `seconds`, and its initial energy
+/// plus that of a fall of the sheet and the dynamic bodies by 0.5 m.
 fn most_and_fall(world: &mut World, seconds: f64) -> (f64, f64) {
     let own = |world: &World| {
         let energy = world.sheets()[0].energy(DVec3::ZERO);

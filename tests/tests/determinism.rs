@@ -16,7 +16,8 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::Scene;
 use sheetwork_tests::{all_shipped, shipped, state_hash};
 

@@ -5,10 +5,11 @@
 use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::EventKind;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     Burgers, CreaseSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
 };

@@ -160,8 +160,8 @@ fn sheets_put_through_one_another_pass_until_they_are_apart() {
     assert_eq!(told(&world, EventKind::Crossing), 4);
 }
 
-/// A pyramid that falls on a sheet on the floor, and on one fixed at its edges, and two flying
-/// bodies: a fallback must not add energy.
+/// Pyramids that fall on, or are thrown at, a sheet on the floor or one fixed at its edges: a
+/// fallback must not add energy.
 #[test]
 fn what_contact_is_given_up_for_gives_no_body_energy() {
     let pyramid = |half: f64| {

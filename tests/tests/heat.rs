@@ -4,13 +4,13 @@
 use allocation_counter::measure as count;
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     HeatMode, HeaterSpec, HotFaceSpec, Material, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw, material,
 };
-use sheetwork::thermal::Softening;
+use sheetwork::sheet::temperature::Softening;
 use sheetwork::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 use sheetwork_rigs::measure::{Setup, Thermal, measure};
 use sheetwork_tests::{Random, body, shipped, world};

@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::shipped;
 

@@ -9,9 +9,10 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork_rigs::measure::limit::{Setting, radius};
 use sheetwork_rigs::measure::oscillator;
 use sheetwork_tests::{adrift, excite_randomly, highest_mode, run, small_sheet, world};

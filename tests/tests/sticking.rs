@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, CreaseSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, Tack,
 };

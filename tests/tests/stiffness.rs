@@ -3,9 +3,9 @@
 
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::material::elastica::elastica;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, PressureKey, Region, Scene, SheetSpec};
 use sheetwork_rigs::measure::kicks::kick;
 use sheetwork_rigs::measure::{Boundary, Setup, measure};

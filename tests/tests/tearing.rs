@@ -4,9 +4,9 @@
 use allocation_counter::measure as count;
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::islands::event::EventKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw,

@@ -4,8 +4,8 @@
 
 use glam::{DQuat, DVec3};
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, ContactDefaults, Material, MaterialChoice, PathKey, PinSpec, Placement, Polyhedron, Region, Scene, Shape,
     SheetSpec,

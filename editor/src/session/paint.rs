@@ -1,6 +1,6 @@
 //! Work with a hand on a sheet that becomes part of the scene: creases, slits, and warmth painted on.
 //!
-//! Creases and slits are fields of the scene, and the world follows. Warmth is put on the sheet as it is now and kept as spots of the scene, so that it is
+//! Creases and slits are fields of the scene, and the world follows. RecordedTemperature is put on the sheet as it is now and kept as spots of the scene, so that it is
 //! there again after a reset; undo brings the world back to the moment before the stroke.
 
 use sheetwork::Snapshot;

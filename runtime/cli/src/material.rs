@@ -7,9 +7,9 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::{Value, json};
 use sheetwork::InputError;
-use sheetwork::sheet::material_report::{MaterialReport, ReportRequest, material_report};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{Material, MaterialChoice};
+use sheetwork::sheet::material_report::{MaterialReport, ReportRequest, material_report};
 use sheetwork_rigs::measure::Setup;
 
 use sheetwork_rigs::output::{counts, print_json, print_line};

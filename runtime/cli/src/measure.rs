@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::Value;
 use sheetwork::InputError;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Burgers, Material, SpringLaw, material};
 use sheetwork_rigs::measure::{Boundary, Setup, TABLE, measure};
 

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::{ProgressBar, ProgressStyle};
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Scene, library};
 use sheetwork::sheet::Opening;
 use sheetwork::world::journal::{Input, Writer};

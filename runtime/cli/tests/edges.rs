@@ -8,7 +8,7 @@
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::collision::overlap::{Frame, Solid, faces, with_body};
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, ContactDefaults, Material, MaterialChoice, PinSpec, Placement, Polyhedron, Region, Scene, Shape,
     SheetSpec,

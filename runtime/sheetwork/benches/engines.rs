@@ -10,9 +10,10 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use sheetwork::World;
 use sheetwork::elements::spring::SpringScratch;
-use sheetwork::integrators::{EngineKind, TABLE as ENGINES};
+use sheetwork::integrators::TABLE as ENGINES;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::{StructureKind, TABLE as STRUCTURES};
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Scene, SheetSpec};
 use sheetwork::sheet::Sheet;
 

@@ -9,7 +9,7 @@ use clap::Args;
 use glam::{Quat, Vec3};
 use serde_json::json;
 use sheetwork::scene::{HeatMode, Scene};
-use sheetwork::world::recording::{Frame, Header, Recorder, Warmth};
+use sheetwork::world::recording::{Frame, Header, RecordedTemperature, Recorder};
 use sheetwork::{InputError, check_range};
 use sheetwork_link::Topology;
 use sheetwork_link::layout::FrameView;
@@ -92,8 +92,8 @@ impl Record {
 
 fn copied(view: &FrameView, topology: &Topology, warm: bool) -> Frame {
     let warmth = |celsius: &[f32]| match celsius {
-        [_, ..] if warm => Warmth::Mean(celsius.to_vec()),
-        _ => Warmth::Unknown,
+        [_, ..] if warm => RecordedTemperature::Mean(celsius.to_vec()),
+        _ => RecordedTemperature::Unknown,
     };
     let whole = |open: &[bool]| !open.contains(&true);
     let meshes = topology.sheets().iter();

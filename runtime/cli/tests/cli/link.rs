@@ -119,7 +119,9 @@ fn what_is_heated_is_switched_watched_and_recorded_with_its_temperatures() {
     assert!(served.json(&["record", "w.swr", "--seconds", "0.5", "--json"])["frames"].as_u64() > Some(1));
     let (header, frames) = sheetwork::world::recording::read(&served.place.path("w.swr")).expect("a recording");
     let last = frames.last().expect("frames");
-    assert!(matches!(last.warmth_of(0), sheetwork::world::recording::Warmth::Mean(t) if t.len() == header.masses[0]));
+    assert!(
+        matches!(last.warmth_of(0), sheetwork::world::recording::RecordedTemperature::Mean(t) if t.len() == header.masses[0])
+    );
 }
 
 #[test]

@@ -13,10 +13,10 @@ use clap::Args;
 use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
-use sheetwork::integrators::EngineKind;
 use sheetwork::linear::Path;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::profiler::{Phase, Watch};
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
 };

@@ -18,8 +18,8 @@ use clap::Args;
 use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 

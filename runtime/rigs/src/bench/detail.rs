@@ -14,8 +14,8 @@ use clap::Args;
 use cpu_time::ThreadTime;
 use glam::DVec3;
 use serde_json::json;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 

@@ -9,7 +9,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::InputError;
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 
 use crate::bench::shard;
 use crate::output::{print_json, print_line};

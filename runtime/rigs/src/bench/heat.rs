@@ -10,8 +10,8 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use serde_json::json;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
@@ -20,7 +20,7 @@ use crate::output::{print_json, print_line};
 
 /// Steps of a round.
 const STEPS: u32 = 10;
-/// Rounds from flat to the next release.
+/// Rounds between resets to flat.
 const FALL: u32 = 12;
 
 #[derive(Args)]

@@ -11,8 +11,8 @@ use std::time::Instant;
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
 };

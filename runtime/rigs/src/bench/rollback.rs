@@ -13,8 +13,8 @@ use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 

@@ -152,7 +152,7 @@ fn scene() -> Scene {
         pins,
         ..SheetSpec::default()
     };
-    let engine = sheetwork::integrators::EngineKind::TrBdf2;
+    let engine = sheetwork::scene::EngineKind::TrBdf2;
     Scene { name: "soak".into(), engine, sheets: vec![sheet], dt: 1.0 / 240.0, ..Scene::default() }
 }
 

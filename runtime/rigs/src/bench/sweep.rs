@@ -7,8 +7,8 @@
 
 use crate::measure::{Setup, TABLE, measure};
 use sheetwork::InputError;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::Material;
 
 use crate::bench::judge::judge;

@@ -20,11 +20,12 @@ use glam::{DMat3, DVec3};
 
 use sheetwork::InputError;
 use sheetwork::World;
+use sheetwork::integrators::Forces;
 use sheetwork::integrators::implicit::newton::STILL;
-use sheetwork::integrators::{EngineKind, Forces};
 use sheetwork::islands::event::EventKind;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable,
 };

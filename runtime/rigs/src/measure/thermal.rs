@@ -6,8 +6,8 @@ use serde_json::{Map, Value};
 use crate::measure::{Outcome, Setup};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
-use sheetwork::thermal::source::Source;
 use sheetwork::thermal::Room;
+use sheetwork::thermal::source::Source;
 use sheetwork::units::temperature::{COLDEST, HOTTEST};
 use sheetwork::{InputError, check_range};
 

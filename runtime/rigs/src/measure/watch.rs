@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use sheetwork::World;
 use sheetwork::collision::overlap;
 use sheetwork::collision::overlap::{Frame, Solid};
-use sheetwork::islands::SLEEP_SPEED;
+use sheetwork::scene::sleep::SLEEP;
 use sheetwork::math::Vectors;
 use sheetwork::sheet::Status;
 
@@ -97,7 +97,7 @@ impl Watch {
     }
 
     fn see_rest(&mut self, world: &World, since: f64) {
-        let furthest = SLEEP_SPEED * since;
+        let furthest = SLEEP.speed * since;
         let still =
             world.sheets().iter().zip(&self.places).all(|(s, before)| {
                 s.x.iter().zip(before.iter()).all(|(a, b)| a.distance_squared(b) < furthest * furthest)

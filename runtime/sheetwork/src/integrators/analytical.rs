@@ -4,8 +4,9 @@
 //! grows by (1 + a²/2) per step, a = hω: exact for free fall, always unstable for an undamped
 //! spring.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Analytical,

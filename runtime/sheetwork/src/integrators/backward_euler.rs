@@ -8,8 +8,9 @@ use crate::integrators::implicit::newton::Work;
 use crate::integrators::implicit::staged;
 use crate::integrators::implicit::staged::{Jump, Staged};
 use crate::integrators::implicit::{Complex, Implicit, Stage};
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::BackwardEuler,

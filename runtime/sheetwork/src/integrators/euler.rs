@@ -3,8 +3,9 @@
 //!
 //! Order 1. On x'' = -ω²x the energy grows by exactly (1 + a²) per step, a = hω.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Euler,

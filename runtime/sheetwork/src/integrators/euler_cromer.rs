@@ -4,8 +4,9 @@
 //! Order 1, symplectic. On x'' = -ω²x it is stable for a = hω up to 2, and the energy oscillates by
 //! about ±a/2.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::EulerCromer,

@@ -5,8 +5,9 @@
 //! x ← x + v_m h. Order 2. On x'' = -ω²x the energy grows by (1 + a⁴/4) per step, a = hω: weakly
 //! unstable without damping, stable up to about a = 2 ζ^(1/3) with damping ratio ζ.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::EulerRichardson,

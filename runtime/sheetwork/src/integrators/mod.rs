@@ -21,10 +21,8 @@ pub(crate) mod rk45;
 pub(crate) mod tr_bdf2;
 pub(crate) mod verlet;
 
-use serde::{Deserialize, Serialize};
-
-use crate::error::InputError;
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 use crate::serialize::{Keeper, Taken, Taker};
 
 /// Accelerations of a set of nodes.
@@ -97,32 +95,6 @@ impl Engine for Resting {
     }
 }
 
-/// Kinds of integrators.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(try_from = "String", into = "String")]
-pub enum EngineKind {
-    /// Constant acceleration over the step.
-    Analytical,
-    /// Explicit Euler.
-    Euler,
-    /// Semi-implicit Euler.
-    EulerCromer,
-    /// Explicit midpoint.
-    EulerRichardson,
-    /// Velocity Verlet.
-    Verlet,
-    /// Classical Runge-Kutta of order 4.
-    Rk4,
-    /// Dormand-Prince pair of orders 5 and 4, adaptive.
-    Rk45,
-    /// Implicit, trapezoidal and BDF2 stages.
-    TrBdf2,
-    /// Implicit Euler.
-    BackwardEuler,
-    /// Implicit BDF2.
-    Bdf2,
-}
-
 /// Row of the table of integrators.
 pub struct EngineInfo {
     /// Kind.
@@ -175,45 +147,9 @@ impl EngineKind {
         TABLE.iter().find(|e| e.kind == self).unwrap_or(&TABLE[0])
     }
 
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        self.info().name
-    }
-
     /// A new integrator of this kind.
     pub fn make(self) -> Box<dyn Engine> {
         (self.info().make)()
-    }
-}
-
-impl std::fmt::Display for EngineKind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl std::str::FromStr for EngineKind {
-    type Err = InputError;
-
-    fn from_str(name: &str) -> Result<Self, InputError> {
-        TABLE.iter().find(|e| e.name == name).map(|e| e.kind).ok_or_else(|| {
-            let names: Vec<&str> = TABLE.iter().map(|e| e.name).collect();
-            InputError::new("engine", format!("no engine is named \"{name}\"; there are {}", names.join(", ")))
-        })
-    }
-}
-
-impl TryFrom<String> for EngineKind {
-    type Error = InputError;
-
-    fn try_from(name: String) -> Result<Self, InputError> {
-        name.parse()
-    }
-}
-
-impl From<EngineKind> for String {
-    fn from(kind: EngineKind) -> Self {
-        kind.name().to_owned()
     }
 }
 

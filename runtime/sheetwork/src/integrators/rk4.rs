@@ -3,8 +3,9 @@
 //!
 //! On x'' = -ω²x stable for a = hω up to 2√2; the energy decays by (1 - a⁶/72) per step.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Rk4,

@@ -8,8 +8,9 @@
 //! of at most `dt`, so that contact is resolved after each. The thesis names this method as future
 //! work.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 use crate::serialize::{Keeper, Taken, Taker};
 
 pub(crate) const INFO: EngineInfo = EngineInfo {

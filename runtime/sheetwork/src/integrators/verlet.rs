@@ -6,8 +6,9 @@
 //! stable for a = hω up to 2, energy error about a²/4. Each step recomputes the first acceleration,
 //! because contact and changed parameters between steps invalidate the previous one.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Verlet,

@@ -16,8 +16,9 @@ use crate::contact::outer_iteration::{Look, Margins, Rounds, solve_rounds};
 use crate::contact::solver_body::Mover;
 use crate::contact::stage::Scratch;
 use crate::islands::energy_budget::{Energies, KEPT, Verdict, WITHIN, stay};
+use crate::islands::is_unstable;
 use crate::islands::rigid_motion::{go_on, is_loose, whole};
-use crate::islands::{SLEEP_TIME, is_unstable};
+use crate::scene::sleep::SLEEP;
 use crate::sheet::Field;
 
 /// Maximum number of bisections of a step, found by trial on sheets thrown at edges at 20 m/s: with
@@ -210,7 +211,7 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, p
     let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < ALL_BUT_STILL);
     if slow && !scratch.found.contacts.is_empty() {
         stay(group);
-        group.each(|sheet| (sheet.work.stage.failed, sheet.quiet) = (false, SLEEP_TIME));
+        group.each(|sheet| (sheet.work.stage.failed, sheet.quiet) = (false, SLEEP.delay));
     } else {
         scratch.runaway = true;
     }

@@ -240,7 +240,7 @@ impl Near<'_> {
                 let sheet = group.sheet(sheet);
                 let part = self.work.parts.get(part as usize).and_then(|p| self.surroundings.parts.get(*p as usize));
                 let known = self.view.zip(part).and_then(|(view, part)| {
-                    Some(view.coefficients(sheet, part.handle, view.colliders.get(part.handle)?))
+                    Some(view.coefficients(sheet.surface_coefficients(), part.handle, view.colliders.get(part.handle)?))
                 });
                 known.unwrap_or((sheet.friction, sheet.restitution))
             }

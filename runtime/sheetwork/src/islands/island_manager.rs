@@ -18,9 +18,10 @@ use crate::contact::step_bodies::Surroundings;
 use crate::islands::event::{EventKind, Recorder, Touches};
 use crate::islands::implicit_step::{Part, advance};
 use crate::islands::island_detection::{Near, NearWork, skin};
-use crate::islands::{SLEEP_SPEED, Stage, give_up, instability, is_unstable, note_rest, size_work};
+use crate::islands::{Stage, give_up, instability, is_unstable, note_rest, size_work};
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
+use crate::scene::sleep::SLEEP;
 use crate::sheet::{Crossing, Sheet, Status};
 
 /// Margin of the broad phase beyond the distance from speeds, m.
@@ -482,7 +483,7 @@ impl Shared<'_> {
             let held = touched && !sheet.is_creeping();
             all &= note_rest(sheet, held, (dt, dt));
         }
-        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP_SPEED;
+        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP.speed;
         if !all || !claims.iter().all(slow) {
             return;
         }

@@ -26,21 +26,11 @@ use crate::islands::event::{Alarm, EventKind, Handled, Recorder, Touches};
 use crate::math::Vectors;
 use crate::profiler::{Phase, Watched};
 use crate::rigid::RigidView;
+use crate::scene::sleep::SLEEP;
 use crate::sheet::{Sheet, Status};
 
 pub use crate::sheet::Field;
 
-/// Sleep speed threshold, m/s.
-pub const SLEEP_SPEED: f64 = 1e-3;
-/// Sleep delay: time below the threshold before sleeping, s.
-pub const SLEEP_TIME: f64 = 0.5;
-/// Sleep displacement threshold, m. Over-constrained contacts, as at the rim of a sheet that lies
-/// on another, can make nodes oscillate between two positions; below this amplitude the sheet
-/// counts as resting.
-const TREMBLE: f64 = 1e-4;
-/// Sleep displacement threshold as a fraction of the sheet's diagonal. The smaller of the two
-/// thresholds applies, which is this one below a diagonal of 5 cm.
-const TREMBLE_OF_SMALL: f64 = 2e-3;
 /// Speed above which a sheet is unstable, m/s: above any velocity that a scene may set.
 const SPEED_LIMIT: f64 = 2e4;
 /// Ratio of the diagonal of a sheet's bounding box to its diagonal at the start above which the
@@ -206,21 +196,23 @@ fn note_rest(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
         sheet.still_at.clone_from(&sheet.work.x_before);
     }
     sheet.quiet += dt;
-    sheet.quiet >= SLEEP_TIME
+    sheet.quiet >= SLEEP.delay
 }
 
 /// Whether the displacement of every node since the start of the rest, or since the start of the
 /// step, is below the sleep displacement threshold.
 fn is_near(sheet: &Sheet) -> bool {
     let before = if sheet.quiet > 0.0 { &sheet.still_at } else { &sheet.work.x_before };
-    before.len() == sheet.masses() && furthest_within(&sheet.x, before, TREMBLE.min(TREMBLE_OF_SMALL * sheet.spread))
+    before.len() == sheet.masses()
+        && furthest_within(&sheet.x, before, SLEEP.displacement.min(SLEEP.displacement_of_small * sheet.spread))
 }
 
-/// Whether every node moved more slowly than [`SLEEP_SPEED`], measured by displacement. Next to
-/// nodes in contact, a multi-stage integrator can rest with a residual velocity that each step
-/// cancels.
+/// Whether every node moved more slowly than
+/// [`SleepSettings::speed`](crate::scene::sleep::SleepSettings::speed), measured by displacement.
+/// Next to nodes in contact, a multi-stage integrator can rest with a residual velocity that each
+/// step cancels.
 fn is_still(sheet: &Sheet, dt: f64) -> bool {
-    furthest_within(&sheet.x, &sheet.work.x_before, SLEEP_SPEED * dt)
+    furthest_within(&sheet.x, &sheet.work.x_before, SLEEP.speed * dt)
 }
 
 fn furthest_within(now: &Vectors, before: &Vectors, most: f64) -> bool {

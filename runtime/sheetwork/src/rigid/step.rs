@@ -9,20 +9,20 @@
 //! (`substeps`), and bounces off static and kinematic bodies according to its restitution
 //! (`impact`). A ball with only such bodies around it is advanced without Rapier (`rolling_ball`).
 //!
-//! Touching bodies fall asleep together if each has rested (slower than [`SLEEP_SPEED`] for
-//! [`SLEEP_TIME`]) and one of them lies on a body at rest. A sleeping body keeps its state bit for
+//! Touching bodies fall asleep together if each has rested (slower than [`SleepSettings::speed`](crate::scene::sleep::SleepSettings::speed) for
+//! [`SleepSettings::delay`](crate::scene::sleep::SleepSettings::delay)) and one of them lies on a body at rest. A sleeping body keeps its state bit for
 //! bit until a moving body touches it.
 
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
-use crate::islands::{SLEEP_SPEED, SLEEP_TIME};
 use crate::rigid::body_contacts;
 use crate::rigid::body_contacts::BodyContact;
 use crate::rigid::rolling_ball::{Rolling, Wall};
 use crate::rigid::rolling_resistance::Support;
 use crate::rigid::state::BodyState;
 use crate::rigid::{Kind, RigidWorld, pose_of, substeps};
+use crate::scene::sleep::SLEEP;
 
 /// Speed (m/s) above which a body wakes a sleeping one that it touches.
 const WAKE_SPEED: f64 = 0.01;
@@ -263,7 +263,7 @@ impl RigidWorld {
         let gone = end.centre().distance(start.centre());
         let turned = (end.rotation() * start.rotation().conjugate()).to_scaled_axis().length();
         let turned = turned.min(std::f64::consts::TAU - turned);
-        let still = gone + turned * motion.extent < SLEEP_SPEED * dt;
+        let still = gone + turned * motion.extent < SLEEP.speed * dt;
         motion.quiet = if still { motion.quiet + dt } else { 0.0 };
     }
 
@@ -295,7 +295,7 @@ impl RigidWorld {
 
     /// Put to sleep the islands of touching bodies that all rest and lie on a body at rest.
     fn fall_asleep(&mut self, dt: f64) {
-        let ready = |m: &Motion| m.is_free() && !m.asleep && !m.claimed && m.quiet >= SLEEP_TIME - 0.5 * dt;
+        let ready = |m: &Motion| m.is_free() && !m.asleep && !m.claimed && m.quiet >= SLEEP.delay - 0.5 * dt;
         if !self.motions.iter().any(ready) {
             return;
         }

@@ -5,7 +5,6 @@
 use rapier3d::prelude::*;
 
 use crate::scene::ContactDefaults;
-use crate::sheet::Sheet;
 
 /// `user_data` of a collider whose mesh is convex.
 pub(crate) const CONVEX: u128 = 0x636f_6e76_6578;
@@ -135,12 +134,17 @@ impl<'a> RigidView<'a> {
     /// Friction and restitution of a sheet and a collider: those of their pair of materials if the
     /// scene has one, otherwise by the collider's combine rule, with the average as the rule of the
     /// sheet.
-    pub fn coefficients(&self, sheet: &Sheet, handle: ColliderHandle, collider: &Collider) -> (f64, f64) {
-        let friction = combined(sheet.friction, collider.friction(), collider.friction_combine_rule());
-        let restitution = combined(sheet.restitution, collider.restitution(), collider.restitution_combine_rule());
+    pub fn coefficients(
+        &self,
+        (material, friction, restitution): (&str, f64, f64),
+        handle: ColliderHandle,
+        collider: &Collider,
+    ) -> (f64, f64) {
+        let friction = combined(friction, collider.friction(), collider.friction_combine_rule());
+        let restitution = combined(restitution, collider.restitution(), collider.restitution_combine_rule());
         match self.owners {
             Some(o) if !o.contact.pairs.is_empty() => {
-                o.contact.between((&sheet.material().name, o.material_of(handle)), (friction, restitution))
+                o.contact.between((material, o.material_of(handle)), (friction, restitution))
             }
             _ => (friction, restitution),
         }

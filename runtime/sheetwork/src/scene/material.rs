@@ -13,9 +13,9 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::material::law::Law;
 use crate::error::InputError;
 use crate::material::calibration::{Orthotropic, Target};
+use crate::material::law::Law;
 use crate::scene::load::read_ron;
 use crate::scene::validate;
 

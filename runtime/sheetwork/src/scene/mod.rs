@@ -7,11 +7,12 @@
 
 pub(crate) mod body;
 pub mod cards;
-pub(crate) mod contact;
+pub mod contact;
 pub(crate) mod detail;
 pub mod flow;
 pub(crate) mod heat;
 pub mod heater;
+pub mod integrator;
 pub mod library;
 pub(crate) mod literal;
 pub mod load;
@@ -21,6 +22,7 @@ pub mod pol;
 pub mod polyhedron;
 pub(crate) mod record_lines;
 pub mod sht;
+pub mod sleep;
 pub mod spot;
 pub mod sticking;
 pub mod tearing;
@@ -38,11 +40,11 @@ pub use crate::scene::contact::{ContactDefaults, PairSpec};
 pub use crate::scene::detail::{DetailLevel, DetailSpec};
 pub use crate::scene::flow::CreaseSpec;
 pub use crate::scene::heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
+pub use crate::scene::integrator::EngineKind;
 pub use crate::scene::material::{Burgers, Material, MaterialChoice, Tack};
 pub use crate::scene::polyhedron::Polyhedron;
 pub use crate::scene::unstable::WhenUnstable;
 
-use crate::integrators::EngineKind;
 use crate::mesh::outline::{HoleSpec, OutlineSpec};
 use crate::mesh::slits::Slit;
 use crate::mesh::structure::StructureKind;

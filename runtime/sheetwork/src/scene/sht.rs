@@ -25,8 +25,8 @@ use glam::DVec3;
 
 pub use crate::scene::sht::reader::read_sht;
 
-use crate::mesh::spring_class::SpringClass;
 use crate::error::{InputError, check_range};
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{MAX_MASSES, StructureKind};
 use crate::scene::record_lines::{Column, decimal, read_file, write_file};
 

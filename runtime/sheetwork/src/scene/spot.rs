@@ -1,13 +1,12 @@
 //! Hot and cold spots: initial temperatures of places of a sheet, and heating while a world runs.
 //!
 //! A spot of radius r sets the temperature around its centre: fully up to r/2, from there with a
-//! weight that falls by a smooth step to zero at r. Distances are along the flat sheet. Of several
-//! spots the later one is applied over the earlier.
+//! weight that falls by a smooth step to zero at r. Distances are along the flat sheet. A later
+//! spot is applied over an earlier one.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{InputError, check_range};
-use crate::sheet::Sheet;
 
 /// Hot or cold spot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -30,40 +29,19 @@ impl SpotSpec {
         check_range("at.0", self.at.0, 0.0, 1.0, "")?;
         check_range("at.1", self.at.1, 0.0, 1.0, "")?;
         check_range("radius", self.radius, 1e-6, 1e3, "m")?;
-        check_range("temperature", self.temperature, crate::units::temperature::COLDEST, crate::units::temperature::HOTTEST, "°C")
+        check_range(
+            "temperature",
+            self.temperature,
+            crate::units::temperature::COLDEST,
+            crate::units::temperature::HOTTEST,
+            "°C",
+        )
     }
 
     /// Weight of the spot's temperature at `distance` (m) from its centre, 0 to 1.
     pub fn share(&self, distance: f64) -> f64 {
         let s = (2.0 - 2.0 * distance / self.radius).clamp(0.0, 1.0);
         s * s * (3.0 - 2.0 * s)
-    }
-}
-
-impl Sheet {
-    /// Set the temperatures of `spots`, through the whole thickness; other places keep theirs. A
-    /// sheet without a thermal model starts one at `ambient` (°C).
-    ///
-    /// # Errors
-    /// When a spot is out of range; nothing changes then.
-    pub fn warm(&mut self, spots: &[SpotSpec], ambient: f64) -> Result<(), InputError> {
-        if spots.is_empty() {
-            return Ok(());
-        }
-        spots.iter().try_for_each(SpotSpec::check)?;
-        self.begin_heat(ambient);
-        let (extent, uv) = (self.extent, self.uv.clone());
-        if let Some(heat) = &mut self.heat {
-            heat.mix(|i, now| {
-                spots.iter().fold(now, |celsius, spot| {
-                    let apart = ((uv[i].0 - spot.at.0) * extent.0).hypot((uv[i].1 - spot.at.1) * extent.1);
-                    celsius + spot.share(apart) * (spot.temperature - celsius)
-                })
-            });
-        }
-        self.follow_heat();
-        self.wake();
-        Ok(())
     }
 }
 

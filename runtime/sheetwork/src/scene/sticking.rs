@@ -1,7 +1,7 @@
 //! Checks of adhesion in a scene.
 
 use crate::error::{InputError, check_range};
-use crate::integrators::EngineKind;
+use crate::scene::EngineKind;
 use crate::scene::{Material, MaterialChoice, SheetSpec, Tack, material};
 use crate::units::temperature::{COLDEST, HOTTEST};
 

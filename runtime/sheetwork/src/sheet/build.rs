@@ -5,13 +5,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::contact::node::through_thickness::Stack;
 use crate::elements::Element;
 use crate::elements::bending::Bending;
 use crate::elements::creep::FlowLaw;
 use crate::elements::grid_membrane::CellMembrane;
 use crate::elements::spring::{Spring, Springs};
-use crate::mesh::spring_class::SpringClass;
 use crate::elements::staggered::{Grid, curvatures};
 use crate::elements::thickness_limit::ThicknessLimit;
 use crate::elements::triangle_bending::triangle_curvatures;
@@ -19,6 +17,7 @@ use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::error::InputError;
 use crate::math::Vectors;
 use crate::mesh::outline::{Edge, Mesh};
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate, masses_of};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
@@ -28,6 +27,7 @@ use crate::sheet::creases;
 use crate::sheet::creep::Flow;
 use crate::sheet::fracture::Tears;
 use crate::sheet::generation::{Calibrated, cuts, generated};
+use crate::sheet::layer_stack::Stack;
 use crate::sheet::{Counters, Crossing, Pins, Probe, Sheet, Status, Work, region};
 
 /// Parts of a generated sheet or of a sheet from a file, before placement.

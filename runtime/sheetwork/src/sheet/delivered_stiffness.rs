@@ -14,7 +14,7 @@
 
 use serde::Serialize;
 
-use crate::islands::SLEEP_SPEED;
+use crate::scene::sleep::SLEEP;
 use crate::sheet::Sheet;
 
 /// Delivered part of a modulus.
@@ -47,7 +47,7 @@ impl Sheet {
         let law = self.law();
         let areal = self.material().areal_mass();
         let omega = q * q * (structure * grid * law.bending[0][0] / areal).sqrt();
-        let moves = self.max_speed() > SLEEP_SPEED;
+        let moves = self.max_speed() > SLEEP.speed;
         let (mut step, mut numerical) = (1.0, 0.0);
         if let Some(amplification) = self.engine().info().amplification {
             let angle = omega * dt;

@@ -7,12 +7,12 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::elements::Element;
-use crate::mesh::spring_class::SpringClass;
 use crate::elements::wall_spring::WallSprings;
 use crate::error::InputError;
 use crate::material::calibration::{Clamped, Request, WallSpring, calibrate, default_gap};
 use crate::mesh::outline;
 use crate::mesh::outline::Outline;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, Layer, StructureKind, generate, masses_of};
 use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
 use crate::sheet::build::{Parts, extent, length_of, material_coordinates};

@@ -13,8 +13,8 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::elements::strain_limit::{Joint, StrainLimit, largest_strain};
-use crate::integrators::EngineKind;
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 use crate::scene::WhenUnstable;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::{Field, Sheet, energy};

@@ -4,12 +4,11 @@
 //! `build` makes a [`Sheet`] from a [`SheetSpec`](crate::scene::SheetSpec) or a .SHT file, the
 //! setters here change a running sheet, and [`crate::islands`] steps it. SI units throughout.
 
-pub(crate) mod slits;
-pub mod material_report;
 pub(crate) mod accelerations;
 pub(crate) mod air_drag;
 pub(crate) mod air_parameters;
 pub(crate) mod attachment;
+pub(crate) mod bonds;
 pub(crate) mod buckling;
 pub(crate) mod build;
 pub(crate) mod creases;
@@ -23,6 +22,8 @@ pub(crate) mod generation;
 pub(crate) mod grab;
 pub(crate) mod implicit_system;
 pub(crate) mod instability;
+pub mod layer_stack;
+pub mod material_report;
 pub(crate) mod modes;
 pub(crate) mod node_contact;
 pub(crate) mod pins;
@@ -31,11 +32,13 @@ pub(crate) mod reaction;
 pub(crate) mod region;
 pub(crate) mod remap;
 pub(crate) mod serialization;
+pub(crate) mod slits;
 pub(crate) mod smooth_surface;
 pub(crate) mod snapshot;
 pub(crate) mod stage;
 pub(crate) mod stage_trace;
 pub mod surface;
+pub mod temperature;
 pub(crate) mod wireframe;
 
 use std::sync::Arc;
@@ -59,22 +62,23 @@ pub use crate::sheet::region::select;
 pub(crate) use crate::sheet::snapshot::SheetState;
 use crate::sheet::surface::Surface;
 
-use crate::contact::node::through_thickness::{Stack, Strike};
+use crate::elements::Element;
 use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::grab_spring::Pull;
 use crate::elements::spring::{SpringScratch, Springs};
 use crate::elements::thickness_limit::ThicknessLimit;
-use crate::elements::Element;
-use crate::material::law::Law;
 use crate::error::{InputError, check_range};
-use crate::integrators::{Engine, EngineKind};
+use crate::integrators::Engine;
+use crate::material::law::Law;
 use crate::mesh::outline::Mesh;
 use crate::mesh::structure::{Layer, StructureKind};
+use crate::scene::EngineKind;
 use crate::scene::{Material, Tack};
 use crate::sheet::air_drag::Drag;
 use crate::sheet::creep::Flow;
 pub(crate) use crate::sheet::implicit_system::System;
-use crate::thermal::Heat;
+use crate::sheet::layer_stack::{Stack, Strike};
+use crate::sheet::temperature::Heat;
 
 /// Motion status of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -261,7 +265,7 @@ pub(crate) struct Work {
     /// Collision surface, built when the sheet is first near another object.
     pub skin: Option<Box<crate::collision::collision_surface::Skin>>,
     /// Adhesive bonds.
-    pub stuck: Option<Box<crate::contact::adhesion::Stuck>>,
+    pub stuck: Option<Box<crate::sheet::bonds::Stuck>>,
     /// Positions (m) of the first and last node and the bounding box (m) of a sheet at rest.
     pub resting: Option<((Option<DVec3>, Option<DVec3>), (DVec3, DVec3))>,
     /// Positions during the step, recorded when buckling is detected.

@@ -12,6 +12,11 @@ use crate::math::Vectors;
 use crate::sheet::Sheet;
 
 impl Sheet {
+    /// Material name, friction and restitution coefficient.
+    pub(crate) fn surface_coefficients(&self) -> (&str, f64, f64) {
+        (&self.material().name, self.friction, self.restitution)
+    }
+
     /// Whether its integrator is explicit.
     pub(crate) fn is_explicit(&self) -> bool {
         !self.engine_kind.info().implicit

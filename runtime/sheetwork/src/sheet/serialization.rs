@@ -8,13 +8,13 @@
 use glam::DVec3;
 
 use crate::collision::collision_surface::Skin;
-use crate::contact::adhesion::Stuck;
 use crate::contact::stage::Scratch;
 use crate::elements::Element;
 use crate::elements::grab_spring::Pull;
 use crate::islands::NearWork;
 use crate::scene::{Material, WhenUnstable, validate};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::bonds::Stuck;
 use crate::sheet::{Crossing, Field, GuardState, Sheet, Status, System};
 
 impl Sheet {

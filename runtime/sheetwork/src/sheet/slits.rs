@@ -4,7 +4,7 @@ use crate::mesh::slits::{Slit, crossed};
 use crate::sheet::Sheet;
 
 impl Sheet {
-    /// Of each cell, whether one of `slits` goes through it.
+    /// For each cell, whether one of `slits` crosses it.
     pub(crate) fn slit_cells(&self, slits: &[Slit]) -> Vec<bool> {
         let bottom = self.layers.first().copied().unwrap_or_default();
         let size = (bottom.nx.saturating_sub(1) as usize, bottom.nz.saturating_sub(1) as usize);

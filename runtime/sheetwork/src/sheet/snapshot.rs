@@ -1,14 +1,14 @@
 //! State of a sheet for a return to an earlier time: positions, velocities, open cells, adhesive
 //! bonds, sleep state; with heat, creep or plasticity also temperatures and inelastic strains.
 
-use crate::contact::adhesion::Stuck;
 use crate::elements::Element;
 use crate::elements::spring::Springs;
 use crate::math::Vectors;
 use crate::scene::Material;
+use crate::sheet::bonds::Stuck;
 use crate::sheet::creep::Flow;
+use crate::sheet::temperature::Heat;
 use crate::sheet::{GuardState, Sheet, Status};
-use crate::thermal::Heat;
 use crate::units::temperature::REFERENCE;
 
 /// State of a sheet at one time.

@@ -10,20 +10,11 @@
 //! A sheet without heat stores no temperatures and none of this runs. Temperatures are in °C, all
 //! else in SI. Sheets are heated in sequence, so results do not depend on threads.
 
-pub mod network;
-pub mod patches;
-pub(crate) mod playback;
 pub mod room;
 pub(crate) mod shadow;
-pub mod softening;
 pub mod source;
-pub mod state;
-pub mod stepper;
 pub(crate) mod thesis_mode;
 pub mod view_factor;
 
-pub use crate::scene::spot::SpotSpec;
 pub use crate::thermal::room::Room;
-pub use crate::thermal::softening::Softening;
 pub use crate::units::temperature::REFERENCE;
-pub use crate::thermal::state::Heat;

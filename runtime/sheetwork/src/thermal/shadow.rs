@@ -11,7 +11,7 @@ use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
 
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::patches::Faces;
+use crate::sheet::temperature::patches::Faces;
 
 /// Value of sin β up to which self-shadowing is neglected.
 const GRAZING: f64 = 0.1;

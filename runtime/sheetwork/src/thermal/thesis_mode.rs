@@ -20,8 +20,8 @@ use glam::DVec3;
 use crate::error::InputError;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
-use crate::units::temperature::REFERENCE;
 use crate::thermal::source::Surroundings;
+use crate::units::temperature::REFERENCE;
 
 /// Minimum remaining stiffness, as a fraction.
 const LEAST: f64 = 0.01;

@@ -20,14 +20,15 @@ pub fn view_factor(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     contour(corners, point, normal.normalize_or_zero()).abs().min(1.0)
 }
 
-/// The contour sum for a unit `normal`: positive where the corners run clockwise seen from the
+/// Contour sum for a unit `normal`: positive where the corners run clockwise seen from the patch.
 /// patch.
 pub(crate) fn contour(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     let mut sum = 0.0;
     let Some(last) = corners.last() else { return sum };
     let mut from = *last - point;
     let mut height = from.dot(normal);
-    // Where the outline went below the horizon, until it comes up again; and where it came up
+    // Point at which the outline went below the horizon, until it rises again; and the point of its
+    // first rise.
     // first.
     let (mut down, mut up): (Option<DVec3>, Option<DVec3>) = (None, None);
     for corner in corners {
@@ -64,7 +65,7 @@ pub(crate) fn contour(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
 fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let across = a.cross(b);
     let length = across.length();
-    // Towards an end of the edge, or along it: it is seen as a point.
+    // The edge is seen as a point: towards an end of it, or along it.
     if length <= 1e-300 {
         return 0.0;
     }
@@ -80,7 +81,7 @@ mod tests {
         [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, z)| DVec3::new(x, at, z)).to_vec()
     }
 
-    /// By brute force: the patch's integral of cos cos/π r² over small squares, above the horizon.
+    /// View factor by summation: integral of cos cos/π r² over small squares, above the horizon.
     fn summed(corner: DVec3, u: DVec3, v: DVec3, point: DVec3, normal: DVec3, parts: usize) -> f64 {
         let area = u.cross(v) / (parts * parts) as f64;
         let mut sum = 0.0;
@@ -133,7 +134,7 @@ mod tests {
             }
         }
         assert_eq!(view_factor(&square(1.0, 1.0), DVec3::ZERO, DVec3::NEG_Y), 0.0);
-        // Half of it: what is seen edge-on of a square and of its upper half is the same.
+        // A square seen edge-on has the view factor of its upper half.
         let whole = view_factor(
             &[(0.5, -1.0), (0.5, 1.0), (-0.5, 1.0), (-0.5, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0)),
             DVec3::ZERO,
@@ -154,12 +155,12 @@ mod tests {
             let corners: Vec<DVec3> = list.iter().map(|(x, z)| DVec3::new(*x, 0.4, *z)).collect();
             view_factor(&corners, DVec3::ZERO, normal)
         };
-        // An L, cut by the horizon, and the two rectangles it is made of.
+        // An L, clipped by the horizon, and its two rectangles.
         let l = at(&[(-2.0, -1.0), (1.0, -1.0), (1.0, 0.0), (-1.5, 0.0), (-1.5, 2.0), (-2.0, 2.0)]);
         let parts = at(&[(-2.0, -1.0), (1.0, -1.0), (1.0, 0.0), (-2.0, 0.0)])
             + at(&[(-2.0, 0.0), (-1.5, 0.0), (-1.5, 2.0), (-2.0, 2.0)]);
         assert!((l - parts).abs() < 1e-15, "{l}, not {parts}");
-        // A room all around sees everything.
+        // The view factors of a closed box add up to 1.
         let mut sum = 0.0;
         for axis in 0..3 {
             for side in [-1.0, 1.0] {

@@ -4,8 +4,8 @@
 //! field. A decimal comma is accepted. Unit names are case-sensitive, since mPa and MPa differ;
 //! spellings without superscripts ("m/s2", "kg/m3") are accepted.
 
-pub mod temperature;
 pub(crate) mod quantity;
+pub mod temperature;
 
 use std::fmt;
 

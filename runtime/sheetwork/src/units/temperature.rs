@@ -1,4 +1,5 @@
-//! Temperatures: zero of the Celsius scale, accepted range, reference of material data; radiation constant.
+//! Temperatures: zero of the Celsius scale, accepted range, reference of material data; radiation
+//! constant.
 
 /// 0 °C in K.
 pub const ZERO_CELSIUS: f64 = 273.15;

@@ -29,12 +29,12 @@ pub use crate::world::snapshot::Snapshot;
 
 use crate::contact::node::detection::deepest;
 use crate::error::{InputError, check_range};
-use crate::integrators::EngineKind;
 use crate::islands::Stage;
 use crate::islands::event::{Event, EventKind, Touches};
 use crate::islands::island_manager::Groups;
 use crate::profiler::{Phase, Watch, Watched};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
+use crate::scene::EngineKind;
 use crate::scene::{Air, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::Field;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};

@@ -2,9 +2,10 @@
 
 use crate::measure::limit::{Setting, Varied};
 use sheetwork::InputError;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 
 use crate::bench::stability::point::Point;
 

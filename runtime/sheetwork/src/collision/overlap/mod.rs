@@ -13,8 +13,8 @@ use glam::{DQuat, DVec3};
 
 pub use crate::collision::overlap::sheets::{between, pairs};
 pub use crate::collision::overlap::solid::Solid;
-use crate::scene::contact::SKIN;
 use crate::math::Vectors;
+use crate::scene::contact::SKIN;
 use crate::sheet::Sheet;
 
 /// Distance from the nodes of a sheet at which it touches, m.

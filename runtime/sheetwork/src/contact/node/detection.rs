@@ -14,13 +14,14 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
-use crate::scene::contact::SKIN;
 use crate::contact::node::clearance::{First, Leg};
 use crate::contact::node::response::{Flight, Surface, arrival, resolve};
 use crate::contact::node::target::{Frame, Meeting, NO_FACE, Target};
-use crate::contact::node::through_thickness::{Strike, share_impacts};
+use crate::contact::node::through_thickness::share_impacts;
 use crate::rigid::RigidView;
+use crate::scene::contact::SKIN;
 use crate::sheet::Sheet;
+use crate::sheet::layer_stack::Strike;
 
 /// Search margin around the swept box, as a fraction of the sheet's diagonal.
 const MARGIN: f64 = 0.05;

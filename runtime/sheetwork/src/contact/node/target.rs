@@ -14,9 +14,9 @@ use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
 use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
 use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 
-use crate::scene::contact::SKIN;
 use crate::contact::node::response::Surface;
 use crate::rigid::{CONVEX, RigidView};
+use crate::scene::contact::SKIN;
 use crate::sheet::Sheet;
 
 /// A rigid frame in `f64`.
@@ -127,7 +127,7 @@ impl<'a> Target<'a> {
             _ => Kind::Other,
         };
         let skin = sheet.contact_offset();
-        let (friction, restitution) = view.coefficients(sheet, handle, collider);
+        let (friction, restitution) = view.coefficients(sheet.surface_coefficients(), handle, collider);
         Self {
             handle,
             shape,

@@ -464,10 +464,10 @@ impl Flows for Bending {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elements::Element;
     use crate::elements::derivative_check;
     use crate::elements::staggered::{Grid, curvatures};
     use crate::elements::triangle_bending::triangle_curvatures;
-    use crate::elements::Element;
     use crate::material::law::Law;
 
     fn law() -> Law {

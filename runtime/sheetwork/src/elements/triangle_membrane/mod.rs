@@ -29,7 +29,9 @@ use crate::elements::creep::Flows;
 use crate::elements::curvature::{CurvatureGroup, apply as product, dot, relaxation};
 use crate::elements::remap::Carry;
 use crate::elements::triangle_membrane::creep::Creeping;
-use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices};
+use crate::elements::{
+    Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices,
+};
 use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::mesh::outline::{Edge, Mesh, NO_TRIANGLE};

@@ -5,9 +5,9 @@ use glam::DVec3;
 
 use crate::World;
 use crate::collision::overlap::{Frame, Solid, faces, with_body};
-use crate::integrators::EngineKind;
 use crate::mesh::structure::StructureKind;
 use crate::rigid::BodyState;
+use crate::scene::EngineKind;
 use crate::scene::{BodySpec, ContactDefaults, PinSpec, Placement, Polyhedron, Region, Scene, Shape, SheetSpec};
 use crate::sheet::Sheet;
 

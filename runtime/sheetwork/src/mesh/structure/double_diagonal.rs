@@ -1,4 +1,5 @@
-//! SLaMM with a second diagonal: proposed by the thesis (5.3.4) to take the distortion of the single one away.
+//! SLaMM with a second diagonal: proposed by the thesis (5.3.4) to remove the distortion of the
+//! single one.
 
 use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};

@@ -2,8 +2,8 @@
 //!
 //! Units change from the file's to SI in the parser of the columns; see [`super`] for the format.
 
-use crate::mesh::spring_class::SpringClass;
 use crate::error::InputError;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{MAX_MASSES, StructureKind};
 use crate::scene::record_lines::{Record, last_line, quoted, records};
 use crate::scene::sht::{

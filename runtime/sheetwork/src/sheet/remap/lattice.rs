@@ -8,8 +8,8 @@
 
 use glam::DVec3;
 
-use crate::mesh::spring_class::SpringClass;
 use crate::math::Vectors;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Layer, StructureKind};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;

@@ -15,8 +15,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::mesh::spring_class::SpringClass;
 use crate::elements::wall_spring::Held;
+use crate::mesh::spring_class::SpringClass;
 use crate::sheet::Sheet;
 use crate::sheet::remap::layer_offsets::Layout;
 use crate::sheet::remap::row_interpolation::Rows;

@@ -17,8 +17,8 @@ use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{Placement, Scene};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::patches::{Faces, Patch};
-use crate::thermal::stepper::Exchange;
+use crate::sheet::temperature::conduction::Exchange;
+use crate::sheet::temperature::patches::{Faces, Patch};
 use crate::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 
 /// Kind of source.

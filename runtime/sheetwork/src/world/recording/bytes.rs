@@ -9,8 +9,9 @@ use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
+use crate::sheet::temperature::RecordedTemperature;
 use crate::units::temperature::ZERO_CELSIUS;
-use crate::world::recording::frame::{Frame, Header, Warmth};
+use crate::world::recording::frame::{Frame, Header};
 
 /// Bits of a sheet's first byte: the kind of temperatures, and whether cells follow.
 const WARMTH: u8 = 3;
@@ -41,15 +42,15 @@ pub fn encode(frame: &Frame, open: &mut Vec<Arc<[bool]>>, out: &mut Vec<u8>) {
         let (warmth, cells) = (frame.warmth_of(index), frame.open_of(index));
         let changed = **open != *cells;
         let kind = match warmth {
-            Warmth::Unknown => 0,
-            Warmth::Mean(_) => 1,
-            Warmth::Sides(_) => 2,
-            Warmth::Stiffness(_) => 3,
+            RecordedTemperature::Unknown => 0,
+            RecordedTemperature::Mean(_) => 1,
+            RecordedTemperature::Sides(_) => 2,
+            RecordedTemperature::Stiffness(_) => 3,
         };
         out.push(kind | if changed { CELLS } else { 0 });
         places.iter().for_each(|p| p.to_array().iter().for_each(|c| out.extend(c.to_le_bytes())));
         let step = |value: &f32| match warmth {
-            Warmth::Stiffness(_) => LEFT * f64::from(*value),
+            RecordedTemperature::Stiffness(_) => LEFT * f64::from(*value),
             _ => STEPS * (f64::from(*value) + ZERO_CELSIUS),
         };
         // The conversion saturates values out of range.
@@ -97,12 +98,12 @@ impl<'a> Bytes<'a> {
         Some(self.floats::<7>(n)?.map(body).collect())
     }
 
-    fn warmth(&mut self, kind: u8, masses: usize) -> Option<Warmth> {
-        let of: fn(Vec<f32>) -> Warmth = match kind {
-            0 => return Some(Warmth::Unknown),
-            1 => Warmth::Mean,
-            2 => Warmth::Sides,
-            _ => Warmth::Stiffness,
+    fn warmth(&mut self, kind: u8, masses: usize) -> Option<RecordedTemperature> {
+        let of: fn(Vec<f32>) -> RecordedTemperature = match kind {
+            0 => return Some(RecordedTemperature::Unknown),
+            1 => RecordedTemperature::Mean,
+            2 => RecordedTemperature::Sides,
+            _ => RecordedTemperature::Stiffness,
         };
         let all = self.take(of(Vec::new()).count(masses).checked_mul(2)?)?;
         let value = |step: f64| if kind == 3 { step / LEFT } else { step / STEPS - ZERO_CELSIUS };

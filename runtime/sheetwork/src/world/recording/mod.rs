@@ -15,8 +15,9 @@ use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use crate::sheet::temperature::RecordedTemperature;
 pub use crate::world::recording::bytes::checksum;
-pub use crate::world::recording::frame::{Frame, Header, Warmth};
+pub use crate::world::recording::frame::{Frame, Header};
 
 use crate::World;
 use crate::error::InputError;

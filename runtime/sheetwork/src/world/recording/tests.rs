@@ -42,7 +42,7 @@ fn what_is_recorded_is_read_and_a_cut_or_damaged_file_is_refused() {
     assert_eq!((frames.len(), header.masses.as_slice(), header.bodies), (3, &[221][..], 2));
     assert!((frames[2].time - 2.0 / 60.0).abs() < 1e-12);
     assert!(frames[2].sheets[0][0].y < frames[0].sheets[0][0].y);
-    assert_eq!((frames[0].warmth_of(0), frames[0].open_of(0)), (&Warmth::Unknown, &[][..]));
+    assert_eq!((frames[0].warmth_of(0), frames[0].open_of(0)), (&RecordedTemperature::Unknown, &[][..]));
     let bytes = std::fs::read(&file.0).expect("readable");
     assert!(file.refusal(&bytes[..bytes.len() - 5]).contains("ends within frame 2"));
     let start = bytes.len() - 3 * (8 + 8 + 1 + 12 * 221 + 28 * 2);
@@ -130,9 +130,9 @@ fn warmth_and_holes_come_back_as_they_were() {
     let celsius = shown.sheets()[1].temperatures().expect("heated");
     assert!(celsius.iter().enumerate().all(|(i, t)| (t - (41.9 + i as f64)).abs() < 0.06), "{celsius:?}");
     let mut foreign = frames[3].clone();
-    foreign.warmth[0] = Warmth::Mean(vec![9e9; 20]);
+    foreign.warmth[0] = RecordedTemperature::Mean(vec![9e9; 20]);
     assert!(shown.show(&foreign).expect_err("refused").problem.contains("°C"));
-    foreign.warmth[0] = Warmth::Mean(vec![20.0; 3]);
+    foreign.warmth[0] = RecordedTemperature::Mean(vec![20.0; 3]);
     assert!(shown.show(&foreign).expect_err("refused").problem.contains("other sheets"));
 }
 
@@ -148,7 +148,7 @@ fn stiffness_by_the_thesis_comes_back() {
     recorder.frame(&world).expect("writable");
     recorder.finish().expect("writable");
     let (_, frames) = read(&file.0).expect("a recording");
-    assert!(matches!(frames[0].warmth_of(0), Warmth::Stiffness(_)) && left(&world)[7] < 0.9);
+    assert!(matches!(frames[0].warmth_of(0), RecordedTemperature::Stiffness(_)) && left(&world)[7] < 0.9);
     let mut shown = softened();
     shown.show(&frames[0]).expect("of this scene");
     for (seen, was) in left(&shown).iter().zip(left(&world)) {

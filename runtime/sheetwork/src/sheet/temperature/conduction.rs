@@ -17,8 +17,8 @@
 use crate::linear::{Backend, Factor, Pattern, analyse};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
+use crate::sheet::temperature::network::Network;
 use crate::units::temperature::ZERO_CELSIUS;
-use crate::thermal::network::Network;
 
 /// Tolerance of Newton's iteration, K.
 const CLOSE: f64 = 1e-6;
@@ -415,7 +415,8 @@ mod tests {
             let mut exchange = Exchange::default();
             exchange.clear(n);
             for i in 0..n {
-                exchange.radiation[i] = 2.0 * 0.9 * crate::units::temperature::STEFAN_BOLTZMANN * stepper.network().area[i];
+                exchange.radiation[i] =
+                    2.0 * 0.9 * crate::units::temperature::STEFAN_BOLTZMANN * stepper.network().area[i];
                 exchange.supply[i] = exchange.radiation[i] * (20.0 + ZERO_CELSIUS).powi(4);
             }
             let mut celsius = vec![120.0; n];

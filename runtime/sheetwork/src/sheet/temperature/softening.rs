@@ -2,7 +2,8 @@
 //!
 //! The default for a polymer with a glass transition Tg (°C) is
 //!
-//!   log₁₀ g(T) = -a (T - Tg)(1 - S) - 3 S, S = 1/(1 + exp(-(T - Tg)/w)), E(T)/E(20 °C) = g(T)/g(20 °C),
+//!   E(T)/E(20 °C) = g(T)/g(20 °C),
+//!   log₁₀ g(T) = -a (T - Tg)(1 - S) - 3 S,  S = 1/(1 + exp(-(T - Tg)/w)),
 //!
 //! with a = 0.0015 per kelvin and w = 4.5 K: a glass that loses a third of a percent per kelvin,
 //! three decades from glass to rubber (GPa to MPa), of which nine tenths lie within 26 K around Tg,

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use crate::sheet::Sheet;
-use crate::thermal::network::Network;
+use crate::sheet::temperature::network::Network;
 
 /// Part of a side.
 #[derive(Clone, Copy, Debug, PartialEq)]

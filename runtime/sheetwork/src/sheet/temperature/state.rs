@@ -15,9 +15,9 @@ use crate::error::{InputError, check_range};
 use crate::scene::Material;
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::patches::Faces;
-use crate::thermal::softening::Softening;
-use crate::thermal::stepper::{Exchange, Stepper};
+use crate::sheet::temperature::conduction::{Exchange, Stepper};
+use crate::sheet::temperature::patches::Faces;
+use crate::sheet::temperature::softening::Softening;
 
 /// Change of temperature that triggers an update of stiffness and size, K: polystyrene expands by
 /// 7e-6 with it.
@@ -333,7 +333,13 @@ impl Sheet {
     pub fn set_temperatures(&mut self, celsius: impl Fn(usize) -> f64) -> Result<(), InputError> {
         let n = self.masses();
         (0..n).try_for_each(|i| {
-            check_range("temperature", celsius(i), crate::units::temperature::COLDEST, crate::units::temperature::HOTTEST, "°C")
+            check_range(
+                "temperature",
+                celsius(i),
+                crate::units::temperature::COLDEST,
+                crate::units::temperature::HOTTEST,
+                "°C",
+            )
         })?;
         self.begin_heat(crate::units::temperature::REFERENCE);
         if let Some(heat) = &mut self.heat {
