@@ -384,7 +384,7 @@ fn a_sheet_under_a_box_that_begins_in_the_floor_is_lifted_out() {
         let mut world = on_the_floor("hips", height, cube);
         world.advance(2.0);
         assert!(world.sheets()[0].status == Status::Asleep, "{height}");
-        let work = world.sheets()[0].contact_counters();
+        let work = world.contact_counters(0);
         assert!(work.halved < 40 && world.unstable().is_none(), "{height}: {work:?}");
         assert!(place(&world, "box").y > 0.0254, "{height}: {}", place(&world, "box"));
     }

@@ -97,7 +97,7 @@ fn no_free_body_goes_through_a_free_foil_and_their_momentum_is_kept() {
 fn it_is_told_that_contact_is_given_up() {
     let mut world = struck("Ball(0.004)", 20.0);
     (0..STEPS).for_each(|_| world.step());
-    let parts = world.sheets()[0].contact_counters().given_up;
+    let parts = world.contact_counters(0).given_up;
     assert!(parts > 0, "this is to be too much for contact");
     let told = world.events().iter().filter(|e| e.kind == EventKind::GivenUp).count() as u64;
     assert!(told > 0 && told <= parts, "{told} events of {parts} parts");

@@ -22,7 +22,7 @@ pub fn front(points: &[&Point]) -> Vec<usize> {
 
 #[cfg(test)]
 pub mod tests {
-    use crate::bench::*;
+    use super::*;
 
     /// A point with this cost (ms) and this error.
     pub fn point(cost: f64, error: f64) -> Point {

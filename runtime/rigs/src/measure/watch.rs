@@ -10,8 +10,8 @@ use serde_json::{Map, Value, json};
 use sheetwork::World;
 use sheetwork::collision::overlap;
 use sheetwork::collision::overlap::{Frame, Solid};
-use sheetwork::scene::sleep::SLEEP;
 use sheetwork::math::Vectors;
+use sheetwork::scene::sleep::SLEEP;
 use sheetwork::sheet::Status;
 
 /// Shortest time between two observations, s. Explicit integrators take thousands of steps in this

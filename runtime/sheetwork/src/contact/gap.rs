@@ -107,7 +107,7 @@ fn by_contact(
 ) -> DVec3 {
     match side {
         Side::Sheet { sheet, point } => {
-            let unit = &group.sheet(*sheet).work.unit;
+            let unit = group.unit(*sheet);
             if unit.is_touched() { point.of(of_sheet(&unit.jump)) } else { DVec3::ZERO }
         }
         Side::Body { body, local } => {

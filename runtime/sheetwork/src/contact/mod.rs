@@ -63,14 +63,15 @@ pub(crate) mod detected;
 pub(crate) mod gap;
 pub mod node;
 pub(crate) mod outer_iteration;
+pub(crate) mod sheet_contact;
 pub mod solver;
 pub(crate) mod solver_body;
 pub(crate) mod stage;
 pub(crate) mod step_bodies;
 pub(crate) mod warm_start;
 
-pub(crate) use crate::contact::node::clearance::Clearance;
-pub(crate) use crate::contact::solver::delassus::{Group, Unit};
+pub(crate) use crate::contact::sheet_contact::SheetContact;
+pub(crate) use crate::contact::solver::delassus::Group;
 pub use crate::contact::stage::ContactCounters;
 
 /// Approach speed (m/s) below which a node of an explicit integrator does not rebound. A resting

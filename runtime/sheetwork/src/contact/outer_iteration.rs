@@ -137,7 +137,7 @@ fn solve_and_widen(
 /// Largest displacement by contact in the island, m: absolute, and relative to the mean
 /// displacement of the sheets.
 fn furthest(group: &Group) -> Margins {
-    let units = || group.members.iter().map(|i| &group.sheets[*i as usize].work.unit);
+    let units = || group.members.iter().map(|i| &group.contacts[*i as usize].unit);
     let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
     let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
     // Sheets without contact have no displacement, and the mean is zero.
@@ -242,11 +242,9 @@ fn move_freely(group: &mut Group, field: Field) -> bool {
 /// fine convergence at attachments. Returns the largest strain error as a multiple of the
 /// tolerance.
 fn accept(group: &mut Group, field: Field, touched: bool, firm: bool) -> f64 {
-    group.each(|sheet| {
-        let unit = std::mem::take(&mut sheet.work.unit);
+    group.each_unit(|sheet, unit| {
         let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
         sheet.accept(field, contact, firm);
-        sheet.work.unit = unit;
     });
     stages(group).filter(|stage| !stage.done).map(|stage| stage.excess).fold(0.0, f64::max)
 }

@@ -21,11 +21,10 @@ use crate::islands::rigid_motion::{go_on, is_loose, whole};
 use crate::scene::sleep::SLEEP;
 use crate::sheet::Field;
 
-/// Maximum number of bisections of a step, found by trial on sheets thrown at edges at 20 m/s: with
-/// three the last substep often does not converge and penetrates by millimetres; with five or more
-/// it seldom does, in the same total time. Sheets with self-contact have a lower maximum to bound
-/// the cost. Islands of several sheets converge over the following steps too, and are bisected only
-/// for an energy error, a strain error or interpenetration.
+/// Maximum number of bisections of a step. With three, sheets thrown at edges at 20 m/s often end a
+/// step unconverged, with millimetres of penetration. Sheets with self-contact have a lower maximum
+/// to bound the cost. Islands of several sheets converge over the following steps too, and are
+/// bisected only for an energy error, a strain error or interpenetration.
 const HALVINGS: u32 = 6;
 const HALVINGS_FOLDED: u32 = 4;
 const HALVINGS_TOGETHER: u32 = 4;
@@ -339,11 +338,9 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             }
             scratch.note_met();
         }
-        group.each(|sheet| {
-            let unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             let jump = (touched && unit.is_touched()).then_some(&unit.jump);
             sheet.finish_stage(part.field, k, part.dt, jump);
-            sheet.work.unit = unit;
         });
         if group.members.len() == 1 && is_unstable(group.sheet(0)) {
             if last {

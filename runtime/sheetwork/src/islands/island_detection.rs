@@ -20,7 +20,7 @@ use crate::math::Vectors;
 use crate::profiler::{Phase, Watched};
 use crate::rigid::{BodyContact, BodyState, RigidView};
 use crate::serialize::{Keeper, Taken, Taker};
-use crate::sheet::{Crossing, Sheet};
+use crate::sheet::Crossing;
 
 /// Contact cache keys of attachments and of contacts between bodies; keys of sheet contacts are
 /// smaller.
@@ -182,20 +182,20 @@ impl Near<'_> {
         if look == Look::Moved
             && let [only] = group.members
         {
-            let work = &group.sheets[*only as usize].work;
+            let (work, unit) = (&group.sheets[*only as usize].work, &group.contacts[*only as usize].unit);
             if moved.len() != work.stage.free.len() {
                 moved = Vectors::zeros(work.stage.free.len());
             }
             moved.copy_from(&work.stage.free);
-            if work.unit.is_touched() {
-                moved.add_scaled(1.0, &work.unit.jump.dx);
+            if unit.is_touched() {
+                moved.add_scaled(1.0, &unit.jump.dx);
             }
         }
         finder.use_threads(group.parallel);
         finder.look_for_crossings(look == Look::Crossed);
         for member in group.members {
             let sheet = &group.sheets[*member as usize];
-            let Some(skin) = &sheet.work.skin else { continue };
+            let Some(skin) = &group.contacts[*member as usize].surface else { continue };
             let stage = &sheet.work.stage;
             let begun = stage.free.len() == sheet.masses();
             let reached = matches!(look, Look::Again | Look::Reached);
@@ -427,11 +427,4 @@ fn in_world(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
 fn reused<A, B>(mut list: Vec<A>) -> Vec<B> {
     list.clear();
     list.into_iter().filter_map(|_| None).collect()
-}
-
-/// Build the collision surface of the sheet if it has none.
-pub(crate) fn skin(sheet: &mut Sheet) {
-    if sheet.work.skin.is_none() {
-        sheet.work.skin = Some(Box::new(Skin::of(sheet)));
-    }
 }

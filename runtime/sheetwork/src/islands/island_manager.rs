@@ -10,18 +10,20 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::collision::constraint::Side;
-use crate::contact::Group;
+use crate::collision::narrow_phase::FindCounters;
 use crate::contact::adhesion::stick;
 use crate::contact::solver_body::Mover;
-use crate::contact::stage::Scratch;
+use crate::contact::stage::{ContactCounters, Scratch};
 use crate::contact::step_bodies::Surroundings;
+use crate::contact::{Group, SheetContact};
 use crate::islands::event::{EventKind, Recorder, Touches};
 use crate::islands::implicit_step::{Part, advance};
-use crate::islands::island_detection::{Near, NearWork, skin};
-use crate::islands::{Stage, give_up, instability, is_unstable, note_rest, size_work};
+use crate::islands::island_detection::{Near, NearWork};
+use crate::islands::{Stage, give_up, instability, is_unstable, note_rest};
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
 use crate::scene::sleep::SLEEP;
+use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::{Crossing, Sheet, Status};
 
 /// Margin of the broad phase beyond the distance from speeds, m.
@@ -42,6 +44,22 @@ pub(crate) struct Claim {
     pub sleeps: bool,
 }
 
+/// Contact state that an island takes from step to step, kept under its first sheet.
+#[derive(Default)]
+pub(crate) struct IslandState {
+    /// Workspace and caches of the contact solver.
+    pub contact: Scratch,
+    /// Caches of collision detection.
+    pub detection: NearWork,
+}
+
+/// Sheets of a step with their contact states and event records.
+pub(crate) struct SteppedSheets<'a> {
+    pub sheets: &'a mut [Sheet],
+    pub contacts: &'a mut [SheetContact],
+    pub touches: &'a mut [Touches],
+}
+
 /// Builder and stepper of islands.
 #[derive(Default)]
 pub(crate) struct Groups {
@@ -59,6 +77,8 @@ pub(crate) struct Groups {
     sizes: Vec<u32>,
     members: Vec<u32>,
     pub claims: Vec<Claim>,
+    /// State of the islands of the last steps, by the index of their first sheet.
+    states: Vec<Option<Box<IslandState>>>,
 }
 
 /// Inputs that all islands share in a step.
@@ -70,14 +90,9 @@ pub(crate) struct Shared<'a> {
 
 impl Groups {
     /// Step all sheets.
-    pub fn step(
-        &mut self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        stage: &Stage,
-        rigid: Option<&RigidWorld>,
-        parallel: bool,
-    ) {
+    pub fn step(&mut self, all: SteppedSheets, stage: &Stage, rigid: Option<&RigidWorld>, parallel: bool) {
+        let SteppedSheets { sheets, contacts, touches } = all;
+        self.states.resize_with(sheets.len(), || None);
         self.claims.clear();
         if is_still_life(sheets, stage, rigid) {
             return;
@@ -99,16 +114,24 @@ impl Groups {
         let (root, takes_part) = (&self.root, &self.takes_part);
         let (count, sizes) = (sheets.len(), &self.sizes);
         let alone = |i: usize| takes_part[i] && root[i] == i as u32 && sizes[i] == 1;
-        let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
+        let states = &mut self.states;
+        type One<'a> = (((&'a mut Sheet, &'a mut SheetContact), &'a mut Touches), &'a mut Option<Box<IslandState>>);
+        let one = |(i, (((sheet, contact), touches), state)): (usize, One)| {
             if alone(i) {
-                let sheets = std::slice::from_mut(sheet);
-                shared.step(sheets, std::slice::from_mut(touches), &[0], i as u32, false, &mut Vec::new());
+                let all = SteppedSheets {
+                    sheets: std::slice::from_mut(sheet),
+                    contacts: std::slice::from_mut(contact),
+                    touches: std::slice::from_mut(touches),
+                };
+                shared.step(all, state, (&[0], i as u32), false, &mut Vec::new());
             }
         };
         if parallel && count > 1 {
-            sheets.par_iter_mut().zip(touches.par_iter_mut()).enumerate().for_each(one);
+            let all = sheets.par_iter_mut().zip(contacts.par_iter_mut()).zip(touches.par_iter_mut());
+            all.zip(states.par_iter_mut()).enumerate().for_each(one);
         } else {
-            sheets.iter_mut().zip(touches.iter_mut()).enumerate().for_each(one);
+            let all = sheets.iter_mut().zip(contacts.iter_mut()).zip(touches.iter_mut());
+            all.zip(states.iter_mut()).enumerate().for_each(one);
         }
         let mut members = std::mem::take(&mut self.members);
         for first in self.active.iter().map(|i| *i as usize).take_while(|i| *i < count) {
@@ -121,7 +144,8 @@ impl Groups {
             }
             members.clear();
             members.extend((first..count).filter(with).map(|i| i as u32));
-            shared.step(sheets, touches, &members, 0, parallel, &mut self.claims);
+            let all = SteppedSheets { sheets: &mut *sheets, contacts: &mut *contacts, touches: &mut *touches };
+            shared.step(all, &mut states[first], (&members, 0), parallel, &mut self.claims);
         }
         self.members = members;
     }
@@ -247,6 +271,74 @@ impl Groups {
     }
 }
 
+impl Groups {
+    /// Counters of collision detection of the island whose first sheet is `index`.
+    pub fn detection_counters(&self, index: usize) -> FindCounters {
+        self.state(index).map(|state| state.detection.counters()).unwrap_or_default()
+    }
+
+    /// Counters of the contact solver of the island whose first sheet is `index`.
+    pub fn contact_counters(&self, index: usize) -> ContactCounters {
+        self.state(index).map(|state| state.contact.counters).unwrap_or_default()
+    }
+
+    fn state(&self, index: usize) -> Option<&IslandState> {
+        self.states.get(index)?.as_deref()
+    }
+
+    /// Remove the sheet `index`: the sheets behind it move up.
+    pub fn remove_sheet(&mut self, index: usize) {
+        if index < self.states.len() {
+            self.states.remove(index);
+        }
+    }
+
+    /// Discard the states in which the sheet `index` occurs, and the contacts of their first
+    /// sheets.
+    pub fn forget_sheet(&mut self, index: usize, contacts: &mut [SheetContact]) {
+        for (i, contact) in contacts.iter_mut().enumerate() {
+            let knows = self.state(i).is_some_and(|state| state.detection.knows(index as u32));
+            if i == index || knows {
+                self.states.get_mut(i).iter_mut().for_each(|state| **state = None);
+                contact.unit.release();
+            }
+        }
+    }
+
+    /// Serialise the states of the islands of `count` sheets.
+    pub fn keep(&self, count: usize, to: &mut Keeper) {
+        for index in 0..count {
+            let state = self.state(index);
+            to.flag(state.is_some());
+            state.iter().for_each(|state| state.contact.save(to));
+            to.flag(state.is_some());
+            state.iter().for_each(|state| state.detection.keep(to));
+        }
+    }
+
+    /// Deserialise the output of [`Groups::keep`]; the contact states `contacts` have their
+    /// collision surfaces.
+    pub fn take(&mut self, contacts: &mut [SheetContact], from: &mut Taker) -> Taken {
+        self.states.resize_with(contacts.len(), || None);
+        for (index, state) in self.states.iter_mut().enumerate() {
+            contacts[index].unit.release();
+            if from.flag()? {
+                state.get_or_insert_default().contact.take(from)?;
+            } else {
+                *state = None;
+            }
+            if from.flag()? != state.is_some() {
+                return Err(Cut);
+            }
+            if let Some(state) = state {
+                let surface = |id: u32| contacts.get(id as usize).and_then(|c| c.surface.as_deref());
+                state.detection = NearWork::taken(from, surface)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 /// Whether no sheet is awake and nothing moves that could wake one.
 fn is_still_life(sheets: &[Sheet], stage: &Stage, rigid: Option<&RigidWorld>) -> bool {
     let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moving(stage.time, stage.time + stage.dt);
@@ -268,7 +360,7 @@ fn limit(sheet: &mut Sheet, dt: f64) {
 fn stop_broken(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
         if sheet.status == Status::Awake && sheet.stages() > 0 && !sheet.v.max_squared().is_finite() {
-            size_work(sheet);
+            sheet.size_work();
             sheet.work.x_before.copy_from(&sheet.x);
             give_up(sheet, touches, stage, stage.dt);
         }
@@ -287,23 +379,24 @@ impl Shared<'_> {
     /// world.
     fn step(
         &self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        members: &[u32],
-        first: u32,
+        all: SteppedSheets,
+        state: &mut Option<Box<IslandState>>,
+        (members, first): (&[u32], u32),
         parallel: bool,
         claims: &mut Vec<Claim>,
     ) {
         let stage = self.stage;
+        let SteppedSheets { sheets, contacts, touches } = all;
         // The collision surface is built from the state before the first motion.
-        members.iter().for_each(|i| skin(&mut sheets[*i as usize]));
+        members.iter().for_each(|i| contacts[*i as usize].prepare_surface(&sheets[*i as usize]));
         if members.iter().any(|i| sheets[*i as usize].is_explicit()) {
-            self.step_explicit(sheets, touches, members, first, parallel, claims);
+            let all = SteppedSheets { sheets, contacts, touches };
+            self.step_explicit(all, state, (members, first), parallel, claims);
             return;
         }
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
-            size_work(sheet);
+            sheet.size_work();
             touches[i].begin(stage.time);
             sheet.work.touching.fill(false);
             sheet.work.met.clear();
@@ -312,14 +405,15 @@ impl Shared<'_> {
                 sheet.work.v_before.copy_from(&sheet.v);
             }
         }
-        let Some(lead) = members.first().map(|i| *i as usize) else { return };
+        if members.is_empty() {
+            return;
+        }
         members.iter().for_each(|i| sheets[*i as usize].hold_on());
-        let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
-        let mut work = sheets[lead].work.near.take().unwrap_or_default();
+        let IslandState { contact: scratch, detection: work } = &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.movers);
         scratch.watch.clone_from(stage.watch);
         let (around, reach) = self.extent(sheets, members);
-        let mut group = Group { sheets, members, movers, parallel, lift: 0.0, leaning: 0 };
+        let mut group = Group { sheets, contacts, members, movers, parallel, lift: 0.0, leaning: 0 };
         let mut near = Near {
             view: stage.view,
             surroundings: self.surroundings,
@@ -327,7 +421,7 @@ impl Shared<'_> {
             gravity: stage.field.gravity,
             sheets_meet: stage.sheets_meet,
             first,
-            work: &mut work,
+            work: &mut *work,
             watch: stage.watch,
         };
         near.begin(&mut group, around, reach);
@@ -342,7 +436,7 @@ impl Shared<'_> {
             });
             scratch.rest();
         } else {
-            advance(&mut group, &mut scratch, &mut near, part);
+            advance(&mut group, scratch, &mut near, part);
             if scratch.gave_up && !scratch.told {
                 members
                     .iter()
@@ -356,22 +450,20 @@ impl Shared<'_> {
         }
         group.each(|sheet| limit(sheet, stage.dt));
         let Group { sheets, movers, .. } = group;
-        self.note(sheets, members, &scratch, &work);
+        self.note(sheets, members, scratch, work);
         scratch.met.clear();
-        stick(sheets, members, &scratch, self.surroundings, work.bodies());
+        stick(sheets, members, scratch, self.surroundings, work.bodies());
         members.iter().for_each(|i| sheets[*i as usize].hold_no_more());
         self.finish(sheets, touches, members);
         let first_claim = claims.len();
         // Bodies that cannot have met a sheet move as Rapier computes.
         if !is_idle {
-            self.claim(&movers, &work, &scratch, claims);
+            self.claim(&movers, work, scratch, claims);
         }
         if stage.sleep {
             self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
         }
         scratch.movers = movers;
-        sheets[lead].work.contact = Some(scratch);
-        sheets[lead].work.near = Some(work);
     }
 
     /// Record the contacts at the end of the step and the contacts with restitution during the

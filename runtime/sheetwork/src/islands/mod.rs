@@ -19,9 +19,8 @@ pub(crate) mod island_detection;
 pub(crate) mod island_manager;
 pub(crate) mod rigid_motion;
 
-pub(crate) use crate::islands::island_detection::{NearWork, skin};
-
-use crate::contact::node::detection::contact;
+use crate::contact::SheetContact;
+use crate::contact::node::detection::resolve_node_contact;
 use crate::islands::event::{Alarm, EventKind, Handled, Recorder, Touches};
 use crate::math::Vectors;
 use crate::profiler::{Phase, Watched};
@@ -58,8 +57,8 @@ pub(crate) struct Stage<'a> {
 /// step.
 ///
 /// Returns the length of the last substep, s.
-pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f64 {
-    size_work(sheet);
+pub(crate) fn fly(sheet: &mut Sheet, contact: &mut SheetContact, touches: &mut Touches, stage: &Stage) -> f64 {
+    sheet.size_work();
     touches.begin(stage.time);
     sheet.work.touching.fill(false);
     sheet.keep_start();
@@ -70,7 +69,7 @@ pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f6
     // A rest below rounding error belongs to the last substep.
     while stage.dt - done > stage.dt * 1e-12 {
         let part = (stage.dt - done).min(most);
-        let Some(taken) = substep(sheet, touches, stage, done, part) else { break };
+        let Some(taken) = substep((sheet, contact, touches), stage, done, part) else { break };
         last = taken;
         done += last;
         substeps += 1;
@@ -94,21 +93,14 @@ pub(crate) fn land(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last
     }
 }
 
-/// Size the working arrays of a step.
-pub(crate) fn size_work(sheet: &mut Sheet) {
-    let n = sheet.masses();
-    if sheet.work.x_before.len() != n {
-        sheet.work.x_before = Vectors::zeros(n);
-        sheet.work.v_before = Vectors::zeros(n);
-        sheet.still_at = Vectors::zeros(n);
-        sheet.work.struck = vec![Default::default(); n];
-        sheet.work.touching = vec![false; n];
-    }
-}
-
 /// Take one step of the integrator and apply limits, instability detector and contact. Returns the
 /// time taken, s; `None` when the sheet is stopped for the rest of the step.
-fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, part: f64) -> Option<f64> {
+fn substep(
+    (sheet, contact, touches): (&mut Sheet, &mut SheetContact, &mut Touches),
+    stage: &Stage,
+    done: f64,
+    part: f64,
+) -> Option<f64> {
     let time = stage.time + done;
     if !sheet.pins.is_empty() {
         sheet.pins.lead(time, part, &sheet.x, &mut sheet.v);
@@ -130,7 +122,13 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
     if let Some(view) = stage.view {
         let remaining = (stage.dt - done - taken).max(0.0);
         stage.watch.within(Phase::Detection, || {
-            contact(sheet, view, taken, remaining, &mut Recorder { touches, view });
+            resolve_node_contact(
+                sheet,
+                &mut contact.clearance,
+                view,
+                (taken, remaining),
+                &mut Recorder { touches, view },
+            );
         });
     }
     if let Some(limit) = &sheet.thickness_limit {

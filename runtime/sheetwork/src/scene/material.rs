@@ -107,8 +107,8 @@ impl Burgers {
     }
 }
 
-/// Glassy polymers, estimates of the class. At the glass transition chains disentangle so slowly
-/// that a sheet keeps its shape for hours; 40 K above it, a sheet takes a new shape within 25 s.
+/// Glassy polymers, estimates of the class. The relaxation time of 1e9 s at the glass transition
+/// keeps a shape for hours; 40 K above it the WLF shift reduces it to 25 s.
 const GLASSY: Option<Burgers> = Some(Burgers { relaxation_time: 1e9, retardation_time: 1e8, retarded: 0.5 });
 
 /// C1 and C2 (K) of the universal WLF equation, which fit most polymers.

@@ -356,6 +356,7 @@ fn assemble(
         engine,
         stack,
         quiet: 0.0,
+        displaced: false,
         still_at: Vectors::zeros(0),
         work: Work::default(),
         material,

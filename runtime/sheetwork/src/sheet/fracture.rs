@@ -428,12 +428,8 @@ impl Sheet {
         }
     }
 
-    /// Update contact and limits after a change of the open cells.
+    /// Update the limits after a change of the open cells.
     fn open_contact(&mut self) {
-        if let Some(mut skin) = self.work.skin.take() {
-            skin.open(self);
-            self.work.skin = Some(skin);
-        }
         if let Some(limit) = self.flexion_limit.as_ref().map(|l| l.limit) {
             self.flexion_limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
         }

@@ -136,7 +136,7 @@ fn soft_membrane_loss(request: &ReportRequest, delivered: &Delivered, gamma: f64
     let target = request.material.target();
     let curvature = (0.5 * gamma).min((2.0 * gamma).sqrt()) / request.size.0;
     let asked = Delivered::exact(&target).stretch;
-    // The same Poisson's ratio for both, so that only the membrane differs.
+    // Both have one Poisson's ratio, so that only the membrane differs.
     let strip =
         |stretch: f64| strip_bending(target.bending[0][0], stretch, delivered.poisson_ratio, curvature, request.size.1);
     (1.0 - strip(delivered.stretch) / strip(asked)).max(0.0)

@@ -217,6 +217,8 @@ pub struct Sheet {
     pub(crate) stack: Stack,
     /// Time below the sleep threshold, s; `still_at` are the positions (m) at its start.
     pub(crate) quiet: f64,
+    /// Whether the nodes or their mobility may have changed other than by a step.
+    pub(crate) displaced: bool,
     pub(crate) still_at: Vectors,
     pub(crate) work: Work,
     material: Material,
@@ -257,15 +259,9 @@ pub(crate) struct Work {
     /// an impact.
     pub struck: Vec<Strike>,
     pub touching: Vec<bool>,
-    pub clearance: crate::contact::Clearance,
     pub stage: stage::StageWork,
-    pub unit: crate::contact::Unit,
-    pub contact: Option<Box<crate::contact::stage::Scratch>>,
-    pub near: Option<Box<crate::islands::NearWork>>,
-    /// Collision surface, built when the sheet is first near another object.
-    pub skin: Option<Box<crate::collision::collision_surface::Skin>>,
     /// Adhesive bonds.
-    pub stuck: Option<Box<crate::sheet::bonds::Stuck>>,
+    pub stuck: Option<Box<bonds::Stuck>>,
     /// Positions (m) of the first and last node and the bounding box (m) of a sheet at rest.
     pub resting: Option<((Option<DVec3>, Option<DVec3>), (DVec3, DVec3))>,
     /// Positions during the step, recorded when buckling is detected.
@@ -510,7 +506,7 @@ impl Sheet {
     /// Wake a sleeping or frozen sheet.
     pub fn wake(&mut self) {
         self.quiet = 0.0;
-        self.work.clearance.forget();
+        self.displaced = true;
         self.doubt_apart();
         if matches!(self.status, Status::Asleep | Status::Frozen { .. }) {
             self.status = Status::Awake;

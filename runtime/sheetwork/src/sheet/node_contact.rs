@@ -12,6 +12,18 @@ use crate::math::Vectors;
 use crate::sheet::Sheet;
 
 impl Sheet {
+    /// Size the work arrays of a step.
+    pub(crate) fn size_work(&mut self) {
+        let n = self.masses();
+        if self.work.x_before.len() != n {
+            self.work.x_before = Vectors::zeros(n);
+            self.work.v_before = Vectors::zeros(n);
+            self.still_at = Vectors::zeros(n);
+            self.work.struck = vec![Default::default(); n];
+            self.work.touching = vec![false; n];
+        }
+    }
+
     /// Material name, friction and restitution coefficient.
     pub(crate) fn surface_coefficients(&self) -> (&str, f64, f64) {
         (&self.material().name, self.friction, self.restitution)

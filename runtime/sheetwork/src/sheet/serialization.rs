@@ -7,11 +7,8 @@
 
 use glam::DVec3;
 
-use crate::collision::collision_surface::Skin;
-use crate::contact::stage::Scratch;
 use crate::elements::Element;
 use crate::elements::grab_spring::Pull;
-use crate::islands::NearWork;
 use crate::scene::{Material, WhenUnstable, validate};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::bonds::Stuck;
@@ -108,9 +105,7 @@ impl Sheet {
     }
 
     /// Serialise the state that a step takes from earlier steps, without contact.
-    pub(crate) fn keep_state(&self, to: &mut Keeper) {
-        let skin = self.work.skin.as_deref().map(Skin::make);
-        to.count(skin.map_or(0, |make| 1 + u64::from(make)));
+    pub(crate) fn keep_state(&self, to: &mut Keeper, clearance: impl FnOnce(&mut Keeper)) {
         self.pins.keep(to);
         keep_status(&self.status, to);
         to.byte(self.crossing as u8);
@@ -135,7 +130,7 @@ impl Sheet {
         self.keep_history(to);
         to.flags(&self.work.touching);
         to.flag(self.work.stage.astray);
-        self.work.clearance.keep(to);
+        clearance(to);
         to.flag(self.work.stuck.is_some());
         self.work.stuck.iter().for_each(|stuck| stuck.keep(to));
         to.flag(self.watch.is_some());
@@ -144,15 +139,7 @@ impl Sheet {
 
     /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
     /// this sheet.
-    pub(crate) fn take_state(&mut self, from: &mut Taker) -> Taken {
-        // The collision surface is built from the positions at the first step; a new sheet has
-        // these positions now.
-        if let Some(make) = from.count()?.checked_sub(1) {
-            crate::islands::skin(self);
-            if self.work.skin.as_ref().is_none_or(|skin| u64::from(skin.make()) != make) {
-                return Err(Cut);
-            }
-        }
+    pub(crate) fn take_state(&mut self, from: &mut Taker, clearance: impl FnOnce(&mut Taker, usize) -> Taken) -> Taken {
         let masses = self.masses();
         let mut pins = std::mem::take(&mut self.pins);
         let others = pins.take(from, masses);
@@ -191,13 +178,14 @@ impl Sheet {
         let mut touching = Vec::new();
         from.flags(&mut touching)?;
         if touching.len() == masses {
-            crate::islands::size_work(self);
+            self.size_work();
             self.work.touching = touching;
         } else if !touching.is_empty() {
             return Err(Cut);
         }
         self.work.stage.astray = from.flag()?;
-        self.work.clearance.take(from, masses)?;
+        clearance(from, masses)?;
+        self.displaced = false;
         self.work.stuck = if from.flag()? { Some(Box::new(Stuck::taken(from, masses)?)) } else { None };
         if from.flag()? {
             let mut watch = crate::sheet::buckling::Watch::default();
@@ -308,33 +296,6 @@ impl Sheet {
         self.elements[..own].iter_mut().try_for_each(|e| e.take_history(from))?;
         self.field_before = Some(field);
         Ok(())
-    }
-
-    /// Serialise the contact state of an island, in its first sheet.
-    pub(crate) fn keep_contact(&self, to: &mut Keeper) {
-        to.flag(self.work.contact.is_some());
-        self.work.contact.iter().for_each(|contact| contact.save(to));
-        to.flag(self.work.near.is_some());
-        self.work.near.iter().for_each(|near| near.keep(to));
-    }
-
-    /// Deserialise the contact state, without that of detection: see [`Sheet::take_near`].
-    pub(crate) fn take_contact(&mut self, from: &mut Taker) -> Taken {
-        self.work.unit.release();
-        if !from.flag()? {
-            self.work.contact = None;
-            return Ok(());
-        }
-        self.work.contact.get_or_insert_with(|| Box::new(Scratch::default())).take(from)
-    }
-
-    /// Deserialise the state of collision detection; `None` for a sheet without detection so far.
-    pub(crate) fn take_near(sheets: &[Self], from: &mut Taker) -> Taken<Option<Box<NearWork>>> {
-        if !from.flag()? {
-            return Ok(None);
-        }
-        let skin = |id: u32| sheets.get(id as usize).and_then(|s| s.work.skin.as_deref());
-        NearWork::taken(from, skin).map(|near| Some(Box::new(near)))
     }
 }
 

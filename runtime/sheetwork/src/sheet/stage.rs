@@ -7,8 +7,6 @@
 
 use glam::DVec3;
 
-use crate::collision::narrow_phase::FindCounters;
-use crate::contact::stage::ContactCounters;
 use crate::elements::{Geometric, NO_BLOCK};
 use crate::integrators::implicit::Implicit;
 use crate::integrators::implicit::staged::{Jump, Staged};
@@ -307,16 +305,6 @@ impl Sheet {
         for (step, mass) in by_row.chunks_exact(3).zip(system.masses()) {
             to.set(*mass as usize, DVec3::from_slice(step));
         }
-    }
-
-    /// Counters of collision detection, in the first sheet of an island.
-    pub fn detection(&self) -> FindCounters {
-        self.work.near.as_ref().map(|near| near.counters()).unwrap_or_default()
-    }
-
-    /// Counters of the contact solver, in the first sheet of an island.
-    pub fn contact_counters(&self) -> ContactCounters {
-        self.work.contact.as_ref().map(|contact| contact.counters).unwrap_or_default()
     }
 
     /// Block row of node `i`, and its free (1) and fixed (0) directions; `None` for a fixed node.

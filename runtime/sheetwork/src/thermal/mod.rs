@@ -1,11 +1,12 @@
-//! Heat: temperatures of sheets, their effect on the material, and heat flow.
+//! Heat exchange of sheets with their surroundings, and the thermal step of a world.
 //!
 //! Per area of a sheet
 //!
 //!   ρ c t ∂T/∂t = k t ∇²T + α Σ q_in - h (T - T_air) - 2 ε σ (T⁴ - T_wall⁴).
 //!
-//! `network` models conduction, `source` the exchange, `stepper` integrates in time, `softening`
-//! gives E(T); `state` is the state of a sheet, `room` that of a world.
+//! `source` computes the exchange, with `view_factor` and `shadow` for radiation; `room` is the
+//! thermal model of a world and steps all sheets. Conduction, time integration and the effect on
+//! stiffness are in [`crate::sheet::temperature`].
 //!
 //! A sheet without heat stores no temperatures and none of this runs. Temperatures are in °C, all
 //! else in SI. Sheets are heated in sequence, so results do not depend on threads.

@@ -1,5 +1,5 @@
-//! Failure of sheets: detection after every step, and its events. Fracture: `sheet/tears`;
-//! buckling: `sheet/buckle`.
+//! Failure of sheets: detection after every step, and its events. Fracture: `sheet/fracture`;
+//! buckling: `sheet/buckling`.
 
 use crate::islands::event::{Event, EventKind};
 use crate::sheet::Status;

@@ -27,11 +27,13 @@ pub use crate::world::parameters::Parameter;
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
 pub use crate::world::snapshot::Snapshot;
 
+use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest;
+use crate::contact::stage::ContactCounters;
 use crate::error::{InputError, check_range};
 use crate::islands::Stage;
 use crate::islands::event::{Event, EventKind, Touches};
-use crate::islands::island_manager::Groups;
+use crate::islands::island_manager::{Groups, SteppedSheets};
 use crate::profiler::{Phase, Watch, Watched};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
 use crate::scene::EngineKind;
@@ -44,6 +46,7 @@ use crate::thermal::Room;
 pub struct World {
     scene: Scene,
     sheets: Vec<Sheet>,
+    contacts: Vec<SheetContact>,
     touches: Vec<Touches>,
     rigid: Option<RigidWorld>,
     gravity: DVec3,
@@ -116,11 +119,13 @@ impl World {
             let warmed = sheet.warm(&spec.spots, scene.ambient_temperature);
             warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
         }
+        let contacts = sheets.iter().map(|_| SheetContact::default()).collect();
         let touches = sheets.iter().map(|_| Touches::default()).collect();
         let own = named(scene);
         let detail = lod::Detail::of(scene, &sheets);
         Ok(Self {
             sheets,
+            contacts,
             touches,
             rigid,
             gravity: scene.gravity,
@@ -293,9 +298,10 @@ impl World {
         };
         self.sheets.iter_mut().for_each(|s| s.press(stage.time + stage.dt));
         let many = self.sheets.len() > 1;
-        let Self { sheets, touches, groups, pool, .. } = self;
+        let Self { sheets, contacts, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| {
-            stage.watch.within(Phase::Motion, || groups.step(sheets, touches, &stage, rigid, parallel))
+            let all = SteppedSheets { sheets, contacts, touches };
+            stage.watch.within(Phase::Motion, || groups.step(all, &stage, rigid, parallel))
         };
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
@@ -386,6 +392,7 @@ impl World {
             Some(detail) => detail.add(),
             None => self.detail = lod::Detail::of(&self.scene, &self.sheets),
         }
+        self.contacts.push(SheetContact::default());
         self.touches.push(Touches::default());
         self.make = serialization::make_of(&self.scene);
         Ok(name)
@@ -396,13 +403,20 @@ impl World {
         let Some(index) = self.sheets.iter().position(|s| s.name == name) else { return false };
         self.sheets.remove(index);
         self.detail.iter_mut().for_each(|detail| detail.remove(index));
+        self.contacts.remove(index);
         self.touches.remove(index);
+        self.groups.remove_sheet(index);
         self.scene.sheets.remove(index);
         self.make = serialization::make_of(&self.scene);
         if let Some(heat) = &mut self.heat {
             heat.forget();
         }
         true
+    }
+
+    /// Counters of the contact solver of the island whose first sheet is `index`.
+    pub fn contact_counters(&self, index: usize) -> ContactCounters {
+        self.groups.contact_counters(index)
     }
 
     /// Events so far, in the order of the steps.

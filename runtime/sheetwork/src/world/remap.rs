@@ -1,8 +1,9 @@
-//! Change of grid of a sheet in a running world: see [`crate::sheet`]'s `resample`.
+//! Change of grid of a sheet in a running world: see `sheet/remap`.
 //!
 //! The scene of the world is unchanged, so that a reset returns to its grids; a snapshot stores the
 //! grids of its sheets.
 
+use crate::contact::SheetContact;
 use crate::error::{InputError, check_range};
 use crate::islands::event::{Event, EventKind};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
@@ -66,8 +67,14 @@ impl World {
         }
         old.check_resample(&self.scene.sheets[index])?;
         let mut new = self.built_at(index, grid)?;
+        let mut contact = SheetContact::default();
+        if self.contacts[index].surface.is_some() {
+            // The collision surface is built from the positions at rest, which the sheet has now.
+            contact.prepare_surface(&new);
+        }
         new.take_over(&self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
         self.forget_contacts(index);
+        self.contacts[index] = contact;
         self.sheets[index] = new;
         let event = Event::new(self.time, EventKind::Resampled, &self.sheets[index].name, None);
         self.events.push(Event { grid: Some(grid), ..event });
@@ -86,13 +93,7 @@ impl World {
     /// Discard the detection and contact caches of the sheet `index` and of its islands, and the
     /// visibility for heat.
     fn forget_contacts(&mut self, index: usize) {
-        for (i, sheet) in self.sheets.iter_mut().enumerate() {
-            let knows = |near: &crate::islands::NearWork| near.knows(index as u32);
-            if i == index || sheet.work.near.as_deref().is_some_and(knows) {
-                (sheet.work.near, sheet.work.contact) = (None, None);
-                sheet.work.unit.release();
-            }
-        }
+        self.groups.forget_sheet(index, &mut self.contacts);
         if let Some(heat) = &mut self.heat {
             heat.forget();
         }
@@ -100,7 +101,7 @@ impl World {
 
     /// Replace sheets on other grids than `grids` by sheets of the scene on these grids. Returns
     /// the replaced ones.
-    pub(crate) fn go_to_grids(&mut self, grids: &[Grid]) -> Taken<Vec<(usize, Sheet)>> {
+    pub(crate) fn go_to_grids(&mut self, grids: &[Grid]) -> Taken<Vec<(usize, Sheet, SheetContact)>> {
         if grids.len() != self.sheets.len() {
             return Err(Cut);
         }
@@ -110,21 +111,23 @@ impl World {
                 let watched = self.sheets[index].is_watched();
                 let mut sheet = self.built_at(index, *grid).map_err(|_| Cut)?;
                 sheet.watch_buckling(watched);
-                new.push((index, sheet));
+                new.push((index, sheet, SheetContact::default()));
             }
         }
-        for (index, sheet) in &mut new {
+        for (index, sheet, contact) in &mut new {
             self.forget_contacts(*index);
             std::mem::swap(&mut self.sheets[*index], sheet);
+            std::mem::swap(&mut self.contacts[*index], contact);
         }
         Ok(new)
     }
 
     /// Restore the replaced sheets.
-    pub(crate) fn put_back(&mut self, sheets: Vec<(usize, Sheet)>) {
-        for (index, sheet) in sheets {
+    pub(crate) fn put_back(&mut self, sheets: Vec<(usize, Sheet, SheetContact)>) {
+        for (index, sheet, contact) in sheets {
             self.forget_contacts(index);
             self.sheets[index] = sheet;
+            self.contacts[index] = contact;
         }
     }
 }

@@ -169,8 +169,8 @@ impl World {
             stiffness: sheet.delivered_stiffness(self.dt),
             contacts: sheet.counters.contacts,
             opening: OpeningReport::of(sheet),
-            detection: sheet.detection(),
-            contact_work: sheet.contact_counters(),
+            detection: self.groups.detection_counters(index),
+            contact_work: self.groups.contact_counters(index),
         });
         let bodies = self.rigid.iter().flat_map(|rigid| {
             rigid.bodies().iter().enumerate().filter_map(|(index, body)| {

@@ -6,6 +6,7 @@
 //! and grabs are included; the scene is not: a snapshot is loaded by its own world or by a new one
 //! of the same scene. Events before the snapshot are not sent again.
 
+use crate::contact::SheetContact;
 use crate::error::InputError;
 use crate::scene::{Air, ContactDefaults, Scene};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
@@ -121,8 +122,11 @@ impl World {
         let settings = self.settings();
         to.blob(&settings);
         self.rigid.iter().for_each(|rigid| rigid.keep(to));
-        self.sheets.iter().for_each(|s| s.keep_state(to));
-        self.sheets.iter().for_each(|s| s.keep_contact(to));
+        for (sheet, contact) in self.sheets.iter().zip(&self.contacts) {
+            contact.keep_surface(to);
+            sheet.keep_state(to, |to| contact.clearance.keep(to, sheet.displaced));
+        }
+        self.groups.keep(self.sheets.len(), to);
         self.heat.iter().for_each(|heat| heat.keep(to));
         self.touches.iter().for_each(|t| t.keep(to));
         self.detail.iter().for_each(|detail| detail.keep(to));
@@ -148,11 +152,12 @@ impl World {
         if let Some(rigid) = &mut self.rigid {
             rigid.take(&mut from, &self.scene)?;
         }
-        self.sheets.iter_mut().try_for_each(|s| s.take_state(&mut from))?;
-        for index in 0..self.sheets.len() {
-            self.sheets[index].take_contact(&mut from)?;
-            self.sheets[index].work.near = Sheet::take_near(&self.sheets, &mut from)?;
+        for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.contacts) {
+            contact.take_surface(sheet, &mut from)?;
+            sheet.take_state(&mut from, |from, masses| contact.clearance.take(from, masses))?;
+            contact.prepare_opened(sheet);
         }
+        self.groups.take(&mut self.contacts, &mut from)?;
         if let Some(heat) = &mut self.heat {
             heat.take(&mut from, &self.sheets)?;
         }
@@ -174,6 +179,7 @@ impl World {
         let mut sheet = self.built_at(index, grid).map_err(|_| Cut)?;
         sheet.watch_buckling(watched);
         self.sheets[index] = sheet;
+        self.contacts[index] = SheetContact::default();
         Ok(())
     }
 

@@ -69,10 +69,14 @@ impl Clearance {
         self.until.fill(f64::NEG_INFINITY);
     }
 
-    /// Serialise the clearances.
-    pub fn keep(&self, to: &mut Keeper) {
+    /// Serialise the clearances; `forgotten` states that the cache is to be cleared.
+    pub fn keep(&self, to: &mut Keeper, forgotten: bool) {
         to.vector_list(&self.checked);
-        to.numbers(&self.until);
+        if forgotten {
+            to.numbers(&vec![f64::NEG_INFINITY; self.until.len()]);
+        } else {
+            to.numbers(&self.until);
+        }
         to.number(self.moved);
         for (collider, face) in &self.face {
             let (index, generation) = collider.into_raw_parts();

@@ -14,7 +14,7 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
-use crate::contact::node::clearance::{First, Leg};
+use crate::contact::node::clearance::{Clearance, First, Leg};
 use crate::contact::node::response::{Flight, Surface, arrival, resolve};
 use crate::contact::node::target::{Frame, Meeting, NO_FACE, Target};
 use crate::contact::node::through_thickness::share_impacts;
@@ -46,27 +46,34 @@ pub trait Touch {
 /// and `work.v_before`.
 ///
 /// `remaining` (s) is the time from the end of this substep to that of the bodies' poses.
-pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) {
+pub(crate) fn resolve_node_contact(
+    sheet: &mut Sheet,
+    clearance: &mut Clearance,
+    view: &RigidView,
+    (dt, remaining): (f64, f64),
+    touch: &mut dyn Touch,
+) {
     let reach = reach_of_moving(view, dt + remaining);
     let offset = sheet.contact_offset();
     let margin = (MARGIN * sheet.spread).max(2.0 * offset);
-    // A caller may move its own bodies without setting their velocity.
-    if !view.owned {
-        sheet.work.clearance.forget();
+    // A sheet may have been displaced between steps, and a caller may move its own bodies without
+    // setting their velocity.
+    if std::mem::take(&mut sheet.displaced) || !view.owned {
+        clearance.forget();
     }
     let inverse_mass = &sheet.inverse_mass;
-    if !sheet.work.clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
+    if !clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
         return;
     }
     let Some((low, high)) = swept(sheet) else { return };
     let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
     for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
         let target = Target::new(handle, collider, view, sheet, dt, remaining);
-        meet(sheet, &target, dt, margin);
+        meet(sheet, clearance, &target, dt, margin);
     }
-    let mut struck = turn_all(sheet, dt, touch);
-    if !sheet.work.clearance.legs.is_empty() {
-        struck |= follow(sheet, view, dt, remaining, touch);
+    let mut struck = turn_all(sheet, clearance, dt, touch);
+    if !clearance.legs.is_empty() {
+        struck |= follow(sheet, clearance, view, (dt, remaining), touch);
     }
     if struck {
         if sheet.stack.is_layered() {
@@ -74,10 +81,10 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
         }
         sheet.work.struck.fill(Strike::default());
     }
-    if !sheet.work.clearance.cornered.is_empty() {
-        free_cornered(sheet, view, around, dt, remaining);
+    if !clearance.cornered.is_empty() {
+        free_cornered(sheet, clearance, view, around, (dt, remaining));
     }
-    sheet.work.clearance.end(&sheet.x);
+    clearance.end(&sheet.x);
 }
 
 /// Radius of an unbounded body, m: the largest allowed coordinate.
@@ -115,20 +122,19 @@ fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
 }
 
 /// Test all nodes that need it against one collider, and keep the first hit of each.
-fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
+fn meet(sheet: &Sheet, clearance: &mut Clearance, target: &Target, dt: f64, margin: f64) {
     let offset = sheet.contact_offset();
     for i in 0..sheet.x.len() {
-        if sheet.work.clearance.nearest[i] < 0.0 {
+        if clearance.nearest[i] < 0.0 {
             continue;
         }
         let flight = whole_flight(sheet, i, dt);
-        let reach = if sheet.work.clearance.is_new(i) { Real::MAX } else { margin as Real };
-        let (near, mut face) = sheet.work.clearance.face[i];
+        let reach = if clearance.is_new(i) { Real::MAX } else { margin as Real };
+        let (near, mut face) = clearance.face[i];
         if near != target.handle {
             face = NO_FACE;
         }
         let (a, b) = (target.start.local(flight.x0), target.end.local(flight.x1));
-        let clearance = &mut sheet.work.clearance;
         match target.meet(a, b, reach, &mut face) {
             Meeting::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
             Meeting::Surface(surface) => {
@@ -157,14 +163,14 @@ fn whole_flight(sheet: &Sheet, i: usize, dt: f64) -> Flight {
 }
 
 /// Apply the response of every node at its first hit. Returns whether any was an impact.
-fn turn_all(sheet: &mut Sheet, dt: f64, touch: &mut dyn Touch) -> bool {
+fn turn_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touch: &mut dyn Touch) -> bool {
     let mut struck = false;
-    for k in 0..sheet.work.clearance.met.len() {
-        let i = sheet.work.clearance.met[k] as usize;
-        let Some(first) = sheet.work.clearance.first[i].take() else { continue };
+    for k in 0..clearance.met.len() {
+        let i = clearance.met[k] as usize;
+        let Some(first) = clearance.first[i].take() else { continue };
         let flight = whole_flight(sheet, i, dt);
-        sheet.work.clearance.face[i] = (first.collider, first.face);
-        struck |= turn_aside(sheet, i, &flight, &first.surface, first.collider, first.another);
+        clearance.face[i] = (first.collider, first.face);
+        struck |= turn_aside((&mut *sheet, &mut *clearance), i, &flight, &first.surface, first.collider, first.another);
         touch.touched(first.collider, i);
     }
     struck
@@ -173,7 +179,7 @@ fn turn_all(sheet: &mut Sheet, dt: f64, touch: &mut dyn Touch) -> bool {
 /// Apply the response of node `i` at `surface`. The remaining path is stored for another test if it
 /// is long or `another` collider was hit. Returns whether this was an impact.
 fn turn_aside(
-    sheet: &mut Sheet,
+    (sheet, clearance): (&mut Sheet, &mut Clearance),
     i: usize,
     flight: &Flight,
     surface: &Surface,
@@ -184,7 +190,6 @@ fn turn_aside(
     sheet.x.set(i, out.x);
     sheet.v.set(i, out.v);
     sheet.counters.contacts += 1;
-    let clearance = &mut sheet.work.clearance;
     clearance.nearest[i] = 0.0;
     if sheet.work.touching[i] {
         clearance.cornered.push(i as u32);
@@ -210,10 +215,15 @@ fn turn_aside(
 
 /// Test the remaining paths of nodes after their contact: a node that slips along one wall of a
 /// corner must not pass through the other. Returns whether any hit was an impact.
-fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) -> bool {
+fn follow(
+    sheet: &mut Sheet,
+    clearance: &mut Clearance,
+    view: &RigidView,
+    (dt, remaining): (f64, f64),
+    touch: &mut dyn Touch,
+) -> bool {
     let mut struck = false;
     for _ in 0..CORNER_ROUNDS {
-        let clearance = &mut sheet.work.clearance;
         std::mem::swap(&mut clearance.legs, &mut clearance.last_legs);
         clearance.legs.clear();
         let ends = clearance.last_legs.iter().flat_map(|leg| [leg.flight.x0, leg.flight.x1]);
@@ -225,8 +235,8 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
         let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened(reach_of_moving(view, dt + remaining) as Real);
         for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
             let target = Target::new(handle, collider, view, sheet, dt, remaining);
-            for k in 0..sheet.work.clearance.last_legs.len() {
-                let leg = sheet.work.clearance.last_legs[k];
+            for k in 0..clearance.last_legs.len() {
+                let leg = clearance.last_legs[k];
                 let i = leg.mass as usize;
                 // A path along one face of a convex body cannot enter it.
                 if leg.from == handle && target.convex {
@@ -238,7 +248,7 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
                 if leg.from == handle && surface.normal.dot(leg.normal) > SAME_FACE {
                     continue;
                 }
-                struck |= turn_aside(sheet, i, &flight, &surface, handle, false);
+                struck |= turn_aside((&mut *sheet, &mut *clearance), i, &flight, &surface, handle, false);
                 touch.touched(handle, i);
             }
         }
@@ -248,12 +258,17 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
 
 /// Move nodes in contact with two bodies out of both by alternating projections, and remove their
 /// approach velocity.
-fn free_cornered(sheet: &mut Sheet, view: &RigidView, around: Aabb, dt: f64, remaining: f64) {
+fn free_cornered(
+    sheet: &mut Sheet,
+    clearance: &Clearance,
+    view: &RigidView,
+    around: Aabb,
+    (dt, remaining): (f64, f64),
+) {
     for _ in 0..CORNER_ROUNDS {
         for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
             let target = Target::new(handle, collider, view, sheet, dt, remaining);
-            for k in 0..sheet.work.clearance.cornered.len() {
-                let i = sheet.work.clearance.cornered[k] as usize;
+            for i in clearance.cornered.iter().map(|i| *i as usize) {
                 let Some(surface) = target.holds(sheet.x.get(i)) else { continue };
                 let depth = sheet.contact_offset() - (sheet.x.get(i) - surface.point).dot(surface.normal);
                 let approach = (sheet.v.get(i) - surface.velocity).dot(surface.normal);

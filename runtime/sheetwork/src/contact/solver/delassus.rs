@@ -6,8 +6,10 @@
 //! of [`Mover`].
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use crate::collision::constraint::{Contact, Side};
+use crate::contact::SheetContact;
 use crate::contact::solver::pgs::Problem;
 use crate::contact::solver_body::Mover;
 use crate::integrators::implicit::staged::Jump;
@@ -86,6 +88,8 @@ impl Unit {
 pub(crate) struct Group<'a> {
     /// All sheets of the world.
     pub sheets: &'a mut [Sheet],
+    /// Their contact states.
+    pub contacts: &'a mut [SheetContact],
     /// Indices of the island's sheets, ascending. [`Side::Sheet`] holds a position in this list.
     pub members: &'a [u32],
     /// Bodies of the island. [`Side::Body`] holds a position in this list.
@@ -110,6 +114,31 @@ impl Group<'_> {
         &mut self.sheets[self.members[local as usize] as usize]
     }
 
+    /// Contact arrays of sheet number `local` of the island.
+    pub fn unit(&self, local: u32) -> &Unit {
+        &self.contacts[self.members[local as usize] as usize].unit
+    }
+
+    /// Sheet number `local` of the island with its contact arrays, mutable.
+    pub fn with_unit(&mut self, local: u32) -> (&mut Sheet, &mut Unit) {
+        let index = self.members[local as usize] as usize;
+        (&mut self.sheets[index], &mut self.contacts[index].unit)
+    }
+
+    /// Call `work` as [`Group::each`] does, with the contact arrays of the sheet.
+    pub fn each_unit(&mut self, work: impl Fn(&mut Sheet, &mut Unit) + Sync) {
+        let members = self.members;
+        if self.parallel {
+            let all = self.sheets.par_iter_mut().zip(self.contacts.par_iter_mut()).enumerate();
+            let own = all.filter(|(i, _)| members.binary_search(&(*i as u32)).is_ok());
+            own.for_each(|(_, (sheet, contact))| work(sheet, &mut contact.unit));
+        } else {
+            for i in members.iter().map(|i| *i as usize) {
+                work(&mut self.sheets[i], &mut self.contacts[i].unit);
+            }
+        }
+    }
+
     /// Number of independent parts: a single sheet and the bodies that touch only it count as one.
     /// With more parts, some contact changes state in almost every iteration.
     pub fn pieces(&self) -> usize {
@@ -124,7 +153,6 @@ impl Group<'_> {
     /// Call `work` for every sheet of the island, in parallel if enabled. The work on one sheet
     /// must not depend on the others.
     pub fn each(&mut self, work: impl Fn(&mut Sheet) + Sync) {
-        use rayon::prelude::*;
         let members = self.members;
         if self.parallel {
             let all = self.sheets.par_iter_mut().enumerate();
@@ -171,18 +199,14 @@ impl Delassus {
         self.problem.clear();
         self.on_body.iter_mut().for_each(Vec::clear);
         self.on_body.resize_with(group.movers.len(), Vec::new);
-        group.each(|sheet| {
-            let n = sheet.masses();
-            sheet.work.unit.clear(n);
-        });
+        group.each_unit(|sheet, unit| unit.clear(sheet.masses()));
     }
 
     /// Remove all contacts, but keep the displacements of the sheets.
     pub fn clear_for_velocities(&mut self, group: &mut Group) {
-        group.each(|sheet| std::mem::swap(&mut sheet.work.unit.kept_dx, &mut sheet.work.unit.jump.dx));
+        group.each_unit(|_, unit| std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx));
         self.clear(group);
-        group.each(|sheet| {
-            let unit = &mut sheet.work.unit;
+        group.each_unit(|_, unit| {
             std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx);
             unit.touched = true;
         });
@@ -207,16 +231,14 @@ impl Delassus {
     /// (s).
     pub fn add(&mut self, group: &mut Group, contacts: &[Contact], new: &[u32], h: f64) {
         let first = self.active.len();
-        group.each(|sheet| sheet.work.unit.loads.clear());
+        group.each_unit(|_, unit| unit.loads.clear());
         for number in new {
             self.load(group, contacts, *number);
         }
-        group.each(|sheet| {
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             if !unit.loads.is_empty() {
                 sheet.half_solve(&unit.loads, &mut unit.halves);
             }
-            sheet.work.unit = unit;
         });
         for i in first..self.active.len() {
             self.couple(group, contacts, i, h);
@@ -239,14 +261,12 @@ impl Delassus {
                     }
                 }
                 Side::Sheet { sheet, .. } if k == 0 || !same => {
-                    let member = group.sheet_mut(sheet);
-                    let mut unit = std::mem::take(&mut member.work.unit);
+                    let (member, unit) = group.with_unit(sheet);
                     for column in [frame.x_axis, frame.y_axis, frame.z_axis] {
                         unit.loads.push(loads(member, contact, sheet, column));
                     }
                     units[k] = (sheet, unit.list.len() as u32);
                     unit.list.push(index);
-                    member.work.unit = unit;
                 }
                 Side::Sheet { .. } => {}
             }
@@ -260,7 +280,7 @@ impl Delassus {
         self.touched.clear();
         let active = self.active[i];
         for (sheet, place) in active.units.into_iter().filter(|u| *u != NONE) {
-            let unit = &group.sheet(sheet).work.unit;
+            let unit = group.unit(sheet);
             for (other, j) in unit.list[..=place as usize].iter().enumerate() {
                 let block = unit.halves.block(place as usize, other);
                 self.gather(*j, DMat3::from_cols_array_2d(&block).transpose());
@@ -299,9 +319,9 @@ impl Delassus {
 
     /// Compute the contact forces on the nodes of each sheet, N.
     fn forces(&self, group: &mut Group, contacts: &[Contact]) {
-        group.each(|sheet| {
-            if sheet.work.unit.is_touched() {
-                sheet.work.unit.force.clear();
+        group.each_unit(|_, unit| {
+            if unit.is_touched() {
+                unit.force.clear();
             }
         });
         for (active, p) in self.active.iter().zip(&self.problem.force) {
@@ -312,7 +332,7 @@ impl Delassus {
             let contact = &contacts[active.contact as usize];
             for (side, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
                 if let Side::Sheet { sheet, point } = side {
-                    group.sheet_mut(sheet).work.unit.push(&point, force * sign);
+                    group.with_unit(sheet).1.push(&point, force * sign);
                 }
             }
         }
@@ -322,13 +342,11 @@ impl Delassus {
     /// correspond to the forces, in sheets and solver bodies. `h` is the weight of the stage (s).
     pub fn displace(&self, group: &mut Group, contacts: &[Contact], h: f64) {
         self.forces(group, contacts);
-        group.each(|sheet| {
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             if unit.is_touched() {
                 sheet.answer(&unit.force, &mut unit.jump.dx);
                 unit.accelerate(&sheet.inverse_mass);
             }
-            sheet.work.unit = unit;
         });
         group.movers.iter_mut().for_each(Mover::release);
         self.push_bodies(group, contacts, |mover, force, moment| {
@@ -340,13 +358,11 @@ impl Delassus {
     /// solver bodies.
     pub fn kick(&self, group: &mut Group, contacts: &[Contact], h: f64) {
         self.forces(group, contacts);
-        group.each(|sheet| {
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             if unit.is_touched() {
                 sheet.answer(&unit.force, &mut unit.jump.dv);
                 unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
             }
-            sheet.work.unit = unit;
         });
         group.movers.iter_mut().for_each(|m| (m.kick, m.twist) = (DVec3::ZERO, DVec3::ZERO));
         self.push_bodies(group, contacts, |mover, force, moment| {

@@ -155,7 +155,7 @@ impl Scratch {
 
     /// Clear the solution of contacts that no longer exist.
     pub(crate) fn forget_solution(&mut self, group: &mut Group) {
-        group.each(|sheet| sheet.work.unit.release());
+        group.each_unit(|_, unit| unit.release());
         self.primal.clear();
         self.chosen.clear();
         self.solved = Solved::OnForces;

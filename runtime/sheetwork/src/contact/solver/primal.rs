@@ -275,11 +275,9 @@ impl Scratch {
     fn take_displacements(&self, primal: &Primal, group: &mut Group) {
         let (joint, delta, count) = (&self.joint, primal.displacement(), group.members.len());
         for local in 0..count as u32 {
-            let sheet = group.sheet_mut(local);
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+            let (sheet, unit) = group.with_unit(local);
             unit.touch(sheet.masses());
             sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
-            sheet.work.unit = unit;
         }
         for (i, (row, p)) in self.chosen.iter().zip(primal.rows.iter().zip(&primal.force)) {
             if *p == DVec3::ZERO {
@@ -288,13 +286,13 @@ impl Scratch {
             let contact = &self.found.contacts[*i as usize];
             for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
                 if let Side::Sheet { sheet, point } = side {
-                    group.sheet_mut(*sheet).work.unit.push(point, row.frame * *p * sign);
+                    group.with_unit(*sheet).1.push(point, row.frame * *p * sign);
                 }
             }
         }
         for local in 0..count as u32 {
-            let sheet = group.sheet_mut(local);
-            sheet.work.unit.accelerate(&sheet.inverse_mass);
+            let (sheet, unit) = group.with_unit(local);
+            unit.accelerate(&sheet.inverse_mass);
         }
         for (body, mover) in group.movers.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
@@ -308,11 +306,9 @@ impl Scratch {
     fn take_jumps(&self, primal: &Primal, group: &mut Group, h: f64) {
         let (joint, delta, count) = (&self.joint, primal.displacement(), group.members.len());
         for local in 0..count as u32 {
-            let sheet = group.sheet_mut(local);
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+            let (sheet, unit) = group.with_unit(local);
             sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
             unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
-            sheet.work.unit = unit;
         }
         for (body, mover) in group.movers.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {

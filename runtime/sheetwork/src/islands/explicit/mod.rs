@@ -15,12 +15,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::collision::narrow_phase::Scope;
-use crate::contact::Group;
 use crate::contact::outer_iteration::{Look, Margins, solve_masses};
+use crate::contact::{Group, SheetContact};
 use crate::islands::event::Touches;
 use crate::islands::implicit_step::Find;
-use crate::islands::island_detection::{Near, skin};
-use crate::islands::island_manager::{Claim, Shared};
+use crate::islands::island_detection::Near;
+use crate::islands::island_manager::{Claim, IslandState, Shared, SteppedSheets};
 use crate::islands::{fly, instability, land};
 use crate::sheet::{LED, Sheet, Status};
 
@@ -32,26 +32,26 @@ impl Shared<'_> {
     /// world.
     pub fn step_explicit(
         &self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        members: &[u32],
-        first: u32,
+        mut all: SteppedSheets,
+        state: &mut Option<Box<IslandState>>,
+        (members, first): (&[u32], u32),
         parallel: bool,
         claims: &mut Vec<Claim>,
     ) {
         let [only] = members else {
-            self.fly_all(sheets, touches, members, parallel);
-            self.meet(sheets, touches, members, first, parallel, claims);
+            self.fly_all(&mut all, members, parallel);
+            self.meet(&mut all, state, (members, first), parallel, claims);
             return;
         };
         let index = *only as usize;
-        instability::open(&mut sheets[index]);
-        let last = fly(&mut sheets[index], &mut touches[index], self.stage);
-        if sheets[index].status != Status::Awake {
+        instability::open(&mut all.sheets[index]);
+        let last = fly(&mut all.sheets[index], &mut all.contacts[index], &mut all.touches[index], self.stage);
+        if all.sheets[index].status != Status::Awake {
             return;
         }
-        let near = self.is_near(&mut sheets[index]);
-        if !(near && self.meet(sheets, touches, members, first, parallel, claims)) {
+        let near = self.is_near(&all.sheets[index], &mut all.contacts[index]);
+        if !(near && self.meet(&mut all, state, (members, first), parallel, claims)) {
+            let SteppedSheets { sheets, touches, .. } = all;
             if sheets[index].work.touching.contains(&true) {
                 instability::close(&mut sheets[index], &mut touches[index], self.stage, 0.0);
             }
@@ -59,17 +59,20 @@ impl Shared<'_> {
         }
     }
 
-    fn fly_all(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], parallel: bool) {
-        let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
+    fn fly_all(&self, all: &mut SteppedSheets, members: &[u32], parallel: bool) {
+        type One<'a> = ((&'a mut Sheet, &'a mut SheetContact), &'a mut Touches);
+        let one = |(i, ((sheet, contact), touches)): (usize, One)| {
             if members.binary_search(&(i as u32)).is_ok() {
                 instability::open(sheet);
-                fly(sheet, touches, self.stage);
+                fly(sheet, contact, touches, self.stage);
             }
         };
         if parallel {
-            sheets.par_iter_mut().zip(touches.par_iter_mut()).enumerate().for_each(one);
+            let all = all.sheets.par_iter_mut().zip(all.contacts.par_iter_mut()).zip(all.touches.par_iter_mut());
+            all.enumerate().for_each(one);
         } else {
-            sheets.iter_mut().zip(touches.iter_mut()).enumerate().for_each(one);
+            let all = all.sheets.iter_mut().zip(all.contacts.iter_mut()).zip(all.touches.iter_mut());
+            all.enumerate().for_each(one);
         }
     }
 
@@ -77,9 +80,9 @@ impl Shared<'_> {
     /// dynamic body near its path, attachments, and for one layer edges or self-contact. Lattices
     /// of several layers meet static bodies with their nodes alone: the many constraints along a
     /// ridge keep their coarse steps from resting.
-    fn is_near(&self, sheet: &mut Sheet) -> bool {
-        skin(sheet);
-        let stack = sheet.work.skin.as_ref().is_some_and(|s| s.is_stack());
+    fn is_near(&self, sheet: &Sheet, contact: &mut SheetContact) -> bool {
+        contact.prepare_surface(sheet);
+        let stack = contact.surface.as_ref().is_some_and(|s| s.is_stack());
         if !stack || sheet.is_glued() {
             return true;
         }
@@ -95,27 +98,28 @@ impl Shared<'_> {
     /// end the step. Returns `false`, without changes, when a single sheet has no contact.
     fn meet(
         &self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        members: &[u32],
-        first: u32,
+        all: &mut SteppedSheets,
+        state: &mut Option<Box<IslandState>>,
+        (members, first): (&[u32], u32),
         parallel: bool,
         claims: &mut Vec<Claim>,
     ) -> bool {
-        let Some(lead) = members.first().map(|i| *i as usize) else { return false };
+        if members.is_empty() {
+            return false;
+        }
+        let SteppedSheets { sheets, contacts, touches } = all;
         let dt = self.stage.dt;
         for sheet in members.iter().map(|i| *i as usize) {
             // Adhesion is not supported with explicit integrators.
             sheets[sheet].unstick();
-            skin(&mut sheets[sheet]);
+            contacts[sheet].prepare_surface(&sheets[sheet]);
             sheets[sheet].work.met.clear();
             sheets[sheet].begin_contact(dt);
         }
-        let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
-        let mut work = sheets[lead].work.near.take().unwrap_or_default();
+        let IslandState { contact: scratch, detection: work } = &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.movers);
         scratch.watch.clone_from(self.stage.watch);
-        let mut group = Group { sheets, members, movers, parallel, lift: 0.0, leaning: 0 };
+        let mut group = Group { sheets, contacts, members, movers, parallel, lift: 0.0, leaning: 0 };
         let mut near = Near {
             view: self.stage.view,
             surroundings: self.surroundings,
@@ -123,22 +127,20 @@ impl Shared<'_> {
             gravity: self.stage.field.gravity,
             sheets_meet: self.stage.sheets_meet,
             first,
-            work: &mut work,
+            work: &mut *work,
             watch: self.stage.watch,
         };
         let idle = !self.begin(&mut near, &mut group);
         let touched = !idle && {
             near.begin_stage(&mut group, 0.0, dt);
-            let touched = solve_masses(&mut group, &mut scratch, dt, |group, found| {
+            let touched = solve_masses(&mut group, scratch, dt, |group, found| {
                 near.find(group, Look::First, Margins::NARROW, found)
             });
             near.end_stage(&mut group);
             touched
         };
-        group.each(|sheet| {
-            let unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             sheet.end_contact((touched && unit.is_touched()).then_some(&unit.jump));
-            sheet.work.unit = unit;
         });
         let brought = brought(&group);
         let Group { sheets, movers, .. } = group;
@@ -156,8 +158,8 @@ impl Shared<'_> {
         if idle || put_back {
             scratch.rest();
         } else {
-            self.note(sheets, members, &scratch, &work);
-            self.claim(&movers, &work, &scratch, claims);
+            self.note(sheets, members, scratch, work);
+            self.claim(&movers, work, scratch, claims);
         }
         if !lone {
             for sheet in members.iter().map(|i| *i as usize) {
@@ -170,8 +172,6 @@ impl Shared<'_> {
             }
         }
         scratch.movers = movers;
-        sheets[lead].work.contact = Some(scratch);
-        sheets[lead].work.near = Some(work);
         !lone
     }
 

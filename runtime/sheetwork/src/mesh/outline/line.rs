@@ -262,8 +262,8 @@ impl Line {
         tight
     }
 
-    /// Positions of nodes: the stops, and points about a cell apart between them. The ring of a
-    /// closed line is completed by the caller.
+    /// Positions of nodes: the stops, and points about a cell apart between them. The points of a
+    /// closed line form a ring, without repetition of the first.
     pub fn sample(&self) -> Vec<DVec2> {
         let mut stops = self.stops.clone();
         stops.sort_by(|a, b| a.0.total_cmp(&b.0));

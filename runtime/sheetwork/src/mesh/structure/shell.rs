@@ -1,5 +1,5 @@
 //! Shell: one layer of nodes without springs. Its membrane and bending elements are finite
-//! differences of a continuous sheet (`elements/cell_membrane`, `elements/bending`), with the
+//! differences of a continuous sheet (`elements/grid_membrane`, `elements/bending`), with the
 //! stiffness of the material on any grid.
 
 use crate::mesh::structure::{Structure, StructureKind};

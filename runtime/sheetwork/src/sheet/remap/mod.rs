@@ -81,10 +81,6 @@ impl Sheet {
         tolerance: f64,
     ) -> Result<(), InputError> {
         self.check_points(old, spec)?;
-        if old.work.skin.is_some() {
-            // The collision surface is built from the positions at rest, which the sheet has now.
-            crate::islands::skin(self);
-        }
         let (from, to) = (old.mesh.clone(), self.mesh.clone());
         let carry = match (&from, &to) {
             (Some(from), Some(to)) => Carry::Mesh(Meshes::new(from, to)),
