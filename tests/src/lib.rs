@@ -5,6 +5,7 @@
 //! numbers.
 
 pub mod game;
+pub mod house;
 pub mod python;
 
 use std::path::PathBuf;

@@ -1,47 +1,83 @@
 //! Simulation of thin, stiff sheets in real time, without graphics, window or ECS.
 //!
-//! Read a [`Scene`](scene::Scene), build a [`World`], step it, read its sheets:
-//!
 //! ```
-//! use sheetwork::{World, scene::Scene};
+//! use sheetwork::prelude::*;
 //!
-//! let scene = Scene::parse(r#"(
-//!     dt: 0.005,
-//!     room: (x: (-0.1, 0.1), y: (0.0, 0.2), z: (-0.1, 0.1)),
-//!     sheets: [(name: "leaf", placement: (position: (0, 0.02, 0)))],
-//! )"#)?;
-//! let mut world = World::new(&scene)?;
-//! world.advance(2.0);
-//! assert!(world.sheets()[0].centre_of_mass().y < 0.01);
+//! let sheet = SheetSpec::new("card").at(0.0, 0.3, 0.0).clamp(Region::Left);
+//! let mut world = World::new(&Scene::new().with_sheet(sheet))?;
+//! world.advance(1.0);
+//! assert!(world.sheets()[0].centre_of_mass().y < 0.3);
 //! # Ok::<(), sheetwork::InputError>(())
 //! ```
 //!
-//! Each module imports only modules above it in this order: `math`, `mesh`, `scene`, `material`,
-//! `elements`, `linear`, `integrators`, `sheet`, `rigid`, `collision`, `contact`, `thermal`,
-//! `islands`, `world`. [`scene`] describes a simulation, [`sheet`] holds model and state of a
-//! sheet, [`elements`] its forces, [`integrators`] advance time, [`contact`] computes contact
-//! forces, [`thermal`] temperatures, [`islands`] steps sheets that may touch together, and
-//! [`world`] owns all of them. Units are SI (temperatures in °C), numbers `f64`; the same input
-//! gives the same bits on any number of threads.
+//! A [`Scene`](scene::Scene) is built in code or read from a file ([`Scene::load`](scene::Scene::load));
+//! a [`World`] steps it.
+//!
+//! | what | where |
+//! |---|---|
+//! | specifications of sheets, bodies, heat, contact; scene files | [`scene`] |
+//! | world: step, parameters by path, events, snapshots, reports | [`World`] |
+//! | state of a sheet: positions, energies, temperatures, probes | [`Sheet`] |
+//! | journals of a run, recordings of what was seen | [`journal`], [`recording`] |
+//! | numbers with units, as people type them | [`units`] |
+//!
+//! | feature | default | what it adds |
+//! |---|---|---|
+//! | `parallel` | yes | steps islands and assembles large systems on rayon's thread pool |
+//!
+//! A debug build of a dependent steps about 80 times slower than a release build, unless its
+//! `Cargo.toml` has `[profile.dev.package."*"] opt-level = 3`. [`World::set_threads`] sets the number
+//! of threads, 1 by default; results do not depend on it.
+//!
+//! Units are SI (temperatures in °C), numbers `f64`; the same input gives the same bits on any number
+//! of threads. The hidden modules are internals that the test rigs use; they are not part of the
+//! public interface.
 
+#[doc(hidden)]
 pub mod collision;
+#[doc(hidden)]
 pub mod contact;
+#[doc(hidden)]
 pub mod elements;
 pub(crate) mod error;
+#[doc(hidden)]
 pub mod integrators;
+#[doc(hidden)]
 pub mod islands;
+#[doc(hidden)]
 pub mod linear;
+#[doc(hidden)]
 pub mod material;
+#[doc(hidden)]
 pub mod math;
+#[doc(hidden)]
 pub mod mesh;
+pub(crate) mod parallel;
+pub mod prelude;
+#[doc(hidden)]
 pub mod profiler;
+#[doc(hidden)]
 pub mod rigid;
 pub mod scene;
 pub(crate) mod serialize;
+#[doc(hidden)]
 pub mod sheet;
+#[doc(hidden)]
 pub mod thermal;
 pub mod units;
+#[doc(hidden)]
 pub mod world;
 
+pub use glam;
+pub use rapier3d;
+
 pub use crate::error::{InputError, check_range};
-pub use crate::world::{BodyReport, OpeningReport, Parameter, Report, SheetReport, Snapshot, TemperatureReport, World};
+pub use crate::islands::event::{Event, EventKind};
+pub use crate::math::Vectors;
+pub use crate::mesh::structure::StructureKind;
+pub use crate::profiler::{Phase, Watch};
+pub use crate::rigid::{BodyState, RigidView};
+pub use crate::sheet::{Energy, Equilibrium, Sheet, Status};
+pub use crate::world::{
+    BodyReport, OpeningReport, Parameter, Report, SheetReport, Snapshot, TemperatureReport, World, journal, recording,
+};

@@ -6,8 +6,8 @@
 //! sequence. An island with a sheet of an explicit integrator is stepped by `explicit`: its time
 //! steps are as short as that integrator requires.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::collision::constraint::Side;
 use crate::collision::narrow_phase::FindCounters;

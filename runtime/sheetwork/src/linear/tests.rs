@@ -9,8 +9,7 @@ use crate::linear::cases::{Case, dense_solve};
 use crate::linear::*;
 
 /// Two threads for factorisations.
-static THREADS: LazyLock<rayon::ThreadPool> =
-    LazyLock::new(|| rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads"));
+static THREADS: LazyLock<crate::parallel::Pool> = LazyLock::new(|| crate::parallel::Pool::new(2).expect("two threads"));
 
 fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |m, v| v.abs().max(m))

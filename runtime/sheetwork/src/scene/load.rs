@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use crate::error::InputError;
-use crate::scene::{MaterialChoice, Scene, literal, locate, validate};
+use crate::scene::{MaterialChoice, Scene, literal, locate, nesting, validate};
 use crate::units::quantity;
 
 fn options() -> ron::Options {
@@ -19,6 +19,7 @@ pub(crate) fn read_ron<T: DeserializeOwned>(
     text: &str,
     check: impl Fn(&T) -> Result<(), InputError>,
 ) -> Result<T, InputError> {
+    nesting::check(text)?;
     let mut reader = ron::Deserializer::from_str_with_options(text, &options())
         .map_err(|e| InputError::new("", e.code.to_string()).at_line(e.span.start.line))?;
     let value: T = serde_path_to_error::deserialize(&mut reader).map_err(|e| {

@@ -6,6 +6,7 @@
 //! overrides and programs pass the same checks.
 
 pub(crate) mod body;
+pub(crate) mod builder;
 pub mod cards;
 pub mod contact;
 pub(crate) mod detail;
@@ -18,6 +19,7 @@ pub(crate) mod literal;
 pub mod load;
 pub(crate) mod locate;
 pub mod material;
+pub(crate) mod nesting;
 pub mod pol;
 pub mod polyhedron;
 pub(crate) mod record_lines;

@@ -15,6 +15,23 @@ const STIFFEST: f64 = 1e9;
 const FURTHEST: f64 = 1e6;
 
 impl Sheet {
+    /// Apply an impulse (N s) to node `node` and wake the sheet. A fixed node does not move.
+    ///
+    /// # Errors
+    /// When there is no such node, or the impulse is not finite; nothing changes then.
+    pub fn apply_impulse(&mut self, node: usize, impulse: DVec3) -> Result<(), InputError> {
+        if node >= self.masses() {
+            let problem = format!("no node {node}; the sheet has {}", self.masses());
+            return Err(InputError::new("node", problem));
+        }
+        if !impulse.is_finite() {
+            return Err(InputError::new("impulse", "not finite"));
+        }
+        self.v.set(node, self.v.get(node) + impulse * self.inverse_mass[node]);
+        self.wake();
+        Ok(())
+    }
+
     /// Grab the material point (u, v), each 0 to 1 over the bottom layer, by a spring of
     /// `stiffness` (N/m, above 0 to 1e9) to its present position; return the index of the grab. The
     /// spring limits the stable step of an explicit integrator like the springs of the sheet.

@@ -34,6 +34,7 @@ use crate::error::{InputError, check_range};
 use crate::islands::Stage;
 use crate::islands::event::{Event, EventKind, Touches};
 use crate::islands::island_manager::{Groups, SteppedSheets};
+use crate::parallel::Pool;
 use crate::profiler::{Phase, Watch, Watched};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
 use crate::scene::EngineKind;
@@ -59,7 +60,7 @@ pub struct World {
     events: Vec<Event>,
     sleep: bool,
     buckling: bool,
-    pool: Option<Arc<rayon::ThreadPool>>,
+    pool: Option<Arc<Pool>>,
     groups: Groups,
     /// Thermal model; `None` without heat.
     heat: Option<Box<Room>>,
@@ -165,18 +166,13 @@ impl World {
         Ok(())
     }
 
-    /// Set the number of threads that step sheets; 1 uses the caller's. Results do not depend on
-    /// it.
+    /// Set the number of threads that step islands, 1 by default: the caller's. Results do not
+    /// depend on it. Without the feature `parallel` all threads are the caller's.
     ///
     /// # Errors
     /// When the system refuses to start the threads.
     pub fn set_threads(&mut self, threads: usize) -> Result<(), InputError> {
-        self.pool = if threads <= 1 {
-            None
-        } else {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            Some(Arc::new(pool.map_err(|e| InputError::new("threads", e.to_string()))?))
-        };
+        self.pool = if threads <= 1 { None } else { Some(Arc::new(Pool::new(threads)?)) };
         Ok(())
     }
 
@@ -419,7 +415,13 @@ impl World {
         self.groups.contact_counters(index)
     }
 
-    /// Events so far, in the order of the steps.
+    /// Take the events so far out of the world, in the order of the steps.
+    pub fn drain_events(&mut self) -> Vec<Event> {
+        self.told_before += self.events.len() as u64;
+        std::mem::take(&mut self.events)
+    }
+
+    /// Events since the start or since [`World::drain_events`], in the order of the steps.
     pub fn events(&self) -> &[Event] {
         &self.events
     }

@@ -4,8 +4,8 @@
 //! Each pair of sheets writes its own constraints, which are joined in the order of the pairs. The
 //! result is independent of the number of threads.
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::collision::bvh::{Cuboid, Drift, SkinTree};
 use crate::collision::constraint::Contact;

@@ -5,8 +5,8 @@
 //! Lᵀ, by half solutions L⁻¹ Jᵀ (see [`crate::linear::HalfSolutions`]); a body with the compliance
 //! of [`Mover`].
 
+use crate::parallel::*;
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::collision::constraint::{Contact, Side};
 use crate::contact::SheetContact;

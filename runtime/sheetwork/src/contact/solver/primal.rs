@@ -4,8 +4,8 @@
 //! A single sheet on kinematic and static bodies is solved with its own tangent matrix; several
 //! sheets, or sheets with dynamic bodies, with one joint matrix.
 
+use crate::parallel::*;
 use glam::{DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::collision::constraint::Side;
 use crate::contact::solver::augmented_lagrangian::{Accuracy, OnMasses, Primal, Row, Space, Tangent, covers};

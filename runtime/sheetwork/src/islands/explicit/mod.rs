@@ -11,8 +11,8 @@
 #[cfg(test)]
 mod tests;
 
+use crate::parallel::*;
 use glam::DVec3;
-use rayon::prelude::*;
 
 use crate::collision::narrow_phase::Scope;
 use crate::contact::outer_iteration::{Look, Margins, solve_masses};

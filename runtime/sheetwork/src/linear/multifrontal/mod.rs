@@ -207,7 +207,7 @@ impl MultifrontalFactor {
             let job = Factorise { symbolic, fronts, values, columns, schur, factor, forward: None };
             instructions.run(job)
         };
-        let (a, b) = rayon::join(
+        let (a, b) = crate::parallel::join(
             || half(0..cut, first.get_mut(), Part { from: 0, memory: low }, Part { from: 0, memory: below }),
             || {
                 let schur = Part { from: schur_from, memory: high };
