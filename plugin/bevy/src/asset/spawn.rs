@@ -7,7 +7,7 @@ use sheetwork::scene::{BodySpec, HeatGunSpec, HeaterSpec, PathKey, Placement, Ro
 use sheetwork::{InputError, World as Sheets};
 
 use super::SheetScene;
-use crate::core::motion::Pose;
+use crate::core::placement::Pose;
 use crate::core::{BodyShape, Sheet, SheetBody, SheetHeater, SheetWorld, heater, placement, sync};
 use crate::render::SheetRoom;
 

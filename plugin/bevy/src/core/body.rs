@@ -4,7 +4,7 @@ use bevy::math::DVec3;
 use bevy::prelude::*;
 use sheetwork::scene::{PathKey, Polyhedron};
 
-use crate::asset::SheetPolyhedra;
+use super::SheetPolyhedra;
 
 /// A rigid body that sheets meet: it stands still, goes where its entity's `Transform` is moved, or moves freely.
 ///

@@ -11,8 +11,10 @@ mod heat_gun;
 pub(crate) mod heater;
 pub(crate) mod motion;
 pub(crate) mod placement;
+mod polyhedra;
 mod reflect;
 mod sheet;
+mod state;
 mod step;
 pub(crate) mod sync;
 mod world;
@@ -26,8 +28,10 @@ pub use detail::{SheetDetail, StepTimes};
 pub use event::SheetEvent;
 pub use heat_gun::SheetHeatGun;
 pub use heater::{HeaterPlace, SheetHeater};
-pub use motion::{BodyMotion, SheetMotion, SheetState};
+pub use motion::{BodyMotion, SheetMotion};
+pub use polyhedra::SheetPolyhedra;
 pub use sheet::Sheet;
+pub use state::SheetState;
 pub use world::SheetWorld;
 
 /// The stages of the sheets' step in `FixedUpdate`, in this order.

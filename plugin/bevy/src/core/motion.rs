@@ -1,43 +1,11 @@
 //! What comes back from the world: the last two states of a sheet or body, and how a sheet fares.
 
-use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
 use sheetwork::math::Vectors;
 use sheetwork::scene::{PathKey, Placement, path_at};
-use sheetwork::sheet::{Sheet as SheetInWorld, Status};
 
+use super::placement::Pose;
 use super::{Sheet, SheetBody};
-
-/// How a sheet fares, brought up to date every tick.
-#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
-#[reflect(Component, Clone, Debug, Default, PartialEq)]
-pub struct SheetState {
-    /// Centre of mass in world space, m.
-    pub centre: Vec3,
-    /// Velocity of the centre of mass, m/s.
-    pub velocity: Vec3,
-    /// Masses that touched a body in the last step.
-    pub contacts: u32,
-    /// Whether it has come to rest and is not stepped until something wakes it.
-    pub asleep: bool,
-    /// Whether it went unstable and was stopped, or frozen before it did.
-    pub unstable: bool,
-    /// Coldest and hottest temperature, °C; none of a sheet that nothing heats.
-    pub temperature: Option<(f32, f32)>,
-}
-
-impl SheetState {
-    pub(super) fn of(sheet: &SheetInWorld) -> Self {
-        Self {
-            centre: sheet.centre_of_mass().as_vec3(),
-            velocity: (sheet.momentum() / sheet.total_mass()).as_vec3(),
-            contacts: sheet.touching().iter().filter(|t| **t).count() as u32,
-            asleep: sheet.status == Status::Asleep,
-            unstable: matches!(sheet.status, Status::Unstable { .. } | Status::Frozen { .. }),
-            temperature: sheet.heat().map(|h| h.range()).map(|(low, high)| (low as f32, high as f32)),
-        }
-    }
-}
 
 /// A sheet's place in the [`SheetWorld`](super::SheetWorld), and where its masses were after the last three ticks.
 ///
@@ -169,9 +137,6 @@ fn copy(to: &mut Vectors, from: &Vectors) {
     }
 }
 
-/// Position (m) and rotation.
-pub(crate) type Pose = (DVec3, DQuat);
-
 /// A body's place in the [`SheetWorld`](super::SheetWorld).
 ///
 /// Put on the entity when its body is built, and taken off with its [`SheetBody`].
@@ -261,6 +226,7 @@ impl BodyMotion {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bevy::math::{DQuat, DVec3};
 
     fn x_of(x: f64) -> Vectors {
         let mut v = Vectors::default();

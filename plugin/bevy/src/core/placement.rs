@@ -4,7 +4,8 @@ use bevy::math::{DQuat, DVec3, EulerRot};
 use bevy::prelude::*;
 use sheetwork::scene::Placement;
 
-use super::motion::Pose;
+/// Position (m) and rotation.
+pub(crate) type Pose = (DVec3, DQuat);
 
 /// Position and rotation of a transform; its scale is left out.
 pub(crate) fn pose_of(transform: &GlobalTransform) -> Pose {

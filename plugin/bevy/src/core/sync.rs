@@ -8,8 +8,9 @@ use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
 
 use super::motion::Flight;
 use super::world::Move;
-use super::{BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetState, SheetWorld, placement};
-use crate::asset::SheetPolyhedra;
+use super::{
+    BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetPolyhedra, SheetState, SheetWorld, placement,
+};
 
 /// On a sheet or body that was refused, so that it is tried again only when its description changes.
 #[derive(Component)]

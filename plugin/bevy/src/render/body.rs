@@ -7,9 +7,8 @@ use bevy::mesh::{Indices, PrimitiveTopology};
 use bevy::prelude::*;
 use sheetwork::scene::Polyhedron;
 
-use super::Materials;
-use crate::asset::SheetPolyhedra;
-use crate::core::{BodyShape, SheetBody};
+use super::materials::Materials;
+use crate::core::{BodyShape, SheetBody, SheetPolyhedra};
 
 /// Cosine of the angle between two faces below which they are shaded as one.
 const SMOOTH: f64 = 0.866;

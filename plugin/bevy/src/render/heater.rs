@@ -8,7 +8,8 @@ use sheetwork::scene::Polyhedron;
 use sheetwork::scene::heater::Heater;
 
 use super::colour::heat_colour;
-use super::{Materials, polyhedra_mesh};
+use super::materials::Materials;
+use super::polyhedra_mesh;
 use crate::core::{SheetHeater, SheetWorld};
 
 /// What the brightest colour stands for, and the darkest, °C.

@@ -16,7 +16,8 @@ use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::sheet::surface::Surface;
 
 use super::colour::{ColourScale, SheetColour};
-use super::{Materials, clear_of_bodies};
+use super::clear_of_bodies;
+use super::materials::Materials;
 use crate::core::{SheetMotion, SheetState, SheetWorld};
 
 /// Vertices above which a sheet is drawn less smooth: they are worked out and sent anew in every frame.

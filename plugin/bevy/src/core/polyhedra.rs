@@ -1,0 +1,11 @@
+//! The asset that holds the polyhedra of a body.
+
+use bevy::prelude::*;
+use sheetwork::scene::Polyhedron;
+
+/// The polyhedra of a `.pol` file.
+#[derive(Asset, TypePath, Clone, Debug, Default, PartialEq)]
+pub struct SheetPolyhedra {
+    /// Closed polyhedra, m.
+    pub polyhedra: Vec<Polyhedron>,
+}
