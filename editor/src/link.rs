@@ -1,16 +1,13 @@
 //! The editor's live link: other processes watch the session and turn its knobs.
 
-use std::path::Path;
 use std::time::Instant;
 
-use sheetwork::{InputError, World};
+use sheetwork::World;
 use sheetwork_link::Attached;
 use sheetwork_link::Host;
 use sheetwork_link::LinkError;
 use sheetwork_link::place::LinkPlace;
 use sheetwork_link::{Link, LinkStatistics};
-
-use crate::session::Session;
 
 /// A link that can be switched on and off.
 #[derive(Default)]
@@ -97,10 +94,10 @@ impl LiveLink {
         }
     }
 
-    pub(crate) fn exchange(&mut self, session: &mut Session) {
+    /// Answers the requests of other processes and publishes the world of `host`, whose steps take `step_s` s.
+    pub(crate) fn exchange(&mut self, host: &mut dyn Host, step_s: f64) {
         let Some(link) = &mut self.link else { return };
-        let step_time = session.timing().step_s;
-        link.exchange(session, step_time);
+        link.exchange(host, step_s);
         let before = std::mem::replace(&mut self.now, link.statistics());
         let (frames, bytes) = (self.now.frames, self.now.bytes);
         let (at, frames_then, bytes_then) = *self.since.get_or_insert_with(|| (Instant::now(), frames, bytes));
@@ -113,47 +110,5 @@ impl LiveLink {
             self.rates = ((frames - frames_then) as f64 / elapsed, (bytes - bytes_then) as f64 / elapsed);
             self.since = Some((Instant::now(), frames, bytes));
         }
-    }
-}
-
-impl Host for Session {
-    fn world(&self) -> &World {
-        Session::world(self)
-    }
-
-    fn world_mut(&mut self) -> &mut World {
-        Session::world_mut(self)
-    }
-
-    fn playing(&self) -> bool {
-        Session::playing(self)
-    }
-
-    fn play(&mut self, playing: bool) -> Result<(), InputError> {
-        if playing {
-            Session::play(self)
-        } else {
-            self.pause()
-        }
-        Ok(())
-    }
-
-    fn step(&mut self, steps: u32) -> Result<(), InputError> {
-        (0..steps).for_each(|_| Session::step(self));
-        Ok(())
-    }
-
-    fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
-        self.try_set(path, value)
-    }
-
-    fn reset(&mut self) -> Result<(), InputError> {
-        if Session::reset(self) { Ok(()) } else { Err(InputError::new("reset", "a file of the scene cannot be read")) }
-    }
-
-    fn load(&mut self, file: &Path) -> Result<(), InputError> {
-        // Refused before it is opened, so that the answer says why.
-        Session::open(file)?;
-        if Session::load(self, file) { Ok(()) } else { Err(InputError::new("load", "cannot be opened")) }
     }
 }

@@ -8,30 +8,9 @@ use glam::DVec3;
 use sheetwork::scene::{BodySpec, Placement, path_at};
 
 use super::Session;
+use super::item::{Carried, Item};
 use crate::document::change::shifted;
 use crate::pick::box_of;
-
-/// Something that can be carried.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Item {
-    /// A sheet of the scene, by number.
-    Sheet(usize),
-    /// A body of the scene, by number.
-    Body(usize),
-    /// A heater of the scene, by number.
-    Heater(usize),
-    /// The nozzle of the heat gun.
-    HeatGun,
-}
-
-/// What is on its way and has not arrived.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Carried {
-    item: Item,
-    /// Where it was shown when it was taken, and how far it is from there, m.
-    from: DVec3,
-    by: DVec3,
-}
 
 impl Session {
     /// Where an item is put in the scene; none where there is no such item.

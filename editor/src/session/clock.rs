@@ -24,21 +24,6 @@ pub const SPEEDS: [f64; 13] = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 
 /// How many of the last samples the small graph shows, and in how many parts a run at once is watched.
 pub const HISTORY: usize = 240;
 
-/// How long steps take.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Timing {
-    /// Wall-clock time of a step, smoothed over some frames, s; 0 before the first.
-    pub step_s: f64,
-    /// Wall-clock time spent on stepping since the scene was opened or reset, s.
-    pub spent_s: f64,
-    /// Real time that could not be simulated because stepping was too slow, s.
-    pub lost_s: f64,
-    /// Steps taken in the last frame.
-    pub steps: u32,
-    /// The same of each part of a step ([`sheetwork::profiler::Phase::ALL`]), while that is asked for, s.
-    pub stages: Option<[f64; 5]>,
-}
-
 /// Part of a step that is none: times are sums of steps.
 pub(crate) const ROUNDING: f64 = 1e-6;
 

@@ -5,14 +5,9 @@
 
 use std::time::Instant;
 
-use sheetwork::InputError;
-use sheetwork::mesh::structure::StructureKind;
-use sheetwork::scene::Scene;
-
-use super::{ROUNDING, Session};
-use crate::document::path::{numbered, with_value};
+use super::state::Beside;
+use super::{ROUNDING, Session, Variant};
 use crate::samples::heights;
-use crate::units::format_si;
 
 /// Wall-clock time that variants may take to come to the present moment, s, and after how many steps it is looked at.
 const PATIENCE: f64 = 2.0;
@@ -20,60 +15,6 @@ const STRIDE: u32 = 4;
 
 /// Most variants beside the scene.
 pub const MOST_BESIDE: usize = 3;
-
-/// A field and the value it has in place of the scene's: `sheets.0.structure`, `trimm`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Variant {
-    /// The field, by path.
-    pub path: String,
-    /// Its value.
-    pub value: String,
-}
-
-impl Variant {
-    /// What it is called beside the others: the last name of its path and its value, with a unit.
-    pub fn label(&self) -> String {
-        let field = self.path.rsplit('.').next().unwrap_or_default();
-        let (field, unit) = match field {
-            "dt" => ("step", "s"),
-            "young" => ("Young", "Pa"),
-            "thickness" => ("thickness", "m"),
-            other => (other, ""),
-        };
-        match self.value.parse::<f64>() {
-            Ok(number) if !unit.is_empty() => format!("{field} {}", format_si(number, unit)),
-            _ => format!("{field} {}", self.value),
-        }
-    }
-
-    fn of(&self, scene: &Scene, sheets: &[sheetwork::sheet::Sheet]) -> Result<Scene, InputError> {
-        let path = numbered(sheets, &self.path);
-        let structure = path.strip_prefix("sheets.").and_then(|p| p.strip_suffix(".structure"));
-        let Some(index) = structure.and_then(|i| i.parse::<usize>().ok()) else {
-            return with_value(scene, &path, &self.value);
-        };
-        // As many layers as it may have: others are not to be compared with.
-        let (kind, mut scene) = (self.value.parse::<StructureKind>()?, scene.clone());
-        if let Some(sheet) = scene.sheets.get_mut(index) {
-            let (low, high) = kind.info().layers;
-            (sheet.structure, sheet.grid.1) = (kind, sheet.grid.1.clamp(low, high));
-        }
-        Ok(scene)
-    }
-}
-
-/// A variant, and its session or why there is none.
-pub(super) struct Beside {
-    variant: Variant,
-    session: Result<Box<Session>, String>,
-}
-
-impl Beside {
-    /// Its session, where it could be made.
-    pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
-        self.session.as_deref_mut().ok()
-    }
-}
 
 impl Session {
     /// Compares with these variants, at most [`MOST_BESIDE`]; with none it is alone again. They are taken from the start to the present moment, or, where

@@ -6,18 +6,12 @@ use sheetwork::scene::{PinSpec, Region};
 use sheetwork::sheet::{Sheet, select};
 
 use super::Session;
+use super::state::Holding;
 
 /// Times its own weight that a sheet is pulled with when the hand is a sheet's length away.
 const STRENGTH: f64 = 30.0;
 /// Largest part of what an explicit engine can bear that a hand takes: k dt²/m.
 const BEARABLE: f64 = 0.2;
-
-/// What a hand holds.
-#[derive(Clone, Debug)]
-pub(super) struct Holding {
-    sheet: String,
-    index: usize,
-}
 
 /// A hand that pulls, as it is now.
 #[derive(Clone, Copy, Debug, PartialEq)]

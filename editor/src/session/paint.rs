@@ -3,18 +3,11 @@
 //! Creases and slits are fields of the scene, and the world follows. Warmth is put on the sheet as it is now and kept as spots of the scene, so that it is
 //! there again after a reset; undo brings the world back to the moment before the stroke.
 
-use sheetwork::Snapshot;
 use sheetwork::mesh::slits::Slit;
 use sheetwork::scene::{CreaseSpec, SpotSpec};
 
 use super::Session;
-
-/// A stroke of warmth that is being painted.
-pub(super) struct Stroke {
-    sheet: usize,
-    before: Snapshot,
-    spots: Vec<SpotSpec>,
-}
+use super::state::Stroke;
 
 impl Session {
     /// Folds sheet `sheet` along a line in it by `angle` degrees. Returns whether it was taken; a refusal becomes a message.

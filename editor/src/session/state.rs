@@ -1,0 +1,390 @@
+//! The session itself: its fields, how it begins, and what it shows.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use sheetwork::islands::event::Event;
+use sheetwork::math::Vectors;
+use sheetwork::profiler::Watch;
+use sheetwork::scene::{Scene, SpotSpec};
+use sheetwork::sheet::Status;
+use sheetwork::{InputError, Snapshot, World};
+use sheetwork_link::place::LinkPlace;
+
+use super::item::{Carried, Item};
+use super::message::Message;
+use super::timing::Timing;
+use super::variant::Variant;
+use crate::document::Document;
+use crate::link::LiveLink;
+use crate::playback::Playback;
+use crate::samples::{Sample, Samples};
+use crate::stages::StageClock;
+use crate::timeline::Timeline;
+
+/// What a hand holds.
+#[derive(Clone, Debug)]
+pub(super) struct Holding {
+    pub(super) sheet: String,
+    pub(super) index: usize,
+}
+
+/// A stroke of warmth that is being painted.
+pub(super) struct Stroke {
+    pub(super) sheet: usize,
+    pub(super) before: Snapshot,
+    pub(super) spots: Vec<SpotSpec>,
+}
+
+/// A variant, and its session or why there is none.
+pub(super) struct Beside {
+    pub(super) variant: Variant,
+    pub(super) session: Result<Box<Session>, String>,
+}
+
+impl Beside {
+    /// Its session, where it could be made.
+    pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
+        self.session.as_deref_mut().ok()
+    }
+}
+
+/// A world being worked with.
+pub struct Session {
+    pub(super) world: World,
+    pub(super) document: Document,
+    pub(super) file: Option<PathBuf>,
+    pub(super) playing: bool,
+    pub(super) looped: bool,
+    pub(super) speed: f64,
+    pub(super) owed: f64,
+    pub(super) before: Vec<Vectors>,
+    /// When that was, s.
+    pub(super) shown_from: f64,
+    pub(super) bodies_before: Vec<(DVec3, DQuat)>,
+    pub(super) timing: Timing,
+    /// What times the parts of a step, while somebody wants to know.
+    pub(super) stages: Option<Arc<StageClock>>,
+    pub(super) penetration: Vec<f64>,
+    pub(super) samples: Samples,
+    pub(super) timeline: Timeline,
+    /// The world before it was played; stop goes back to it.
+    pub(super) before_play: Option<Snapshot>,
+    pub(super) slots: [Option<Snapshot>; 9],
+    pub(super) hand: Option<Holding>,
+    /// Masses pinned while it ran, and how far from their places at the start they were then: sheet, mass, m.
+    pub(super) pinned_here: Vec<(usize, u32, DVec3)>,
+    /// What is being moved and has not arrived.
+    pub(super) carried: Option<Carried>,
+    /// The middle of each heater of the scene in its own axes, m.
+    pub(super) heater_middles: Vec<DVec3>,
+    /// Warmth that is being painted.
+    pub(super) stroke: Option<Stroke>,
+    pub(super) messages: Vec<Message>,
+    pub(super) told_unstable: bool,
+    pub(super) largest_step: Option<f64>,
+    pub(super) generation: u64,
+    pub(super) revision: u64,
+    pub(super) link: LiveLink,
+    pub(super) playback: Option<Playback>,
+    /// Variants of the scene that it is compared with.
+    pub(super) beside: Vec<Beside>,
+}
+
+impl Session {
+    /// A session with `scene`, not yet playing.
+    ///
+    /// # Errors
+    /// When the scene, or a file it names, is not valid.
+    pub fn new(scene: &Scene) -> Result<Self, InputError> {
+        let world = World::new(scene)?;
+        let mut session = Self {
+            world,
+            document: Document::new(scene.clone()),
+            file: None,
+            playing: false,
+            looped: false,
+            speed: 1.0,
+            owed: 0.0,
+            before: Vec::new(),
+            shown_from: 0.0,
+            bodies_before: Vec::new(),
+            timing: Timing::default(),
+            stages: None,
+            penetration: Vec::new(),
+            samples: Samples::default(),
+            timeline: Timeline::default(),
+            before_play: None,
+            slots: Default::default(),
+            hand: None,
+            pinned_here: Vec::new(),
+            carried: None,
+            heater_middles: Vec::new(),
+            stroke: None,
+            messages: Vec::new(),
+            told_unstable: false,
+            largest_step: None,
+            generation: 0,
+            revision: 0,
+            link: LiveLink::default(),
+            playback: None,
+            beside: Vec::new(),
+        };
+        session.begin();
+        Ok(session)
+    }
+
+    /// Everything that is of one run and not of the scene begins anew.
+    pub(super) fn begin(&mut self) {
+        self.owed = 0.0;
+        self.timing = Timing::default();
+        self.penetration.clear();
+        self.samples.clear();
+        self.timeline.clear();
+        self.before_play = None;
+        self.slots = Default::default();
+        self.hand = None;
+        self.pinned_here.clear();
+        self.carried = None;
+        self.stroke = None;
+        self.told_unstable = false;
+        self.messages.retain(|m| !m.of_run);
+        self.settle_display();
+        self.samples.push(Sample::of(&self.world, 0.0));
+        self.timeline.take(&self.world);
+        self.find_largest_step();
+        self.find_heaters();
+        self.begin_beside();
+    }
+
+    /// The engine's limit over the highest frequency of any sheet as it lies.
+    pub(super) fn find_largest_step(&mut self) {
+        let limit = self.world.engine().info().stability_limit;
+        if !limit.is_finite() {
+            self.largest_step = None;
+            return;
+        }
+        let frequency = self.world.sheets().iter().map(|sheet| {
+            // A power iteration costs about a step each: fewer for large sheets, for which it is only a hint.
+            let iterations = (400_000 / sheet.springs().len().max(4 * sheet.masses())).clamp(20, 100);
+            sheet.largest_frequency(iterations)
+        });
+        let frequency = frequency.fold(0.0, f64::max);
+        self.largest_step = (frequency > 0.0 && limit > 0.0).then(|| limit / frequency);
+    }
+
+    /// Makes the picture show the present state, whatever part of a step is owed.
+    pub(super) fn settle_display(&mut self) {
+        self.before.resize_with(self.world.sheets().len(), || Vectors::zeros(0));
+        self.revision += 1;
+        self.keep_before();
+    }
+
+    pub(super) fn keep_before(&mut self) {
+        self.shown_from = self.world.time();
+        for (before, sheet) in self.before.iter_mut().zip(self.world.sheets()) {
+            if before.len() == sheet.masses() {
+                before.copy_from(&sheet.x);
+            } else {
+                *before = sheet.x.clone();
+            }
+        }
+        self.bodies_before.clear();
+        if let Some(rigid) = self.world.rigid() {
+            self.bodies_before.extend((0..rigid.bodies().len()).filter_map(|i| rigid.pose(i)));
+        }
+    }
+
+    /// A parameter that is a number, as it is now; `None` when there is none at this path.
+    pub fn parameter(&self, path: &str) -> Option<f64> {
+        self.world.parameters().into_iter().find(|p| p.path == path)?.value.parse().ok()
+    }
+
+    /// Largest step, s, at which the undamped sheets hold with the present engine, as they lay at the last change; `None`
+    /// where there is no such limit.
+    pub fn largest_step(&self) -> Option<f64> {
+        self.largest_step
+    }
+
+    /// The world.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The scene as it is edited.
+    pub fn scene(&self) -> &Scene {
+        self.document.scene()
+    }
+
+    /// The scene with its undo and redo.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// The live link.
+    pub fn link(&self) -> &LiveLink {
+        &self.link
+    }
+
+    /// Opens the live link, or closes it; why it cannot be opened becomes its status.
+    pub fn set_link(&mut self, on: bool) {
+        let mut link = std::mem::take(&mut self.link);
+        link.switch(on, &self.world);
+        self.link = link;
+    }
+
+    /// Opens the live link at a place of the caller's choice.
+    pub fn open_link(&mut self, place: &LinkPlace) {
+        let mut link = std::mem::take(&mut self.link);
+        link.open(place, &self.world);
+        self.link = link;
+    }
+
+    /// Does what other processes ask, and shows them the world.
+    pub fn exchange(&mut self) {
+        let mut link = std::mem::take(&mut self.link);
+        let step_s = self.timing.step_s;
+        link.exchange(self, step_s);
+        self.link = link;
+    }
+
+    /// The world, for those who command it over the link.
+    pub(crate) fn world_mut(&mut self) -> &mut World {
+        &mut self.world
+    }
+
+    /// The file the scene came from.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// Where between the last two steps the picture is: 0 at the one before, 1 at the last.
+    pub fn alpha(&self) -> f64 {
+        (self.owed / self.world.dt()).clamp(0.0, 1.0)
+    }
+
+    /// Positions of the masses of each sheet one step ago, m: the picture lies between these and the present ones.
+    pub fn before(&self) -> &[Vectors] {
+        &self.before
+    }
+
+    /// Where body `index` is in the picture; `None` when there is no such body.
+    pub fn body_pose(&self, index: usize) -> Option<(DVec3, DQuat)> {
+        let (position, rotation) = self.world.rigid()?.pose(index)?;
+        if let Some(there) = self.carried_to(Item::Body(index)) {
+            return Some((there, rotation));
+        }
+        let alpha = self.alpha();
+        Some(match self.bodies_before.get(index) {
+            Some((p, r)) => (p.lerp(position, alpha), r.slerp(rotation, alpha)),
+            None => (position, rotation),
+        })
+    }
+
+    /// Has the parts of a step timed, or not: what is not asked for is not measured.
+    pub fn time_stages(&mut self, on: bool) {
+        if on != self.stages.is_some() {
+            self.stages = on.then(Arc::default);
+            self.timing.stages = None;
+            self.watch_world();
+        }
+    }
+
+    /// Lets the present world tell the clock of the stages, where there is one.
+    pub(super) fn watch_world(&mut self) {
+        let clock = self.stages.clone();
+        self.world.set_watch(clock.map(|clock| clock as Arc<dyn Watch>));
+    }
+
+    /// How long steps take.
+    pub fn timing(&self) -> Timing {
+        self.timing
+    }
+
+    /// How many times faster than real time steps are: simulated over wall-clock time of a step; `None` before the first.
+    pub fn real_time_factor(&self) -> Option<f64> {
+        (self.timing.step_s > 0.0).then(|| self.world.dt() / self.timing.step_s)
+    }
+
+    /// Deepest a mass of each sheet has been inside a body at the end of a frame, m.
+    pub fn penetration(&self) -> &[f64] {
+        &self.penetration
+    }
+
+    /// What has been sampled of the run, oldest first.
+    pub fn history(&self) -> &[Sample] {
+        self.samples.all()
+    }
+
+    /// The samples as a table of text.
+    pub fn csv(&self) -> String {
+        self.samples.csv(&crate::samples::height_names(&self.world))
+    }
+
+    /// What has happened in the run up to the present moment.
+    pub fn events(&self) -> impl DoubleEndedIterator<Item = &Event> {
+        let now = self.world.time() + 0.5 * self.world.dt();
+        self.timeline.events().iter().filter(move |e| e.time_s <= now)
+    }
+
+    /// Masses of all sheets that touched a body in the last step.
+    pub fn contacts(&self) -> usize {
+        self.world.sheets().iter().map(|s| s.touching().iter().filter(|t| **t).count()).sum()
+    }
+
+    /// Since when a sheet of this world is unstable, simulated s; none while all hold.
+    pub fn unstable_since(&self) -> Option<f64> {
+        match self.world.unstable()?.status {
+            Status::Unstable { time, .. } => Some(time),
+            _ => None,
+        }
+    }
+
+    /// Changes whenever another world is shown: what was made for drawing must be made anew.
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// Changes whenever what is shown has jumped, as when time goes back.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+}
+
+impl Session {
+    /// Tells the user that something was refused or failed.
+    pub fn fail(&mut self, text: impl Into<String>) {
+        self.tell(Message { text: text.into(), error: true, of_run: false });
+    }
+
+    /// Tells the user something, in place of what was merely told before.
+    pub fn note(&mut self, text: impl Into<String>) {
+        self.messages.retain(|m| m.error);
+        self.tell(Message { text: text.into(), error: false, of_run: false });
+    }
+
+    /// Tells the user that something went wrong in the run.
+    pub(super) fn fail_of_run(&mut self, text: String) {
+        self.tell(Message { text, error: true, of_run: true });
+    }
+
+    fn tell(&mut self, message: Message) {
+        // A slider held against a limit is refused every frame; it is said once.
+        if !self.messages.contains(&message) {
+            self.messages.push(message);
+        }
+    }
+
+    /// Messages not yet dismissed, oldest first.
+    pub fn messages(&self) -> &[Message] {
+        &self.messages
+    }
+
+    /// Dismisses message `index`.
+    pub fn dismiss(&mut self, index: usize) {
+        if index < self.messages.len() {
+            self.messages.remove(index);
+        }
+    }
+}
