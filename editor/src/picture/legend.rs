@@ -2,7 +2,7 @@
 
 use bevy_sheetwork::render::ColourScale;
 
-use super::{Picture, encode};
+use super::image::{Picture, encode};
 use crate::panels::ticks;
 
 /// Dots of a letter, rows from the top, five bits a row; what is not here is a space.
