@@ -12,8 +12,9 @@ mod stage;
 pub mod window;
 
 use bevy::prelude::Resource;
+use bevy_egui::egui::{self, UiBuilder};
 
-use crate::panels::EditorState;
+use crate::panels::{self, EditorState};
 use crate::session::Session;
 
 /// The session and what the editor remembers, as Bevy holds them.
@@ -23,4 +24,14 @@ pub struct Editor {
     pub session: Session,
     /// The rest.
     pub state: EditorState,
+}
+
+impl Editor {
+    /// Lays the panels over the whole of an egui context.
+    fn draw_panels(&mut self, ctx: &egui::Context) {
+        let Self { session, state } = self;
+        let everything = UiBuilder::new().layer_id(egui::LayerId::background()).max_rect(ctx.viewport_rect());
+        let mut ui = egui::Ui::new(ctx.clone(), "editor".into(), everything);
+        panels::show(&mut ui, session, state);
+    }
 }

@@ -17,16 +17,13 @@ use bevy::render::view::screenshot::{Screenshot, ScreenshotCaptured};
 use bevy::window::ExitCondition;
 use bevy::winit::WinitPlugin;
 use bevy_egui::egui;
-use bevy_egui::{
-    EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPostUpdateSet, EguiPrimaryContextPass, PrimaryEguiContext,
-};
+use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass, PrimaryEguiContext};
 use bevy_sheetwork::SheetColour;
 use sheetwork::InputError;
 use sheetwork::scene::Scene;
 
-use super::scenery::{self, Shown};
-use super::stage::{self, Quality, Scale, SceneCamera};
-use super::{Editor, probe, window};
+use super::stage::{self, Quality, SceneCamera};
+use super::{Editor, probe, scenery};
 use crate::cli::Arguments;
 use crate::export::Film;
 use crate::panels::{self, Display, EditorState};
@@ -351,24 +348,13 @@ fn app(session: Session, state: EditorState) -> App {
     app.add_plugins(plugins).add_plugins(EguiPlugin::default());
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     app.insert_resource(Editor { session, state });
-    add_scene(&mut app, Quality::BEST);
+    scenery::add(&mut app, Quality::BEST);
     while app.plugins_state() == PluginsState::Adding {
         bevy::tasks::tick_global_task_pools_on_main_thread();
     }
     app.finish();
     app.cleanup();
     app
-}
-
-/// What shows the session's world, in the window as in a picture.
-pub(super) fn add_scene(app: &mut App, quality: Quality) {
-    app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
-    app.add_systems(Startup, (stage::set_up, scenery::mix_paints));
-    let show =
-        (scenery::rebuild, scenery::choose, scenery::animate, scenery::dots, scenery::springs, stage::move_camera);
-    // Before the panels, which may put another world in the session's place: in the midst of these what is shown would be of the old one.
-    let order = show.chain().before(EguiPostUpdateSet::EndPass).before(TransformSystems::Propagate);
-    app.add_systems(PostUpdate, order);
 }
 
 /// Size of the picture, pixels.
@@ -386,7 +372,7 @@ fn show_panels(
     if !std::mem::replace(&mut *styled, true) {
         panels::apply_style(context);
     }
-    window::draw_panels(context, &mut editor);
+    editor.draw_panels(context);
     let shared = (editor.state.viewport, editor.session.shown_count());
     stage::share(cameras.iter_mut(), shared, (context.pixels_per_point(), whole.0));
     stage::wake(cameras.iter_mut(), shared.1, true);

@@ -3,6 +3,7 @@
 use bevy::camera::visibility::NoFrustumCulling;
 use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
+use bevy_egui::EguiPostUpdateSet;
 use bevy_sheetwork::render::{
     ColourScale, SheetRoom, clear_of_bodies, clearing, glow, grid_picture, heater_meshes, polyhedra_mesh, room_mesh,
     sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
@@ -10,7 +11,7 @@ use bevy_sheetwork::render::{
 use sheetwork::scene::Shape;
 use sheetwork::sheet::surface::Surface;
 
-use super::stage::{self, Scale};
+use super::stage::{self, Quality, Scale};
 use super::{Editor, shapes};
 use crate::camera::Camera as View;
 use crate::gap::PARTS;
@@ -30,6 +31,17 @@ const SHEET_COLOURS: [(f32, f32, f32); 6] = [
 
 /// How dark the sheets of one material are in turn, of 1: those that lie on one another can be told apart.
 const SHADES: [f32; 4] = [1.0, 0.80, 0.90, 0.70];
+
+/// What shows the session's world, in the window as in a picture.
+pub(super) fn add(app: &mut App, quality: Quality) {
+    app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
+    app.add_systems(Startup, (stage::set_up, mix_paints));
+    let show =
+        (rebuild, choose, animate, dots, springs, stage::move_camera);
+    // Before the panels, which may put another world in the session's place: in the midst of these what is shown would be of the old one.
+    let order = show.chain().before(EguiPostUpdateSet::EndPass).before(TransformSystems::Propagate);
+    app.add_systems(PostUpdate, order);
+}
 
 /// Everything that belongs to a world hangs on this; it carries the scale and how far aside the world is shown. `0` says which of those that are
 /// compared.

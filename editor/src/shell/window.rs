@@ -13,12 +13,11 @@ use bevy::render::render_resource::PipelineCache;
 use bevy::render::{Render, RenderApp, RenderSystems};
 use bevy::window::{PrimaryWindow, RequestRedraw, WindowEvent, WindowResolution};
 use bevy::winit::{UpdateMode, WinitSettings};
-use bevy_egui::egui::{self, UiBuilder};
 use bevy_egui::{EguiContexts, EguiGlobalSettings, EguiPlugin, EguiPrimaryContextPass};
 use sheetwork::scene::Scene;
 
 use super::stage::{self, Quality, SceneCamera};
-use super::{Editor, keyboard, offscreen, probe};
+use super::{Editor, keyboard, probe, scenery};
 use crate::cli::Arguments;
 use crate::keeping::{self, Keeper};
 use crate::panels;
@@ -109,7 +108,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     }
     app.insert_resource(Editor { session, state }).insert_resource(watch);
     let quality = if adapter.software { Quality::SOFTWARE } else { Quality::WINDOW };
-    offscreen::add_scene(&mut app, quality);
+    scenery::add(&mut app, quality);
     app.add_systems(Startup, cameras);
     app.add_systems(Update, (pass_time, title, pace, rest).chain());
     app.add_systems(EguiPrimaryContextPass, (style, show_panels).chain());
@@ -143,14 +142,6 @@ fn style(mut contexts: EguiContexts, mut done: Local<bool>) -> Result {
     Ok(())
 }
 
-/// Lays the panels over the whole of an egui context.
-pub(super) fn draw_panels(ctx: &egui::Context, editor: &mut Editor) {
-    let Editor { session, state } = editor;
-    let everything = UiBuilder::new().layer_id(egui::LayerId::background()).max_rect(ctx.viewport_rect());
-    let mut ui = egui::Ui::new(ctx.clone(), "editor".into(), everything);
-    panels::show(&mut ui, session, state);
-}
-
 fn show_panels(
     mut contexts: EguiContexts,
     mut editor: ResMut<Editor>,
@@ -159,7 +150,7 @@ fn show_panels(
     mut exit: MessageWriter<AppExit>,
 ) -> Result {
     let ctx = contexts.ctx_mut()?;
-    draw_panels(ctx, &mut editor);
+    editor.draw_panels(ctx);
     if editor.state.quit {
         exit.write(AppExit::Success);
     }
