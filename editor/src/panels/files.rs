@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bevy_egui::egui::{self, Button, Key, ScrollArea, Ui, Window};
 
+use super::dialog::{Dialog, Purpose};
 use super::{EditorState, Section, Tool};
 use crate::browser::Browser;
 use crate::camera::Camera;
@@ -15,34 +16,6 @@ use crate::templates;
 
 /// Endings of what can be opened.
 const OPENS: &[&str] = &["ron", "swr", "sht", "pol", "heater"];
-
-/// What a file is chosen for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Purpose {
-    /// To be opened, or added to the scene.
-    Open,
-    /// To save the scene in.
-    Save,
-    /// To write the samples in.
-    Csv,
-    /// To draw the scene in, as it is seen.
-    Picture,
-    /// To draw a run in, picture by picture.
-    Sequence,
-    /// To write a run in as glTF.
-    Gltf,
-}
-
-/// A dialog that chooses a file.
-#[derive(Clone, Debug)]
-pub struct Dialog {
-    purpose: Purpose,
-    browser: Browser,
-    /// A file that is there already, and would be written over.
-    over: Option<PathBuf>,
-    /// Whether it was shown before: what is typed at once is a name.
-    shown: bool,
-}
 
 impl EditorState {
     /// Opens the dialog for `purpose`.

@@ -2,7 +2,7 @@
 
 use bevy_egui::egui::{Event, Id, Key, Modifiers, Ui};
 
-use super::files::Purpose;
+use super::dialog::Purpose;
 use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;

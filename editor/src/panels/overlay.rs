@@ -10,8 +10,8 @@ use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, input, name, tell};
 
 use super::plots::COLOURS;
 use super::style::ACCENT;
-use super::view::{Held, handle_of};
-use super::{EditorState, Tool};
+use super::tool::handle_of;
+use super::{EditorState, Held, Tool};
 use crate::gizmo::{Gizmo, Handle};
 use crate::pick;
 use crate::picture::Layer;
@@ -234,7 +234,7 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
     let upper = state.display.layer == Layer::Top;
     let Some(hit) = pick::sheet(session.world(), ray, upper) else { return };
     let Some(sheet) = session.world().sheets().get(hit.sheet) else { return };
-    let (radius, extent) = (super::view::radius(session, state, hit.sheet), sheet.rest_size());
+    let (radius, extent) = (state.brush_radius(session, hit.sheet), sheet.rest_size());
     let points = (0..=48).filter_map(|i| {
         let (sin, cos) = (std::f64::consts::TAU * f64::from(i) / 48.0).sin_cos();
         let uv = (hit.uv.0 + radius * cos / extent.0, hit.uv.1 + radius * sin / extent.1);

@@ -2,10 +2,10 @@
 
 use bevy_egui::egui::{Color32, Ui, vec2};
 
-use super::EditorState;
 use super::chart::{Line, chart};
-use super::files::Purpose;
+use super::dialog::Purpose;
 use super::style::{ELASTIC, GRAVITY, KINETIC, QUIET, TOTAL};
+use super::{EditorState, Plots};
 use crate::samples::{Sample, height_names};
 use crate::session::Session;
 use sheetwork::profiler::Phase;
@@ -19,31 +19,6 @@ pub(super) const COLOURS: [Color32; 6] = [
     Color32::from_rgb(170, 140, 230),
     Color32::from_rgb(210, 200, 90),
 ];
-
-/// Which plots are shown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Plots {
-    /// Whether there are any.
-    pub shown: bool,
-    /// Energies.
-    pub energy: bool,
-    /// Wall-clock time of a step.
-    pub step: bool,
-    /// The same of each part of a step; what is not shown is not measured.
-    pub stages: bool,
-    /// Heights of probes.
-    pub height: bool,
-    /// Temperatures.
-    pub temperature: bool,
-    /// What is delivered of the stiffness that was asked for.
-    pub stiffness: bool,
-}
-
-impl Default for Plots {
-    fn default() -> Self {
-        Self { shown: false, energy: true, step: true, stages: false, height: true, temperature: true, stiffness: true }
-    }
-}
 
 /// The plots side by side, and what is to be shown.
 pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {

@@ -283,7 +283,7 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
 fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         if ui.button("Generate…").on_hover_text("A new sheet, with a preview and its counts").clicked() {
-            state.generate = Some(super::generate::Draft::of(session, state.sheet));
+            state.generate = Some(super::Draft::of(session, state.sheet));
         }
         let index = state.sheet;
         let some = index < session.scene().sheets.len();

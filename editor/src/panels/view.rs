@@ -4,9 +4,10 @@ use bevy_egui::egui::{self, PointerButton, Rect, Response, Sense, Ui};
 use glam::Vec2;
 use sheetwork::scene::SpotSpec;
 
-use super::{EditorState, Tool, keys, legend, overlay};
+use super::tool::handle_of;
+use super::{EditorState, Held, Tool, keys, legend, overlay};
 use crate::camera::Camera;
-use crate::gizmo::{Gizmo, Handle};
+use crate::gizmo::Gizmo;
 use crate::pick;
 use crate::picture::Layer;
 use crate::session::{Item, Session};
@@ -20,19 +21,6 @@ const BISECTIONS: u32 = 14;
 const EDGE: f64 = 0.01;
 /// Most touches of the brush in a frame.
 const MOST_DABS: u32 = 40;
-
-/// What the left button holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Held {
-    /// A point of a sheet, m; the mouse moves in the plane through it that faces the eye.
-    Sheet(glam::Vec3),
-    /// A line on a sheet: which sheet, from where, to where, (u, v).
-    Line(usize, (f64, f64), (f64, f64)),
-    /// The brush on a sheet, and where it last touched it, m.
-    Brush(usize, glam::DVec3),
-    /// A handle of the gizmo, the gizmo as it was then, and where the mouse took it.
-    Handle(Handle, Gizmo, Vec2),
-}
 
 /// Turns, slides and nears the camera, and does what the tool does, by what the mouse does in the view; takes the keys. The view itself is
 /// drawn by others, behind this.
@@ -252,12 +240,6 @@ fn towards(
     found.map(|(u, v)| (to_edge(u), to_edge(v)))
 }
 
-/// Radius of the brush on a sheet, m.
-pub(super) fn radius(session: &Session, state: &EditorState, sheet: usize) -> f64 {
-    let size = session.world().sheets().get(sheet).map_or((0.1, 0.1), |s| s.rest_size());
-    state.brush.radius_on(size)
-}
-
 /// Draws the brush over a sheet from where it last touched it to a place of the view, however far that is in a frame; where it then touches it.
 fn stroke(
     session: &mut Session,
@@ -266,7 +248,7 @@ fn stroke(
     (at, size): (Vec2, Vec2),
 ) -> Option<glam::DVec3> {
     // Near enough that there are no waves, and no nearer.
-    let apart = 0.3 * radius(session, state, sheet);
+    let apart = 0.3 * state.brush_radius(session, sheet);
     let end = hit(session, state, at, size).filter(|h| h.sheet == sheet && h.place.distance(last) > apart)?;
     let begun = state.camera.project(last.as_vec3(), size)?;
     let count = ((end.place.distance(last) / apart) as u32).clamp(1, MOST_DABS);
@@ -282,11 +264,6 @@ fn stroke(
 
 /// Touches a sheet with the brush.
 fn dab(session: &mut Session, state: &EditorState, hit: &pick::SheetHit) -> bool {
-    let radius = radius(session, state, hit.sheet);
+    let radius = state.brush_radius(session, hit.sheet);
     session.dab(SpotSpec { at: hit.uv, radius, temperature: state.brush.celsius })
-}
-
-/// Where the handle of an item is, m.
-pub(super) fn handle_of(session: &Session, item: Item) -> Option<glam::Vec3> {
-    session.handle_of(item).map(|at| at.as_vec3())
 }
