@@ -12,8 +12,8 @@ mod shade;
 use sheetwork::World;
 
 use crate::camera::Camera;
-pub use image::{LARGEST, Picture};
 use image::encode;
+pub use image::{LARGEST, Picture};
 pub use model::{Layer, Look};
 
 /// Samples along each edge of a pixel.
@@ -52,8 +52,8 @@ impl Picture {
 mod tests {
     use super::image::{GAP, decode};
     use super::*;
-    use std::fs::File;
     use sheetwork::scene::Scene;
+    use std::fs::File;
 
     fn world() -> World {
         let scene = Scene::parse(include_str!("../../tests/scenes/wedge.ron")).expect("valid");

@@ -36,8 +36,7 @@ const SHADES: [f32; 4] = [1.0, 0.80, 0.90, 0.70];
 pub(super) fn add(app: &mut App, quality: Quality) {
     app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
     app.add_systems(Startup, (stage::set_up, mix_paints));
-    let show =
-        (rebuild, choose, animate, dots, springs, stage::move_camera);
+    let show = (rebuild, choose, animate, dots, springs, stage::move_camera);
     // Before the panels, which may put another world in the session's place: in the midst of these what is shown would be of the old one.
     let order = show.chain().before(EguiPostUpdateSet::EndPass).before(TransformSystems::Propagate);
     app.add_systems(PostUpdate, order);
