@@ -1,4 +1,4 @@
-//! Sheets that meet a caller's Rapier world.
+//! Sheets in contact with a caller's Rapier world.
 
 mod common;
 
@@ -8,7 +8,7 @@ use bevy_sheetwork::prelude::*;
 use bevy_sheetwork::sheetwork::rigid::RigidView;
 use common::{app_with, run};
 
-/// The caller's own rigid world.
+/// The caller's rigid world.
 #[derive(Resource)]
 struct Game(PhysicsWorld);
 

@@ -1,4 +1,5 @@
-//! Heat: heaters, heat guns and hot bodies as entities; colours that show it, and cost nothing where they are not asked for.
+//! Heat: heaters, heat guns and hot bodies as entities; colours of temperature, without cost where
+//! they are not requested.
 
 mod common;
 

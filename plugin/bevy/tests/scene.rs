@@ -1,4 +1,4 @@
-//! Scenes from files: loaded, spawned, changed, refused.
+//! Scenes from files: loaded, spawned, changed, rejected.
 
 mod common;
 

@@ -1,4 +1,5 @@
-//! Entities in and out of the world: a sheet in one line, bodies that stand and move, removal, changes.
+//! Entities added to and removed from the world: a sheet in one line, static and moving bodies,
+//! removal, changes.
 
 mod common;
 

@@ -1,11 +1,12 @@
 //! Files as assets: scenes (`.ron`), sheets (`.sht`), polyhedra (`.pol`); and scenes as entities.
 //!
-//! `load` has the loaders, `spawn` turns a scene into entities and follows its file. A scene file is found by its typed load,
-//! `server.load::<SheetScene>("scenes/wedge.ron")`; without a type it is known by the ending `.sheet.ron`.
+//! `types` holds the assets, `load` the loaders; `spawn` turns a scene into entities and follows
+//! its file. A scene is loaded by type, `server.load::<SheetScene>("scenes/wedge.ron")`; an untyped
+//! load needs the extension `.sheet.ron`.
 //!
-//! A scene is loaded again when its file, or one that it names, changes on disk, if Bevy's `file_watcher` feature is on (or
-//! [`AssetServer::reload`] is called); whoever shows it follows. A file with a mistake is reported in the log with line and
-//! field, and what was there before goes on.
+//! With Bevy's `file_watcher` feature, or after [`AssetServer::reload`], a scene is loaded again
+//! when its file or a file that it names changes, and its entities are spawned again. An invalid
+//! file is reported in the log with line and field; the previous scene continues.
 
 mod load;
 mod spawn;
@@ -19,7 +20,8 @@ pub use crate::core::SheetPolyhedra;
 pub use spawn::{SheetSceneRoot, SheetSceneSpawned};
 pub use types::{SheetFileAsset, SheetScene};
 
-/// Loads scenes, sheets and polyhedra, and spawns [`SheetSceneRoot`]s. Needs Bevy's `AssetPlugin` before it.
+/// Plugin that loads scenes, sheets and polyhedra, and spawns [`SheetSceneRoot`]s. Add it after
+/// Bevy's `AssetPlugin`.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetworkAssetPlugin;
 

@@ -1,9 +1,9 @@
-//! The asset that holds the polyhedra of a body.
+//! Asset with the polyhedra of a body.
 
 use bevy::prelude::*;
 use sheetwork::scene::Polyhedron;
 
-/// The polyhedra of a `.pol` file.
+/// Polyhedra of a `.pol` file.
 #[derive(Asset, TypePath, Clone, Debug, Default, PartialEq)]
 pub struct SheetPolyhedra {
     /// Closed polyhedra, m.

@@ -1,9 +1,9 @@
-//! The component that reports the state of a sheet.
+//! Component that reports the state of a sheet.
 
 use bevy::prelude::*;
 use sheetwork::sheet::{Sheet as SheetInWorld, Status};
 
-/// How a sheet fares, brought up to date every tick.
+/// State of a sheet after the last tick.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 #[reflect(Component, Clone, Debug, Default, PartialEq)]
 pub struct SheetState {
@@ -11,13 +11,13 @@ pub struct SheetState {
     pub centre: Vec3,
     /// Velocity of the centre of mass, m/s.
     pub velocity: Vec3,
-    /// Masses that touched a body in the last step.
+    /// Number of nodes that touched a body in the last step.
     pub contacts: u32,
-    /// Whether it has come to rest and is not stepped until something wakes it.
+    /// Whether the sheet sleeps.
     pub asleep: bool,
-    /// Whether it went unstable and was stopped, or frozen before it did.
+    /// Whether the sheet is unstable and stopped, or frozen by the recovery policy.
     pub unstable: bool,
-    /// Coldest and hottest temperature, °C; none of a sheet that nothing heats.
+    /// Lowest and highest temperature, °C; `None` without heat sources.
     pub temperature: Option<(f32, f32)>,
 }
 

@@ -1,4 +1,4 @@
-//! How time passes: the engine, its step, gravity, air and wind.
+//! Controls of the integrator, its step, gravity, air and wind.
 
 use bevy::math::DVec3;
 use bevy_egui::egui::{ComboBox, RichText, Ui};
@@ -8,7 +8,7 @@ use super::Knobs;
 use super::controls::{How, MS, PLAIN, dial, dial_of, dial_vector, name, text_of};
 use super::units::{Quantity, Shown, format_si};
 
-/// Gravity that a button sets, m/s², downwards.
+/// Gravity presets, m/s², downwards.
 const GRAVITIES: [(&str, f64); 4] = [("Earth", 9.81), ("Moon", 1.62), ("1/10", 0.981), ("none", 0.0)];
 
 const GRAVITY: Shown = Shown::fixed(Quantity::Acceleration, "", 1.0);
@@ -16,7 +16,8 @@ const WIND: Shown = Shown::fixed(Quantity::Speed, "", 1.0);
 const DENSITY: Shown = Shown::fixed(Quantity::Density, "kg/m³", 1.0);
 const MICRO: Shown = Shown::fixed(Quantity::Length, "µm", 1e-6);
 
-/// Engine, step, steps a frame, gravity, air: rows of a grid of two columns. `factor`, whether the air may be a factor of every mass's speed.
+/// Rows of integrator, step, substeps per frame, gravity and air in a grid of two columns.
+/// `factor`: whether the linear damping of the air can be edited.
 pub fn engine(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
     engine_and_step(ui, knobs);
     substeps(ui, knobs);
@@ -71,7 +72,7 @@ fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
     }
 }
 
-/// Steps in a frame of a sixtieth of a second: the same number as the step, as those think of it who come from games.
+/// Steps per frame of 1/60 s, an alternative to the step for game programmers.
 fn substeps(ui: &mut Ui, knobs: &mut dyn Knobs) {
     let now = 1.0 / (60.0 * knobs.world().dt());
     let label = name(ui, "Steps a frame", "Steps in a sixtieth of a second: another way to say how long a step is");

@@ -1,4 +1,5 @@
-//! What heats, by the parameters that a running world has: the room, the oven, heaters, the heat gun, hot bodies; and how warm sheets are.
+//! Controls of heat sources by the parameters of the running world: surroundings, oven, heaters,
+//! heat gun, hot bodies; and the temperatures of the sheets.
 
 use bevy_egui::egui::{Grid, RichText, Ui};
 
@@ -7,11 +8,12 @@ use super::controls::{How, dial, name};
 use super::style::quiet;
 use super::units::{Quantity, Shown};
 
-/// Beginnings of the paths of what heats.
+/// Prefixes of the parameter paths of heat sources.
 const HEATS: [&str; 7] =
     ["oven.", "heaters.", "heat_gun.", "bodies.", "ambient_temperature", "convection", "time_lapse"];
 
-/// Switches and numbers of everything that heats, and the temperatures of the sheets. Whether there was anything.
+/// Switches and numbers of all heat sources, and the temperatures of the sheets. Returns whether
+/// there are any.
 pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
     let all = knobs.world().parameters();
     let of_heat = |path: &str| HEATS.iter().any(|h| path.starts_with(h));
@@ -48,7 +50,7 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
     some
 }
 
-/// How a number with this unit is shown.
+/// Display unit of a parameter's unit.
 fn shown(unit: &str) -> Shown {
     match unit {
         "°C" => Shown::fixed(Quantity::Temperature, "°C", 1.0),

@@ -1,4 +1,4 @@
-//! What a sheet is made of: its constants, how far a strip of it would hang, what of its stiffness is delivered, and what it costs.
+//! Controls of a sheet's material: constants, droop of a strip, delivered stiffness, cost.
 
 use bevy_egui::egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 use sheetwork::scene::Material;
@@ -9,16 +9,16 @@ use super::hang::{Hang, gamma, hang};
 use super::style::{ACCENT, quiet};
 use super::units::format_si;
 
-/// Droop previews, worked out once for a material and a length.
+/// Cache of droop previews.
 #[derive(Clone, Debug, Default)]
 pub struct Previews {
-    /// Length of the strip, m; that of the sheet if none.
+    /// Length of the strip, m; `None` for that of the sheet.
     pub length: Option<f64>,
     known: Vec<(u64, Hang)>,
 }
 
 impl Previews {
-    /// The strip of this Γ.
+    /// Shape of the strip with load parameter Γ.
     pub fn of(&mut self, gamma: f64) -> &Hang {
         let key = gamma.to_bits();
         let at = self.known.iter().position(|k| k.0 == key).unwrap_or_else(|| {
@@ -32,7 +32,8 @@ impl Previews {
     }
 }
 
-/// Young's modulus, thickness, Poisson's ratio of sheet `index`: rows of a grid of two columns.
+/// Rows of Young's modulus, thickness and Poisson's ratio of sheet `index` in a grid of two
+/// columns.
 pub fn constants(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     let Some(sheet) = knobs.world().sheets().get(index) else { return };
     let (now, follows) = (sheet.material().clone(), sheet.follows_material());
@@ -53,7 +54,7 @@ pub fn constants(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     }
 }
 
-/// A hanging strip, drawn to scale into `rect`, its clamp at the upper left.
+/// Draw a hanging strip to scale into `rect`, its clamp at the upper left.
 pub fn strip_shape(ui: &Ui, rect: Rect, strip: &Hang, colour: Color32) {
     let painter = ui.painter_at(rect);
     let (room, from) = (rect.shrink(3.0), rect.shrink(3.0).left_top() + vec2(0.0, 2.0));
@@ -65,7 +66,7 @@ pub fn strip_shape(ui: &Ui, rect: Rect, strip: &Hang, colour: Color32) {
     painter.add(Shape::line(strip.points.iter().map(at).collect(), Stroke::new(1.8, colour)));
 }
 
-/// How far a strip of the present material hangs, at a length that can be typed.
+/// Droop of a strip of the present material, at a length that can be typed.
 pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &Material, length: f64) {
     let gravity = knobs.world().gravity().length();
     let number = gamma(now, length, gravity);
@@ -94,7 +95,7 @@ pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &
     });
 }
 
-/// What is delivered of the stiffness that was asked for.
+/// Delivered stiffness, relative to the requested one.
 pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
     let world = knobs.world();
     let Some(sheet) = world.sheets().get(index) else { return };
@@ -123,16 +124,16 @@ pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
     });
 }
 
-/// A factor with as many places as mean something.
+/// A factor with its significant digits.
 fn times(factor: f64) -> String {
     if factor < 10.0 { format!("{factor:.1}×") } else { format!("{factor:.0}×") }
 }
 
-/// What a step takes, and a warning where that is more than there is.
+/// Cost of a step, and a warning where it exceeds real time.
 pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
     let Some(factor) = knobs.real_time_factor() else { return };
     let text = format!("a step takes {} of {}", format_si(knobs.step_s(), "s"), format_si(knobs.world().dt(), "s"));
-    // A frame has other things to do, too.
+    // A frame needs 20 % of its time for other work.
     if factor * 0.8 < knobs.speed() {
         let about = "A coarser grid, a longer step with an implicit engine, or less speed bring it back";
         let what = if factor < knobs.speed() { "slower than asked" } else { "hardly in time" };

@@ -1,4 +1,5 @@
-//! The inspector (feature `inspector`): panels in which a running game shows and changes what its sheets are, by bevy_egui.
+//! Inspector (feature `inspector`): egui panels that display and change the sheets of a running
+//! game.
 //!
 //! ```no_run
 //! # use bevy::prelude::*;
@@ -6,9 +7,9 @@
 //! App::new().add_plugins((DefaultPlugins, SheetworkPlugins, SheetInspectorPlugin)).run();
 //! ```
 //!
-//! What is changed is a parameter of the [`SheetWorld`], from the next step on, as [`World::set`](sheetwork::World::set) has it: the
-//! components that sheets were spawned with stay as they are. The panels are functions over anything that has [`Knobs`], so that they can be put
-//! into windows of one's own: the Sheetwork editor is made of the same ones.
+//! An edit sets a parameter of the [`SheetWorld`] by [`World::set`](sheetwork::World::set) and acts
+//! from the next step on; the components of the sheets are unchanged. The panels are functions of
+//! [`Knobs`] for use in other windows: the Sheetwork editor uses the same panels.
 
 pub mod controls;
 mod engine;
@@ -34,7 +35,8 @@ pub use sheetwork::units;
 
 use style::{ACCENT, quiet, readable};
 
-/// A window with the inspector's panels over the game; adds [`EguiPlugin`] where the game has not. F10 shows and hides it.
+/// Plugin with a window of the inspector's panels; adds [`EguiPlugin`] where it is missing. F10
+/// shows and hides the window.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetInspectorPlugin;
 
@@ -48,19 +50,19 @@ impl Plugin for SheetInspectorPlugin {
     }
 }
 
-/// What the inspector shows and has changed.
+/// State of the inspector.
 #[derive(Resource, Clone, Debug)]
 pub struct SheetInspector {
-    /// Whether its window is there.
+    /// Whether its window is open.
     pub shown: bool,
-    /// The key that shows and hides it; none for none.
+    /// Key that shows and hides the window; `None` for no key.
     pub key: Option<egui::Key>,
-    /// Which sheet it shows.
+    /// Index of the displayed sheet.
     pub sheet: usize,
-    /// What was changed, and what was refused.
+    /// Changes and messages.
     pub changes: Changes,
     previews: Previews,
-    /// The world that changes are of.
+    /// Generation of the world that the changes belong to.
     generation: u32,
 }
 
@@ -86,7 +88,7 @@ fn show(
     if !inspector.shown {
         return Ok(());
     }
-    // Being looked at is no change; what is set changes what it changes.
+    // Reading the world is not a change; edits mark what they change.
     let (world, clock) = (world.bypass_change_detection(), clock.bypass_change_detection());
     let window = egui::Window::new("Sheets").default_size([330.0, 640.0]).default_pos([8.0, 8.0]);
     window.show(ctx, |ui| {
@@ -97,7 +99,7 @@ fn show(
     Ok(())
 }
 
-/// All of the inspector into a `ui`: for windows and docks of one's own.
+/// All panels of the inspector, for windows and docks of the caller.
 pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, inspector: &mut SheetInspector) {
     if inspector.generation != world.generation() {
         inspector.generation = world.generation();
@@ -158,7 +160,7 @@ fn time(ui: &mut Ui, world: &SheetWorld, clock: &mut SheetClock) {
     });
 }
 
-/// The sheet that is meant, where there are several.
+/// Choice of the sheet, where there are several.
 fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
     let sheets = game.world.sheets();
     let Some(now) = sheets.get(*sheet) else { return };
@@ -182,7 +184,7 @@ fn of_material(ui: &mut Ui, game: &mut Game<'_>, previews: &mut Previews, index:
     delivered(ui, game, index);
 }
 
-/// What was changed, and undo.
+/// List of changes, and undo.
 fn changed(ui: &mut Ui, game: &mut Game<'_>) {
     ui.horizontal(|ui| {
         let what = game.changes.undoes().map_or_else(|| "Undo".to_owned(), |path| format!("Undo {path}"));
@@ -206,7 +208,7 @@ fn changed(ui: &mut Ui, game: &mut Game<'_>) {
     }
 }
 
-/// What was refused, until it is dismissed.
+/// Messages about rejected values, until dismissed.
 fn messages(ui: &mut Ui, all: &mut Vec<String>) {
     let mut dismissed = None;
     for (index, text) in all.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! How a sheet behaves: damping, drag, friction, restitution, pressure, and how far it may bend.
+//! Controls of a sheet's behaviour: damping, drag, friction, restitution, pressure, bending limit.
 
 use bevy_egui::egui::Ui;
 
@@ -8,7 +8,8 @@ use super::units::{Quantity, Shown};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 
-/// What can be turned of sheet `index` while it runs, besides its material: rows of a grid of two columns.
+/// Rows of the parameters of sheet `index` that can change at run time, material aside, in a grid
+/// of two columns.
 pub fn behaviour(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     damping(ui, knobs, index);
     contact(ui, knobs, index);
@@ -49,7 +50,7 @@ fn contact(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     dial(ui, knobs, ("Pressure", about, &path("pressure")), pressure, shown, &How { speed: 0.2, ..How::default() });
 }
 
-/// The angle limit, for structures with flexion triples.
+/// Bending angle limit, for structures with flexion springs.
 fn flexion_limit(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     let Some(sheet) = knobs.world().sheets().get(index) else { return };
     let Some(largest) = sheet.largest_flexion_angle() else { return };

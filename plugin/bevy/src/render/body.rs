@@ -1,6 +1,7 @@
-//! Meshes of rigid bodies, each in its entity's space.
+//! Meshes of rigid bodies, each in the space of its entity.
 //!
-//! Faces of a polyhedron that meet at less than 30° are shaded as one smooth surface: a dome looks round, a wedge sharp.
+//! Faces of a polyhedron at an angle below 30° are shaded as one smooth surface: a dome looks
+//! round, a wedge sharp.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::mesh::{Indices, PrimitiveTopology};
@@ -10,14 +11,14 @@ use sheetwork::scene::Polyhedron;
 use super::materials::Materials;
 use crate::core::{BodyShape, SheetBody, SheetPolyhedra};
 
-/// Cosine of the angle between two faces below which they are shaded as one.
+/// Cosine of the largest angle between smoothly shaded faces, 30°.
 const SMOOTH: f64 = 0.866;
 
-/// The shape that an entity's mesh was made of.
+/// Shape of which the entity's mesh was made.
 #[derive(Component)]
 pub(super) struct Drawn(BodyShape);
 
-/// Gives a mesh and a material to bodies that have none, and a new mesh to those whose shape was changed.
+/// Insert mesh and material where they are missing, and a new mesh after a change of shape.
 pub(super) fn dress(
     mut commands: Commands,
     assets: Option<Res<Assets<SheetPolyhedra>>>,
@@ -30,7 +31,7 @@ pub(super) fn dress(
     >,
 ) {
     for (entity, body, drawn, has_mesh, has_material) in &bodies {
-        // A mesh that is not ours is the user's own.
+        // A mesh without this marker belongs to the user.
         if drawn.map_or(has_mesh, |d| d.0 == body.shape) {
             continue;
         }
@@ -42,7 +43,7 @@ pub(super) fn dress(
     }
 }
 
-/// The mesh of a shape; `None` for one that is not drawn, or whose file is still loading.
+/// Mesh of a shape; `None` for a shape that is not displayed, or whose file is still loading.
 fn mesh_of(shape: &BodyShape, assets: Option<&Assets<SheetPolyhedra>>) -> Option<Mesh> {
     match shape {
         BodyShape::Cuboid(size) => Some(Cuboid::from_size(size.as_vec3()).into()),
@@ -54,7 +55,7 @@ fn mesh_of(shape: &BodyShape, assets: Option<&Assets<SheetPolyhedra>>) -> Option
     }
 }
 
-/// A mesh of polyhedra, in their own coordinates, m.
+/// Mesh of polyhedra, in their own coordinates, m.
 pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
     let (mut positions, mut normals, mut indices) = (Vec::new(), Vec::new(), Vec::new());
     for polyhedron in polyhedra {
@@ -82,7 +83,7 @@ pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
         .with_inserted_indices(Indices::U32(indices))
 }
 
-/// Faces that meet at each vertex.
+/// Faces at each vertex.
 fn faces_at_vertices(polyhedron: &Polyhedron) -> Vec<Vec<usize>> {
     let mut faces_at = vec![Vec::new(); polyhedron.vertices.len()];
     for (face, corners) in polyhedron.faces.iter().enumerate() {

@@ -1,7 +1,8 @@
-//! What is seen: meshes and materials for sheets, bodies and the room.
+//! Display: meshes and materials of sheets, bodies, heaters and the room.
 //!
-//! `sheet` keeps a sheet's mesh where its masses are, `clear` keeps it out of bodies, `colour` gives it the colours of its temperature or of what `measure` finds; `body`
-//! makes meshes of rigid bodies, `heater` of what heats, `room` draws floor and back wall with `grid`, the picture of their squares.
+//! `sheet` updates the mesh of a sheet from its nodes, `clear` moves it out of bodies, `colour`
+//! colours it by the fields of `measure`. `body`, `heater` and `room` make the other meshes, `grid`
+//! the texture of the room, `materials` the defaults.
 
 mod body;
 mod clear;
@@ -31,10 +32,10 @@ pub use sheet::{
 use crate::core::Sheet;
 use materials::Materials;
 
-/// Gives sheets, bodies and rooms meshes and materials, and keeps them where the simulation has them.
+/// Plugin that displays sheets, bodies, heaters and rooms.
 ///
-/// An entity that already has a `Mesh3d` (a body) or a `MeshMaterial3d<StandardMaterial>` keeps its own. Does nothing where
-/// there are no meshes or standard materials, as on a server.
+/// An entity with its own `Mesh3d` (a body) or `MeshMaterial3d<StandardMaterial>` keeps it. Without
+/// assets for meshes, materials and images, as on a server, the plugin does nothing.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SheetworkRenderPlugin;
 
@@ -52,7 +53,7 @@ impl Plugin for SheetworkRenderPlugin {
                 (sheet::dress, body::dress, heater::dress, room::dress)
                     .after(crate::core::SheetworkSynced)
                     .before(TransformSystems::Propagate),
-                // Before the asset events are sent, or the picture would be a frame late.
+                // Before the asset events, to avoid a delay of one frame.
                 sheet::update
                     .after(TransformSystems::Propagate)
                     .after(VisibilitySystems::VisibilityPropagate)
