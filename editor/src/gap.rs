@@ -1,7 +1,7 @@
-//! How far the smoothed surface that is drawn is from the flat triangles that contact has.
+//! Distance between the smoothed, displayed surface and the flat triangles used in contact.
 //!
-//! Every drawn corner is in a cell of the sheet, and is measured to the nearest of the cell's two triangles. What keeps the drawn surface out
-//! of bodies is done before, as it is where the surface is drawn.
+//! Each displayed vertex belongs to a cell of the sheet; its distance is that to the nearest of the
+//! cell's two triangles. The displayed surface is first moved out of bodies, as in the display.
 
 use bevy_sheetwork::render::{clear_of_bodies, clearing};
 use glam::{DVec3, Vec3};
@@ -11,15 +11,16 @@ use sheetwork::sheet::surface::SurfaceMesh;
 
 use crate::picture::Layer;
 
-/// Spline pieces from one mass to the next of the drawn surface.
+/// Spline segments per cell of the displayed surface.
 pub const PARTS: u32 = 5;
 
-/// The largest gap of any sheet of `world`, m; none where nothing is smoothed.
+/// Largest distance of any sheet of `world`, m; `None` where no surface is smoothed.
 pub fn largest(world: &World, layer: Layer) -> Option<f64> {
     world.sheets().iter().filter_map(|sheet| of_sheet(world, sheet, layer)).reduce(f64::max)
 }
 
-/// The smoothed surface of a sheet of `world` as it is drawn, out of bodies that it touches; none for a sheet without such a layer.
+/// Smoothed surface of a sheet of `world` as displayed, moved out of bodies in contact; `None` for
+/// a sheet without such a layer.
 pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> {
     let index = if layer == Layer::Top { sheet.layers.len().saturating_sub(1) } else { 0 };
     let mut mesh = sheet.surface(index, PARTS)?.mesh(&sheet.x);
@@ -32,7 +33,7 @@ pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> 
 
 fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
     if sheet.open_count() > 0 {
-        // Drawn by its own triangles.
+        // The surface consists of the sheet's own triangles.
         return Some(0.0);
     }
     let index = if layer == Layer::Top { sheet.layers.len().checked_sub(1)? } else { 0 };
@@ -55,7 +56,7 @@ fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
     gaps.reduce(f64::max)
 }
 
-/// The triangles of a layer by where they are in the sheet.
+/// Triangles of a layer, indexed by material coordinates.
 struct Cells {
     columns: usize,
     rows: usize,
@@ -83,7 +84,8 @@ impl Cells {
         (place((u - self.low.0) / self.size.0, self.columns), place((v - self.low.1) / self.size.1, self.rows))
     }
 
-    /// Distance of `p` to the triangles of the cell at `uv` and those beside it: rows of some structures are shifted by half a cell.
+    /// Distance of `p` to the triangles of the cell at `uv` and its neighbours: rows of some
+    /// structures are shifted by half a cell.
     fn distance(&self, sheet: &Sheet, p: DVec3, uv: [f32; 2]) -> f64 {
         let (i, j) = self.at((f64::from(uv[0]), f64::from(uv[1])));
         let (rows, columns) =
@@ -124,7 +126,8 @@ mod tests {
         );
         let mut world = World::new(&scene.expect("valid")).expect("valid");
         assert!(largest(&world, Layer::Top).expect("a sheet") < 1e-8);
-        // On a cylinder of 0.1 m: the arc stands over a chord of 0.02 m by r (1 - cos(chord / 2r)).
+        // On a cylinder with r = 0.1 m the arc rises r (1 - cos(chord / 2r)) above a chord of 0.02
+        // m.
         let (radius, sheet) = (0.1, &mut world.sheets_mut()[0]);
         for i in 0..sheet.masses() {
             let place = sheet.x.get(i);

@@ -1,7 +1,10 @@
-//! What the editor keeps between runs: recent files, and a copy of unsaved work that a crash leaves behind.
+//! Files that persist between runs: the list of recent files, and a backup of unsaved work for
+//! recovery after a crash.
 //!
-//! Both are files of the user's state folder (`$XDG_STATE_HOME/sheetwork`, or `~/.local/state/sheetwork`). A copy of work is named by the process
-//! that wrote it; one whose process is gone is offered to the next. Nothing here may stop the editor: what cannot be written is not kept.
+//! Both are in the user's state folder (`$XDG_STATE_HOME/sheetwork`, or
+//! `~/.local/state/sheetwork`). The name of a backup holds the process id of its writer; a backup
+//! of an ended process is offered for recovery. Errors of writing are ignored, so that they cannot
+//! stop the editor.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -11,22 +14,22 @@ use sheetwork::scene::Scene;
 use crate::document::files;
 use crate::session::Session;
 
-/// How often unsaved work is written.
+/// Interval between backups of unsaved work.
 pub const EVERY: Duration = Duration::from_secs(5);
-/// Most recent files.
+/// Maximum number of recent files.
 pub const MOST_RECENT: usize = 12;
 
-/// The folder and what was last written there.
+/// State folder and its contents.
 #[derive(Clone, Debug)]
 pub struct Keeper {
     folder: Option<PathBuf>,
     recent: Vec<PathBuf>,
-    /// Generation and revision of the document that is in the copy.
+    /// Generation and revision of the document in the backup.
     written: Option<(u64, u64)>,
     last: Instant,
 }
 
-/// The state folder of the user; none where there is no home.
+/// State folder of the user; `None` without a home folder.
 pub fn usual_folder() -> Option<PathBuf> {
     let set = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
     let state = set("XDG_STATE_HOME").or_else(|| Some(set("HOME")?.join(".local").join("state")))?;
@@ -34,19 +37,19 @@ pub fn usual_folder() -> Option<PathBuf> {
 }
 
 impl Keeper {
-    /// One that keeps in `folder`, or nothing without one.
+    /// State in `folder`, or nothing persistent with `None`.
     pub fn new(folder: Option<PathBuf>) -> Self {
         let list = folder.as_ref().and_then(|f| std::fs::read_to_string(f.join("recent.txt")).ok());
         let recent = list.iter().flat_map(|text| text.lines()).map(PathBuf::from).take(MOST_RECENT).collect();
         Self { folder, recent, written: None, last: Instant::now() }
     }
 
-    /// Files opened or saved, the last first.
+    /// Files opened or saved, latest first.
     pub fn recent(&self) -> &[PathBuf] {
         &self.recent
     }
 
-    /// Remembers that `file` was opened or saved.
+    /// Add `file` to the recent files.
     pub fn note(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
         self.recent.retain(|f| *f != file);
@@ -65,7 +68,7 @@ impl Keeper {
         Some(self.folder.as_ref()?.join(copy_name(std::process::id())))
     }
 
-    /// Writes a copy of unsaved work, at most every [`EVERY`]; takes it away once the work is saved.
+    /// Write a backup of unsaved work, at most every [`EVERY`]; remove it once the work is saved.
     pub fn look_after(&mut self, session: &Session) {
         if self.last.elapsed() >= EVERY {
             self.last = Instant::now();
@@ -73,7 +76,7 @@ impl Keeper {
         }
     }
 
-    /// Writes a copy of unsaved work now, where there is some that has none.
+    /// Write a backup of unsaved work now, unless it exists.
     pub fn copy(&mut self, session: &Session) {
         let now = (session.generation(), session.document().revision());
         if self.written == Some(now) || session.playback().is_some() {
@@ -85,15 +88,15 @@ impl Keeper {
             let _ = std::fs::remove_file(copy);
             return;
         }
-        // From a folder that is nowhere near, names of files are whole.
+        // Relative to a distant folder, file names become absolute.
         let scene = files::moved(session.scene(), Path::new("/nowhere/near"));
         if let Ok(text) = scene.to_text() {
             self.write(&copy_name(std::process::id()), &text);
         }
     }
 
-    /// Writes unsaved work that is about to make room for another scene into a file of its own, among the recent ones; the file, where there
-    /// was any.
+    /// Write unsaved work, before another scene replaces it, to a file of its own among the recent
+    /// ones. Returns the file, if there was unsaved work.
     pub fn set_aside(&mut self, session: &Session) -> Option<PathBuf> {
         if !session.document().is_unsaved() || session.playback().is_some() {
             return None;
@@ -112,7 +115,7 @@ impl Keeper {
         Some(file)
     }
 
-    /// Work that a process which is gone has left: the file and the scene. A copy that cannot be read is left alone.
+    /// Backup of an ended process: file and scene. An unreadable backup is kept.
     pub fn left_behind(&self) -> Option<(PathBuf, Scene)> {
         let entries = std::fs::read_dir(self.folder.as_ref()?).ok()?;
         let copies =
@@ -122,7 +125,7 @@ impl Keeper {
         copies.into_iter().rev().find_map(|p| Some((p.clone(), Scene::load(&p).ok()?)))
     }
 
-    /// Takes a copy away that was recovered or is not wanted.
+    /// Delete a backup.
     pub fn forget(&self, copy: &Path) {
         let _ = std::fs::remove_file(copy);
     }
@@ -132,12 +135,12 @@ fn copy_name(pid: u32) -> String {
     format!("unsaved-{pid}.ron")
 }
 
-/// The process that wrote a copy.
+/// Process id in the name of a backup.
 fn writer_of(file: &Path) -> Option<u32> {
     file.file_name()?.to_str()?.strip_prefix("unsaved-")?.strip_suffix(".ron")?.parse().ok()
 }
 
-/// Whether a process is there; where that cannot be seen, none is taken to be.
+/// Whether a process exists; false where the system does not tell.
 fn runs(pid: u32) -> bool {
     pid == std::process::id() || Path::new("/proc").join(pid.to_string()).exists()
 }
@@ -193,7 +196,7 @@ mod tests {
         keeper.copy(&session);
         let own = keeper.own_copy().expect("a folder");
         assert!(own.exists() && keeper.left_behind().is_none(), "its writer is there");
-        // As if another process had written it, one that cannot be.
+        // Backup of a process id that cannot exist.
         let other = folder.join(copy_name(u32::MAX));
         std::fs::rename(&own, &other).expect("moved");
         let (copy, scene) = keeper.left_behind().expect("found");

@@ -1,4 +1,4 @@
-//! The editor's live link: other processes watch the session and turn its knobs.
+//! Live link of the editor: other processes observe the session and set parameters.
 
 use std::time::Instant;
 
@@ -9,25 +9,25 @@ use sheetwork_link::LinkError;
 use sheetwork_link::place::LinkPlace;
 use sheetwork_link::{Link, LinkStatistics};
 
-/// A link that can be switched on and off.
+/// Link that can be switched on and off.
 #[derive(Default)]
 pub struct LiveLink {
     link: Option<Link>,
     problem: Option<String>,
     now: LinkStatistics,
-    /// When the rates were last taken, and frames and bytes then.
+    /// Time of the last measurement of the rates, and frames and bytes at that time.
     since: Option<(Instant, u64, u64)>,
-    /// Frames and bytes a second.
+    /// Frames and bytes per second.
     rates: (f64, f64),
-    /// Who is attached, as it was when the rates were taken.
+    /// Clients at the last measurement.
     who: Vec<Attached>,
 }
 
-/// How often rates and names are taken, s.
+/// Interval between measurements of rates and clients, s.
 const TAKEN_EVERY: f64 = 0.5;
 
 impl LiveLink {
-    /// Whether it is on.
+    /// Whether the link is open.
     pub fn is_on(&self) -> bool {
         self.link.is_some()
     }
@@ -37,7 +37,7 @@ impl LiveLink {
         self.now.clients > 0 || self.now.readers.iter().any(|n| *n > 0)
     }
 
-    /// Its state in a line.
+    /// Status in one line.
     pub fn status(&self) -> String {
         let Some(link) = &self.link else { return self.problem.clone().unwrap_or_else(|| "off".to_owned()) };
         let name = link.place().name();
@@ -46,19 +46,20 @@ impl LiveLink {
         }
         let (rate, bytes) = self.rates;
         let who = match self.who.as_slice() {
-            // Not asked yet.
+            // No measurement yet.
             [] => "somebody".to_owned(),
             all => all.iter().map(Attached::to_string).collect::<Vec<_>>().join(", "),
         };
         format!("\"{name}\": {who}; {rate:.0} frames/s, {:.1} kB/s", 1e-3 * bytes)
     }
 
-    /// Who is attached, as it was half a second ago at most.
+    /// Attached clients, at most half a second old.
     pub fn attached(&self) -> &[Attached] {
         &self.who
     }
 
-    /// Opens it under the usual name, or closes it. A second editor gets a name with its process's number.
+    /// Open the link under its default name, or close it. A second editor appends its process id to
+    /// the name.
     pub(crate) fn switch(&mut self, on: bool, world: &World) {
         *self = Self::default();
         if !on {
@@ -74,7 +75,7 @@ impl LiveLink {
         self.take(opened);
     }
 
-    /// Opens it at a place.
+    /// Open the link at a place.
     pub(crate) fn open(&mut self, place: &LinkPlace, world: &World) {
         *self = Self::default();
         self.take(Link::new(place, world));
@@ -87,14 +88,15 @@ impl LiveLink {
         }
     }
 
-    /// Tells it that the sheets are others.
+    /// Publish the sheets again after a change of their number or grids.
     pub(crate) fn look_again(&mut self) {
         if let Some(link) = &mut self.link {
             link.look_again();
         }
     }
 
-    /// Answers the requests of other processes and publishes the world of `host`, whose steps take `step_s` s.
+    /// Answer the requests of other processes and publish the world of `host`, whose steps take
+    /// `step_s` s.
     pub(crate) fn exchange(&mut self, host: &mut dyn Host, step_s: f64) {
         let Some(link) = &mut self.link else { return };
         link.exchange(host, step_s);

@@ -1,8 +1,10 @@
-//! A session: one scene being edited and one world of it, played, paused, stepped, gone back in. No window, no graphics.
+//! Session: an edited scene and its world, with play, pause, step and rollback. No window, no
+//! graphics.
 //!
-//! `clock` lets time pass, `edit` changes the scene and brings the world after it, `past` goes back in time, `hands` pulls and pins, `carry` puts bodies and
-//! heaters elsewhere, `paint` folds, cuts and warms, `file` opens and saves, `compare` has variants in step with it, `message` is what the user should know,
-//! `recording` shows a recording in place of a simulation.
+//! `state` is the session itself; `clock` advances time, `edit` changes the scene and updates the
+//! world, `past` goes back in time, `hands` grabs and pins, `carry` moves bodies and heaters,
+//! `paint` creases, cuts and heats, `file` opens and saves, `compare` runs variants at the same
+//! time, `recording` plays a recording in place of a simulation, `host` serves the live link.
 
 mod carry;
 mod clock;

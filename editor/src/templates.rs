@@ -1,18 +1,18 @@
-//! Scenes to begin with.
+//! Templates of scenes.
 
 use sheetwork::scene::Scene;
 
-/// A scene to begin with.
+/// Template of a scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Template {
     /// Name in the menu.
     pub name: &'static str,
-    /// What it is.
+    /// Description.
     pub about: &'static str,
     text: &'static str,
 }
 
-/// All of them, in the order of the menu.
+/// All templates, in the order of the menu.
 pub const TABLE: &[Template] = &[
     Template {
         name: "Empty room",
@@ -70,9 +70,9 @@ pub const TABLE: &[Template] = &[
 ];
 
 impl Template {
-    /// The scene.
+    /// Scene of the template.
     pub fn scene(&self) -> Scene {
-        // Every one is read in the tests.
+        // The tests parse every template.
         Scene::parse(self.text).unwrap_or_default()
     }
 }

@@ -1,4 +1,4 @@
-//! Editing a scene without a window: undo, saving, going back in time, pulling, pinning, moving.
+//! Editing a scene without a window: undo, saving, rollback, grabbing, pinning, moving.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ fn wedge() -> Session {
     Session::open(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron")).expect("valid")
 }
 
-/// A clamped strip that hangs in air, by an implicit engine.
+/// A clamped strip that hangs in air, with an implicit integrator.
 fn strip() -> Session {
     let scene = Scene::parse(
         r#"(name: "strip", engine: "tr-bdf2", dt: 0.0166666666666667, air: (density: 1.2),
@@ -116,7 +116,7 @@ fn every_shipped_scene_is_saved_and_read_back_as_it_is() {
         let saved = saved.unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         let again = Scene::load(&folder.join(file.file_name().expect("a name"))).expect("what was written is valid");
         assert_eq!(again, saved, "{}", file.display());
-        // But for the names of files, which are seen from another folder, it is the same scene.
+        // The scenes are equal apart from file names, which are relative to another folder.
         let here = sheetwork_editor::document::files::moved(&scene, &folder);
         assert_eq!(Scene { file: None, ..again.clone() }, Scene { file: None, ..here }, "{}", file.display());
         if count % 8 == 0 {
@@ -173,7 +173,7 @@ fn what_a_file_has_below_the_floor_is_put_on_it_beside_the_sheets() {
     let mut session = Session::new(&template.scene()).expect("valid");
     assert!(session.add_file(&assets.join("polyhedra/cube.pol"), 0), "{:?}", session.messages());
     let state = session.world().body_state("cube").expect("added");
-    // Its file has its floor at -28.1 mm.
+    // The floor of its file is at -28.1 mm.
     assert!((state.centre().y - 0.0281).abs() < 1e-9, "{}", state.centre());
     assert!(session.add_file(&assets.join("sheets/slamm_5x2x5.sht"), 0), "{:?}", session.messages());
     let lowest = |i: usize| session.world().sheets()[i].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min);
@@ -309,7 +309,7 @@ fn a_mass_is_pinned_where_it_is_and_let_go() {
     assert!(place(&session).distance(start) < 1e-9);
     session.run(0.2);
     assert!(place(&session).distance(start) < 1e-9, "from a reset on it is held where it starts");
-    // One of an edge: the others stay.
+    // One node of an edge: the others stay pinned.
     let edge = session.world().sheets()[0].layers[0].at(0, 1);
     assert!(session.toggle_pin(0, edge));
     assert!(!session.world().sheets()[0].is_held(edge as usize));
@@ -374,7 +374,7 @@ fn a_body_that_moves_freely_is_put_elsewhere_in_the_run() {
     assert!(session.undo() && ball(&session).distance(rests) < 1e-9 && session.world().time() <= time);
     assert!(session.redo() && ball(&session).y > rests.y + 0.03);
     assert!(session.reset() && ball(&session) == start);
-    // At the start it is its start that is moved.
+    // Before the first step the initial position is moved.
     session.carry(Item::Body(0), DVec3::new(0.0, 0.01, 0.0));
     assert!(session.put_down() && session.scene().bodies[0].placement.position.y > start.y);
 }
@@ -497,7 +497,7 @@ fn a_variant_that_differs_in_nothing_is_the_same_to_the_bit_however_long_the_fra
     let twin = session.shown(1).expect("made");
     assert!(session.world().steps() > 40 && session.world().steps() == twin.world().steps());
     assert_eq!(bits(&session), bits(twin));
-    // As a run at once comes to it.
+    // The result of a run at once.
     let mut alone = strip();
     alone.run(session.world().time());
     assert_eq!(bits(&alone), bits(twin));

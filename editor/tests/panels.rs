@@ -1,4 +1,5 @@
-//! The panels, driven as a user would: what is chosen, dragged or typed reaches the world, and what is refused is told.
+//! The panels in use: chosen, dragged and typed values reach the world, and rejections are
+//! reported.
 
 use std::path::Path;
 
@@ -27,7 +28,7 @@ fn whole() -> Harness<'static, Both> {
     harness(session(), |ui, (session, state)| panels::show(ui, session, state))
 }
 
-/// Types `text` into the number labelled `label`, or beside the slider labelled so.
+/// Type `text` into the number with this label, or beside the slider with it.
 fn type_number(harness: &mut Harness<'_, Both>, label: &str, text: &str) {
     match harness.query_by_role_and_label(Role::SpinButton, label) {
         Some(number) => number.click(),
@@ -163,7 +164,7 @@ fn the_sheet_and_material_panels_reach_the_sheet() {
     assert!(harness.query_by_label("Bend limit").is_none(), "a trimm has no flexion");
 }
 
-/// A real sheet, clamped at one edge, in a room's air.
+/// A sheet of a real material, clamped at one edge, in air.
 fn real_sheet() -> Session {
     let spec = SheetSpec {
         structure: "shell".parse().expect("known"),

@@ -1,4 +1,4 @@
-//! The session's clock: playing, pausing, stepping, resetting, speed, and what is shown between two steps.
+//! The session's clock: play, pause, step, reset, speed, and interpolation between two steps.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ fn session() -> Session {
     Session::open(&file()).expect("the test's scene is valid")
 }
 
-/// Height of a mass as it is shown.
+/// Displayed height of a node.
 fn shown(session: &Session) -> f64 {
     let (before, after) = (session.before()[0].get(0), session.world().sheets()[0].x.get(0));
     before.lerp(after, session.alpha()).y
@@ -41,7 +41,7 @@ fn a_paused_session_stands_still_and_a_playing_one_takes_whole_steps() {
 fn what_is_shown_moves_evenly_whatever_the_frames_are() {
     let mut session = session();
     session.play();
-    // In free fall, so that the height must fall all the time, by 1/2 g t² but for a step and the air.
+    // In free fall the height decreases monotonically, by 1/2 g t² up to a step and the drag.
     let mut last = shown(&session);
     let start = last;
     let mut time = 0.0;
@@ -320,7 +320,7 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
     assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 0.06);
     let scale = SheetColour::Temperature.scale(simulated.world());
     assert!(scale.is_some() && state.display.scale(played.world()) == scale, "the legend of the simulation");
-    // Half way between two frames it is as warm as half way.
+    // Half way between two frames the temperature is the mean.
     let warmth = |session: &Session| session.world().sheets()[0].temperatures().expect("shown")[20];
     played.seek(0.10);
     let before = warmth(&played);
@@ -331,7 +331,7 @@ fn a_recording_shows_temperatures_with_their_legend_and_holes() {
     played.seek(0.0);
     assert_eq!(played.world().sheets()[0].open_count(), 0, "whole again");
 
-    // A bit that has turned is told of, and the old recording stays.
+    // A flipped bit is reported, and the old recording stays.
     let mut bytes = std::fs::read(&recorded).expect("readable");
     let middle = bytes.len() - 1000;
     bytes[middle] ^= 1;

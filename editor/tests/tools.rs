@@ -1,4 +1,4 @@
-//! The editor driven as a user would: undo by keys, the tools of the view, timeline, plots, generating a sheet.
+//! The editor in use: undo by keys, tools of the view, timeline, plots, generation of a sheet.
 
 use std::path::{Path, PathBuf};
 
@@ -44,7 +44,7 @@ fn letters_of_what_is_typed_and_ended_in_one_frame_are_no_shortcuts() {
     harness.get_by_role_and_label(Role::SpinButton, "Step").click();
     harness.run_steps(2);
     assert!(harness.ctx.text_edit_focused());
-    // As a slow frame has them: keys, their text, and the end of it together.
+    // As in a slow frame: keys, their text and the end of the edit together.
     for key in [Key::P, Key::Space, Key::C] {
         harness.event(Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers: Modifiers::NONE });
     }
@@ -72,7 +72,7 @@ fn click(harness: &mut Harness<'_, Both>, at: Pos2) {
     harness.run_steps(2);
 }
 
-/// Presses at a place and moves in parts, without letting go.
+/// Press at a position and move in parts, without release.
 fn drag(harness: &mut Harness<'_, Both>, from: Pos2, to: Pos2) {
     harness.event(Event::PointerMoved(from));
     harness.run_steps(1);
@@ -83,7 +83,7 @@ fn drag(harness: &mut Harness<'_, Both>, from: Pos2, to: Pos2) {
     }
 }
 
-/// Where a point of the scene is in the window.
+/// Position of a point of the scene in the window.
 fn seen(harness: &Harness<'_, Both>, point: glam::DVec3) -> Pos2 {
     let state = &harness.state().1;
     let size = glam::Vec2::new(state.viewport.width(), state.viewport.height());
@@ -125,14 +125,14 @@ fn a_double_click_on_a_number_resets_it() {
     let at = harness.get_by_role_and_label(Role::SpinButton, "Step").rect().center();
     harness.event(Event::PointerMoved(at));
     harness.run_steps(1);
-    // All within one frame: the clock of a test runs by a quarter of a second a frame.
+    // All within one frame: a frame of the test clock lasts a quarter of a second.
     for pressed in [true, false, true, false] {
         let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
         harness.input_mut().events.push(Event::PointerButton { pos: at, button, pressed, modifiers });
     }
     harness.run_steps(4);
     assert_eq!(harness.state().0.world().dt(), 0.002);
-    // And it stays so when the field is left.
+    // It stays so when the field loses the focus.
     click(&mut harness, Pos2::new(600.0, 400.0));
     assert_eq!(harness.state().0.world().dt(), 0.002);
 }
@@ -462,7 +462,7 @@ fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
     harness.state_mut().1.open_sections = [Section::Engine].into();
     harness.run_steps(3);
     let viewport = harness.state().1.viewport;
-    // Its switch, its header, and the engine's own name below.
+    // Its switch, its header, and the label below.
     let mut named: Vec<_> = harness.query_all_by_label("Engine").map(|n| n.rect()).collect();
     named.sort_by(|a, b| a.top().total_cmp(&b.top()));
     let title = named[1];
@@ -472,7 +472,7 @@ fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
     harness.run_steps(3);
     assert_eq!(harness.state().1.floating, [Section::Engine].into());
     assert_eq!(harness.state().1.viewport, viewport, "it lies over the view");
-    // Its controls reach the world from there.
+    // Its controls reach the world from the window.
     harness.get_by_label("Moon").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.world().gravity().y, -1.62);

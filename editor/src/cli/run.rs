@@ -13,7 +13,7 @@ use crate::study::Study;
 use crate::{headless, pages, playback, shell};
 
 impl Arguments {
-    /// Does what the command line asks.
+    /// Execute the command line.
     pub fn run(&self) -> ExitCode {
         match self.try_run() {
             Ok(code) => code,
@@ -24,7 +24,7 @@ impl Arguments {
         }
     }
 
-    /// The scene in `file`, or that of the recording there.
+    /// Scene in `file`, or scene of the recording in `file`.
     fn described(&self, file: &std::path::Path) -> Result<Scene, InputError> {
         if !playback::is_recording(file) {
             return Scene::load(file);
@@ -62,7 +62,7 @@ impl Arguments {
             return self.export(&scene, &file);
         }
         if !self.compare.is_empty() && !playback::is_recording(&file) {
-            // Told before anything is shown, and not as a window that did not open.
+            // An invalid variant is reported here, not as a failure to open the window.
             self.compare(&mut Session::new(&scene)?)?;
         }
         let without_window = || {
@@ -90,7 +90,7 @@ impl Arguments {
         }
     }
 
-    /// Writes the run as pictures, as glTF, or both.
+    /// Write the run as pictures, as glTF, or both.
     fn export(&self, scene: &Scene, file: &std::path::Path) -> Result<ExitCode, InputError> {
         let seconds = self.seconds.unwrap_or(scene.duration);
         let session = || {
@@ -117,7 +117,7 @@ impl Arguments {
     }
 }
 
-/// The scene with a field overridden as `PATH=VALUE` says.
+/// The scene with the field of `PATH=VALUE` overridden.
 fn assigned(flag: &str, scene: &Scene, assignment: &str) -> Result<Scene, InputError> {
     let wrong = || InputError::new(flag, format!("\"{assignment}\" is not PATH=VALUE"));
     let (path, value) = assignment.split_once('=').ok_or_else(wrong)?;

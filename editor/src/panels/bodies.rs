@@ -1,4 +1,4 @@
-//! The rigid bodies of the scene: where they are put, what they weigh, how they meet sheets.
+//! Rigid bodies of the scene: placement, mass, contact parameters.
 
 use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
@@ -12,7 +12,7 @@ use bevy_sheetwork::inspector::controls::{CELSIUS, How, PLAIN, input, name, tell
 
 const GRAM: Shown = Shown::fixed(Quantity::Mass, "g", 1e-3);
 
-/// Every body, and buttons that add some.
+/// All bodies, and buttons to add more.
 pub fn bodies(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     for index in 0..session.scene().bodies.len() {
         let (title, item) = (session.name_of(Item::Body(index)), Item::Body(index));
@@ -64,7 +64,7 @@ fn edit(session: &mut Session, index: usize, what: &str, change: impl Fn(&mut Bo
     session.edit(&format!("change of {what}"), &format!("bodies.{index}.{what}"), |s| change(&mut s.bodies[index]));
 }
 
-/// Whether it moves freely, and what it weighs then.
+/// Whether the body is dynamic, and its mass.
 fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let mut free = spec.is_dynamic();
     let about = "Falls, is pushed and pushes; otherwise it stands still";
@@ -73,7 +73,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
         edit(session, index, "mass", |b| (b.mass, b.density, b.path) = (free.then_some(0.02), None, Vec::new()));
     }
     let own = session.name_of(Item::Body(index));
-    // Of a body with a density, what comes of it.
+    // Mass that follows from a density.
     let weighs = spec.mass.or_else(|| session.world().body_state(&own).filter(|s| s.gives()).map(|s| s.mass()));
     if let Some(mass) = weighs {
         ui.end_row();
@@ -87,7 +87,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     ui.end_row();
 }
 
-/// Friction and restitution; a double click brings back the scene's.
+/// Friction and restitution; a double click restores the scene's defaults.
 fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let all = session.scene().contact.clone();
     let how = How { late: true, ..How::slider(0.0..=1.0) };
@@ -107,7 +107,7 @@ fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     ui.end_row();
 }
 
-/// Whether it has a temperature, and which.
+/// Whether the body has a temperature, and its value.
 fn warmth(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let mut hot = spec.temperature.is_some();
     let about = "Whether it gives heat to what touches it, or takes it";

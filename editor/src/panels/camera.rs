@@ -1,4 +1,4 @@
-//! What the mouse does in the view, and where the view is taken from.
+//! Mouse tool and camera of the view.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -13,7 +13,7 @@ use bevy_sheetwork::inspector::controls::{How, MM, input, name, tell};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 
-/// Views from the sides: name, yaw, pitch, radians.
+/// Standard views: name, yaw, pitch, radians.
 const VIEWS: [(&str, f32, f32); 6] = [
     ("front", 0.0, 0.0),
     ("back", 2.0 * FRAC_PI_2, 0.0),
@@ -23,7 +23,7 @@ const VIEWS: [(&str, f32, f32); 6] = [
     ("below", 0.0, -1.55),
 ];
 
-/// Mouse tool, views, focus, and the eye in numbers.
+/// Mouse tool, views, focus, and the camera in numbers.
 pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         for (tool, title, about) in Tool::ALL {

@@ -1,4 +1,5 @@
-//! Comparing: variants of the scene with one field different, beside it and in step, and what comes of it in numbers.
+//! Comparison: variants of the scene with one field changed, simulated at the same time, and their
+//! results in numbers.
 
 use bevy_egui::egui::{ComboBox, Grid, RichText, TextEdit, Ui};
 use sheetwork::integrators::TABLE as ENGINES;
@@ -10,7 +11,7 @@ use super::{EditorState, plots::COLOURS};
 use crate::session::{MOST_BESIDE, Session, Variant};
 use crate::units::format_si;
 
-/// Fields that are offered: title, path with `#` for the sheet's number.
+/// Offered fields: title, path with `#` for the index of the sheet.
 const FIELDS: [(&str, &str); 8] = [
     ("structure", "sheets.#.structure"),
     ("engine", "engine"),
@@ -22,11 +23,11 @@ const FIELDS: [(&str, &str); 8] = [
     ("friction", "sheets.#.friction"),
 ];
 
-/// Materials and structures that are offered first, one after the other: more than there may be variants.
+/// Materials and structures offered first, in this order: more than the maximum number of variants.
 const MATERIALS: [&str; 5] = ["card", "paper", "hips", "pvc", "steel-foil"];
 const OTHERS: [&str; 5] = ["shell", "slamm", "provot3d", "trimm", "provot2d"];
 
-/// The variants, and a table of all.
+/// Variants, and a table of all.
 pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let now: Vec<Variant> = session.beside().map(|b| b.0.clone()).collect();
     let mut new = now.clone();
@@ -68,7 +69,8 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// A variant that neither the scene nor a variant is: a shell of another material, a lattice of another structure.
+/// Variant that differs from the scene and the other variants: a shell of another material, a
+/// lattice of another structure.
 fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
     let structure = session.world().sheets().get(sheet).map_or("", |s| s.structure.name());
     let material = || session.scene().sheets.get(sheet).map_or(String::new(), |s| s.material.name());
@@ -82,7 +84,7 @@ fn another(session: &Session, sheet: usize, others: &[Variant]) -> Variant {
     Variant { path, value }
 }
 
-/// A field and its value.
+/// Field and value of a variant.
 fn row(ui: &mut Ui, index: usize, variant: &mut Variant, state: &EditorState) {
     let sheet = state.sheet.to_string();
     let title = FIELDS.iter().find(|f| f.1.replace('#', &sheet) == variant.path).map_or(variant.path.as_str(), |f| f.0);
@@ -118,7 +120,7 @@ fn row(ui: &mut Ui, index: usize, variant: &mut Variant, state: &EditorState) {
     });
 }
 
-/// The values of a field that has names for values.
+/// Values of a field with named values.
 fn choices(path: &str) -> Vec<&'static str> {
     match path.rsplit('.').next() {
         Some("structure") => STRUCTURES.iter().map(|s| s.name).collect(),
@@ -128,7 +130,7 @@ fn choices(path: &str) -> Vec<&'static str> {
     }
 }
 
-/// A value to begin with of a field that has numbers.
+/// Initial value of a numeric field.
 fn first_value(path: &str) -> String {
     let value = match path.rsplit('.').next() {
         Some("dt") => "5 ms",
@@ -140,9 +142,9 @@ fn first_value(path: &str) -> String {
     value.to_owned()
 }
 
-/// Every world in numbers: height of the first probe and how it differs, energy, what a step takes.
+/// Table of all worlds: height of the first probe and its difference, energy, step time.
 fn table(ui: &mut Ui, session: &Session) {
-    // Of the moment that is shown, not of the last that was sampled: it may have been gone back from.
+    // The displayed moment, not the last sample: a rollback may lie between.
     let time = session.world().time();
     let first = session.height_at(time);
     Grid::new("compared").num_columns(4).striped(true).show(ui, |ui| {

@@ -1,33 +1,33 @@
-//! The state of the dialog that chooses a file.
+//! State of the file dialog.
 
 use std::path::PathBuf;
 
 use crate::browser::Browser;
 
-/// What a file is chosen for.
+/// Purpose of a file dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// To be opened, or added to the scene.
+    /// Open a file, or add it to the scene.
     Open,
-    /// To save the scene in.
+    /// Save the scene.
     Save,
-    /// To write the samples in.
+    /// Write the samples as CSV.
     Csv,
-    /// To draw the scene in, as it is seen.
+    /// Draw the present view.
     Picture,
-    /// To draw a run in, picture by picture.
+    /// Draw a run as a sequence of pictures.
     Sequence,
-    /// To write a run in as glTF.
+    /// Write a run as glTF.
     Gltf,
 }
 
-/// A dialog that chooses a file.
+/// File dialog.
 #[derive(Clone, Debug)]
 pub struct Dialog {
     pub(super) purpose: Purpose,
     pub(super) browser: Browser,
-    /// A file that is there already, and would be written over.
+    /// Existing file that would be overwritten.
     pub(super) over: Option<PathBuf>,
-    /// Whether it was shown before: what is typed at once is a name.
+    /// Whether the dialog was shown before: the first typed text is the name.
     pub(super) shown: bool,
 }

@@ -1,4 +1,4 @@
-//! What is drawn of the sheets, and what they are coloured by.
+//! Display settings of the sheets: items, smoothing, colours.
 
 use bevy_egui::egui::{ComboBox, DragValue, RichText, Ui};
 use bevy_sheetwork::SheetColour;
@@ -10,7 +10,7 @@ use crate::picture::Layer;
 use crate::session::Session;
 use crate::units::format_si;
 
-/// Surface, layer, smoothing, colours, springs, masses, room.
+/// Surface, layer, smoothing, colours, springs, nodes, room.
 pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let display = &mut state.display;
     ui.horizontal(|ui| {
@@ -52,7 +52,8 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     });
 }
 
-/// The largest gap between what is drawn and what contact has, m, worked out when something has moved.
+/// Largest distance between the displayed surface and the contact triangles, m, recomputed after a
+/// change.
 fn gap(ui: &Ui, session: &Session, layer: Layer) -> Option<f64> {
     type Known = ((u64, u64, u64, bool), Option<f64>);
     let now = (session.generation(), session.revision(), session.world().steps(), layer == Layer::Top);
@@ -65,7 +66,7 @@ fn gap(ui: &Ui, session: &Session, layer: Layer) -> Option<f64> {
     gap
 }
 
-/// What the surface is coloured by, and the ends of a scale that is not worked out of what is there.
+/// Field of the colours, and the ends of a manual scale.
 fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
     let played = session.playback();
     let now = SheetColour::Temperature.scale(session.world());
@@ -112,7 +113,7 @@ fn colours(ui: &mut Ui, session: &Session, chosen: &mut Option<SheetColour>) {
     }
 }
 
-/// Whether a recording has what this colours by: places, and temperatures where there were some.
+/// Whether a recording has the field: positions, and temperatures where recorded.
 fn is_recorded(colour: Option<SheetColour>, heat: bool) -> bool {
     match colour {
         Some(SheetColour::Plain | SheetColour::Stretch | SheetColour::Bending) => true,

@@ -1,4 +1,4 @@
-//! A sheet that is being generated, and its preview.
+//! Sheet that is being generated, and its preview.
 
 use glam::DVec3;
 use sheetwork::scene::{Scene, SheetSpec};
@@ -6,16 +6,16 @@ use sheetwork::sheet::Sheet;
 
 use crate::session::Session;
 
-/// A sheet that is not there yet.
+/// Sheet that is being generated.
 #[derive(Clone, Debug)]
 pub struct Draft {
     pub(super) spec: SheetSpec,
     pub(super) file: String,
-    /// What was built of which description.
+    /// Description and the preview built from it.
     pub(super) built: Option<(SheetSpec, Result<Preview, String>)>,
 }
 
-/// What is shown of a built sheet.
+/// Preview of a built sheet.
 #[derive(Clone, Debug)]
 pub(super) struct Preview {
     pub(super) masses: usize,
@@ -26,7 +26,7 @@ pub(super) struct Preview {
 }
 
 impl Draft {
-    /// One like sheet `index`, without its name, pins and probes.
+    /// Draft with the description of sheet `index`, without name, pins and probes.
     pub fn of(session: &Session, index: usize) -> Self {
         let like = session.scene().sheets.get(index).cloned().unwrap_or_default();
         let spec = SheetSpec { name: String::new(), file: None, pins: Vec::new(), probes: Default::default(), ..like };

@@ -1,4 +1,4 @@
-//! The window of an export: how often and how long, and then how far it is.
+//! Window of an export: rate and duration, then progress.
 
 use bevy_egui::egui::{DragValue, Grid, ProgressBar, Ui, Window};
 
@@ -11,10 +11,10 @@ use bevy_sheetwork::inspector::controls::{How, input, name, tell};
 use sheetwork::World;
 
 const SECOND: Shown = Shown::fixed(Quantity::Time, "s", 1.0);
-/// Milliseconds of a frame that an export may have.
+/// Time of an export per frame, ms.
 const BUDGET_MS: u128 = 25;
 
-/// The window, while there is an export; a part of its work is done in every frame.
+/// The window, while there is an export; part of the work is done in every frame.
 pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let Some(mut job) = state.export.take() else { return };
     let title = if job.kind == Kind::Gltf { "Export glTF" } else { "Export pictures" };
@@ -78,7 +78,7 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// Says what was written, and what became of the run.
+/// Report the written files, and instability of the run.
 fn told(session: &mut Session, job: &Job) {
     match &job.kind {
         Kind::Sequence(..) => {

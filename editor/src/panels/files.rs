@@ -1,4 +1,4 @@
-//! The file menu, and the dialog that chooses a file in a folder.
+//! File menu and file dialog.
 
 use std::path::{Path, PathBuf};
 
@@ -14,15 +14,16 @@ use crate::scenes;
 use crate::session::{Item, Session};
 use crate::templates;
 
-/// Endings of what can be opened.
+/// Extensions of files that can be opened.
 const OPENS: &[&str] = &["ron", "swr", "sht", "pol", "heater"];
 
 impl EditorState {
-    /// Opens the dialog for `purpose`.
+    /// Open the dialog for `purpose`.
     pub fn browse(&mut self, session: &Session, purpose: Purpose) {
         let own = session.file().and_then(Path::parent).map(Path::to_path_buf);
         let last = self.folder.clone();
-        // A scene that has a file is saved beside it; what is opened and what is written lie each where the last such file was.
+        // A scene with a file is saved beside it; other purposes start in the folder of the last
+        // such file.
         let beside = match purpose {
             Purpose::Open => last.or(own),
             Purpose::Save => own.or(last),
@@ -52,7 +53,7 @@ impl EditorState {
         self.dialog = Some(Dialog { purpose, browser, over: None, shown: false });
     }
 
-    /// Saves the scene in its file, or asks for one where it has none.
+    /// Save the scene in its file, or open the dialog where it has none.
     pub fn save(&mut self, session: &mut Session) {
         let own = session.file().map(Path::to_path_buf).filter(|f| scenes::is_scene(f));
         match own {
@@ -61,7 +62,7 @@ impl EditorState {
         }
     }
 
-    /// Saves the scene in `file` and remembers it.
+    /// Save the scene in `file` and add it to the recent files.
     pub fn save_as(&mut self, session: &mut Session, file: &Path) -> bool {
         let saved = session.save_as(file);
         if saved {
@@ -73,17 +74,18 @@ impl EditorState {
         saved
     }
 
-    /// Begins a scene of a template.
+    /// Start the scene of a template.
     pub fn begin(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
         self.make_room(session, |session| session.begin_scene(scene));
     }
 
-    /// Begins with work that was left behind.
+    /// Start a recovered scene.
     pub fn recover(&mut self, session: &mut Session, scene: &sheetwork::scene::Scene) {
         self.make_room(session, |session| session.recover_scene(scene));
     }
 
-    /// Sets unsaved work aside for another scene, which `begin` begins, and looks at that. Returns whether it was begun.
+    /// Write unsaved work aside, start another scene by `begin`, and look at it. Returns whether it
+    /// was started.
     fn make_room(&mut self, session: &mut Session, begin: impl FnOnce(&mut Session) -> bool) -> bool {
         let aside = self.keeper.set_aside(session);
         let begun = begin(session);
@@ -157,7 +159,7 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
     }
 }
 
-/// What can be written besides the scene.
+/// Exports.
 fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let runs = [
         ("Export pictures…", "A run from now on, picture by picture, as PNG", Purpose::Sequence),
@@ -179,7 +181,7 @@ fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     }
 }
 
-/// Brings back what was found at the start.
+/// Recovery of unsaved work found at the start.
 fn recover(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if let Some((copy, scene)) = state.left.clone() {
         let about = "Work that was not saved when the editor last ended";
@@ -192,7 +194,7 @@ fn recover(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// The scenes that come with the program.
+/// Shipped scenes.
 fn shipped(ui: &mut Ui, state: &EditorState) -> Option<PathBuf> {
     let mut chosen = None;
     ScrollArea::vertical().max_height(420.0).show(ui, |ui| {
@@ -209,7 +211,7 @@ fn shipped(ui: &mut Ui, state: &EditorState) -> Option<PathBuf> {
     chosen
 }
 
-/// A field that takes the name of any file.
+/// Text field for a file name.
 fn path_field(ui: &mut Ui, state: &mut EditorState) -> Option<PathBuf> {
     let mut chosen = None;
     ui.horizontal(|ui| {
@@ -244,7 +246,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 dialog.browser.up();
             }
             let folder = dialog.browser.folder();
-            // Short, where the editor was started above it.
+            // Relative to the working directory, where possible.
             let here = std::env::current_dir().ok();
             let short = here.as_ref().and_then(|here| folder.strip_prefix(here).ok()).unwrap_or(folder);
             ui.label(short.display().to_string()).on_hover_text(folder.display().to_string());
@@ -283,7 +285,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
 }
 
-/// Selects a name up to its ending: what is typed takes its place.
+/// Select the name without its extension, for replacement by typing.
 fn select_stem(ui: &Ui, field: egui::Id, name: &str) {
     let stem = name.rsplit_once('.').map_or(name, |(stem, _)| stem);
     let mut text = egui::text_edit::TextEditState::load(ui.ctx(), field).unwrap_or_default();
@@ -292,7 +294,7 @@ fn select_stem(ui: &Ui, field: egui::Id, name: &str) {
     text.store(ui.ctx(), field);
 }
 
-/// Folders and files; a double click takes a file.
+/// Folders and files; a double click chooses a file.
 fn entries(ui: &mut Ui, dialog: &mut Dialog, chosen: &mut Option<PathBuf>) {
     let mut into = None;
     ScrollArea::vertical().max_height(300.0).auto_shrink(false).show(ui, |ui| {
@@ -343,7 +345,7 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
         return;
     }
     match dialog.purpose {
-        // What could not be opened or written may be another by name.
+        // After a failure the user can choose another file.
         Purpose::Open if !state.open(session, &file) => state.dialog = Some(dialog),
         Purpose::Save if !state.save_as(session, &file) => state.dialog = Some(dialog),
         Purpose::Open | Purpose::Save => {}
@@ -363,22 +365,22 @@ fn take(session: &mut Session, state: &mut EditorState, mut dialog: Dialog, file
     }
 }
 
-/// The scene as it is seen, twice as large, by the rasteriser that needs no graphics driver.
+/// The present view at twice the size, by the software rasteriser.
 fn picture(session: &Session, state: &EditorState) -> Picture {
     let (look, size) = look(state);
     Picture::draw(session.world(), &state.camera, &look, (2 * size.0, 2 * size.1))
 }
 
-/// What is drawn of the scene, and the size of the view, pixels.
+/// Display settings of the scene, and size of the view, pixels.
 fn look(state: &EditorState) -> (Look, (u32, u32)) {
-    // Even numbers: what makes films of pictures takes no others.
+    // Even sizes, as required by video encoders.
     let even = |length: f32| (length.max(8.0) as u32) & !1;
     (state.display.look(), (even(state.viewport.width()), even(state.viewport.height())))
 }
 
 impl EditorState {
-    /// Opens a file: a scene or recording in place of the present one, anything else added to it. A refusal becomes a message. Returns whether it
-    /// was taken.
+    /// Open a file: a scene or recording replaces the present one, other files are added to it. An
+    /// error becomes a message. Returns whether the file was accepted.
     pub fn open(&mut self, session: &mut Session, file: &Path) -> bool {
         let is_scene = scenes::is_scene(file) || crate::playback::is_recording(file);
         if is_scene && !is_material(file) {
@@ -396,7 +398,7 @@ impl EditorState {
         added
     }
 
-    /// Chooses what was added to the scene, shows it and its controls, and lets it be moved at once.
+    /// Select the object that was added to the scene, show its controls, and choose the move tool.
     fn turn_to_what_is_new(&mut self, session: &mut Session, before: (usize, usize, usize), file: &Path) {
         let after = Self::parts(session);
         let item = if after.0 > before.0 {
@@ -418,7 +420,7 @@ impl EditorState {
         self.turn_to(session, item);
     }
 
-    /// Chooses something new, lets it be moved at once, and has it in view.
+    /// Select a new object, choose the move tool, and bring the object into view.
     pub(super) fn turn_to(&mut self, session: &Session, item: Item) {
         self.choose(Some(item));
         self.tool = Tool::Move;
@@ -428,7 +430,7 @@ impl EditorState {
         }
     }
 
-    /// How many sheets, bodies and heaters the scene has.
+    /// Numbers of sheets, bodies and heaters of the scene.
     fn parts(session: &Session) -> (usize, usize, usize) {
         let scene = session.scene();
         (scene.sheets.len(), scene.bodies.len(), scene.heaters.len())
@@ -442,7 +444,7 @@ impl EditorState {
     }
 }
 
-/// Says where unsaved work has gone that another scene has made room for.
+/// Report the file of unsaved work that another scene replaced.
 fn tell_of(session: &mut Session, aside: Option<&Path>) {
     if let Some(file) = aside {
         session.note(format!("what was not saved is kept: File, Recent, {}", scenes::title(file)));

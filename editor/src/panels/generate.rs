@@ -1,4 +1,5 @@
-//! Generating a sheet: structure, grid and size with a preview and its counts, before it becomes part of the scene or a file.
+//! Generation of a sheet: structure, grid and size with a preview and counts, for the scene or a
+//! file.
 
 use bevy_egui::egui::{ComboBox, Grid, RichText, Sense, Stroke, Ui, Window, pos2, vec2};
 use sheetwork::mesh::structure::TABLE;
@@ -110,7 +111,7 @@ fn picture(ui: &mut Ui, draft: &Draft) {
     let Some((spec, Ok(found))) = &draft.built else { return };
     let scale = (rect.width() - 20.0) / (spec.size.0.max(spec.size.1).max(1e-9) as f32);
     let at = |(x, z): (f64, f64)| pos2(rect.center().x + x as f32 * scale, rect.center().y + z as f32 * scale);
-    // Of a large sheet every line would be one grey square, and slow.
+    // All lines of a large sheet would be slow and appear as a grey square.
     let every = found.lines.len() / 6000 + 1;
     for [a, b] in found.lines.iter().step_by(every) {
         painter.line_segment([at(*a), at(*b)], Stroke::new(0.8, ACCENT));

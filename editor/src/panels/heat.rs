@@ -1,4 +1,5 @@
-//! What heats: the oven, the room, heaters with their faces, the heat gun; and how warm the sheets are.
+//! Heat sources: oven, surroundings, heaters with their faces, heat gun; and the temperatures of
+//! the sheets.
 
 use bevy_egui::egui::{CollapsingHeader, Grid, RichText, Ui};
 use glam::DVec3;
@@ -12,12 +13,12 @@ use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, PLAIN, dial, dial_of
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 const CONVECTION: Shown = Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0);
-/// Faces of a box, in the order that scenes count them.
+/// Faces of a box, in the order of the scene description.
 const SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
-/// Temperature that a face is switched on with, °C.
+/// Initial temperature of a hot face, °C.
 const HOT: f64 = 300.0;
 
-/// Oven, room, heaters, heat gun, and the temperatures of the sheets.
+/// Oven, surroundings, heaters, heat gun, and the temperatures of the sheets.
 pub fn heat(ui: &mut Ui, session: &mut Session) {
     Grid::new("oven").num_columns(2).show(ui, |ui| {
         oven(ui, session);
@@ -108,7 +109,7 @@ fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
     });
 }
 
-/// Which faces are hot, and how hot.
+/// Hot faces and their temperatures.
 fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
     let whole = match opened(spec, session.scene()) {
         Ok(whole) => whole,
@@ -160,7 +161,7 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
     });
 }
 
-/// Where something is put: place and turn.
+/// Placement of an item: position and rotation.
 pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placement) {
     Grid::new(("place", session.name_of(item))).num_columns(2).show(ui, |ui| {
         name(ui, "Place", "Where it is put, mm; or drag it with the move tool in the view");
@@ -217,7 +218,7 @@ fn gun(ui: &mut Ui, session: &mut Session) {
     });
 }
 
-/// Adds a heater above everything, or a heat gun.
+/// Buttons that add a heater above everything, or a heat gun.
 fn add(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         let bounds = session.world().sheets().iter().filter_map(|s| s.x.bounds());

@@ -1,4 +1,4 @@
-//! What mouse and keys do.
+//! Help on mouse and keys.
 
 use bevy_egui::egui::{Align2, Grid, RichText, Ui, Window};
 
@@ -39,12 +39,12 @@ const LINES: [(&str, &str); 32] = [
     ("Esc", "close it, choose nothing"),
 ];
 
-/// The help window, while it is asked for.
+/// The help window, while it is open.
 pub fn help(ui: &mut Ui, state: &mut EditorState) {
     if !state.help {
         return;
     }
-    // Low, so that the scene is seen above it where there is room.
+    // Low, so that the scene is visible above it.
     let window =
         Window::new("Mouse and keys").collapsible(false).resizable(false).anchor(Align2::CENTER_BOTTOM, [0.0, -12.0]);
     window.open(&mut state.help).show(ui.ctx(), |ui| {

@@ -1,10 +1,10 @@
-//! The live link: a switch, and who is there.
+//! Live link: switch and status.
 
 use bevy_egui::egui::{RichText, Ui};
 
 use crate::session::Session;
 
-/// The switch and a line about who is attached, how many frames a second go out, and how much that is.
+/// Switch, and a line with clients, frames per second, and data rate.
 pub fn link(ui: &mut Ui, session: &mut Session) {
     let mut on = session.link().is_on();
     let about = "Let other processes watch and command this session: sheetwork watch, sheetwork set, Python";

@@ -1,5 +1,5 @@
-//! What a sheet is made of: a preset, chosen by how far a strip of it would hang, and its constants; what of its stiffness is delivered, and what it
-//! costs.
+//! Material of a sheet: preset, chosen by the droop of a strip, constants, delivered stiffness,
+//! cost.
 
 use bevy_egui::egui::{self, Grid, Sense, Ui, vec2};
 use bevy_sheetwork::inspector::controls::{How, dial, name};
@@ -15,7 +15,7 @@ use crate::units::{Quantity, Shown, format_si};
 
 const DENSITY: Shown = Shown::fixed(Quantity::Density, "kg/m³", 1.0);
 
-/// Preset, droop, constants, delivered stiffness and cost of the chosen sheet.
+/// Preset, droop, constants, delivered stiffness and cost of the selected sheet.
 pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     super::sheet::choose(ui, session, state);
     let index = state.sheet;
@@ -35,7 +35,7 @@ pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     cost(ui, session);
 }
 
-/// Every material of the library with the shape of its strip; a click takes it.
+/// All materials of the library with the shape of a strip; a click chooses one.
 fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: usize, length: f64) {
     let choice = session.scene().sheets.get(index).map(|s| s.material.clone());
     let (now, changed) = match &choice {

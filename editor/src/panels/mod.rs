@@ -1,6 +1,8 @@
-//! The controls, drawn with egui alone: they read and change a [`Session`] and an [`EditorState`], and know no window.
+//! Controls, drawn with egui alone: they read and change a [`Session`] and an [`EditorState`], and
+//! do not depend on a window.
 //!
-//! [`show`] lays everything out around the view of the scene and takes the mouse and the keys that no control has taken.
+//! [`show`] lays out everything around the view of the scene, and handles mouse and keys that no
+//! control uses.
 
 mod bodies;
 mod camera;
@@ -70,11 +72,11 @@ pub use tool::{Brush, Held, Tool};
 pub use top::top;
 pub use view::view;
 
-/// Everything, into a `ui` that fills the window: bars and panels around the view.
+/// Bars and panels around the view, in a `ui` that fills the window.
 pub fn show(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     style::choose(ui.ctx(), state.light);
     if !ui.input(|i| i.pointer.any_down()) {
-        // What is changed after the mouse has let go is undone apart.
+        // A change after the release of the mouse is an undo step of its own.
         session.seal();
     }
     if state.is_blind() {

@@ -1,4 +1,4 @@
-//! Live numbers: energies, how fast it runs, contacts, what happened.
+//! Live numbers: energies, speed, contacts, events.
 
 use bevy_egui::egui::{Color32, Grid, Pos2, Rect, RichText, Sense, Shape, Stroke, Ui, vec2};
 use sheetwork::islands::event::{Event, EventKind};
@@ -9,10 +9,10 @@ use crate::samples::Sample;
 use crate::session::{HISTORY, Session};
 use crate::units::format_si;
 
-/// How many events are listed.
+/// Maximum number of listed events.
 const EVENTS: usize = 12;
 
-/// The numbers of the session as it is now.
+/// Numbers of the present state of the session.
 pub fn numbers(ui: &mut Ui, session: &Session) {
     ui.add_space(4.0);
     ui.strong("Energy");
@@ -39,7 +39,7 @@ fn row(ui: &mut Ui, name: &str, value: impl Into<RichText>) {
     ui.end_row();
 }
 
-/// The last moments up to the one that is shown: after a way back there are later ones.
+/// Last samples up to the displayed one; after a rollback there are later ones.
 fn last(session: &Session) -> &[Sample] {
     let now = session.world().time() + 0.5 * session.world().dt();
     let end = session.history().partition_point(|s| s.time <= now);
@@ -65,10 +65,10 @@ fn energies(ui: &mut Ui, history: &[Sample]) {
     graph(ui, history);
 }
 
-/// Colour of a line, and what it shows.
+/// Colour and value of a line.
 type Line = (Color32, fn(&Sample) -> f64);
 
-/// The four energies over the last moments; gravity and total from their lowest value up.
+/// Energies of the last samples; potential and total energy relative to their minimum.
 fn graph(ui: &mut Ui, history: &[Sample]) {
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 76.0), Sense::hover());
     let painter = ui.painter_at(rect);
@@ -78,7 +78,7 @@ fn graph(ui: &mut Ui, history: &[Sample]) {
     }
     let lines: [Line; 4] =
         [(TOTAL, Sample::total), (GRAVITY, |e| e.gravity), (ELASTIC, |e| e.elastic), (KINETIC, |e| e.kinetic)];
-    // Height has no zero of its own: all lines are drawn on the scale of what changes.
+    // The zero of the potential energy is arbitrary: lines are scaled to the changes.
     let lowest = history.iter().map(|e| e.gravity).fold(f64::INFINITY, f64::min);
     let base = [lowest, lowest, 0.0, 0.0];
     let values = |k: usize| history.iter().map(move |e| lines[k].1(e) - base[k]);
@@ -107,7 +107,7 @@ fn timing(ui: &mut Ui, session: &Session) {
     row(ui, "steps", session.world().steps().to_string());
     if timing.lost_s > 0.0 {
         let text = RichText::new(format!("{:.2} s", timing.lost_s));
-        // What was lost at a slow moment that is over is no warning.
+        // Time lost in an earlier slow moment is not a warning.
         let slow = session.real_time_factor().is_some_and(|factor| factor < session.speed());
         row(ui, "time lost", if slow { text.color(ui.visuals().warn_fg_color) } else { text });
     }
@@ -125,8 +125,8 @@ fn counts(ui: &mut Ui, session: &Session) {
     row(ui, "at rest", format!("{resting} of {}", sheets.len()));
 }
 
-/// What each sheet delivers of the stiffness that was asked for: "asked 3.00 GPa, bends as 2.98 GPa"; sheets of which the same is to be said
-/// in one line.
+/// Delivered and requested stiffness of each sheet: "asked 3.00 GPa, bends as 2.98 GPa"; sheets
+/// with equal values share a line.
 fn stiffness(ui: &mut Ui, session: &Session) {
     let world = session.world();
     let mut said: Vec<(String, String, Vec<&str>)> = Vec::new();

@@ -1,4 +1,4 @@
-//! What the user has chosen to see: of the scene, of the plots, of the controls.
+//! Display options: of the scene, of the plots, of the controls.
 
 use bevy_sheetwork::SheetColour;
 use bevy_sheetwork::render::ColourScale;
@@ -8,30 +8,30 @@ use sheetwork::World;
 use crate::picture::{Layer, Look};
 use crate::session::Session;
 
-/// What is drawn of the scene.
+/// Displayed items of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Display {
-    /// The sheets' surfaces.
+    /// Surfaces of the sheets.
     pub surface: bool,
-    /// Which layer the surface goes through.
+    /// Layer of the surface.
     pub layer: Layer,
-    /// Whether the surface is smoothed through the masses, or flat between them.
+    /// Whether the surface is smoothed by splines or flat between the nodes.
     pub smooth: bool,
-    /// What the surface is coloured by; none for what shows most of a scene's heat, where it has any.
+    /// Field of the colours; `None` for the one that displays the scene's heat.
     pub colour: Option<SheetColour>,
-    /// The springs as lines, coloured by their strain.
+    /// Springs as lines, coloured by strain.
     pub springs: bool,
-    /// The masses as dots.
+    /// Nodes as dots.
     pub masses: bool,
-    /// The floor and the back wall.
+    /// Floor and back wall.
     pub room: bool,
     /// Rigid bodies.
     pub bodies: bool,
-    /// Masses that are held, as marks.
+    /// Marks of fixed nodes.
     pub pins: bool,
-    /// Masses that touch something, as marks.
+    /// Marks of nodes in contact.
     pub contacts: bool,
-    /// Which way the drawn side faces, as lines from the masses.
+    /// Normals of the displayed side, as lines from the nodes.
     pub normals: bool,
 }
 
@@ -56,24 +56,24 @@ impl Default for Display {
 }
 
 impl Display {
-    /// The same for `session`: an old recording has no temperatures that sheets could be coloured by.
+    /// Options for `session`: a recording without temperatures has no colours of them.
     pub fn of(self, session: &Session) -> Self {
         let plain = session.playback().is_some_and(|recording| !recording.has_heat());
         if plain { Self { colour: Some(SheetColour::Plain), ..self } } else { self }
     }
 
-    /// The same for our own rasteriser.
+    /// Options of the software rasteriser.
     pub fn look(&self) -> Look {
         Look { layer: self.layer, parts: if self.smooth { 4 } else { 1 }, colour: self.colour }
     }
 
-    /// The scale of the colours that the surfaces of `world` have; `None` where they have none, or are not drawn.
+    /// Colour scale of the surfaces of `world`; `None` where they have none, or are hidden.
     pub fn scale(&self, world: &World) -> Option<ColourScale> {
         let colour = self.colour.unwrap_or_else(|| SheetColour::of_heat(world));
         colour.scale(world).filter(|_| self.surface)
     }
 
-    /// One scale for all worlds that `session` shows: from the least to the most of any.
+    /// Common scale of all worlds of `session`, from the lowest to the highest value.
     pub fn scale_of(&self, session: &Session) -> Option<ColourScale> {
         let shown = (0..).map_while(|which| session.shown(which));
         let all = shown.filter_map(|one| self.scale(one.world()));
@@ -86,31 +86,31 @@ impl Display {
     }
 }
 
-/// A part of the controls on the right.
+/// Section of the controls.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub enum Section {
-    /// Structure, grid, size, place, damping, pins.
+    /// Structure, grid, size, placement, damping, pins.
     Sheet,
-    /// What it is made of.
+    /// Material of the sheet.
     Material,
     /// Rigid bodies.
     Bodies,
-    /// How time passes.
+    /// Integrator, time step, gravity, air.
     Engine,
-    /// What heats.
+    /// Heat sources.
     Heat,
-    /// What is drawn.
+    /// Displayed items.
     Display,
-    /// Where it is seen from.
+    /// Camera and mouse tool.
     Camera,
-    /// Variants beside the scene.
+    /// Variants of the scene.
     Compare,
     /// Other processes.
     Link,
 }
 
 impl Section {
-    /// All of them, with their titles.
+    /// All sections with their titles.
     pub const ALL: [(Self, &'static str); 9] = [
         (Self::Material, "Material"),
         (Self::Sheet, "Sheet"),
@@ -124,22 +124,22 @@ impl Section {
     ];
 }
 
-/// Which plots are shown.
+/// Displayed plots.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plots {
-    /// Whether there are any.
+    /// Whether the plots are shown.
     pub shown: bool,
     /// Energies.
     pub energy: bool,
     /// Wall-clock time of a step.
     pub step: bool,
-    /// The same of each part of a step; what is not shown is not measured.
+    /// Wall-clock time of each phase of a step; measured only while shown.
     pub stages: bool,
     /// Heights of probes.
     pub height: bool,
     /// Temperatures.
     pub temperature: bool,
-    /// What is delivered of the stiffness that was asked for.
+    /// Delivered stiffness relative to the requested one.
     pub stiffness: bool,
 }
 

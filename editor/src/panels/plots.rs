@@ -10,7 +10,7 @@ use crate::samples::{Sample, height_names};
 use crate::session::Session;
 use sheetwork::profiler::Phase;
 
-/// Colours of heights, and of what is compared, in turn.
+/// Colours of heights and of compared worlds, in turn.
 pub(super) const COLOURS: [Color32; 6] = [
     Color32::from_rgb(240, 150, 70),
     Color32::from_rgb(95, 170, 235),
@@ -20,7 +20,7 @@ pub(super) const COLOURS: [Color32; 6] = [
     Color32::from_rgb(210, 200, 90),
 ];
 
-/// The plots side by side, and what is to be shown.
+/// Plots side by side, and their options.
 pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let mut export = false;
     ui.horizontal(|ui| {
@@ -55,7 +55,7 @@ pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 /// Title, unit and lines of a chart.
 type Chart<'a> = (&'static str, &'static str, Vec<Line<'a>>);
 
-/// The charts that are wanted and have something to show.
+/// Requested charts that have data.
 fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     let last = session.history().last();
     let heated = last.is_some_and(|s| s.celsius.is_some());
@@ -97,7 +97,8 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     all
 }
 
-/// Energies; gravity's and the sum from their lowest up, because height has no zero of its own.
+/// Energies; potential and total energy relative to their minimum, because the zero of the height
+/// is arbitrary.
 fn energies(session: &Session) -> Vec<Line<'_>> {
     let lowest = session.history().iter().map(|s| s.gravity).fold(f64::INFINITY, f64::min);
     vec![
@@ -108,7 +109,7 @@ fn energies(session: &Session) -> Vec<Line<'_>> {
     ]
 }
 
-/// Heights of probes. Of a sheet that is alone the name says nothing.
+/// Heights of probes. The name of a single sheet is omitted.
 fn heights(session: &Session) -> Vec<Line<'_>> {
     let alone = session.world().sheets().first().filter(|_| session.world().sheets().len() == 1);
     let short = |name: String| match alone.and_then(|sheet| name.strip_prefix(&format!("{} ", sheet.name))) {
@@ -120,7 +121,7 @@ fn heights(session: &Session) -> Vec<Line<'_>> {
     names.take(COLOURS.len()).enumerate().map(line).collect()
 }
 
-/// What a step spends on each of its parts, but for those that are less than a hundredth of the run.
+/// Wall-clock times of the phases of a step, without those below 1 % of the run.
 fn stages(session: &Session) -> Vec<Line<'_>> {
     let mut spent = [0.0; Phase::ALL.len()];
     let timed = session.history().iter().filter_map(|s| s.stages);
@@ -132,7 +133,7 @@ fn stages(session: &Session) -> Vec<Line<'_>> {
     Phase::ALL.iter().enumerate().filter(|(i, _)| worth(*i)).map(line).collect()
 }
 
-/// The first height of every variant, less this scene's at the same time.
+/// First height of every variant, minus that of this scene at the same time.
 fn differences(session: &Session) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
     for (index, (variant, found)) in session.beside().enumerate() {
@@ -145,7 +146,7 @@ fn differences(session: &Session) -> Vec<Line<'_>> {
     lines
 }
 
-/// The first height of a run at `time`, between the moments that were sampled.
+/// First height of a run at `time`, interpolated between samples.
 fn height_at(history: &[Sample], time: f64) -> Option<f64> {
     let after = history.partition_point(|s| s.time < time);
     let high = history.get(after.min(history.len().checked_sub(1)?))?;
@@ -156,7 +157,7 @@ fn height_at(history: &[Sample], time: f64) -> Option<f64> {
     Some(a + s * (b - a))
 }
 
-/// The first height of every world that is compared.
+/// First height of every compared world.
 fn beside(session: &Session) -> Vec<Line<'_>> {
     let height = |s: &Sample| s.heights.first().copied();
     let mut lines = vec![Line::new("scene", COLOURS[0], height)];

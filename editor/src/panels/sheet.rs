@@ -1,4 +1,5 @@
-//! What a sheet is: structure, grid, size, place, how it is damped and held. What of it costs a new sheet is taken up when the mouse lets go.
+//! Description of a sheet: structure, grid, size, placement, damping, pins. Fields that need a new
+//! sheet are applied on release of the mouse.
 
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
 use bevy_sheetwork::inspector::behaviour;
@@ -14,7 +15,7 @@ use crate::units::{Quantity, Shown, format_si};
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
 
-/// Structure, size, grid, springs, place, damping, contact and pins of the chosen sheet.
+/// Structure, size, grid, springs, placement, damping, contact and pins of the selected sheet.
 pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     choose(ui, session, state);
     let index = state.sheet;
@@ -41,7 +42,7 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     add(ui, session, state);
 }
 
-/// The sheet that is meant, where there are several.
+/// Choice of the sheet, where there are several.
 pub(super) fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let sheets = session.world().sheets();
     state.sheet = state.sheet.min(sheets.len().saturating_sub(1));
@@ -60,7 +61,7 @@ pub(super) fn choose(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     });
 }
 
-/// Edits the description of sheet `index`.
+/// Edit the description of sheet `index`.
 fn edit(session: &mut Session, index: usize, what: &str, change: impl FnOnce(&mut SheetSpec)) {
     session.edit(&format!("change of {what}"), &format!("sheets.{index}.{what}"), |scene| {
         if let Some(spec) = scene.sheets.get_mut(index) {
@@ -69,7 +70,7 @@ fn edit(session: &mut Session, index: usize, what: &str, change: impl FnOnce(&mu
     });
 }
 
-/// The description of sheet `index` as it was when the scene was opened, for a double click.
+/// Description of sheet `index` when the scene was opened, for a double click.
 fn opened(session: &Session, index: usize) -> SheetSpec {
     session.document().opened().sheets.get(index).cloned().unwrap_or_default()
 }
@@ -84,7 +85,7 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     let mut chosen = spec.structure;
     let from_file = spec.file.is_some();
     ui.add_enabled_ui(!from_file, |ui| {
-        // That of a file is in the file.
+        // The file of a sheet determines its structure.
         let own = session.world().sheets().get(index).map_or(spec.structure, |sheet| sheet.structure);
         let combo = ComboBox::from_id_salt("structure").selected_text(own.name()).width(140.0);
         let shown = combo.show_ui(ui, |ui| {
@@ -125,7 +126,7 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     }
 }
 
-/// A whole number within bounds; the new one when it was changed.
+/// Whole number within bounds. Returns the new one after a change.
 fn count(
     ui: &mut Ui,
     session: &mut Session,
@@ -204,7 +205,7 @@ fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
 const EDGES: [(Region, &str); 4] =
     [(Region::Left, "left"), (Region::Right, "right"), (Region::Back, "back"), (Region::Front, "front")];
 
-/// What holds the sheet: edges by a click, masses by the pin tool.
+/// Pins of the sheet: edges by a click, nodes by the pin tool.
 fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
     ui.horizontal_wrapped(|ui| {
@@ -236,7 +237,7 @@ fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
     });
 }
 
-/// What a pin holds that is no edge, and what it is held by where that moves.
+/// Region of a pin that is not an edge, and its motion.
 fn in_words(pin: &PinSpec) -> String {
     let held = match &pin.region {
         Region::All => "all of it".to_owned(),
@@ -250,7 +251,7 @@ fn in_words(pin: &PinSpec) -> String {
     pin.body.as_ref().map_or_else(|| held.clone(), |body| format!("{held} on {body}"))
 }
 
-/// Creases, slits and painted spots: what was drawn on the sheet.
+/// Creases, slits and painted spots of the sheet.
 fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
     for (k, crease) in spec.creases.iter().enumerate() {
@@ -279,7 +280,7 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
     }
 }
 
-/// Adds a sheet, or takes the chosen one away.
+/// Buttons that add a sheet, or remove the selected one.
 fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         if ui.button("Generate…").on_hover_text("A new sheet, with a preview and its counts").clicked() {

@@ -1,4 +1,4 @@
-//! The state of the editor beside the session.
+//! State of the editor beside the session.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -18,72 +18,72 @@ use crate::scenes;
 use crate::session::{Item, Session};
 use crate::study::{Stage, Study};
 
-/// What the editor remembers besides the session.
+/// State of the editor beside the session.
 pub struct EditorState {
-    /// What is drawn.
+    /// Displayed items.
     pub display: Display,
-    /// Where it is drawn from.
+    /// Camera of the view.
     pub camera: Camera,
-    /// What the left button does in the view.
+    /// Tool of the left button.
     pub tool: Tool,
-    /// What it holds.
+    /// Object held by the tool.
     pub held: Option<Held>,
-    /// What it puts on a sheet.
+    /// Settings of the brush.
     pub brush: Brush,
-    /// What the move tool has chosen.
+    /// Item selected by the move tool.
     pub selected: Option<Item>,
-    /// Sheet that the sheet and material panels show.
+    /// Index of the sheet in the sheet and material panels.
     pub sheet: usize,
-    /// Contents of the field that takes a file name.
+    /// Contents of the field for a file name.
     pub path: String,
-    /// Scenes of the open menu.
+    /// Scenes of the menu.
     pub scenes: Vec<PathBuf>,
-    /// Whether the help is shown.
+    /// Whether the help is open.
     pub help: bool,
-    /// Whether the controls on the right are shown.
+    /// Whether the column of controls is shown.
     pub controls: bool,
-    /// Which of them.
+    /// Open sections of the column.
     pub open_sections: BTreeSet<Section>,
-    /// Those that have been taken out of the column and are windows of their own.
+    /// Sections detached from the column as windows.
     pub floating: BTreeSet<Section>,
-    /// Whether the column is on the left and the numbers on the right.
+    /// Whether the controls are on the left and the numbers on the right.
     pub swapped: bool,
-    /// Whether the numbers on the left are shown.
+    /// Whether the numbers are shown.
     pub numbers: bool,
     /// Whether the timeline is shown.
     pub timeline: bool,
-    /// Which plots are shown.
+    /// Displayed plots.
     pub plots: Plots,
-    /// Whether panels are light.
+    /// Whether the panels are light.
     pub light: bool,
     /// Droop previews of materials.
     pub previews: Previews,
-    /// The dialog that chooses a file, while it is open.
+    /// File dialog, while it is open.
     pub dialog: Option<Dialog>,
-    /// Where the last file was opened or saved, and where the last export was written.
+    /// Folder of the last opened or saved file.
     pub folder: Option<PathBuf>,
-    /// See `folder`.
+    /// Folder of the last export.
     pub out: Option<PathBuf>,
-    /// The sheet that is being generated, while that dialog is open.
+    /// Draft of a sheet, while its dialog is open.
     pub generate: Option<Draft>,
-    /// The export that is being set up or written.
+    /// Export in preparation or in progress.
     pub export: Option<Job>,
-    /// The study that is on.
+    /// Study, while it runs.
     pub study: Option<Study>,
-    /// What was open before it, and where it was seen from.
+    /// Session and camera before the study.
     pub aside: Option<(Box<Session>, Camera)>,
-    /// Recent files and copies of unsaved work.
+    /// Recent files and backups of unsaved work.
     pub keeper: Keeper,
-    /// Unsaved work that was found at the start: the copy and the scene.
+    /// Unsaved work found at the start: backup and scene.
     pub left: Option<(PathBuf, Scene)>,
-    /// Part of the window that shows the scene, points; filled in by [`show`](super::show).
+    /// Area of the view in the window, points; set by [`show`](super::show).
     pub viewport: Rect,
-    /// Whether the user asked to end.
+    /// Whether the user asked to quit.
     pub quit: bool,
 }
 
 impl EditorState {
-    /// The state a fresh editor has with this session. It keeps nothing between runs until its `keeper` has a folder.
+    /// Initial state for this session. Nothing persists between runs until `keeper` has a folder.
     pub fn new(session: &Session) -> Self {
         Self {
             display: Display::default().of(session),
@@ -121,7 +121,7 @@ impl EditorState {
 }
 
 impl EditorState {
-    /// Chooses what the move tool moves, and turns to its controls where they are not seen.
+    /// Select the item of the move tool, and open its controls where they are hidden.
     pub fn choose(&mut self, item: Option<Item>) {
         self.selected = item;
         let section = match item {
@@ -138,7 +138,7 @@ impl EditorState {
         }
     }
 
-    /// Whether a study is on, in which nothing may say what is shown.
+    /// Whether a study runs whose trials must stay anonymous.
     pub fn is_blind(&self) -> bool {
         self.study.as_ref().is_some_and(|study| !matches!(study.stage(), Stage::Welcome | Stage::Over))
     }

@@ -1,4 +1,4 @@
-//! The strip of time below the view: where the run is, where it has been, what happened when, and snapshots by number.
+//! Timeline below the view: present time, range of the run, events, and numbered snapshots.
 
 use bevy_egui::egui::{Align2, Color32, FontId, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 use sheetwork::islands::event::EventKind;
@@ -11,7 +11,7 @@ use crate::session::Session;
 /// Height of the strip, points.
 const HEIGHT: f32 = 30.0;
 
-/// The strip, and a row of what goes with it.
+/// The strip, and a row of controls.
 pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(3.0);
     strip(ui, session);
@@ -34,7 +34,7 @@ pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(2.0);
 }
 
-/// Snapshots by number: a click keeps one where there is none, and goes back where there is.
+/// Numbered snapshots: a click stores an empty one and restores a stored one.
 fn slots(ui: &mut Ui, session: &mut Session) {
     ui.label(RichText::new("Snapshots").color(quiet(ui)));
     ui.spacing_mut().item_spacing.x = 2.0;
@@ -63,7 +63,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
             (first, last.max(session.world().time()), session.world().time())
         }
     };
-    // A run that has not gone far is shown on a scale that it will fill.
+    // A short run is shown on a longer scale.
     let end = last.max(first + 1.0).max(if session.playing() { last * 1.1 } else { last });
     let end = if session.playback().is_some() { last.max(1e-9) } else { end };
     let inner = rect.shrink2(vec2(10.0, 0.0));
@@ -101,7 +101,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
         [pos2(hand, rect.top() + 1.0), pos2(hand, track.bottom() + 3.0)],
         Stroke::new(2.0, visuals.strong_text_color()),
     );
-    // Where the mouse lets go counts too: a slow frame may have seen nothing of the way there.
+    // The position at release counts too: a slow frame may have missed the drag.
     if (response.dragged() || response.drag_stopped() || response.clicked())
         && let Some(pointer) = response.interact_pointer_pos()
     {
@@ -109,7 +109,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
         session.scrub(first + part * (end - first));
     }
     let about = "Drag to go back to a moment that was kept, one for each picture that was drawn; the arrow keys go step by step; marks are events";
-    // In the way of the hand while it drags.
+    // A tooltip would obstruct the drag.
     if !response.dragged() {
         response.on_hover_text(under.unwrap_or_else(|| about.to_owned()));
     }
@@ -127,7 +127,7 @@ fn ticks(ui: &Ui, first: f64, end: f64, x: &dyn Fn(f64) -> f32, below: f32) {
     }
 }
 
-/// 1, 2 or 5 times a power of ten, near `value` from above.
+/// Smallest 1, 2, 5 or 10 times a power of ten that is not below `value`.
 pub(super) fn nice(value: f64) -> f64 {
     let power = 10.0_f64.powf(value.max(1e-12).log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|n| n * power).find(|n| *n >= 0.999 * value).unwrap_or(power)

@@ -1,4 +1,4 @@
-//! The tools of the view: what the left button does, holds, and puts on a sheet.
+//! Tools of the view: action of the left button, object held, brush.
 
 use clap::ValueEnum;
 use glam::Vec2;
@@ -6,28 +6,28 @@ use glam::Vec2;
 use crate::gizmo::{Gizmo, Handle};
 use crate::session::{Item, Session};
 
-/// What the left button does in the view.
+/// Action of the left button in the view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Tool {
-    /// Turns the view.
+    /// Rotate the view.
     #[default]
     Look,
-    /// Pulls at a sheet.
+    /// Grab a sheet.
     Grab,
-    /// Pins a mass, or lets it go.
+    /// Pin or unpin a node.
     Pin,
-    /// Moves bodies and heaters, and sheets before time has passed.
+    /// Move bodies and heaters, and sheets before the first step.
     Move,
-    /// Folds a sheet along a line.
+    /// Crease a sheet along a line.
     Crease,
-    /// Paints warmth.
+    /// Paint heat.
     Heat,
-    /// Cuts a sheet along a line.
+    /// Cut a sheet along a line.
     Cut,
 }
 
 impl Tool {
-    /// All of them: name and what they do.
+    /// All tools: name and description.
     pub const ALL: [(Self, &'static str, &'static str); 7] = [
         (Self::Look, "Look", "Left drag turns the view (Q)"),
         (Self::Grab, "Grab", "Left drag pulls at a sheet with a spring, whose force is shown (G)"),
@@ -43,14 +43,14 @@ impl Tool {
     ];
 }
 
-/// What the tools put on a sheet.
+/// Settings of the brush and the crease tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brush {
-    /// Temperature of what is painted, °C.
+    /// Painted temperature, °C.
     pub celsius: f64,
-    /// Its radius, m; none for a twelfth of the sheet.
+    /// Radius, m; `None` for a twelfth of the sheet.
     pub radius: Option<f64>,
-    /// By how much a line folds the sheet, degrees.
+    /// Angle of a crease, degrees.
     pub angle: f64,
 }
 
@@ -61,26 +61,26 @@ impl Default for Brush {
 }
 
 impl Brush {
-    /// The radius on a sheet of this length and width, m.
+    /// Radius on a sheet of this length and width, m.
     pub fn radius_on(&self, (length, width): (f64, f64)) -> f64 {
         self.radius.unwrap_or_else(|| length.max(width) / 12.0).clamp(1e-6, 1e3)
     }
 }
 
-/// What the left button holds.
+/// Object held by the left button.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Held {
-    /// A point of a sheet, m; the mouse moves in the plane through it that faces the eye.
+    /// Point of a sheet, m; the mouse moves in the plane through it parallel to the picture plane.
     Sheet(glam::Vec3),
-    /// A line on a sheet: which sheet, from where, to where, (u, v).
+    /// Line on a sheet: index of the sheet, start and end, (u, v).
     Line(usize, (f64, f64), (f64, f64)),
-    /// The brush on a sheet, and where it last touched it, m.
+    /// Brush on a sheet, and position of its last dab, m.
     Brush(usize, glam::DVec3),
-    /// A handle of the gizmo, the gizmo as it was then, and where the mouse took it.
+    /// Handle of the gizmo, gizmo at the grab, and position of the mouse at the grab.
     Handle(Handle, Gizmo, Vec2),
 }
 
-/// Where the handle of an item is, m.
+/// Position of the handle of an item, m.
 pub(super) fn handle_of(session: &Session, item: Item) -> Option<glam::Vec3> {
     session.handle_of(item).map(|at| at.as_vec3())
 }

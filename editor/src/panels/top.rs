@@ -1,4 +1,4 @@
-//! The bar at the top: menus, time, speed, and which scene it is.
+//! Top bar: menus, playback, speed, and name of the scene.
 
 use bevy_egui::egui::containers::menu::{MenuButton, MenuConfig};
 use bevy_egui::egui::{self, Button, PopupCloseBehavior, RichText, Slider, Ui};
@@ -9,7 +9,7 @@ use crate::camera::Camera;
 use crate::scenes;
 use crate::session::Session;
 
-/// The bar at the top.
+/// The top bar.
 pub fn top(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(3.0);
     ui.horizontal_wrapped(|ui| {
@@ -25,11 +25,11 @@ pub fn top(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.add_space(2.0);
 }
 
-/// The scene's name, with a mark while it is not saved.
+/// Name of the scene, with a mark while it is unsaved.
 fn title(ui: &mut Ui, session: &Session) {
     let scene = session.scene();
     ui.label(RichText::new(&scene.name).strong()).on_hover_text(&scene.description);
-    // A scene may be called otherwise than its file.
+    // The name of a scene may differ from that of its file.
     if let Some(file) = session.file()
         && scenes::title(file) != scene.name
     {
@@ -46,7 +46,7 @@ fn title(ui: &mut Ui, session: &Session) {
 }
 
 fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    // A click into its text field does not close it; what is chosen does.
+    // A click into the text field keeps the menu open; a choice closes it.
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
     MenuButton::new("File").config(config).ui(ui, |ui| {
         ui.set_min_width(300.0);

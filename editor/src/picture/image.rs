@@ -1,28 +1,28 @@
-//! An image of 8-bit colours, and its file.
+//! Image of 8-bit colours, and its file.
 
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Width of the line between pictures, pixels.
+/// Width of the line between tiles, pixels.
 pub(super) const GAP: u32 = 6;
 
 /// Largest width and height, pixels.
 pub const LARGEST: u32 = 8192;
 
-/// A picture: 8-bit red, green, blue, row by row from the top.
+/// Image of 8-bit red, green, blue, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels in a row.
+    /// Width, pixels.
     pub width: u32,
-    /// Rows.
+    /// Height, pixels.
     pub height: u32,
-    /// Three bytes a pixel, sRGB.
+    /// Three bytes per pixel, sRGB.
     pub pixels: Vec<u8>,
 }
 
 impl Picture {
-    /// Pictures of one size side by side, row below row, with a white line between them.
+    /// Images of one size in rows, with a white line between them.
     pub fn tiled(rows: &[Vec<Self>]) -> Self {
         let (width, height) = rows.iter().flatten().next().map_or((1, 1), |p| (p.width, p.height));
         let columns = rows.iter().map(Vec::len).max().unwrap_or(1).max(1) as u32;
@@ -43,7 +43,8 @@ impl Picture {
         Self { width: across, height: down, pixels }
     }
 
-    /// The picture at half its width and height, each pixel the mean light of four; an odd last row or column is left out.
+    /// Image at half width and height: each pixel is the mean linear light of four; an odd last row
+    /// or column is dropped.
     pub fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let linear: Vec<f32> = (0..=255).map(decode).collect();
@@ -71,7 +72,7 @@ impl Picture {
         }
     }
 
-    /// Writes a PNG file.
+    /// Write a PNG file.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -86,7 +87,7 @@ impl Picture {
     }
 }
 
-/// Linear light to an sRGB byte.
+/// Linear light as an sRGB byte.
 pub(super) fn encode(linear: f32) -> u8 {
     let c = linear.clamp(0.0, 1.0);
     let s = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };

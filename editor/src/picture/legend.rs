@@ -1,11 +1,11 @@
-//! A legend in a picture: a bar of the colours with numbers beneath, in letters of 5 x 7 dots of our own.
+//! Legend of an image: a colour bar with numbers, in a bitmap font of 5 x 7 dots.
 
 use bevy_sheetwork::render::ColourScale;
 
 use super::image::{Picture, encode};
 use crate::panels::ticks;
 
-/// Dots of a letter, rows from the top, five bits a row; what is not here is a space.
+/// Dots of a letter, rows from the top, five bits per row; other characters are blank.
 const LETTERS: [(char, [u8; 7]); 15] = [
     ('0', [0b01110, 0b10001, 0b10011, 0b10101, 0b11001, 0b10001, 0b01110]),
     ('1', [0b00100, 0b01100, 0b00100, 0b00100, 0b00100, 0b00100, 0b01110]),
@@ -27,7 +27,7 @@ const LETTERS: [(char, [u8; 7]); 15] = [
 /// Width of a letter with the gap to the next, dots.
 const ADVANCE: u32 = 6;
 
-/// Draws the legend of `scale` into the lower left corner; a picture that is too small for one has none.
+/// Draw the legend of `scale` into the lower left corner, if the picture is large enough.
 pub(super) fn draw(picture: &mut Picture, scale: &ColourScale) {
     let dot = (picture.height / 400).max(1);
     let (width, height, margin) = (160 * dot, 8 * dot, 12 * dot);

@@ -1,7 +1,8 @@
-//! A picture without graphics hardware: the scene's room, bodies and sheets drawn by a small rasteriser of our own.
+//! Software rendering: room, bodies and sheets by a small rasteriser, without graphics hardware.
 //!
-//! `model` turns a world into triangles, `raster` finds what is seen at every sample, `shade` gives it its colour, `legend` says what
-//! colours stand for. Several samples a pixel and a shadow map of the key light make it fit to be shown.
+//! `model` converts a world into triangles, `raster` determines visibility at every sample, `shade`
+//! the colour, `legend` draws the colour scale, `image` stores the result. 2 x 2 samples per pixel
+//! and a shadow map of the key light.
 
 mod image;
 mod legend;
@@ -20,7 +21,8 @@ pub use model::{Layer, Look};
 const SAMPLES: usize = 2;
 
 impl Picture {
-    /// Draws the world as it is now, seen by `camera`; width and height in pixels, each taken to 1 to [`LARGEST`].
+    /// Draw the present state of `world`, seen by `camera`; width and height in pixels, each
+    /// clamped to 1 to [`LARGEST`].
     pub fn draw(world: &World, camera: &Camera, look: &Look, (width, height): (u32, u32)) -> Self {
         let (width, height) = (width.clamp(1, LARGEST), height.clamp(1, LARGEST));
         let model = model::Model::of(world, look);
@@ -66,7 +68,7 @@ mod tests {
         hits as f64 / f64::from(all)
     }
 
-    /// The sheet is the only thing with much more red than blue.
+    /// Only the sheet has much more red than blue.
     fn red([r, _, b]: [u8; 3]) -> bool {
         i32::from(r) - i32::from(b) > 70
     }
@@ -110,7 +112,7 @@ mod tests {
     fn half_a_picture_has_the_mean_light_of_four_pixels() {
         let picture =
             Picture { width: 3, height: 2, pixels: [[0; 3], [255; 3], [9; 3], [255; 3], [0; 3], [9; 3]].concat() };
-        // Half the light of white is 188 in sRGB.
+        // Half the linear light of white is 188 in sRGB.
         assert_eq!(picture.halved(), Picture { width: 1, height: 1, pixels: vec![188; 3] });
         assert!((0..=255).all(|byte| encode(decode(byte)) == byte));
     }

@@ -1,7 +1,9 @@
-//! Comparing: the same scene with one field different, beside the one that is edited and in step with it.
+//! Comparison: variants of the scene with one field changed, simulated at the same time as the
+//! edited scene.
 //!
-//! Each variant is a session of its own. What is edited here is passed on to it, but for its own field; it goes where this one goes in time, by
-//! steps of its own length. Nothing is pulled, pinned by hand or recorded there.
+//! Each variant is a session of its own. Edits are passed on to it, except for its own field; it
+//! follows the time of the main session by steps of its own length. Grabs, pins by hand and
+//! recordings act on the main session only.
 
 use std::time::Instant;
 
@@ -9,16 +11,18 @@ use super::state::Beside;
 use super::{ROUNDING, Session, Variant};
 use crate::samples::heights;
 
-/// Wall-clock time that variants may take to come to the present moment, s, and after how many steps it is looked at.
+/// Maximum wall-clock time in which variants may reach the present time, s, and number of steps
+/// between checks of that time.
 const PATIENCE: f64 = 2.0;
 const STRIDE: u32 = 4;
 
-/// Most variants beside the scene.
+/// Maximum number of variants.
 pub const MOST_BESIDE: usize = 3;
 
 impl Session {
-    /// Compares with these variants, at most [`MOST_BESIDE`]; with none it is alone again. They are taken from the start to the present moment, or, where
-    /// that would take long, the scene begins again with them.
+    /// Set the variants, at most [`MOST_BESIDE`]; an empty list ends the comparison. Variants are
+    /// simulated from the start to the present time or, where that takes too long, the scene is
+    /// restarted with them.
     pub fn compare_with(&mut self, variants: Vec<Variant>) {
         if self.playback.is_some() {
             self.fail("a recording is compared with nothing; open its scene for that");
@@ -33,7 +37,8 @@ impl Session {
         }
     }
 
-    /// Takes the variants from their start to the present moment; false when that took too long.
+    /// Simulate the variants from their start to the present time. Returns false when that takes
+    /// too long.
     fn catch_up(&mut self) -> bool {
         let (now, start) = (self.world.time(), Instant::now());
         for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
@@ -48,23 +53,23 @@ impl Session {
         true
     }
 
-    /// The variants, each with its session or why there is none.
+    /// Variants, each with its session or the reason why it is invalid.
     pub fn beside(&self) -> impl Iterator<Item = (&Variant, Result<&Self, &str>)> {
         self.beside.iter().map(|b| (&b.variant, b.session.as_deref().map_err(String::as_str)))
     }
 
-    /// Session number `which` of those that are shown: 0 is this one, the others are its variants that could be made.
+    /// Session `which` of those displayed: 0 is this one, the others are its valid variants.
     pub fn shown(&self, which: usize) -> Option<&Self> {
         let Some(index) = which.checked_sub(1) else { return Some(self) };
         self.beside.iter().filter_map(|b| b.session.as_deref().ok()).nth(index)
     }
 
-    /// How many are shown: this one and its variants that could be made.
+    /// Number of displayed sessions: this one and its valid variants.
     pub fn shown_count(&self) -> usize {
         1 + self.beside.iter().filter(|b| b.session.is_ok()).count()
     }
 
-    /// Makes the variants anew from the present scene, at its start.
+    /// Rebuild the variants from the present scene, at its start.
     pub(super) fn begin_beside(&mut self) {
         let mut beside = std::mem::take(&mut self.beside);
         for one in &mut beside {
@@ -74,7 +79,7 @@ impl Session {
         self.beside = beside;
     }
 
-    /// Passes an edit of the scene on.
+    /// Apply an edit of the scene to the variants.
     pub(super) fn pass_on(&mut self) {
         if self.beside.is_empty() {
             return;
@@ -93,7 +98,8 @@ impl Session {
         self.lead();
     }
 
-    /// Brings the variants to the present time, each by steps of its own: its last may end a little later.
+    /// Bring the variants to the present time, each by steps of its own length; the last step may
+    /// end a little later.
     pub(super) fn lead(&mut self) {
         let now = self.world.time();
         for one in self.beside.iter_mut().filter_map(|b| b.session.as_mut().ok()) {
@@ -106,7 +112,8 @@ impl Session {
         }
     }
 
-    /// Height of the first probe at `time` (s), a moment of this run, m: steps of variants end at other moments than those of the scene.
+    /// Height of the first probe at `time` (s), a moment of this run, m: steps of variants end at
+    /// other times than those of the scene.
     pub fn height_at(&self, time: f64) -> Option<f64> {
         if (time - self.world.time()).abs() <= ROUNDING * self.world.dt() {
             return heights(&self.world).next();

@@ -1,4 +1,4 @@
-//! The session as the host of the live link.
+//! The session as host of the live link.
 
 use std::path::Path;
 
@@ -43,7 +43,7 @@ impl Host for Session {
     }
 
     fn load(&mut self, file: &Path) -> Result<(), InputError> {
-        // Refused before it is opened, so that the answer says why.
+        // Opened twice, so that the answer holds the reason of an error.
         Session::open(file)?;
         if Session::load(self, file) { Ok(()) } else { Err(InputError::new("load", "cannot be opened")) }
     }

@@ -2,24 +2,24 @@
 
 use glam::DVec3;
 
-/// Something that can be carried.
+/// Item that can be moved by hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Item {
-    /// A sheet of the scene, by number.
+    /// Sheet of the scene, by index.
     Sheet(usize),
-    /// A body of the scene, by number.
+    /// Body of the scene, by index.
     Body(usize),
-    /// A heater of the scene, by number.
+    /// Heater of the scene, by index.
     Heater(usize),
-    /// The nozzle of the heat gun.
+    /// Nozzle of the heat gun.
     HeatGun,
 }
 
-/// What is on its way and has not arrived.
+/// Item that is being moved.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Carried {
     pub(super) item: Item,
-    /// Where it was shown when it was taken, and how far it is from there, m.
+    /// Displayed position at the grab, and displacement from there, m.
     pub(super) from: DVec3,
     pub(super) by: DVec3,
 }

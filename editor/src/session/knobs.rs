@@ -1,4 +1,4 @@
-//! The session as the panels that games have too turn it.
+//! The session as owner of parameters for the panels that the inspector shares.
 
 use bevy_sheetwork::inspector::Knobs;
 use sheetwork::World;

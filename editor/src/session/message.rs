@@ -1,12 +1,12 @@
-//! What the user should know: refusals stay until they are dismissed, what is merely told until something else is.
+//! Messages to the user. Errors stay until dismissed; notes stay until the next note.
 
-/// Something the user should know; shown until dismissed.
+/// Message to the user, shown until dismissed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
-    /// What.
+    /// Text of the message.
     pub text: String,
-    /// Whether something was refused or failed, rather than merely told.
+    /// Whether it reports an error.
     pub error: bool,
-    /// Whether it is of this run: it goes when another begins.
+    /// Whether it belongs to this run, and is removed with the next.
     pub of_run: bool,
 }

@@ -1,4 +1,4 @@
-//! The session itself: its fields, how it begins, and what it shows.
+//! The session: fields, construction, and displayed state.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -23,34 +23,34 @@ use crate::samples::{Sample, Samples};
 use crate::stages::StageClock;
 use crate::timeline::Timeline;
 
-/// What a hand holds.
+/// Grab of a sheet: name of the sheet and index of the grab.
 #[derive(Clone, Debug)]
 pub(super) struct Holding {
     pub(super) sheet: String,
     pub(super) index: usize,
 }
 
-/// A stroke of warmth that is being painted.
+/// Stroke of painted heat.
 pub(super) struct Stroke {
     pub(super) sheet: usize,
     pub(super) before: Snapshot,
     pub(super) spots: Vec<SpotSpec>,
 }
 
-/// A variant, and its session or why there is none.
+/// Variant, and its session or the reason why it is invalid.
 pub(super) struct Beside {
     pub(super) variant: Variant,
     pub(super) session: Result<Box<Session>, String>,
 }
 
 impl Beside {
-    /// Its session, where it could be made.
+    /// Session of the variant, if valid.
     pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
         self.session.as_deref_mut().ok()
     }
 }
 
-/// A world being worked with.
+/// World with its edited scene, clock and history.
 pub struct Session {
     pub(super) world: World,
     pub(super) document: Document,
@@ -60,26 +60,27 @@ pub struct Session {
     pub(super) speed: f64,
     pub(super) owed: f64,
     pub(super) before: Vec<Vectors>,
-    /// When that was, s.
+    /// Time of the states `before` and `bodies_before`, s.
     pub(super) shown_from: f64,
     pub(super) bodies_before: Vec<(DVec3, DQuat)>,
     pub(super) timing: Timing,
-    /// What times the parts of a step, while somebody wants to know.
+    /// Profiler of the phases of a step, while requested.
     pub(super) stages: Option<Arc<StageClock>>,
     pub(super) penetration: Vec<f64>,
     pub(super) samples: Samples,
     pub(super) timeline: Timeline,
-    /// The world before it was played; stop goes back to it.
+    /// State before playing, which stop restores.
     pub(super) before_play: Option<Snapshot>,
     pub(super) slots: [Option<Snapshot>; 9],
     pub(super) hand: Option<Holding>,
-    /// Masses pinned while it ran, and how far from their places at the start they were then: sheet, mass, m.
+    /// Nodes pinned at run time, and their displacements from the initial positions at that time:
+    /// sheet, node, m.
     pub(super) pinned_here: Vec<(usize, u32, DVec3)>,
-    /// What is being moved and has not arrived.
+    /// Item that is being moved.
     pub(super) carried: Option<Carried>,
-    /// The middle of each heater of the scene in its own axes, m.
+    /// Centre of each heater of the scene in its own axes, m.
     pub(super) heater_middles: Vec<DVec3>,
-    /// Warmth that is being painted.
+    /// Stroke of heat that is being painted.
     pub(super) stroke: Option<Stroke>,
     pub(super) messages: Vec<Message>,
     pub(super) told_unstable: bool,
@@ -88,12 +89,12 @@ pub struct Session {
     pub(super) revision: u64,
     pub(super) link: LiveLink,
     pub(super) playback: Option<Playback>,
-    /// Variants of the scene that it is compared with.
+    /// Variants of the comparison.
     pub(super) beside: Vec<Beside>,
 }
 
 impl Session {
-    /// A session with `scene`, not yet playing.
+    /// Session with `scene`, paused.
     ///
     /// # Errors
     /// When the scene, or a file it names, is not valid.
@@ -135,7 +136,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Everything that is of one run and not of the scene begins anew.
+    /// Reset everything that belongs to a run and not to the scene.
     pub(super) fn begin(&mut self) {
         self.owed = 0.0;
         self.timing = Timing::default();
@@ -158,7 +159,8 @@ impl Session {
         self.begin_beside();
     }
 
-    /// The engine's limit over the highest frequency of any sheet as it lies.
+    /// Compute the stability limit: that of the integrator over the highest angular frequency of
+    /// any sheet in its present shape.
     pub(super) fn find_largest_step(&mut self) {
         let limit = self.world.engine().info().stability_limit;
         if !limit.is_finite() {
@@ -166,7 +168,8 @@ impl Session {
             return;
         }
         let frequency = self.world.sheets().iter().map(|sheet| {
-            // A power iteration costs about a step each: fewer for large sheets, for which it is only a hint.
+            // A power iteration costs about one step: fewer for large sheets, where the limit is
+            // only a hint.
             let iterations = (400_000 / sheet.springs().len().max(4 * sheet.masses())).clamp(20, 100);
             sheet.largest_frequency(iterations)
         });
@@ -174,7 +177,7 @@ impl Session {
         self.largest_step = (frequency > 0.0 && limit > 0.0).then(|| limit / frequency);
     }
 
-    /// Makes the picture show the present state, whatever part of a step is owed.
+    /// Display the present state without interpolation.
     pub(super) fn settle_display(&mut self) {
         self.before.resize_with(self.world.sheets().len(), || Vectors::zeros(0));
         self.revision += 1;
@@ -196,52 +199,52 @@ impl Session {
         }
     }
 
-    /// A parameter that is a number, as it is now; `None` when there is none at this path.
+    /// Present value of a numeric parameter; `None` when there is none at this path.
     pub fn parameter(&self, path: &str) -> Option<f64> {
         self.world.parameters().into_iter().find(|p| p.path == path)?.value.parse().ok()
     }
 
-    /// Largest step, s, at which the undamped sheets hold with the present engine, as they lay at the last change; `None`
-    /// where there is no such limit.
+    /// Stability limit of the time step, s, of the undamped sheets with the present integrator, in
+    /// their shape at the last change; `None` without limit.
     pub fn largest_step(&self) -> Option<f64> {
         self.largest_step
     }
 
-    /// The world.
+    /// World of the session.
     pub fn world(&self) -> &World {
         &self.world
     }
 
-    /// The scene as it is edited.
+    /// Edited scene.
     pub fn scene(&self) -> &Scene {
         self.document.scene()
     }
 
-    /// The scene with its undo and redo.
+    /// Edited scene with undo and redo.
     pub fn document(&self) -> &Document {
         &self.document
     }
 
-    /// The live link.
+    /// Live link.
     pub fn link(&self) -> &LiveLink {
         &self.link
     }
 
-    /// Opens the live link, or closes it; why it cannot be opened becomes its status.
+    /// Open or close the live link; an error becomes its status.
     pub fn set_link(&mut self, on: bool) {
         let mut link = std::mem::take(&mut self.link);
         link.switch(on, &self.world);
         self.link = link;
     }
 
-    /// Opens the live link at a place of the caller's choice.
+    /// Open the live link at a place.
     pub fn open_link(&mut self, place: &LinkPlace) {
         let mut link = std::mem::take(&mut self.link);
         link.open(place, &self.world);
         self.link = link;
     }
 
-    /// Does what other processes ask, and shows them the world.
+    /// Answer the requests of other processes, and publish the world.
     pub fn exchange(&mut self) {
         let mut link = std::mem::take(&mut self.link);
         let step_s = self.timing.step_s;
@@ -249,27 +252,28 @@ impl Session {
         self.link = link;
     }
 
-    /// The world, for those who command it over the link.
+    /// World for commands over the live link.
     pub(crate) fn world_mut(&mut self) -> &mut World {
         &mut self.world
     }
 
-    /// The file the scene came from.
+    /// File of the scene.
     pub fn file(&self) -> Option<&Path> {
         self.file.as_deref()
     }
 
-    /// Where between the last two steps the picture is: 0 at the one before, 1 at the last.
+    /// Interpolation parameter of the display between the last two states, 0 to 1.
     pub fn alpha(&self) -> f64 {
         (self.owed / self.world.dt()).clamp(0.0, 1.0)
     }
 
-    /// Positions of the masses of each sheet one step ago, m: the picture lies between these and the present ones.
+    /// Node positions of each sheet one step ago, m; the display interpolates between these and the
+    /// present ones.
     pub fn before(&self) -> &[Vectors] {
         &self.before
     }
 
-    /// Where body `index` is in the picture; `None` when there is no such body.
+    /// Displayed pose of body `index`; `None` when there is no such body.
     pub fn body_pose(&self, index: usize) -> Option<(DVec3, DQuat)> {
         let (position, rotation) = self.world.rigid()?.pose(index)?;
         if let Some(there) = self.carried_to(Item::Body(index)) {
@@ -282,7 +286,7 @@ impl Session {
         })
     }
 
-    /// Has the parts of a step timed, or not: what is not asked for is not measured.
+    /// Switch the profiler of a step's phases on or off.
     pub fn time_stages(&mut self, on: bool) {
         if on != self.stages.is_some() {
             self.stages = on.then(Arc::default);
@@ -291,49 +295,49 @@ impl Session {
         }
     }
 
-    /// Lets the present world tell the clock of the stages, where there is one.
+    /// Pass the profiler to the present world.
     pub(super) fn watch_world(&mut self) {
         let clock = self.stages.clone();
         self.world.set_watch(clock.map(|clock| clock as Arc<dyn Watch>));
     }
 
-    /// How long steps take.
+    /// Wall-clock times of steps.
     pub fn timing(&self) -> Timing {
         self.timing
     }
 
-    /// How many times faster than real time steps are: simulated over wall-clock time of a step; `None` before the first.
+    /// Simulated time over wall-clock time of a step; `None` before the first step.
     pub fn real_time_factor(&self) -> Option<f64> {
         (self.timing.step_s > 0.0).then(|| self.world.dt() / self.timing.step_s)
     }
 
-    /// Deepest a mass of each sheet has been inside a body at the end of a frame, m.
+    /// Largest penetration of a node of each sheet at the end of a frame, m.
     pub fn penetration(&self) -> &[f64] {
         &self.penetration
     }
 
-    /// What has been sampled of the run, oldest first.
+    /// Samples of the run, oldest first.
     pub fn history(&self) -> &[Sample] {
         self.samples.all()
     }
 
-    /// The samples as a table of text.
+    /// Samples as CSV.
     pub fn csv(&self) -> String {
         self.samples.csv(&crate::samples::height_names(&self.world))
     }
 
-    /// What has happened in the run up to the present moment.
+    /// Events of the run up to the present time.
     pub fn events(&self) -> impl DoubleEndedIterator<Item = &Event> {
         let now = self.world.time() + 0.5 * self.world.dt();
         self.timeline.events().iter().filter(move |e| e.time_s <= now)
     }
 
-    /// Masses of all sheets that touched a body in the last step.
+    /// Number of nodes of all sheets that touched a body in the last step.
     pub fn contacts(&self) -> usize {
         self.world.sheets().iter().map(|s| s.touching().iter().filter(|t| **t).count()).sum()
     }
 
-    /// Since when a sheet of this world is unstable, simulated s; none while all hold.
+    /// Simulated time at which a sheet became unstable, s; `None` while all are stable.
     pub fn unstable_since(&self) -> Option<f64> {
         match self.world.unstable()?.status {
             Status::Unstable { time, .. } => Some(time),
@@ -341,36 +345,36 @@ impl Session {
         }
     }
 
-    /// Changes whenever another world is shown: what was made for drawing must be made anew.
+    /// Changes with every new world: objects for display must be rebuilt.
     pub fn generation(&self) -> u64 {
         self.generation
     }
 
-    /// Changes whenever what is shown has jumped, as when time goes back.
+    /// Changes with every jump of the displayed state, as after a rollback.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 }
 
 impl Session {
-    /// Tells the user that something was refused or failed.
+    /// Show an error message.
     pub fn fail(&mut self, text: impl Into<String>) {
         self.tell(Message { text: text.into(), error: true, of_run: false });
     }
 
-    /// Tells the user something, in place of what was merely told before.
+    /// Show a note in place of the previous one.
     pub fn note(&mut self, text: impl Into<String>) {
         self.messages.retain(|m| m.error);
         self.tell(Message { text: text.into(), error: false, of_run: false });
     }
 
-    /// Tells the user that something went wrong in the run.
+    /// Show an error message of this run.
     pub(super) fn fail_of_run(&mut self, text: String) {
         self.tell(Message { text, error: true, of_run: true });
     }
 
     fn tell(&mut self, message: Message) {
-        // A slider held against a limit is refused every frame; it is said once.
+        // A slider held against a limit is rejected in every frame; one message suffices.
         if !self.messages.contains(&message) {
             self.messages.push(message);
         }
@@ -381,7 +385,7 @@ impl Session {
         &self.messages
     }
 
-    /// Dismisses message `index`.
+    /// Dismiss message `index`.
     pub fn dismiss(&mut self, index: usize) {
         if index < self.messages.len() {
             self.messages.remove(index);

@@ -1,16 +1,17 @@
 //! Wall-clock time of the steps of a session.
 
-/// How long steps take.
+/// Wall-clock times of steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Timing {
-    /// Wall-clock time of a step, smoothed over some frames, s; 0 before the first.
+    /// Wall-clock time of a step, exponential mean over frames, s; 0 before the first.
     pub step_s: f64,
-    /// Wall-clock time spent on stepping since the scene was opened or reset, s.
+    /// Wall-clock time of all steps since the scene was opened or reset, s.
     pub spent_s: f64,
-    /// Real time that could not be simulated because stepping was too slow, s.
+    /// Real time that was not simulated because stepping was too slow, s.
     pub lost_s: f64,
-    /// Steps taken in the last frame.
+    /// Steps of the last frame.
     pub steps: u32,
-    /// The same of each part of a step ([`sheetwork::profiler::Phase::ALL`]), while that is asked for, s.
+    /// Wall-clock time of each phase of a step ([`sheetwork::profiler::Phase::ALL`]), s, while the
+    /// profiler is on.
     pub stages: Option<[f64; 5]>,
 }

@@ -1,4 +1,4 @@
-//! A variant: a field of the scene with another value.
+//! Variant of a scene: a field with another value.
 
 use sheetwork::InputError;
 use sheetwork::mesh::structure::StructureKind;
@@ -7,17 +7,17 @@ use sheetwork::scene::Scene;
 use crate::document::path::{numbered, with_value};
 use crate::units::format_si;
 
-/// A field and the value it has in place of the scene's: `sheets.0.structure`, `trimm`.
+/// Field and value of a variant: `sheets.0.structure`, `trimm`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Variant {
-    /// The field, by path.
+    /// Path of the field.
     pub path: String,
-    /// Its value.
+    /// Value of the field.
     pub value: String,
 }
 
 impl Variant {
-    /// What it is called beside the others: the last name of its path and its value, with a unit.
+    /// Name beside the other variants: last part of the path, and value with unit.
     pub fn label(&self) -> String {
         let field = self.path.rsplit('.').next().unwrap_or_default();
         let (field, unit) = match field {
@@ -38,7 +38,7 @@ impl Variant {
         let Some(index) = structure.and_then(|i| i.parse::<usize>().ok()) else {
             return with_value(scene, &path, &self.value);
         };
-        // As many layers as it may have: others are not to be compared with.
+        // The number of layers is clamped to those of the structure.
         let (kind, mut scene) = (self.value.parse::<StructureKind>()?, scene.clone());
         if let Some(sheet) = scene.sheets.get_mut(index) {
             let (low, high) = kind.info().layers;

@@ -1,4 +1,4 @@
-//! One picture of a scene, drawn by the graphics driver into an image, without any window.
+//! Pictures of a scene by the graphics driver, without a window.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -31,17 +31,17 @@ use crate::picture::{LARGEST, Look, Picture};
 use crate::playback::is_recording;
 use crate::session::Session;
 
-/// Size of a picture unless told otherwise, pixels.
+/// Default size of a picture, pixels.
 pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
-/// Frames before the picture is taken: lights, shadows and textures take a few to arrive.
+/// Frames before the picture: lights, shadows and textures need several.
 const WARM_UP: u32 = 4;
 
-/// How long a picture may take.
+/// Maximum time of a picture.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// Simulates to the asked times, draws, writes the file: `scenes` side by side, a row for each time. Without a graphics driver the
-/// pictures are our own rasteriser's.
+/// Simulate to the requested times, draw, and write the file: `scenes` side by side, one row per
+/// time. Without a graphics driver the software rasteriser draws.
 ///
 /// # Errors
 /// When a scene is not valid or the file cannot be written.
@@ -91,11 +91,11 @@ pub fn screenshot(
     Ok(status)
 }
 
-/// Runs the session and writes `count` pictures of it, 1/rate apart, into `folder`. Whether everything held. Without a graphics driver they are our
-/// own rasteriser's.
+/// Run the session and write `count` pictures of it, 1/rate apart, to `folder`. Returns whether all
+/// sheets stayed stable. Without a graphics driver the software rasteriser draws.
 ///
 /// # Errors
-/// When a file cannot be written, or the driver gives no picture back.
+/// When a file cannot be written, or the driver returns no picture.
 pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: usize) -> Result<bool, InputError> {
     std::fs::create_dir_all(folder).map_err(|e| InputError::io(folder, &e))?;
     let size = arguments.size.unwrap_or(PICTURE_SIZE);
@@ -125,7 +125,7 @@ pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: u
     Ok(drawn.world().unstable().is_none())
 }
 
-/// What draws a sequence.
+/// Renderer of a sequence.
 enum Drawn {
     Driver(Box<Offscreen>),
     Own(Box<(Film, EditorState)>),
@@ -139,12 +139,12 @@ impl Drawn {
         }
     }
 
-    /// What is seen `after` s after the start of the sequence, which is at `start` s.
+    /// Picture `after` s after the start of the sequence, which is at `start` s.
     fn picture(&mut self, size: (u32, u32), after: f64, start: f64) -> Result<Picture, String> {
         match self {
             Self::Driver(offscreen) => {
                 offscreen.parts().0.run_to(start + after);
-                // Meshes are a frame behind what is drawn of them.
+                // Meshes lag the display by one frame.
                 for _ in 0..if after > 0.0 { 1 } else { WARM_UP } {
                     offscreen.frame();
                 }
@@ -159,7 +159,7 @@ impl Drawn {
     }
 }
 
-/// A session of `scene`, or of the recording in `file`, at `time` (s), with what it is compared with.
+/// Session of `scene`, or of the recording in `file`, at `time` (s), with its variants.
 fn simulated(arguments: &Arguments, scene: &Scene, file: &Path, time: f64) -> Result<Session, InputError> {
     let mut session = if is_recording(file) { Session::open(file)? } else { Session::new(scene)? };
     arguments.compare(&mut session)?;
@@ -171,7 +171,7 @@ fn simulated(arguments: &Arguments, scene: &Scene, file: &Path, time: f64) -> Re
     Ok(session)
 }
 
-/// What sheets are coloured by in several pictures: temperatures on one scale, so that the same colour is as warm in all.
+/// Field that colours the sheets of several pictures, with one temperature scale for all.
 fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Session>) -> Option<SheetColour> {
     let asked = arguments.sheet_colour();
     if !matches!(asked, None | Some(SheetColour::Temperature)) {
@@ -192,36 +192,36 @@ fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Sessio
     ends.map(|(low, high)| SheetColour::TemperatureBetween { low, high }).or(asked)
 }
 
-/// Draws what `display` says of the session's world as it is, without panels. Needs a graphics driver: ask [`probe::adapter`] first. `size` in
-/// pixels, taken to 16 to [`LARGEST`].
+/// Draw the present state of the session's world by `display`, without panels. Needs a graphics
+/// driver ([`probe::adapter`]). `size` in pixels, clamped to 16 to [`LARGEST`].
 ///
 /// # Errors
-/// What went wrong, when no picture came back.
+/// The reason when no picture was returned.
 pub fn draw(session: Session, size: (u32, u32), display: Display) -> Result<Picture, String> {
     let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
     Offscreen::scene(session, state, size).warm_picture()
 }
 
-/// Draws the whole editor as a window of `size` shows it.
+/// Draw the whole editor in a window of `size`.
 ///
 /// # Errors
-/// What went wrong, when no picture came back.
+/// The reason when no picture was returned.
 pub fn draw_panels(session: Session, state: EditorState, size: (u32, u32)) -> Result<Picture, String> {
     Offscreen::editor(session, state, size).warm_picture()
 }
 
-/// The editor without a window, driven frame by frame. Needs a graphics driver: ask [`probe::adapter`] first. Sizes are in pixels, taken to 16 to
-/// [`LARGEST`].
+/// Editor without a window, driven frame by frame. Needs a graphics driver ([`probe::adapter`]).
+/// Sizes are in pixels, clamped to 16 to [`LARGEST`].
 pub struct Offscreen {
     app: App,
     target: Handle<Image>,
     size: (u32, u32),
-    /// How many times larger it is drawn than it will be seen.
+    /// Supersampling factor.
     finer: u32,
 }
 
 impl Offscreen {
-    /// The scene alone.
+    /// The scene without panels.
     pub fn scene(session: Session, state: EditorState, size: (u32, u32)) -> Self {
         let (width, height) = in_range(size);
         let finer = finer((width, height));
@@ -231,7 +231,7 @@ impl Offscreen {
         Self { app, target, size: drawn, finer }
     }
 
-    /// The editor as a window shows it.
+    /// The editor with panels.
     pub fn editor(session: Session, state: EditorState, size: (u32, u32)) -> Self {
         let (size, mut app) = (in_range(size), app(session, state));
         let target = picture_of(&mut app, size.0, size.1);
@@ -239,30 +239,30 @@ impl Offscreen {
         Self { app, target, size, finer: 1 }
     }
 
-    /// What is shown and how: panels may have changed both.
+    /// Session and state, which the panels may have changed.
     pub fn parts(&mut self) -> (&mut Session, &mut EditorState) {
         let Editor { session, state } = self.app.world_mut().resource_mut::<Editor>().into_inner();
         (session, state)
     }
 
-    /// Draws a frame.
+    /// Draw a frame.
     pub fn frame(&mut self) {
         self.app.update();
     }
 
-    /// What it draws next.
+    /// Picture of the next frame.
     ///
     /// # Errors
-    /// When no picture came back.
+    /// When no picture was returned.
     pub fn picture(&mut self) -> Result<Picture, String> {
         let picture = captured(&mut self.app, self.target.clone(), self.size)?;
         Ok(if self.finer == 2 { picture.halved() } else { picture })
     }
 
-    /// What it draws once it has warmed up.
+    /// Picture after the warm-up frames.
     ///
     /// # Errors
-    /// When no picture came back.
+    /// When no picture was returned.
     pub fn warm_picture(&mut self) -> Result<Picture, String> {
         (0..WARM_UP).for_each(|_| self.frame());
         self.picture()
@@ -273,12 +273,12 @@ fn in_range((width, height): (u32, u32)) -> (u32, u32) {
     (width.clamp(16, LARGEST), height.clamp(16, LARGEST))
 }
 
-/// How many times larger a picture is drawn to be averaged: lines and highlights come out finer.
+/// Supersampling factor, for finer lines and highlights.
 fn finer((width, height): (u32, u32)) -> u32 {
     if width.max(height) > LARGEST / 2 { 1 } else { 2 }
 }
 
-/// Lets the scene alone be drawn into `target`, which has this many pixels.
+/// Draw the scene without panels into `target`, which has this number of pixels.
 fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32), finer: u32) {
     let whole = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width as f32, height as f32));
     app.world_mut().resource_mut::<Editor>().state.viewport = whole;
@@ -291,7 +291,7 @@ fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, 
     app.add_systems(Update, share_alone);
 }
 
-/// A camera for each world that may be seen.
+/// Spawn a camera for each world that may be displayed.
 fn scene_cameras(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32)) {
     for which in 0..stage::MOST_SEEN {
         app.world_mut().spawn((stage::camera(&Quality::BEST, which), RenderTarget::Image(target.clone().into())));
@@ -299,21 +299,21 @@ fn scene_cameras(app: &mut App, target: &Handle<Image>, (width, height): (u32, u
     app.insert_resource(Whole(UVec2::new(width, height)));
 }
 
-/// Lets the whole editor be drawn into `target`.
+/// Draw the whole editor into `target`.
 fn with_panels(app: &mut App, target: &Handle<Image>, size: (u32, u32)) {
     scene_cameras(app, target, size);
     app.world_mut().spawn((stage::panel_camera(), RenderTarget::Image(target.clone().into())));
     app.add_systems(EguiPrimaryContextPass, show_panels);
 }
 
-/// A picture to draw into.
+/// Create an image as render target.
 fn picture_of(app: &mut App, width: u32, height: u32) -> Handle<Image> {
     let mut image = Image::new_target_texture(width, height, TextureFormat::Rgba8UnormSrgb, None);
     image.texture_descriptor.usage |= bevy::render::render_resource::TextureUsages::COPY_SRC;
     app.world_mut().resource_mut::<Assets<Image>>().add(image)
 }
 
-/// What the app draws into `target` next.
+/// Read back the next frame of `target`.
 fn captured(app: &mut App, target: Handle<Image>, (width, height): (u32, u32)) -> Result<Picture, String> {
     let received: Arc<Mutex<Option<Image>>> = Arc::default();
     let slot = Arc::clone(&received);
@@ -330,7 +330,7 @@ fn captured(app: &mut App, target: Handle<Image>, (width, height): (u32, u32)) -
     Err("the graphics driver gave no picture back".to_owned())
 }
 
-/// An app without a window that is driven frame by frame.
+/// App without a window, driven frame by frame.
 fn app(session: Session, state: EditorState) -> App {
     let mut app = App::new();
     let plugins = DefaultPlugins
@@ -338,7 +338,7 @@ fn app(session: Session, state: EditorState) -> App {
         .set(RenderPlugin { synchronous_pipeline_compilation: true, ..default() })
         .disable::<WinitPlugin>()
         .disable::<PipelinedRenderingPlugin>();
-    // A process has one logger, however many pictures it draws.
+    // A process has one logger, however many apps it creates.
     static LOGGED: AtomicBool = AtomicBool::new(false);
     let plugins = if LOGGED.swap(true, Ordering::Relaxed) {
         plugins.disable::<LogPlugin>()
@@ -379,30 +379,30 @@ fn show_panels(
     Ok(())
 }
 
-/// The worlds that are compared share the whole picture.
+/// Divide the whole picture among the compared worlds.
 fn share_alone(editor: Res<Editor>, whole: Res<Whole>, mut cameras: Query<(&SceneCamera, &mut Camera)>) {
     let shared = (editor.state.viewport, editor.session.shown_count());
     stage::share(cameras.iter_mut(), shared, (1.0, whole.0));
     stage::wake(cameras.iter_mut(), shared.1, true);
 }
 
-/// How many times larger than it will be seen the picture is drawn.
+/// Supersampling factor of the picture.
 #[derive(Resource, Clone, Copy)]
 struct Finer(u32);
 
-/// What the sheets' colours stand for, alone.
+/// Draw the legend of the colours.
 fn show_legend(mut contexts: EguiContexts, editor: Res<Editor>, finer: Res<Finer>) -> Result {
     let Some(scale) = editor.state.display.scale_of(&editor.session) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
     let rect = context.viewport_rect();
-    // A picture of the usual size has letters of the usual size.
+    // Text is scaled with the size of the picture.
     let zoom = (rect.width() * context.pixels_per_point() / (1280.0 * finer.0 as f32)).clamp(0.75, 4.0);
     context.set_zoom_factor(zoom * finer.0 as f32);
     panels::legend(&context.layer_painter(egui::LayerId::background()), context.viewport_rect(), &scale);
     Ok(())
 }
 
-/// Drops the alpha channel.
+/// Drop the alpha channel.
 fn convert(image: &Image, width: u32, height: u32) -> Result<Picture, String> {
     let data = image.data.as_deref().unwrap_or_default();
     let pixels: Vec<u8> = data.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();

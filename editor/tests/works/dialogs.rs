@@ -1,4 +1,4 @@
-//! What is typed into the newer panels reaches what it is for, and bad text is refused: export, brush, compare, study.
+//! Text typed into export, brush, comparison and study is applied, and invalid text is rejected.
 
 use bevy_egui::egui::accesskit::Role;
 use egui_kittest::Harness;

@@ -1,4 +1,4 @@
-//! A run is written as pictures and as glTF, and what is written can be read.
+//! A run is written as pictures and as glTF, and the files can be read.
 
 use glam::Vec3;
 use serde_json::Value;
@@ -8,7 +8,7 @@ use sheetwork_editor::picture::Look;
 
 use super::common::{folder, strip};
 
-/// The two chunks of a GLB file, its lengths checked.
+/// The two chunks of a GLB file, with checked lengths.
 fn chunks(file: &[u8]) -> (Value, Vec<u8>) {
     let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("four bytes")) as usize;
     assert_eq!((&file[..4], word(4), word(8)), (b"glTF".as_slice(), 2, file.len()));
@@ -26,7 +26,7 @@ fn number(value: &Value) -> usize {
     value.as_u64().unwrap_or_else(|| panic!("{value} is no number")) as usize
 }
 
-/// The numbers of an accessor, its view and kind checked.
+/// Numbers of an accessor, with checked view and type.
 fn read(json: &Value, binary: &[u8], index: &Value) -> (Vec<f32>, usize) {
     let accessor = &json["accessors"][number(index)];
     let view = &json["bufferViews"][number(&accessor["bufferView"])];
@@ -80,7 +80,7 @@ fn a_run_is_written_as_gltf_that_has_every_moment() {
     assert!(indices.iter().all(|i| (*i as usize) < first.len() / 3));
     let targets = primitive["targets"].as_array().expect("targets");
     assert_eq!((targets.len(), json["meshes"][0]["weights"].as_array().map(Vec::len)), (4, Some(4)));
-    // The last target added to the first moment is where the sheet is now.
+    // The last target added to the first moment gives the present positions.
     let (last, _) = read(&json, &binary, &targets[3]["POSITION"]);
     let sheet = &session.world().sheets()[0];
     for (mass, (a, d)) in vectors(&first).into_iter().zip(vectors(&last)).enumerate() {

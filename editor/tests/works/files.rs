@@ -1,4 +1,5 @@
-//! Files: scenes are saved and opened by the dialog and begun from templates, the view is exported, what is dropped is added to the scene.
+//! Files: scenes saved, opened and started from templates, the view exported, dropped files added
+//! to the scene.
 
 use std::path::{Path, PathBuf};
 
@@ -109,7 +110,7 @@ fn files_dropped_on_the_window_are_added_to_the_scene() {
     let state = &harness.state().1;
     assert_eq!((state.sheet, state.selected, state.tool), (1, Some(Item::Heater(0)), Tool::Move));
     assert_eq!(state.open_sections, [Section::Material].into(), "of what came last");
-    // Its handle is where it is seen: the file has the panel far from its origin.
+    // The handle is at the displayed panel: the file has it far from its origin.
     let handle = session.handle_of(Item::Heater(0)).expect("there");
     assert!(handle.distance(scene.heaters[0].placement.position) > 0.01, "{handle}");
     let size = glam::Vec2::new(state.viewport.width(), state.viewport.height());

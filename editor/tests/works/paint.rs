@@ -1,4 +1,4 @@
-//! Creases, cuts and warmth are drawn on a sheet, reach the world, and are undone.
+//! Creases, cuts and heat drawn on a sheet reach the world and can be undone.
 
 use bevy_egui::egui::{self, Key, Modifiers};
 use sheetwork::World;
@@ -100,7 +100,8 @@ fn a_cut_that_is_drawn_past_an_edge_goes_through_it() {
     let mut harness = whole(strip());
     harness.state_mut().1.tool = Tool::Cut;
     let (inside, edge) = (seen(&harness, (0.55, 0.4)), seen(&harness, (0.55, 0.98)));
-    // As far beyond the edge again as it is from the middle: in few frames the mouse is never near the edge.
+    // As far beyond the edge as the edge is from the middle: with few frames the mouse is never
+    // close to the edge.
     drag(&mut harness, inside, inside + (edge - inside) * 2.0);
     let slits = &harness.state().0.scene().sheets[0].slits;
     assert_eq!(slits.len(), 1);

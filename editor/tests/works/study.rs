@@ -1,4 +1,5 @@
-//! A study: nothing says what is shown, answers are in the file after every sheet, the scene comes back.
+//! A study: trials are anonymous, answers are in the file after every sheet, and the scene comes
+//! back.
 
 use bevy_egui::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;

@@ -1,4 +1,5 @@
-//! Every template, begun as the menu begins it: played, edited, undone, reset and saved, with every section and plot open.
+//! Every template, started as by the menu: played, edited, undone, reset and saved, with every
+//! section and plot open.
 
 use egui_kittest::kittest::Queryable;
 use sheetwork_editor::panels::Section;
@@ -7,7 +8,7 @@ use sheetwork_editor::templates;
 
 use super::common::{folder, strip, whole};
 
-/// A session that is at work: with variants, played for a while, its sheet warm.
+/// A session at work: with variants, played for a while, with a warm sheet.
 fn at_work() -> Session {
     let mut session = strip();
     let variant = |path: &str, value: &str| Variant { path: path.into(), value: value.into() };
