@@ -42,12 +42,12 @@ impl LiveLink {
         let Some(link) = &self.link else { return self.problem.clone().unwrap_or_else(|| "off".to_owned()) };
         let name = link.place().name();
         if !self.is_attached() {
-            return format!("\"{name}\": nobody is attached");
+            return format!("\"{name}\": no process is attached");
         }
         let (rate, bytes) = self.rates;
         let who = match self.who.as_slice() {
             // No measurement yet.
-            [] => "somebody".to_owned(),
+            [] => "attached".to_owned(),
             all => all.iter().map(Attached::to_string).collect::<Vec<_>>().join(", "),
         };
         format!("\"{name}\": {who}; {rate:.0} frames/s, {:.1} kB/s", 1e-3 * bytes)

@@ -82,7 +82,7 @@ mod tests {
         let second = spend(4);
         clock.end(Phase::Motion);
         let all = clock.take();
-        // Lower bounds only: sleeping may take longer.
+        // Lower bounds: the clock includes its own overhead.
         assert!(all[0] >= first + second && all[2] >= inner, "{all:?}");
         assert_eq!((all[1], all[3], all[4]), (0.0, 0.0, 0.0));
         assert_eq!(clock.take(), [0.0; 5]);

@@ -355,7 +355,7 @@ fn bodies_and_heaters_are_carried_and_put_down() {
 
 #[test]
 fn a_body_that_moves_freely_is_put_elsewhere_in_the_run() {
-    let template = TABLE.iter().find(|t| t.name == "Ball on a held sheet").expect("there is one");
+    let template = TABLE.iter().find(|t| t.name == "Ball on a fixed sheet").expect("there is one");
     let mut session = Session::new(&template.scene()).expect("valid");
     let ball = |session: &Session| session.world().body_state("ball").expect("there").centre();
     let start = ball(&session);

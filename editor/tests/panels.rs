@@ -104,7 +104,7 @@ fn a_dropped_file_is_opened() {
 #[test]
 fn the_display_panel_chooses_what_is_drawn() {
     let mut harness = harness(session(), |ui, (session, state)| panels::display(ui, session, state));
-    for label in ["Springs", "Masses", "Bottom layer", "Flat", "Room"] {
+    for label in ["Springs", "Nodes", "Bottom layer", "Flat", "Room"] {
         harness.get_by_label(label).click();
         harness.run_steps(2);
     }
@@ -121,7 +121,7 @@ fn the_display_panel_chooses_what_is_drawn() {
 #[test]
 fn the_engine_panel_reaches_the_world() {
     let mut harness = harness(session(), |ui, (session, _)| panels::engine(ui, session));
-    harness.get_by_role_and_label(Role::ComboBox, "Engine").click();
+    harness.get_by_role_and_label(Role::ComboBox, "Integrator").click();
     harness.run_steps(3);
     harness.get_by_label("rk45").click();
     harness.run_steps(3);
@@ -137,7 +137,7 @@ fn the_engine_panel_reaches_the_world() {
     assert_eq!(harness.state().0.world().gravity().y, -1.62);
     type_number(&mut harness, "Air", "1.3");
     assert_eq!(harness.state().0.world().air().density, 1.3);
-    type_number(&mut harness, "Air factor", "0.9");
+    type_number(&mut harness, "Linear damping", "0.9");
     assert_eq!(harness.state().0.world().air().factor, 0.9);
     assert!(harness.state().0.messages().is_empty());
 }
@@ -216,7 +216,7 @@ fn the_numbers_say_what_is_delivered_of_the_stiffness() {
     let told = world.sheets()[0].delivered_stiffness(world.dt()).expect("a shell");
     assert!((1.5e9..2.0e9).contains(&told.bends_as_pa), "{told:?}");
     let harness = harness(session, |ui, (session, _)| panels::numbers(ui, session));
-    let wanted = format!("asked 2.00 GPa, bends as {:.2} GPa", told.bends_as_pa / 1e9);
+    let wanted = format!("delivers {:.2} GPa of 2.00 GPa", told.bends_as_pa / 1e9);
     assert!(harness.query_by_label_contains(&wanted).is_some(), "{wanted}");
 }
 

@@ -213,7 +213,7 @@ fn the_live_link_shows_the_session_and_what_it_sets_stays_through_a_reset() {
     assert_eq!(session.link().status(), "off");
     session.open_link(&place);
     session.exchange();
-    assert!(session.link().is_on() && session.link().status().contains("nobody"));
+    assert!(session.link().is_on() && session.link().status().contains("no process"));
     std::thread::scope(|scope| {
         let other = scope.spawn(|| {
             let mut client = Client::attach(&place).expect("attaches");

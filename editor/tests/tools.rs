@@ -323,7 +323,7 @@ fn a_sheet_is_generated_with_its_counts_and_added() {
     harness.run_steps(3);
     type_number(&mut harness, "Along the length", "8");
     type_number(&mut harness, "Along the width", "8");
-    assert!(harness.query_by_label_contains("113 masses, 428 springs").is_some(), "the thesis's counts of 8x2x8");
+    assert!(harness.query_by_label_contains("113 nodes, 428 springs").is_some(), "the thesis's counts of 8x2x8");
     harness.get_by_label("Add to the scene").click();
     harness.run_steps(3);
     assert_eq!(harness.state().0.world().sheets().len(), 2);
@@ -463,7 +463,7 @@ fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
     harness.run_steps(3);
     let viewport = harness.state().1.viewport;
     // Its switch, its header, and the label below.
-    let mut named: Vec<_> = harness.query_all_by_label("Engine").map(|n| n.rect()).collect();
+    let mut named: Vec<_> = harness.query_all_by_label("Integrator").map(|n| n.rect()).collect();
     named.sort_by(|a, b| a.top().total_cmp(&b.top()));
     let title = named[1];
     let (from, to) = (title.left_center() + Vec2::new(60.0, 0.0), viewport.center());
@@ -478,7 +478,7 @@ fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
     assert_eq!(harness.state().0.world().gravity().y, -1.62);
     harness.state_mut().1.floating.clear();
     harness.run_steps(3);
-    harness.get_by_label("Take Engine out of the column").click();
+    harness.get_by_label("Take Integrator out of the column").click();
     harness.run_steps(3);
     assert!(harness.state().1.floating.contains(&Section::Engine));
     harness.get_by_label("Close window").click();

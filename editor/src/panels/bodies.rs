@@ -43,9 +43,9 @@ fn body(ui: &mut Ui, session: &mut Session, index: usize) {
                 format!("box {x} × {y} × {z} mm")
             }
             Shape::Ball(radius) => format!("ball of radius {}", format_si(*radius, "m")),
-            Shape::HalfSpace => "everything below a plane".to_owned(),
+            Shape::HalfSpace => "half-space below a plane".to_owned(),
         });
-        if ui.small_button("Remove").on_hover_text("Take this body out of the scene").clicked() {
+        if ui.small_button("Remove").on_hover_text("Remove this body from the scene").clicked() {
             session.edit("removal of a body", "remove body", |s| _ = s.bodies.remove(index));
         }
     });
@@ -67,8 +67,8 @@ fn edit(session: &mut Session, index: usize, what: &str, change: impl Fn(&mut Bo
 /// Whether the body is dynamic, and its mass.
 fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let mut free = spec.is_dynamic();
-    let about = "Falls, is pushed and pushes; otherwise it stands still";
-    let check = ui.checkbox(&mut free, "Moves freely").on_hover_text(about);
+    let about = "A dynamic body moves by forces; without this the body is static";
+    let check = ui.checkbox(&mut free, "Dynamic").on_hover_text(about);
     if check.changed() && spec.shape != Shape::HalfSpace {
         edit(session, index, "mass", |b| (b.mass, b.density, b.path) = (free.then_some(0.02), None, Vec::new()));
     }
@@ -77,7 +77,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let weighs = spec.mass.or_else(|| session.world().body_state(&own).filter(|s| s.gives()).map(|s| s.mass()));
     if let Some(mass) = weighs {
         ui.end_row();
-        let label = name(ui, "Mass", "Spread evenly over its shape");
+        let label = name(ui, "Mass", "Distributed uniformly over the shape");
         let done = input(ui, &label, mass, GRAM, &How::late());
         tell(session, "mass", done.error);
         if let Some(mass) = done.value {
@@ -98,7 +98,7 @@ fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
         edit(session, index, "friction", |b| b.friction = done.value);
     }
     ui.end_row();
-    let label = name(ui, "Bounce", "Restitution: part of the speed of impact that is given back");
+    let label = name(ui, "Restitution", "Ratio of separation to approach speed");
     let done = input(ui, &label, spec.restitution.unwrap_or(all.restitution), PLAIN, &how);
     tell(session, "restitution", done.error);
     if done.reset || done.value.is_some() {
@@ -110,8 +110,8 @@ fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
 /// Whether the body has a temperature, and its value.
 fn warmth(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let mut hot = spec.temperature.is_some();
-    let about = "Whether it gives heat to what touches it, or takes it";
-    if ui.checkbox(&mut hot, "Has heat").on_hover_text(about).changed() {
+    let about = "Whether the body exchanges heat with sheets in contact";
+    if ui.checkbox(&mut hot, "Exchanges heat").on_hover_text(about).changed() {
         edit(session, index, "temperature", |b| b.temperature = hot.then_some(100.0));
     }
     if let Some(celsius) = spec.temperature {
@@ -138,7 +138,7 @@ fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ("ball", Shape::Ball(0.4 * size), DVec3::new(middle.x, high.y + size, middle.z), Some(0.02)),
         ];
         for (title, shape, position, mass) in shapes {
-            if ui.button(title).on_hover_text("Below the sheet it stands, above it falls").clicked() {
+            if ui.button(title).on_hover_text("A static body below the sheet, a dynamic body above it").clicked() {
                 let placement = Placement { position, rotation: DVec3::ZERO };
                 session.edit(&format!("new {title}"), "new body", |s| {
                     s.bodies.push(BodySpec { placement, mass, ..BodySpec::new(shape) });

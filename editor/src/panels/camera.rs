@@ -38,13 +38,13 @@ pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         }
     });
     ui.horizontal(|ui| {
-        if ui.button("Focus").on_hover_text("Bring everything into view, from this side").clicked() {
+        if ui.button("Focus").on_hover_text("Show everything from the present direction").clicked() {
             state.camera = state.camera.focused(session.world());
         }
-        if ui.button("Scene's own").on_hover_text("The view that the scene asks for (F)").clicked() {
+        if ui.button("Scene's own").on_hover_text("The camera of the scene (F)").clicked() {
             state.camera = Camera::of_session(session);
         }
-        if ui.button("Keep in scene").on_hover_text("The scene asks for this view from now on").clicked() {
+        if ui.button("Keep in scene").on_hover_text("Store this view as the camera of the scene").clicked() {
             let (eye, target) = (state.camera.eye().as_dvec3(), state.camera.target.as_dvec3());
             session.edit("view", "camera", |s| s.camera = Some(CameraSpec { eye, target }));
         }
@@ -61,19 +61,19 @@ fn numbers(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         ui.end_row();
         done.value
     };
-    if let Some(v) = number(ui, ("Distance", "From the eye to what it looks at"), f64::from(camera.distance), MM) {
+    if let Some(v) = number(ui, ("Distance", "From eye to target"), f64::from(camera.distance), MM) {
         camera.distance = (v as f32).clamp(1e-4, 1e4);
     }
     let angle = |radians: f32| f64::from(radians).to_degrees();
-    if let Some(v) = number(ui, ("Around", "Turn about the vertical"), angle(camera.yaw), DEGREES) {
+    if let Some(v) = number(ui, ("Yaw", "Rotation about the vertical"), angle(camera.yaw), DEGREES) {
         camera.yaw = v.to_radians() as f32;
     }
-    if let Some(v) = number(ui, ("Height", "Angle of the eye above what it looks at"), angle(camera.pitch), DEGREES) {
+    if let Some(v) = number(ui, ("Pitch", "Elevation of the eye above the target"), angle(camera.pitch), DEGREES) {
         camera.pitch = (v.to_radians() as f32).clamp(-1.55, 1.55);
     }
     if let Some(v) = number(
         ui,
-        ("Opening", "Angle between the upper and the lower edge of the view"),
+        ("Field of view", "Angle between the upper and the lower edge of the view"),
         angle(camera.field_of_view),
         DEGREES,
     ) {

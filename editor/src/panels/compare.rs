@@ -14,7 +14,7 @@ use crate::units::format_si;
 /// Offered fields: title, path with `#` for the index of the sheet.
 const FIELDS: [(&str, &str); 8] = [
     ("structure", "sheets.#.structure"),
-    ("engine", "engine"),
+    ("integrator", "engine"),
     ("step", "dt"),
     ("material", "sheets.#.material"),
     ("Young", "sheets.#.material.young"),
@@ -36,7 +36,7 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         ui.horizontal(|ui| {
             ui.label(RichText::new("■").color(COLOURS[(index + 1) % COLOURS.len()]));
             row(ui, index, variant, state);
-            if ui.small_button("✖").on_hover_text("Compare with this no more").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove this variant").clicked() {
                 removed = Some(index);
             }
         });
@@ -46,11 +46,11 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     }
     ui.horizontal(|ui| {
         if new.len() < MOST_BESIDE
-            && ui.button("Add a variant").on_hover_text("The same scene with one field different").clicked()
+            && ui.button("Add a variant").on_hover_text("The scene with one field changed").clicked()
         {
             new.push(another(session, state.sheet, &new));
         }
-        if !now.is_empty() && ui.button("Stop comparing").on_hover_text("The scene alone again").clicked() {
+        if !now.is_empty() && ui.button("Stop comparing").on_hover_text("Show the scene alone").clicked() {
             new.clear();
         }
     });
@@ -65,7 +65,7 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if session.beside().next().is_some() {
         table(ui, session);
     } else {
-        ui.weak("Two to four of the same scene side by side, in step, with one field different: structure, engine, step, material …");
+        ui.weak("Variants of the scene side by side, at the same time, with one field changed: structure, integrator, step, material …");
     }
 }
 
@@ -150,9 +150,9 @@ fn table(ui: &mut Ui, session: &Session) {
     Grid::new("compared").num_columns(4).striped(true).show(ui, |ui| {
         let titles = [
             ("", ""),
-            ("height", "Of the first probe, or of the middle of the first sheet where there is none"),
-            ("differs by", "From the scene's at the same time"),
-            ("a step", "What a step takes"),
+            ("height", "Of the first probe, or of the first sheet's centre of mass"),
+            ("difference", "From the scene at the same time"),
+            ("step time", "Wall-clock time of a step"),
         ];
         for (title, about) in titles {
             ui.label(RichText::new(title).color(quiet(ui))).on_hover_text(about);
@@ -165,7 +165,7 @@ fn table(ui: &mut Ui, session: &Session) {
             let name = if broken.is_some() { format!("✖ {name}") } else { name };
             let label = ui.label(RichText::new(name).color(readable(ui, COLOURS[index % COLOURS.len()])));
             if let Some(time) = broken {
-                label.on_hover_text(format!("Went unstable at {time:.4} s and was stopped"));
+                label.on_hover_text(format!("Unstable at {time:.4} s, and stopped"));
             }
             let now = one.height_at(time);
             ui.monospace(now.map_or_else(String::new, |h| format_si(h, "m")));

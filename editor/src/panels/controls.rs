@@ -12,7 +12,7 @@ pub(super) fn column(ui: &mut Ui, session: &mut Session, state: &mut EditorState
         ui.spacing_mut().item_spacing.x = 3.0;
         for (which, title) in Section::ALL {
             let open = state.open_sections.contains(&which);
-            let response = ui.selectable_label(open, title).on_hover_text("Shift+click shows it beside the others");
+            let response = ui.selectable_label(open, title).on_hover_text("Shift+click opens it beside the others");
             if response.clicked() {
                 let more = ui.input(|i| i.modifiers.shift || i.modifiers.command);
                 match (more, open) {
@@ -62,7 +62,7 @@ fn section(
     response.widget_info(|| {
         egui::WidgetInfo::labeled(egui::WidgetType::Button, true, format!("Take {title} out of the column"))
     });
-    let out = response.on_hover_text("A window of its own; so does drawing the title out of the column").clicked();
+    let out = response.on_hover_text("Detach as a window, or drag the title out of the column").clicked();
     let left = drawn.interact_pointer_pos().is_some_and(|at| !column.expand(12.0).contains(at));
     if out || (drawn.dragged() && left) {
         state.floating.insert(which);

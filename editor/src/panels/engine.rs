@@ -20,9 +20,9 @@ pub fn engine(ui: &mut Ui, session: &mut Session) {
 /// Default friction and restitution.
 fn surfaces(ui: &mut Ui, session: &mut Session) {
     let (friction, restitution) = (session.scene().contact.friction, session.scene().contact.restitution);
-    let about = "Coulomb friction coefficient of what has none of its own";
+    let about = "Coulomb friction coefficient of sheets and bodies without their own";
     let how = How { late: true, ..How::slider(0.0..=1.0) };
-    dial(ui, session, ("All friction", about, "contact.friction"), friction, PLAIN, &how);
-    let about = "Restitution of what has none of its own";
-    dial(ui, session, ("All restitution", about, "contact.restitution"), restitution, PLAIN, &how);
+    dial(ui, session, ("Default friction", about, "contact.friction"), friction, PLAIN, &how);
+    let about = "Coefficient of restitution of sheets and bodies without their own";
+    dial(ui, session, ("Default restitution", about, "contact.restitution"), restitution, PLAIN, &how);
 }

@@ -27,11 +27,11 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             return;
         }
         Grid::new("export").num_columns(2).show(ui, |ui| {
-            let often = if job.kind == Kind::Gltf { "A second" } else { "Pictures a second" };
-            let label = ui.label(often).on_hover_text("Moments in a simulated second, 0.01 to 10000");
+            let often = if job.kind == Kind::Gltf { "Per second" } else { "Pictures per second" };
+            let label = ui.label(often).on_hover_text("Moments per simulated second, 0.01 to 10000");
             ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
             ui.end_row();
-            let label = name(ui, "Duration", "From the present moment on, simulated time");
+            let label = name(ui, "Duration", "Simulated time from the present state on, s");
             let done = input(ui, &label, job.seconds, SECOND, &How { speed: 0.02, ..How::default() });
             job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
             tell(session, "duration", done.error);
@@ -47,11 +47,13 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             }
         });
         if job.kind == Kind::Gltf {
-            ui.weak(format!("Sheets as morph targets, bodies and heaters as nodes; at most {MOST_TARGETS} moments."));
+            ui.weak(format!(
+                "Sheets as morph targets, bodies and heaters as glTF nodes; at most {MOST_TARGETS} moments."
+            ));
         }
         let count = moments(job.rate, job.seconds, usize::MAX).map_or(0, |count| count);
         ui.weak(if count == 1 { "1 moment".to_owned() } else { format!("{count} moments") });
-        ui.weak("The run goes on from the present moment beside what is open, which stays where it is.");
+        ui.weak("The run continues from the present state; the open session is unchanged.");
         if ui.button("Write").clicked() {
             session.pause();
             if let Err(error) = job.begin(session, &state.camera) {
@@ -87,6 +89,6 @@ fn told(session: &mut Session, job: &Job) {
         Kind::Gltf => session.note(format!("written: {}", job.file.display())),
     }
     if let Some(sheet) = job.world().and_then(World::unstable) {
-        session.fail(format!("in what was written, {} went unstable and was stopped", sheet.name));
+        session.fail(format!("in the written run {} became unstable and was stopped", sheet.name));
     }
 }

@@ -135,7 +135,7 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
         ui.close();
     }
     exports(ui, session, state);
-    if ui.button("Reload from its file").on_hover_text("Start again with the file's own values").clicked() {
+    if ui.button("Reload from its file").on_hover_text("Restart with the values of the file").clicked() {
         session.reload();
         ui.close();
     }
@@ -146,7 +146,7 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
     ui.weak("or drop a file on the window")
         .on_hover_text("A scene, recording, material, sheet, polyhedra or heater file");
     ui.separator();
-    if ui.button("Study…").on_hover_text("Sheets seen blind, with a questionnaire: answers as CSV").clicked() {
+    if ui.button("Study…").on_hover_text("Blind trials of sheets with a questionnaire; answers as CSV").clicked() {
         super::study::open(state);
         ui.close();
     }
@@ -162,8 +162,12 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
 /// Exports.
 fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     let runs = [
-        ("Export pictures…", "A run from now on, picture by picture, as PNG", Purpose::Sequence),
-        ("Export glTF…", "A run from now on: sheets that bend and bodies that move, for other programs", Purpose::Gltf),
+        ("Export pictures…", "A run from the present state on, as a sequence of PNG files", Purpose::Sequence),
+        (
+            "Export glTF…",
+            "A run from the present state on: deforming sheets and moving bodies, for other programs",
+            Purpose::Gltf,
+        ),
     ];
     for (title, about, purpose) in runs {
         if ui.button(title).on_hover_text(about).clicked() {
@@ -175,7 +179,7 @@ fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         state.browse(session, Purpose::Csv);
         ui.close();
     }
-    if ui.button("Export picture…").on_hover_text("The scene as it is seen now, as PNG, without panels").clicked() {
+    if ui.button("Export picture…").on_hover_text("The present view as PNG, without panels").clicked() {
         state.browse(session, Purpose::Picture);
         ui.close();
     }
@@ -184,7 +188,7 @@ fn exports(ui: &mut Ui, session: &Session, state: &mut EditorState) {
 /// Recovery of unsaved work found at the start.
 fn recover(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if let Some((copy, scene)) = state.left.clone() {
-        let about = "Work that was not saved when the editor last ended";
+        let about = "Unsaved work of the last run of the editor";
         if ui.button(format!("Recover \"{}\"", scene.name)).on_hover_text(about).clicked() {
             state.recover(session, &scene);
             state.keeper.forget(&copy);
@@ -275,7 +279,7 @@ pub fn dialog(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             }
         });
         if let Some(file) = &dialog.over {
-            ui.colored_label(ui.visuals().warn_fg_color, format!("{} is there already.", file.display()));
+            ui.colored_label(ui.visuals().warn_fg_color, format!("{} exists already.", file.display()));
         }
     });
     match chosen {
@@ -411,7 +415,10 @@ impl EditorState {
             // A material.
             self.open_sections = [Section::Material].into();
             let name = session.world().sheets().get(self.sheet).map_or(String::new(), |s| s.name.clone());
-            session.note(format!("{name} is of {} now", file.file_name().unwrap_or_default().to_string_lossy()));
+            session.note(format!(
+                "the material of {name} is now {}",
+                file.file_name().unwrap_or_default().to_string_lossy()
+            ));
             return;
         };
         if before == (0, 0, 0) {
@@ -447,7 +454,7 @@ impl EditorState {
 /// Report the file of unsaved work that another scene replaced.
 fn tell_of(session: &mut Session, aside: Option<&Path>) {
     if let Some(file) = aside {
-        session.note(format!("what was not saved is kept: File, Recent, {}", scenes::title(file)));
+        session.note(format!("unsaved work was written to: File, Recent, {}", scenes::title(file)));
     }
 }
 

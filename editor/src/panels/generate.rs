@@ -28,7 +28,7 @@ pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ui.vertical(|ui| {
                 Grid::new("generate").num_columns(2).show(ui, |ui| fields(ui, session, &mut draft.spec));
                 if let Some((_, Ok(found))) = &draft.built {
-                    let text = format!("{} masses, {} springs, {:.3} g", found.masses, found.springs, found.grams);
+                    let text = format!("{} nodes, {} springs, {:.3} g", found.masses, found.springs, found.grams);
                     ui.label(RichText::new(text).strong());
                 }
                 if let Some((_, Err(problem))) = &draft.built {
@@ -39,7 +39,7 @@ pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         let fine = matches!(&draft.built, Some((_, Ok(_))));
         ui.add_enabled_ui(fine, |ui| {
             ui.horizontal(|ui| {
-                if ui.button("Add to the scene").on_hover_text("As one edit, which undo takes back").clicked() {
+                if ui.button("Add to the scene").on_hover_text("As one edit, with undo").clicked() {
                     let spec = draft.spec.clone();
                     done = session.edit("generated sheet", "generate", |s| s.sheets.push(spec));
                 }
@@ -48,7 +48,7 @@ pub fn generate(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 ui.add(field).labelled_by(label.id);
                 if ui
                     .button("Write .SHT")
-                    .on_hover_text("The thesis's sheet file, readable by `sheetwork` too")
+                    .on_hover_text("Sheet file of the thesis, also readable by `sheetwork`")
                     .clicked()
                 {
                     write(session, &draft);
@@ -71,7 +71,7 @@ fn write(session: &mut Session, draft: &Draft) {
 }
 
 fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
-    let label = name(ui, "Structure", "How the masses are joined");
+    let label = name(ui, "Structure", "Discretisation: a shell, or a lattice of springs");
     let shown = ComboBox::from_id_salt("new structure").selected_text(spec.structure.name()).show_ui(ui, |ui| {
         for row in TABLE {
             ui.selectable_value(&mut spec.structure, row.kind, row.name).on_hover_text(row.about);
@@ -81,7 +81,7 @@ fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     ui.end_row();
     let (low, high) = spec.structure.info().layers;
     let mut count = |ui: &mut Ui, title: &str, now: u32, (low, high): (u32, u32)| {
-        let label = name(ui, title, "Masses");
+        let label = name(ui, title, "Nodes");
         let done = input(ui, &label, f64::from(now), COUNT, &How { speed: 0.1, ..How::default() });
         tell(session, title, done.error);
         ui.end_row();

@@ -39,7 +39,7 @@ pub fn heat(ui: &mut Ui, session: &mut Session) {
 fn oven(ui: &mut Ui, session: &mut Session) {
     let spec = session.scene().oven.clone();
     let mut on = spec.as_ref().is_some_and(|o| o.on);
-    if ui.checkbox(&mut on, "Oven").on_hover_text("The whole room, air and walls, at a temperature").changed() {
+    if ui.checkbox(&mut on, "Oven").on_hover_text("Air and walls of the room at one temperature").changed() {
         match &spec {
             Some(_) => _ = session.set("oven.on", if on { "1" } else { "0" }),
             None => _ = session.edit("oven", "oven", |s| s.oven = Some(OvenSpec::default())),
@@ -63,8 +63,8 @@ fn oven(ui: &mut Ui, session: &mut Session) {
             } else {
                 ui.horizontal(|ui| {
                     let now = session.world().room_temperature();
-                    ui.label(CELSIUS.format(now)).on_hover_text("By its schedule");
-                    if ui.small_button("hold").on_hover_text("Hold this temperature in place of the schedule").clicked()
+                    ui.label(CELSIUS.format(now)).on_hover_text("By the schedule");
+                    if ui.small_button("hold").on_hover_text("Keep this temperature in place of the schedule").clicked()
                     {
                         session.edit("oven held", "oven", |s| {
                             s.oven = Some(OvenSpec { schedule: Vec::new(), temperature: now, ..spec.clone() });
@@ -83,9 +83,9 @@ fn room(ui: &mut Ui, session: &mut Session) {
         (session.scene().ambient_temperature, session.scene().convection, session.scene().time_lapse);
     let about = "Temperature of the surroundings, °C; type 70 °F or 300 K if you like";
     dial(ui, session, ("Ambient", about, "ambient_temperature"), ambient, CELSIUS, &How::slider(-20.0..=60.0));
-    let about = "Heat that both sides of a sheet together give to still air, W/(m² K)";
+    let about = "Convection coefficient of both sides of a sheet together in still air, W/(m² K)";
     dial(ui, session, ("Convection", about, "convection"), convection, CONVECTION, &How::slider(0.0..=100.0));
-    let about = "How many times faster time runs for heat than for motion";
+    let about = "Factor of thermal time over mechanical time";
     dial(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, &How::log(0.1..=100.0));
 }
 
@@ -95,10 +95,10 @@ fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
     CollapsingHeader::new(RichText::new(title).strong()).id_salt(("heater", index)).default_open(true).show(ui, |ui| {
         ui.horizontal(|ui| {
             let mut on = spec.on;
-            if ui.checkbox(&mut on, "On").on_hover_text("Whether it radiates").changed() {
+            if ui.checkbox(&mut on, "On").on_hover_text("Whether the heater radiates").changed() {
                 session.edit("heater switched", &format!("heaters.{index}.on"), |s| s.heaters[index].on = on);
             }
-            if ui.small_button("Remove").on_hover_text("Take this heater out of the scene").clicked() {
+            if ui.small_button("Remove").on_hover_text("Remove this heater from the scene").clicked() {
                 session.edit("removal of a heater", "remove heater", |s| _ = s.heaters.remove(index));
             }
         });
@@ -164,7 +164,7 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
 /// Placement of an item: position and rotation.
 pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placement) {
     Grid::new(("place", session.name_of(item))).num_columns(2).show(ui, |ui| {
-        name(ui, "Place", "Where it is put, mm; or drag it with the move tool in the view");
+        name(ui, "Position", "Position, mm; or drag it with the move tool in the view");
         let (new, _) = vector(ui, session, "place", now.position, MM, &How { speed: 0.5, ..How::late() });
         if let Some(position) = new {
             session.place(item, Placement { position, ..now });
@@ -173,7 +173,7 @@ pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placeme
         if item == Item::HeatGun {
             return;
         }
-        name(ui, "Turn", "About the fixed x, y and z axes, in this order");
+        name(ui, "Rotation", "About the fixed x, y and z axes, in this order");
         let (new, _) = vector(ui, session, "turn", now.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
         if let Some(rotation) = new {
             session.place(item, Placement { rotation, ..now });
@@ -190,21 +190,21 @@ fn gun(ui: &mut Ui, session: &mut Session) {
             if ui.checkbox(&mut on, "Blows").on_hover_text("Whether the heat gun is on").changed() {
                 session.set("heat_gun.on", if on { "1" } else { "0" });
             }
-            if ui.small_button("Put away").on_hover_text("Take the heat gun out of the scene").clicked() {
-                session.edit("heat gun put away", "heat gun", |s| s.heat_gun = None);
+            if ui.small_button("Remove").on_hover_text("Remove the heat gun from the scene").clicked() {
+                session.edit("removal of the heat gun", "heat gun", |s| s.heat_gun = None);
             }
         });
         Grid::new("gun").num_columns(2).show(ui, |ui| {
-            let about = "Temperature of its air, °C";
+            let about = "Temperature of the jet, °C";
             dial(
                 ui,
                 session,
-                ("Its air", about, "heat_gun.temperature"),
+                ("Jet", about, "heat_gun.temperature"),
                 spec.temperature,
                 CELSIUS,
                 &How::slider(50.0..=600.0),
             );
-            name(ui, "Blows to", "Direction: any length but 0");
+            name(ui, "Direction", "Direction of the jet, of any length but 0");
             let (new, _) =
                 vector(ui, session, "direction", spec.direction, PLAIN, &How { speed: 0.02, ..How::default() });
             if let Some(direction) = new.filter(|d| *d != DVec3::ZERO) {
@@ -253,7 +253,7 @@ fn temperatures(ui: &mut Ui, session: &mut Session) {
             let (low, high) = heat.range();
             ui.label(RichText::new(&sheet.name).color(quiet(ui)));
             ui.monospace(format!("{low:.1} to {high:.1} °C"));
-            if ui.small_button("cool").on_hover_text("Bring it to the temperature of the room at once").clicked() {
+            if ui.small_button("cool").on_hover_text("Set the sheet to the temperature of the surroundings").clicked() {
                 cool = Some(index);
             }
             ui.end_row();

@@ -7,7 +7,7 @@ use crate::session::Session;
 /// Switch, and a line with clients, frames per second, and data rate.
 pub fn link(ui: &mut Ui, session: &mut Session) {
     let mut on = session.link().is_on();
-    let about = "Let other processes watch and command this session: sheetwork watch, sheetwork set, Python";
+    let about = "Let other processes observe and command this session: sheetwork watch, sheetwork set, Python";
     if ui.checkbox(&mut on, "Open to other processes").on_hover_text(about).changed() {
         session.set_link(on);
     }

@@ -26,7 +26,7 @@ pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     droop(ui, session, &mut state.previews, &now, length);
     Grid::new("material").num_columns(2).show(ui, |ui| {
         constants(ui, session, index);
-        let about = "Density; with the thickness it makes the weight. Type 1.05 g/cm³";
+        let about = "Mass per volume. Type 1.05 g/cm³";
         let how = How { late: true, ..How::log(10.0..=2e4) };
         let path = format!("sheets.{index}.material.density");
         dial(ui, session, ("Density", about, &path), now.density, DENSITY, &how);
@@ -53,7 +53,7 @@ fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: u
     let gravity = session.world().gravity().length();
     let mut chosen = None;
     ui.horizontal(|ui| {
-        let label = name(ui, "Material", "A preset; choosing another starts the scene anew");
+        let label = name(ui, "Material", "Preset; another choice restarts the scene");
         let combo = egui::ComboBox::from_id_salt("material").selected_text(text).width(190.0).height(460.0);
         let shown = combo.show_ui(ui, |ui| {
             for (name, about, material) in LIBRARY {
@@ -62,7 +62,7 @@ fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: u
                     let (rect, _) = ui.allocate_exact_size(vec2(46.0, 34.0), Sense::hover());
                     strip_shape(ui, rect, strip, ACCENT);
                     let about = format!(
-                        "{about}. A strip of {} hangs by {:.0} % of its length.",
+                        "{about}. A strip of {} droops by {:.0} % of its length.",
                         format_si(length, "m"),
                         100.0 * strip.drop
                     );
@@ -73,7 +73,7 @@ fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: u
             }
         });
         shown.response.labelled_by(label.id);
-        if changed && ui.small_button("⟲").on_hover_text(format!("Back to {now} as it is in the library")).clicked() {
+        if changed && ui.small_button("⟲").on_hover_text(format!("Reset to {now} of the library")).clicked() {
             chosen = LIBRARY.iter().map(|row| row.0).find(|name| **name == *now);
         }
     });

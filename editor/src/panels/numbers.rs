@@ -53,7 +53,7 @@ fn energies(ui: &mut Ui, history: &[Sample]) {
         let rows = [
             ("kinetic", KINETIC, now.kinetic),
             ("elastic", ELASTIC, now.elastic),
-            ("gravity", GRAVITY, now.gravity),
+            ("potential", GRAVITY, now.gravity),
             ("total", TOTAL, now.total()),
         ];
         for (name, colour, value) in rows {
@@ -101,9 +101,9 @@ fn timing(ui: &mut Ui, session: &Session) {
     let timing = session.timing();
     let none = || "-".to_owned();
     let step = if timing.step_s > 0.0 { format_si(timing.step_s, "s") } else { none() };
-    row(ui, "a step", step);
+    row(ui, "step time", step);
     row(ui, "real time", session.real_time_factor().map_or_else(none, |f| format!("{f:.1}×")));
-    row(ui, "steps a frame", timing.steps.to_string());
+    row(ui, "steps per frame", timing.steps.to_string());
     row(ui, "steps", session.world().steps().to_string());
     if timing.lost_s > 0.0 {
         let text = RichText::new(format!("{:.2} s", timing.lost_s));
@@ -116,28 +116,27 @@ fn timing(ui: &mut Ui, session: &Session) {
 fn counts(ui: &mut Ui, session: &Session) {
     let sheets = session.world().sheets();
     row(ui, "simulated", format!("{:.3} s", session.world().time()));
-    row(ui, "masses", sheets.iter().map(|s| s.masses()).sum::<usize>().to_string());
+    row(ui, "nodes", sheets.iter().map(|s| s.masses()).sum::<usize>().to_string());
     row(ui, "springs", sheets.iter().map(|s| s.springs().len()).sum::<usize>().to_string());
     row(ui, "contacts", session.contacts().to_string());
     row(ui, "max speed", format_si(sheets.iter().map(|s| s.max_speed()).fold(0.0, f64::max), "m/s"));
-    row(ui, "deepest", format_si(session.penetration().iter().copied().fold(0.0, f64::max), "m"));
+    row(ui, "penetration", format_si(session.penetration().iter().copied().fold(0.0, f64::max), "m"));
     let resting = sheets.iter().filter(|s| s.status == Status::Asleep).count();
-    row(ui, "at rest", format!("{resting} of {}", sheets.len()));
+    row(ui, "asleep", format!("{resting} of {}", sheets.len()));
 }
 
-/// Delivered and requested stiffness of each sheet: "asked 3.00 GPa, bends as 2.98 GPa"; sheets
+/// Delivered and requested stiffness of each sheet: "delivers 2.98 GPa of 3.00 GPa"; sheets
 /// with equal values share a line.
 fn stiffness(ui: &mut Ui, session: &Session) {
     let world = session.world();
     let mut said: Vec<(String, String, Vec<&str>)> = Vec::new();
     for sheet in world.sheets() {
         let Some(found) = sheet.delivered_stiffness(world.dt()) else { continue };
-        let text =
-            format!("asked {}, bends as {}", format_si(found.asked_pa, "Pa"), format_si(found.bends_as_pa, "Pa"));
+        let text = format!("delivers {} of {}", format_si(found.bends_as_pa, "Pa"), format_si(found.asked_pa, "Pa"));
         let percent = |part: f64| format!("{:.2} %", 100.0 * part);
         let about = format!(
-            "Of the stiffness of its material the structure delivers {}, the grid {} of that for the present shape, and the step {} \
-             of that for the present motion. The engine alone damps the present wave by {} of critical, the material by {}.",
+            "Delivered fractions of the material's stiffness: structure {}, grid {} for the present shape, time step {} for the \
+             present motion. Damping ratios of the present wave: integrator {}, material {}.",
             percent(found.structure),
             percent(found.grid),
             percent(found.step),
@@ -173,17 +172,17 @@ fn events(ui: &mut Ui, session: &Session) {
 pub(super) fn describe(event: &Event) -> String {
     let what = match event.kind {
         EventKind::FirstContact => "touches",
-        EventKind::SlidOff => "has left",
+        EventKind::SlidOff => "slides off",
         EventKind::Flat => "lies flat on",
-        EventKind::AtRest => "is at rest",
+        EventKind::AtRest => "comes to rest",
         EventKind::Woke => "wakes",
-        EventKind::Unstable => "went unstable",
-        EventKind::Contained => "was kept from going unstable",
-        EventKind::GivenUp => "went on without contact being solved for",
-        EventKind::Crossing => "goes through another sheet, and will until they are apart",
-        EventKind::Recovered => "is stepped as before again",
+        EventKind::Unstable => "becomes unstable",
+        EventKind::Contained => "is stabilised by the recovery policy",
+        EventKind::GivenUp => "moves by a fallback: contact did not converge",
+        EventKind::Crossing => "interpenetrates another sheet until they separate",
+        EventKind::Recovered => "has recovered",
         EventKind::Buckled => "buckles",
-        EventKind::Resampled => "goes to another grid",
+        EventKind::Resampled => "changes to another grid",
         EventKind::Torn if event.opening.is_some_and(|o| o.melted) => "melts",
         EventKind::Torn => "tears",
     };

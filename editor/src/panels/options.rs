@@ -115,7 +115,7 @@ impl Section {
         (Self::Material, "Material"),
         (Self::Sheet, "Sheet"),
         (Self::Bodies, "Bodies"),
-        (Self::Engine, "Engine"),
+        (Self::Engine, "Integrator"),
         (Self::Heat, "Heat"),
         (Self::Display, "Display"),
         (Self::Camera, "Camera"),

@@ -315,21 +315,21 @@ fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| match state.tool {
         Tool::Heat => {
             let how = How { speed: 1.0, ..How::default() };
-            let (to, wide) = (name(ui, "to", "Temperature that is painted, °C"), brush.radius_on(size));
+            let (to, wide) = (name(ui, "to", "Painted temperature, °C"), brush.radius_on(size));
             let done = input(ui, &to, brush.celsius, CELSIUS, &how);
             brush.celsius = done.value.unwrap_or(brush.celsius).clamp(-273.15, 5000.0);
             tell(session, "brush", done.error);
             let label = name(
                 ui,
                 "radius",
-                "Of what is painted: half of it wholly. A double click takes a twelfth of the sheet",
+                "Radius of the brush, of which the inner half is painted fully. A double click takes a twelfth of the sheet",
             );
             let done = input(ui, &label, wide, MM, &How { speed: 0.1, ..How::default() });
             brush.radius = if done.reset { None } else { done.value.map(|v| v.clamp(1e-6, 1e3)).or(brush.radius) };
             tell(session, "brush", done.error);
         }
         Tool::Crease => {
-            let label = name(ui, "by", "Angle of the fold; positive, the sides rise to the upper side");
+            let label = name(ui, "by", "Rest angle of the crease; positive angles raise the sides towards the upper side");
             let done = input(ui, &label, brush.angle, DEGREES, &How { speed: 0.5, ..How::default() });
             brush.angle = done.value.unwrap_or(brush.angle).clamp(-175.0, 175.0);
             tell(session, "crease", done.error);

@@ -28,12 +28,12 @@ pub fn plots(ui: &mut Ui, session: &Session, state: &mut EditorState) {
         ui.checkbox(&mut plots.energy, "Energy");
         ui.checkbox(&mut plots.step, "Step time");
         ui.checkbox(&mut plots.stages, "Stages").on_hover_text(
-            "What a step spends on motion, looking for contact, solving for it, heat and bodies; measured only while this is on",
+            "Wall-clock time of a step's phases: motion, collision detection, contact solver, heat, bodies; measured only while this is on",
         );
         ui.checkbox(&mut plots.height, "Height");
         ui.checkbox(&mut plots.temperature, "Temperature");
         ui.checkbox(&mut plots.stiffness, "Delivered").on_hover_text(
-            "Part of the stiffness asked for that the sheet bends with: what structure, grid and step leave of it",
+            "Delivered bending stiffness relative to the requested one, after structure, grid and time step",
         );
         export = ui.button("Export CSV…").on_hover_text("All samples of the run as a table").clicked();
     });
@@ -68,7 +68,7 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     if plots.step {
         let dt = session.world().dt();
         let took = |s: &Sample| (s.step_s > 0.0).then_some(s.step_s);
-        let lines = vec![Line::new("a step takes", KINETIC, took), Line::new("there is", QUIET, move |_| Some(dt))];
+        let lines = vec![Line::new("step", KINETIC, took), Line::new("real time", QUIET, move |_| Some(dt))];
         all.push(("Step time", "s", lines));
     }
     if plots.stages {
@@ -79,15 +79,15 @@ fn charts(session: &Session, plots: Plots) -> Vec<Chart<'_>> {
     }
     if plots.temperature && heated {
         let lines = vec![
-            Line::new("hottest", Color32::from_rgb(240, 90, 60), |s| Some(s.celsius?[2])),
+            Line::new("highest", Color32::from_rgb(240, 90, 60), |s| Some(s.celsius?[2])),
             Line::new("mean", KINETIC, |s| Some(s.celsius?[1])),
-            Line::new("coldest", ELASTIC, |s| Some(s.celsius?[0])),
+            Line::new("lowest", ELASTIC, |s| Some(s.celsius?[0])),
         ];
         all.push(("Temperature", "°C", lines));
     }
     if plots.stiffness && aims {
         let part = |s: &Sample| Some(100.0 * s.delivered?);
-        let lines = vec![Line::new("asked", QUIET, |_| Some(100.0)), Line::new("bends as", ELASTIC, part)];
+        let lines = vec![Line::new("requested", QUIET, |_| Some(100.0)), Line::new("delivered", ELASTIC, part)];
         all.push(("Stiffness", "%", lines));
     }
     if compared {
@@ -103,7 +103,7 @@ fn energies(session: &Session) -> Vec<Line<'_>> {
     let lowest = session.history().iter().map(|s| s.gravity).fold(f64::INFINITY, f64::min);
     vec![
         Line::new("total", TOTAL, move |s| Some(s.total() - lowest)),
-        Line::new("gravity", GRAVITY, move |s| Some(s.gravity - lowest)),
+        Line::new("potential", GRAVITY, move |s| Some(s.gravity - lowest)),
         Line::new("elastic", ELASTIC, |s| Some(s.elastic)),
         Line::new("kinetic", KINETIC, |s| Some(s.kinetic)),
     ]

@@ -25,7 +25,7 @@ pub fn sheet(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         return;
     };
     let text = format!(
-        "{} masses, {} springs, {}",
+        "{} nodes, {} springs, {}",
         sheet.masses(),
         sheet.springs().len(),
         format_si(1e3 * sheet.total_mass(), "g")
@@ -81,7 +81,7 @@ fn spec(session: &Session, index: usize) -> SheetSpec {
 
 fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
-    let label = name(ui, "Structure", "How the masses are joined");
+    let label = name(ui, "Structure", "Discretisation: a shell, or a lattice of springs");
     let mut chosen = spec.structure;
     let from_file = spec.file.is_some();
     ui.add_enabled_ui(!from_file, |ui| {
@@ -105,10 +105,10 @@ fn structure(ui: &mut Ui, session: &mut Session, index: usize) {
     ui.end_row();
     let lattice = spec.structure.name() != "shell";
     if lattice {
-        let label = name(ui, "Springs", "How springs get their stiffness from the material");
+        let label = name(ui, "Springs", "Law that determines spring stiffnesses from the material");
         let laws = [
-            (SpringLaw::Uniform, "uniform", "The thesis's rule: all springs alike"),
-            (SpringLaw::Calibrated, "calibrated", "So that the sheet bends as its material"),
+            (SpringLaw::Uniform, "uniform", "The thesis's law: equal springs"),
+            (SpringLaw::Calibrated, "calibrated", "Springs that reproduce the bending stiffness of the material"),
             (SpringLaw::Length, "by length", "E A / L of each spring"),
         ];
         let now = laws.iter().find(|l| l.0 == spec.springs).map_or("", |l| l.1);
@@ -151,12 +151,12 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
         ui.end_row();
         return;
     }
-    name(ui, "Grid", "Masses along the length and the width, and layers through the thickness");
+    name(ui, "Grid", "Nodes along length and width, and layers through the thickness");
     ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.x = 30.0;
         let (low, high) = spec.structure.info().layers;
-        let new_x = count(ui, session, ("nx", "Masses along the length"), spec.grid.0, (2, 400), first.grid.0);
-        let new_z = count(ui, session, ("nz", "Masses along the width"), spec.grid.2, (2, 400), first.grid.2);
+        let new_x = count(ui, session, ("nx", "Nodes along the length"), spec.grid.0, (2, 400), first.grid.0);
+        let new_z = count(ui, session, ("nz", "Nodes along the width"), spec.grid.2, (2, 400), first.grid.2);
         let layers =
             count(ui, session, ("layers", "Layers through the thickness"), spec.grid.1, (low, high), first.grid.1);
         if new_x.or(new_z).or(layers).is_some() {
@@ -187,13 +187,13 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
 
 fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
     let (spec, first) = (spec(session, index), opened(session, index));
-    name(ui, "Place", "Of the middle of the bottom layer, at the start");
+    name(ui, "Position", "Initial position of the middle of the bottom layer");
     let (new, reset) = vector(ui, session, "place", spec.placement.position, MM, &How { speed: 0.5, ..How::late() });
     if let Some(position) = new.or(reset.then_some(first.placement.position)) {
         edit(session, index, "place", |s| s.placement.position = position);
     }
     ui.end_row();
-    name(ui, "Turn", "About the fixed x, y and z axes, in this order, at the start");
+    name(ui, "Rotation", "Initial rotation about the fixed x, y and z axes, in this order");
     let (new, reset) =
         vector(ui, session, "turn", spec.placement.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
     if let Some(rotation) = new.or(reset.then_some(first.placement.rotation)) {
@@ -209,12 +209,12 @@ const EDGES: [(Region, &str); 4] =
 fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
     let spec = spec(session, index);
     ui.horizontal_wrapped(|ui| {
-        ui.label("Pins").on_hover_text("Edges that are held; single masses are pinned with the pin tool in the view");
+        ui.label("Pins").on_hover_text("Fixed edges; the pin tool in the view pins single nodes");
         for (region, title) in EDGES {
             let held = spec.pins.iter().find(|p| p.region == region);
             let clamped = held.is_some_and(|p| p.clamp);
             let text = if clamped { format!("{title} clamped") } else { title.to_owned() };
-            let about = format!("The {title} edge: free, held, clamped (its slope too), in turn");
+            let about = format!("The {title} edge: free, fixed, clamped (slope fixed too), in turn");
             if ui.selectable_label(held.is_some(), text).on_hover_text(about).clicked() {
                 edit(session, index, &format!("{title} edge"), |s| {
                     let was = s.pins.iter().position(|p| p.region == region);
@@ -230,7 +230,7 @@ fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
             spec.pins.iter().filter(|p| !EDGES.iter().any(|e| e.0 == p.region)).map(in_words).collect();
         if !others.is_empty() {
             ui.label(RichText::new(format!("and {}", others.join(", "))).color(quiet(ui)));
-            if ui.small_button("✖").on_hover_text("Let go of everything that is held").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove all pins").clicked() {
                 edit(session, index, "pins", |s| s.pins.clear());
             }
         }
@@ -240,12 +240,12 @@ fn pins(ui: &mut Ui, session: &mut Session, index: usize) {
 /// Region of a pin that is not an edge, and its motion.
 fn in_words(pin: &PinSpec) -> String {
     let held = match &pin.region {
-        Region::All => "all of it".to_owned(),
+        Region::All => "all nodes".to_owned(),
         Region::Border => "the whole border".to_owned(),
-        Region::Point(u, v) => format!("the mass at ({u}, {v})"),
+        Region::Point(u, v) => format!("the node at ({u}, {v})"),
         Region::Rect(u, v) => format!("u {} to {}, v {} to {}", u.0, u.1, v.0, v.1),
-        Region::Masses(masses) if masses.len() == 1 => "1 mass".to_owned(),
-        Region::Masses(masses) => format!("{} masses", masses.len()),
+        Region::Masses(masses) if masses.len() == 1 => "1 node".to_owned(),
+        Region::Masses(masses) => format!("{} nodes", masses.len()),
         Region::Left | Region::Right | Region::Back | Region::Front => "an edge".to_owned(),
     };
     pin.body.as_ref().map_or_else(|| held.clone(), |body| format!("{held} on {body}"))
@@ -257,13 +257,13 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
     for (k, crease) in spec.creases.iter().enumerate() {
         ui.horizontal(|ui| {
             let label =
-                name(ui, &format!("Crease {}", k + 1), "Angle of the fold; more are drawn with the crease tool");
+                name(ui, &format!("Crease {}", k + 1), "Rest angle of the crease; draw more with the crease tool");
             let done = input(ui, &label, crease.angle, DEGREES, &How { speed: 0.5, ..How::late() });
             tell(session, "crease", done.error);
             if let Some(angle) = done.value {
                 edit(session, index, &format!("crease {}", k + 1), |s| s.creases[k].angle = angle);
             }
-            if ui.small_button("✖").on_hover_text("Take this crease out").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove this crease").clicked() {
                 edit(session, index, "creases", |s| _ = s.creases.remove(k));
             }
         });
@@ -273,7 +273,7 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
         ui.horizontal(|ui| {
             ui.label(title);
             ui.label(RichText::new(count.to_string()).color(quiet(ui)));
-            if ui.small_button("✖").on_hover_text("Take them out; spots are gone after the next reset").clicked() {
+            if ui.small_button("✖").on_hover_text("Remove them; spots disappear with the next reset").clicked() {
                 edit(session, index, title, |s| if title == "Cuts" { s.slits.clear() } else { s.spots.clear() });
             }
         });
@@ -288,7 +288,7 @@ fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         }
         let index = state.sheet;
         let some = index < session.scene().sheets.len();
-        if ui.add_enabled(some, Button::new("Copy")).on_hover_text("Another one like it, a little above").clicked() {
+        if ui.add_enabled(some, Button::new("Copy")).on_hover_text("A copy of the sheet, a little above").clicked() {
             session.edit("copy of a sheet", "copy", |scene| {
                 let mut copy = scene.sheets[index].clone();
                 copy.name = String::new();
@@ -296,7 +296,7 @@ fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 scene.sheets.push(copy);
             });
         }
-        if ui.add_enabled(some, Button::new("Remove")).on_hover_text("Take it out of the scene").clicked() {
+        if ui.add_enabled(some, Button::new("Remove")).on_hover_text("Remove the sheet from the scene").clicked() {
             session.edit("removal of a sheet", "remove", |scene| _ = scene.sheets.remove(index));
         }
     });

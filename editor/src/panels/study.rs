@@ -72,7 +72,7 @@ pub(super) fn bar(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         }
         // Far from the frequently used buttons, at a fixed place.
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.button("Stop the study").on_hover_text("What was answered so far stays in its file").clicked() {
+            if ui.button("Stop the study").on_hover_text("The answers so far stay in the file").clicked() {
                 stays = false;
             }
         });
@@ -118,23 +118,23 @@ fn welcome(ui: &mut Ui, session: &mut Session, state: &mut EditorState, study: &
     window.anchor(Align2::CENTER_CENTER, [0.0; 2]).show(ui.ctx(), |ui| {
         ui.set_max_width(470.0);
         ui.label(
-            "A sheet falls on something that is not drawn: a cube, or one of two wedges, each with five kinds of sheet. Their names are not \
-             shown, and their order is one of chance. After each one you say how it looked: 1 to 9, or N/A. It takes about a quarter of an hour. \
-             Nobody is tested but the sheets; you may stop at any time.",
+            "A sheet falls on a hidden body: a cube, or one of two wedges, each with five kinds of sheet. Names are hidden, and the \
+             order is random. After each trial you rate how it looked: 1 to 9, or N/A. It takes about a quarter of an hour. \
+             The sheets are tested, not you; you may stop at any time.",
         );
         ui.add_space(6.0);
         Grid::new("study").num_columns(2).show(ui, |ui| {
-            let label = ui.label("Subject").on_hover_text("A letter or number, to tell the answers of several apart");
+            let label = ui.label("Subject").on_hover_text("A letter or number that identifies the subject");
             ui.add(TextEdit::singleline(&mut study.subject).desired_width(140.0)).labelled_by(label.id);
             ui.end_row();
-            let label = ui.label("Answers").on_hover_text("A CSV file; answers of others that are in it stay");
+            let label = ui.label("Answers").on_hover_text("A CSV file; answers of other subjects in it are kept");
             ui.add(TextEdit::singleline(&mut study.file).desired_width(320.0)).labelled_by(label.id);
             ui.end_row();
-            let label = ui.label("Order").on_hover_text("The same number gives the same order");
+            let label = ui.label("Order").on_hover_text("Seed of the random order");
             ui.add(bevy_egui::egui::DragValue::new(&mut study.seed)).labelled_by(label.id);
             ui.end_row();
         });
-        ui.weak("The scene that is open comes back afterwards, as it is now.");
+        ui.weak("The open scene is restored afterwards.");
         ui.add_space(4.0);
         if ui.button(RichText::new("Begin").strong()).clicked() {
             match study.begin() {
@@ -197,7 +197,7 @@ fn over(ui: &mut Ui, study: &Study, stays: &mut bool) {
     window.show(ui.ctx(), |ui| {
         ui.label(format!("The answers are in {}.", study.file));
         ui.monospace(format!("sheetwork study {}", study.file));
-        ui.label("works out what they come to.");
+        ui.label("evaluates them.");
         if ui.button("Close").clicked() {
             *stays = false;
         }

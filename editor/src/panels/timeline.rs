@@ -18,7 +18,7 @@ pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         ui.toggle_value(&mut state.plots.shown, "Plots").on_hover_text("Energies, step time, heights and temperatures");
         let mut looped = session.looped();
-        let about = format!("Begin again after {} s, the scene's own duration", session.scene().duration);
+        let about = format!("Restart after {} s, the duration of the scene", session.scene().duration);
         if ui.checkbox(&mut looped, "Loop").on_hover_text(about).changed() {
             session.set_looped(looped);
         }
@@ -26,8 +26,7 @@ pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         let line = session.timeline();
         if session.playback().is_none() {
             let text = format!("{} moments, {:.1} MB", line.len(), line.bytes() as f64 / 1e6);
-            let about =
-                "Snapshots that can be gone back to. When memory is full, every second one of the older half goes.";
+            let about = "Snapshots for rollback. When memory is full, every second one of the older half is dropped.";
             ui.label(RichText::new(text).color(quiet(ui))).on_hover_text(about);
         }
     });
@@ -41,8 +40,8 @@ fn slots(ui: &mut Ui, session: &mut Session) {
     for (i, kept) in session.kept().into_iter().enumerate() {
         let number = i + 1;
         let about = match kept {
-            Some(time) => format!("Back to {time:.3} s ({number}); kept anew by Ctrl+{number} or a right click"),
-            None => format!("Keep this moment (Ctrl+{number})"),
+            Some(time) => format!("Restore {time:.3} s ({number}); Ctrl+{number} or a right click replaces it"),
+            None => format!("Store a snapshot (Ctrl+{number})"),
         };
         let response = ui.selectable_label(kept.is_some(), number.to_string()).on_hover_text(about);
         if response.secondary_clicked() || (response.clicked() && kept.is_none()) {
@@ -108,7 +107,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
         let part = f64::from((pointer.x - inner.left()) / inner.width()).clamp(0.0, 1.0);
         session.scrub(first + part * (end - first));
     }
-    let about = "Drag to go back to a moment that was kept, one for each picture that was drawn; the arrow keys go step by step; marks are events";
+    let about = "Drag to go back to a snapshot, one per drawn frame; the arrow keys go step by step; marks are events";
     // A tooltip would obstruct the drag.
     if !response.dragged() {
         response.on_hover_text(under.unwrap_or_else(|| about.to_owned()));

@@ -29,16 +29,16 @@ pub enum Tool {
 impl Tool {
     /// All tools: name and description.
     pub const ALL: [(Self, &'static str, &'static str); 7] = [
-        (Self::Look, "Look", "Left drag turns the view (Q)"),
-        (Self::Grab, "Grab", "Left drag pulls at a sheet with a spring, whose force is shown (G)"),
-        (Self::Pin, "Pin", "A click pins a mass where it is, or lets it go (P)"),
+        (Self::Look, "Look", "Left drag rotates the view (Q)"),
+        (Self::Grab, "Grab", "Left drag pulls a sheet with a spring; its force is shown (G)"),
+        (Self::Pin, "Pin", "A click pins a node at its position, or unpins it (P)"),
         (
             Self::Move,
             "Move",
-            "A click chooses a body, heater, heat gun, or before time has passed a sheet; its arrows move it (W)",
+            "A click selects a body, heater, heat gun, or before the first step a sheet; its arrows move it (W)",
         ),
-        (Self::Crease, "Crease", "Left drag draws a line along which a shell is folded (C)"),
-        (Self::Heat, "Heat", "Left drag paints warmth on a sheet (H)"),
+        (Self::Crease, "Crease", "Left drag draws a crease of a shell (C)"),
+        (Self::Heat, "Heat", "Left drag paints heat on a sheet (H)"),
         (Self::Cut, "Cut", "Left drag draws a line along which the cells of a sheet open (X)"),
     ];
 }

@@ -175,8 +175,8 @@ impl Session {
         {
             self.told_unstable = true;
             let text = format!(
-                "{} went unstable at {time:.4} s (a mass at {speed:.2e} m/s) and was stopped. \
-                 A shorter step, a softer sheet or another engine may hold; Reset starts again.",
+                "{} became unstable at {time:.4} s (a node at {speed:.2e} m/s) and was stopped. \
+                 A shorter step, a softer sheet or another integrator may be stable; Reset restarts.",
                 sheet.name
             );
             self.fail_of_run(text);

@@ -25,7 +25,7 @@ impl Session {
     /// restarted with them.
     pub fn compare_with(&mut self, variants: Vec<Variant>) {
         if self.playback.is_some() {
-            self.fail("a recording is compared with nothing; open its scene for that");
+            self.fail("a recording has no variants; open its scene for that");
             return;
         }
         let begun = variants.into_iter().take(MOST_BESIDE);
@@ -33,7 +33,9 @@ impl Session {
         self.generation += 1;
         self.begin_beside();
         if !self.catch_up() && self.reset() {
-            self.note("The run began again, with its variants: to take them to where it was would take too long.");
+            self.note(
+                "The run was restarted with its variants: simulating them to the present time would take too long.",
+            );
         }
     }
 

@@ -221,7 +221,7 @@ impl Session {
         let mut fresh = if goes_on && self.world.steps() > 0 { self.continued(scene)? } else { None };
         let continued = fresh.is_some();
         if goes_on && !continued && self.world.steps() > 0 {
-            self.note("The run began again: it could not go on with other bodies that move freely.");
+            self.note("The run was restarted: its state does not fit the changed dynamic bodies.");
         }
         if fresh.is_none() {
             fresh = Some(World::new(scene)?);

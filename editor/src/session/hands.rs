@@ -46,7 +46,7 @@ impl Session {
     pub fn grab(&mut self, sheet: usize, (u, v): (f64, f64)) -> bool {
         self.release();
         if self.playback.is_some() {
-            self.fail("a recording cannot be pulled at; open its scene for that");
+            self.fail("a recording cannot be grabbed; open its scene for that");
             return false;
         }
         let Some(stiffness) = self.world.sheets().get(sheet).map(|s| self.hand_stiffness(s)) else { return false };
@@ -100,14 +100,14 @@ impl Session {
         }
         let is_held = held.is_held(mass as usize);
         if !is_held {
-            return self.edit(&format!("pin of mass {mass}"), &format!("pin {sheet} {mass}"), |scene| {
+            return self.edit(&format!("pin of node {mass}"), &format!("pin {sheet} {mass}"), |scene| {
                 if let Some(spec) = scene.sheets.get_mut(sheet) {
                     spec.pins.push(PinSpec::held(Region::Masses(vec![mass])));
                 }
             });
         }
         match self.without_pin(sheet, mass) {
-            Ok(pins) => self.edit(&format!("unpin of mass {mass}"), &format!("pin {sheet} {mass}"), |scene| {
+            Ok(pins) => self.edit(&format!("unpin of node {mass}"), &format!("pin {sheet} {mass}"), |scene| {
                 if let Some(spec) = scene.sheets.get_mut(sheet) {
                     spec.pins = pins;
                 }

@@ -96,7 +96,7 @@ impl Session {
         let Some(spec) = scene.sheets.get_mut(stroke.sheet) else { return };
         spec.spots.extend(stroke.spots);
         self.document.seal();
-        self.document.commit_with("painted warmth", "paint", scene, stroke.before);
+        self.document.commit_with("painted heat", "paint", scene, stroke.before);
         self.document.seal();
         self.timeline.renew(&self.world);
     }

@@ -67,7 +67,7 @@ impl Session {
     /// Store a snapshot of the world under a number from 1 to 9.
     pub fn keep(&mut self, number: usize) {
         if self.playback.is_some() {
-            self.fail("a recording keeps all its moments by itself");
+            self.fail("a recording needs no snapshots");
             return;
         }
         if let Some(slot) = number.checked_sub(1).and_then(|i| self.slots.get_mut(i)) {

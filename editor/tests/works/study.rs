@@ -27,7 +27,7 @@ fn a_subject_sees_sheets_blind_and_answers() {
     let scene = harness.state().0.scene().clone();
     assert_eq!((scene.name.as_str(), harness.state().0.playing()), ("Sheet 1 of 15", true));
     assert_eq!(scene.sheets[0].structure.name(), first.sheet);
-    for telling in [first.sheet, "Material", "masses", "springs"] {
+    for telling in [first.sheet, "Material", "nodes", "springs"] {
         assert!(harness.query_by_label_contains(telling).is_none(), "{telling} says what it is");
     }
     assert_eq!(harness.query_all_by_label_contains("Sheet ").count(), 1, "only its number");

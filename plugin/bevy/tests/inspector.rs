@@ -75,7 +75,7 @@ fn a_typed_value_reaches_the_running_world_and_undo_brings_it_back() {
     harness.get_by_label("Undo sheets.0.material.young").click();
     harness.run_steps(2);
     assert_eq!(value(&harness, "sheets.strip.material.young"), stiff);
-    assert!(harness.query_by_label("Everything is as the game has it.").is_some());
+    assert!(harness.query_by_label("There are no changes.").is_some());
 }
 
 #[test]

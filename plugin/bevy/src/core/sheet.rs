@@ -53,7 +53,7 @@ impl Sheet {
     /// and the sheet is not built.
     ///
     /// The sheet is a square shell of 21 x 21 nodes, 25 cm wide, with the thickness of the library.
-    /// It needs an implicit integrator, the default of [`SheetWorld`](super::SheetWorld).
+    /// It needs an implicit integrator; [`SheetWorld`](super::SheetWorld) chooses one.
     pub fn new(material: impl Into<String>) -> Self {
         SheetSpec {
             material: MaterialChoice::Named(material.into()),

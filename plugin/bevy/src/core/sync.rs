@@ -109,7 +109,7 @@ fn shorten_step(world: &mut SheetWorld, name: &str) {
     }
     let longest = 1.0 / frequency;
     if longest < world.dt() && world.set_dt(longest.max(1e-7)).is_ok() {
-        info!("{name} oscillates at up to {frequency:.0} rad/s: the engine step is now {longest:.2e} s");
+        info!("{name} oscillates at up to {frequency:.0} rad/s: the time step is now {longest:.2e} s");
     }
 }
 

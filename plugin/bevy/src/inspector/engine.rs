@@ -27,7 +27,7 @@ pub fn engine(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
 
 fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
     let info = knobs.world().engine().info();
-    let label = name(ui, "Engine", "How positions follow from forces");
+    let label = name(ui, "Integrator", "Scheme that advances positions and velocities");
     let combo = ComboBox::from_id_salt("engine").selected_text(info.name).width(150.0);
     let mut chosen = info.name;
     let shown = combo.show_ui(ui, |ui| {
@@ -41,7 +41,7 @@ fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
     }
     ui.end_row();
 
-    let label = name(ui, "Step", "Time step of the engine, ms");
+    let label = name(ui, "Step", "Time step, ms");
     ui.horizontal(|ui| {
         let dt = knobs.world().dt();
         dial_of(ui, knobs, &label, "dt", dt, MS, &How { speed: 0.01, ..How::default() });
@@ -49,12 +49,11 @@ fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
         if info.adaptive {
             ui.weak("adapts");
         } else if info.implicit {
-            ui.weak("any step holds")
-                .on_hover_text("A longer one is less exact: see what is delivered of the stiffness");
+            ui.weak("stable at any step").on_hover_text("A longer step is less accurate; see the delivered stiffness");
         } else if let Some(limit) = limit {
             let text = RichText::new(format!("≤ {}", format_si(limit, "s")));
             let text = if knobs.world().dt() > limit { text.color(ui.visuals().warn_fg_color) } else { text.weak() };
-            ui.label(text).on_hover_text("Largest step at which the undamped sheet holds, by its highest frequency");
+            ui.label(text).on_hover_text("Stability limit of the undamped sheet, by its highest frequency");
         }
     });
     ui.end_row();
@@ -64,7 +63,7 @@ fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
         dial(
             ui,
             knobs,
-            ("Tolerance", "Position error allowed in a step, µm", "tolerance"),
+            ("Tolerance", "Tolerance of the position error of a step, µm", "tolerance"),
             now,
             MICRO,
             &How::default(),
@@ -75,13 +74,13 @@ fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
 /// Steps per frame of 1/60 s, an alternative to the step for game programmers.
 fn substeps(ui: &mut Ui, knobs: &mut dyn Knobs) {
     let now = 1.0 / (60.0 * knobs.world().dt());
-    let label = name(ui, "Steps a frame", "Steps in a sixtieth of a second: another way to say how long a step is");
+    let label = name(ui, "Steps per frame", "Time steps per frame of 1/60 s");
     ui.horizontal(|ui| {
         for (n, title) in [(1.0, "1"), (2.0, "2"), (4.0, "4"), (8.0, "8"), (16.0, "16")] {
             let is = (now / n - 1.0_f64).abs() < 1e-6;
             if ui
                 .selectable_label(is, title)
-                .on_hover_text(format!("A step of {}", format_si(1.0 / (60.0 * n), "s")))
+                .on_hover_text(format!("A time step of {}", format_si(1.0 / (60.0 * n), "s")))
                 .clicked()
             {
                 knobs.set("dt", &(1.0 / (60.0 * n)).to_string());
@@ -108,7 +107,7 @@ fn gravity(ui: &mut Ui, knobs: &mut dyn Knobs) {
 
 fn air(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
     let air = knobs.world().air();
-    let about = "Density of the air that presses on sheets; a room's is 1.2 kg/m³";
+    let about = "Density of the air for pressure drag; 1.2 kg/m³ in a room";
     dial(ui, knobs, ("Air", about, "air.density"), air.density, DENSITY, &How::slider(0.0..=2.0));
     if air.density > 0.0 {
         dial_vector(ui, knobs, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
@@ -116,8 +115,11 @@ fn air(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
     if air.factor >= 1.0 && !factor {
         return;
     }
-    let about = format!("What a mass keeps of its speed in every {}; 1 is no air", format_si(air.per, "s"));
-    dial(ui, knobs, ("Air factor", &about, "air.factor"), air.factor, PLAIN, &How::slider(0.8..=1.0));
-    let about = "Time in which a mass keeps that part of its speed, ms";
+    let about = format!(
+        "Linear damping: fraction of its speed that a node keeps in every {}; 1 is none",
+        format_si(air.per, "s")
+    );
+    dial(ui, knobs, ("Linear damping", &about, "air.factor"), air.factor, PLAIN, &How::slider(0.8..=1.0));
+    let about = "Time of that fraction, ms";
     dial(ui, knobs, ("… in every", about, "air.per"), air.per, MS, &How::default());
 }

@@ -39,17 +39,17 @@ pub fn constants(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     let (now, follows) = (sheet.material().clone(), sheet.follows_material());
     let path = |name: &str| format!("sheets.{index}.material.{name}");
     if now.orthotropic.is_some() {
-        ui.label("Stiffness").on_hover_text("Measured along warp and weft: the scene's file has the numbers");
+        ui.label("Stiffness").on_hover_text("Orthotropic; its numbers are in the scene file");
         ui.label(format_si(now.plate_stiffness(), "N m"));
         ui.end_row();
     }
-    let about = "Young's modulus: how hard it is to stretch. Type 2.1 GPa, or 3G for 3 GPa";
+    let about = "Young's modulus: stress per strain. Type 2.1 GPa, or 3G for 3 GPa";
     dial(ui, knobs, ("Young", about, &path("young")), now.young, PASCAL, &How::log(1.0..=1e11));
-    let about = "Thickness: bending goes with its cube. Type 0.3 mm, 16 µm";
+    let about = "Thickness; bending stiffness grows with its cube. Type 0.3 mm, 16 µm";
     let how = How { logarithmic: true, late: true, ..How::slider(1e-5..=5e-3) };
     dial(ui, knobs, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
     if follows {
-        let about = "Poisson's ratio: how much it narrows when it is stretched";
+        let about = "Poisson's ratio: transverse contraction per extension";
         dial(ui, knobs, ("Poisson", about, &path("poisson")), now.poisson, PLAIN, &How::slider(0.0..=0.49));
     }
 }
@@ -89,7 +89,7 @@ pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &
                     previews.length = None;
                 }
             });
-            ui.label(RichText::new(format!("hangs by {}", format_si(strip.drop * length, "m"))).strong());
+            ui.label(RichText::new(format!("droops by {}", format_si(strip.drop * length, "m"))).strong());
             ui.label(RichText::new(format!("{:.1} % of its length", 100.0 * strip.drop)).color(quiet(ui)));
         });
     });
@@ -101,22 +101,22 @@ pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
     let Some(sheet) = world.sheets().get(index) else { return };
     let Some(found) = sheet.delivered_stiffness(world.dt()) else {
         if !sheet.follows_material() {
-            ui.weak("Springs by the thesis's rule: soft, and stiffer on a finer grid.").on_hover_text(
-                "Choose the structure shell, or calibrated springs, for a sheet that bends as its material on any grid",
+            ui.weak("Springs by the thesis's law: soft, and stiffer on a finer grid.").on_hover_text(
+                "Choose the shell, or calibrated springs, for the material's bending stiffness on any grid",
             );
         }
         return;
     };
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Asked").color(quiet(ui)));
+        ui.label(RichText::new("Requested").color(quiet(ui)));
         ui.monospace(format_si(found.asked_pa, "Pa"));
-        ui.label(RichText::new("bends as").color(quiet(ui)));
+        ui.label(RichText::new("delivered").color(quiet(ui)));
         let part = found.bends_as_pa / found.asked_pa.max(1e-300);
         let text = RichText::new(format_si(found.bends_as_pa, "Pa")).monospace();
         let text = if part < 0.9 { text.color(ui.visuals().warn_fg_color) } else { text };
         let percent = |part: f64| format!("{:.2} %", 100.0 * part);
         ui.label(text).on_hover_text(format!(
-            "Structure {}, grid {} for the present shape, step {} for the present motion",
+            "Structure {}, grid {} for the present shape, time step {} for the present motion",
             percent(found.structure),
             percent(found.grid),
             percent(found.step)
@@ -135,8 +135,8 @@ pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
     let text = format!("a step takes {} of {}", format_si(knobs.step_s(), "s"), format_si(knobs.world().dt(), "s"));
     // A frame needs 20 % of its time for other work.
     if factor * 0.8 < knobs.speed() {
-        let about = "A coarser grid, a longer step with an implicit engine, or less speed bring it back";
-        let what = if factor < knobs.speed() { "slower than asked" } else { "hardly in time" };
+        let about = "Use a coarser grid, a longer step with an implicit integrator, or a lower speed";
+        let what = if factor < knobs.speed() { "slower than requested" } else { "close to the limit" };
         let warning = format!("⚠ {what}: {text}, {factor:.2}× real time at most");
         ui.label(RichText::new(warning).color(ui.visuals().warn_fg_color)).on_hover_text(about);
     } else {

@@ -122,14 +122,14 @@ pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, insp
     } else {
         ui.weak("There is no sheet.");
     }
-    section(ui, "Engine", |ui| {
+    section(ui, "Integrator", |ui| {
         let factor = game.world.air().factor < 1.0;
         Grid::new("engine").num_columns(2).show(ui, |ui| engine(ui, &mut game, factor));
         cost(ui, &game);
     });
     section(ui, "Heat", |ui| {
         if !warmth(ui, &mut game) {
-            ui.weak("Nothing heats.");
+            ui.weak("There are no heat sources.");
         }
     });
     section(ui, "Changed", |ui| changed(ui, &mut game));
@@ -146,16 +146,16 @@ fn section(ui: &mut Ui, title: &'static str, contents: impl FnOnce(&mut Ui)) {
 fn time(ui: &mut Ui, world: &SheetWorld, clock: &mut SheetClock) {
     ui.horizontal(|ui| {
         let title = if clock.paused { "▶ Play" } else { "⏸ Pause" };
-        if ui.button(title).on_hover_text("Sheets stand still while paused").clicked() {
+        if ui.button(title).on_hover_text("Simulated time is paused").clicked() {
             clock.paused = !clock.paused;
         }
-        if ui.button("⏭ Step").on_hover_text("One step of the engine").clicked() {
+        if ui.button("⏭ Step").on_hover_text("One time step").clicked() {
             clock.paused = true;
             clock.step_once();
         }
         let label = ui.label("Speed");
         let number = egui::DragValue::new(&mut clock.speed).range(0.0..=100.0).speed(0.01).suffix("×");
-        ui.add(number).labelled_by(label.id).on_hover_text("Simulated seconds a second of the game");
+        ui.add(number).labelled_by(label.id).on_hover_text("Simulated seconds per second of the game");
         ui.monospace(format!("{:.3} s", world.time()));
     });
 }
@@ -171,7 +171,7 @@ fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
             }
         });
     }
-    let text = format!("{}: {} masses, {} springs", now.name, now.masses(), now.springs().len());
+    let text = format!("{}: {} nodes, {} springs", now.name, now.masses(), now.springs().len());
     ui.label(RichText::new(text).color(quiet(ui)));
 }
 
@@ -189,7 +189,7 @@ fn changed(ui: &mut Ui, game: &mut Game<'_>) {
     ui.horizontal(|ui| {
         let what = game.changes.undoes().map_or_else(|| "Undo".to_owned(), |path| format!("Undo {path}"));
         let undo = ui.add_enabled(game.changes.undoes().is_some(), egui::Button::new(what));
-        if undo.on_hover_text("Take the last change back").clicked() {
+        if undo.on_hover_text("Undo the last change").clicked() {
             game.undo();
         }
     });
@@ -201,8 +201,8 @@ fn changed(ui: &mut Ui, game: &mut Game<'_>) {
         ui.label(RichText::new(format!("{path} = {now}")).monospace().size(11.0).color(readable(ui, ACCENT)));
     }
     if list.is_empty() {
-        ui.weak("Everything is as the game has it.");
-    } else if ui.button("Copy").on_hover_text("Paths and values as text, for the game's own code").clicked() {
+        ui.weak("There are no changes.");
+    } else if ui.button("Copy").on_hover_text("Paths and values as text, for the code of the game").clicked() {
         let text: Vec<String> = list.iter().map(|(path, now)| format!("{path} = {now}")).collect();
         ui.ctx().copy_text(text.join("\n"));
     }

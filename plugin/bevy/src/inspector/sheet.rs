@@ -22,17 +22,16 @@ fn damping(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
         (sheet.follows_material(), sheet.damping_ratio(), sheet.damping(), sheet.drag());
     let path = |name: &str| format!("sheets.{index}.{name}");
     if follows {
-        let about =
-            "Damping ratio of the slowest bending motion, as a fraction of critical; faster ones are damped more";
+        let about = "Damping ratio of the slowest bending mode; faster modes are damped more";
         dial(ui, knobs, ("Damping", about, &path("damping_ratio")), ratio, PLAIN, &How::slider(0.0..=0.5));
     } else {
-        let about = "Dashpots along the springs, as a fraction of critical";
+        let about = "Dashpots along the springs, as a fraction of critical damping";
         dial(ui, knobs, ("Damping", about, &path("damping")), damping, PLAIN, &How::slider(0.0..=1.0));
     }
     if knobs.world().air().density > 0.0 {
-        let about = "Drag coefficient where the air meets the sheet's face";
+        let about = "Drag coefficient for air across the sheet";
         dial(ui, knobs, ("Drag", about, &path("drag.0")), drag.0, PLAIN, &How::slider(0.0..=2.0));
-        let about = "Drag coefficient where the air runs along the sheet";
+        let about = "Drag coefficient for air along the sheet";
         dial(ui, knobs, ("… along", about, &path("drag.1")), drag.1, PLAIN, &How::slider(0.0..=0.2));
     }
 }
@@ -41,11 +40,11 @@ fn contact(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     let Some(sheet) = knobs.world().sheets().get(index) else { return };
     let (friction, restitution, pressure) = (sheet.friction, sheet.restitution, sheet.pressure());
     let path = |name: &str| format!("sheets.{index}.{name}");
-    let about = "Coulomb friction coefficient of the sheet; of two surfaces that meet the mean counts";
+    let about = "Coulomb friction coefficient of the sheet; a contact uses the mean of both surfaces";
     dial(ui, knobs, ("Friction", about, &path("friction")), friction, PLAIN, &How::slider(0.0..=1.0));
-    let about = "Part of the speed of impact that is given back";
+    let about = "Ratio of separation to approach speed";
     dial(ui, knobs, ("Restitution", about, &path("restitution")), restitution, PLAIN, &How::slider(0.0..=1.0));
-    let about = "Pressure on the upper side above that on the lower, Pa; a vacuum below is a positive one";
+    let about = "Pressure difference from the upper to the lower side, Pa; positive for a vacuum below";
     let shown = Shown::fixed(Quantity::Pressure, "Pa", 1.0);
     dial(ui, knobs, ("Pressure", about, &path("pressure")), pressure, shown, &How { speed: 0.2, ..How::default() });
 }
@@ -56,7 +55,7 @@ fn flexion_limit(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
     let Some(largest) = sheet.largest_flexion_angle() else { return };
     let (limit, path) = (sheet.flexion_angle_limit(), format!("sheets.{index}.flexion_limit"));
     let mut limited = limit.is_some();
-    let check = ui.checkbox(&mut limited, "Bend limit").on_hover_text("Largest angle a flexion triple may bend to");
+    let check = ui.checkbox(&mut limited, "Bend limit").on_hover_text("Largest bending angle of a flexion spring");
     if check.changed() {
         let value = if limited { largest.clamp(30.0, 180.0).to_string() } else { "none".to_owned() };
         knobs.set(&path, &value);

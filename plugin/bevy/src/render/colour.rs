@@ -93,8 +93,8 @@ impl Quantity {
     fn legend(self) -> (&'static str, &'static str, f32) {
         match self {
             Self::Temperature => ("Temperature", "°C", 25.0),
-            Self::Stiffness => ("Stiffness left", "%", 100.0),
-            Self::Stretch => ("Stretch", "%", 1e-3),
+            Self::Stiffness => ("Remaining stiffness", "%", 100.0),
+            Self::Stretch => ("Strain", "%", 1e-3),
             Self::Bending => ("Curvature", "1/m", 0.1),
             Self::Speed => ("Speed", "m/s", 1e-3),
             Self::Contact(_) => ("Contact force", "mN", 1e-3),
