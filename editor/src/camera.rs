@@ -39,7 +39,7 @@ impl Camera {
     }
 
     /// View of the world's scene, or a fitted one.
-    pub fn of(world: &World) -> Self {
+    pub fn from_world(world: &World) -> Self {
         if let Some(spec) = &world.scene().camera {
             return Self::looking(spec.eye.as_vec3(), spec.target.as_vec3());
         }
@@ -47,8 +47,8 @@ impl Camera {
     }
 
     /// View of a session's scene, or a fitted one.
-    pub fn of_session(session: &Session) -> Self {
-        Self::of(session.world())
+    pub fn from_session(session: &Session) -> Self {
+        Self::from_world(session.world())
     }
 
     /// View from the right and above that contains the sheets and bodies of `world`.
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_eye_given_is_the_eye_taken() {
+    fn the_eye_of_a_camera_is_the_given_one() {
         let (eye, target) = (Vec3::new(0.3, 0.2, 0.5), Vec3::new(0.0, 0.1, 0.0));
         let camera = Camera::looking(eye, target);
         assert!(camera.eye().distance(eye) < 1e-6);
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_seen_where_its_ray_goes() {
+    fn projection_inverts_the_ray_of_a_point() {
         let camera = Camera { target: Vec3::new(0.1, 0.2, 0.3), yaw: 0.7, pitch: 0.3, ..Camera::default() };
         let size = Vec2::new(800.0, 500.0);
         for at in [Vec2::new(400.0, 250.0), Vec2::new(13.0, 420.0), Vec2::new(777.0, 5.0)] {
@@ -211,7 +211,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_in_view_stays_so_in_a_narrow_picture() {
+    fn the_content_stays_in_view_in_a_narrow_picture() {
         let camera = Camera::default();
         let (right, _) = camera.axes();
         let point = camera.target + right * (0.99 * camera.distance * (0.5 * camera.field_of_view).tan());
@@ -226,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_drag_turns_slides_and_nears_without_leaving_its_limits() {
+    fn orbit_pan_and_zoom_stay_within_their_limits() {
         let mut camera = Camera::default();
         camera.orbit(Vec2::new(0.0, 1e6));
         assert!(camera.pitch <= 1.55);

@@ -216,20 +216,23 @@ impl Arguments {
             smooth: !asked(Show::Flat),
             colour: self.sheet_colour(),
             springs: asked(Show::Springs),
-            masses: asked(Show::Masses),
+            nodes: asked(Show::Masses),
             ..Display::default()
         }
     }
 
     /// Initial state of the panels.
     pub fn state(&self, session: &Session) -> EditorState {
-        let mut state =
-            EditorState { display: self.display().of(session), light: self.light, ..EditorState::new(session) };
+        let mut state = EditorState {
+            display: self.display().for_session(session),
+            light: self.light,
+            ..EditorState::new(session)
+        };
         state.plots.shown = self.plots;
         state.plots.stages = self.plots && self.screenshot.is_some();
         state.study = self
             .study
-            .map(|order| if self.screenshot.is_some() { Study::of_picture(order) } else { Study::new(order) });
+            .map(|order| if self.screenshot.is_some() { Study::for_picture(order) } else { Study::new(order) });
         if state.is_blind() {
             state.display = blind();
         }
@@ -282,7 +285,7 @@ impl Arguments {
             return Ok(());
         }
         session.compare_with(variants);
-        let wrong = session.beside().find_map(|(variant, made)| made.err().map(|why| (variant, why.to_owned())));
+        let wrong = session.variants().find_map(|(variant, made)| made.err().map(|why| (variant, why.to_owned())));
         match wrong {
             Some((variant, why)) => Err(InputError::new(format!("--compare {}={}", variant.path, variant.value), why)),
             None => Ok(()),
@@ -300,7 +303,7 @@ mod tests {
         Arguments::command().debug_assert();
         let parse = |line: &str| Arguments::try_parse_from(line.split(' '));
         let display = parse("x --show springs,masses --show flat").expect("valid").display();
-        assert!(display.springs && display.masses && display.surface && !display.smooth);
+        assert!(display.springs && display.nodes && display.surface && !display.smooth);
         let shot = parse("x wedge --screenshot a.png --at 1.5 --size 640x360").expect("valid");
         assert_eq!((shot.size, shot.at.clone()), (Some((640, 360)), vec![1.5]));
         let several = parse("x --screenshot a.png --at 1,5 --beside dt=0.01 --beside engine=rk4").expect("valid");

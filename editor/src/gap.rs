@@ -3,7 +3,7 @@
 //! Each displayed vertex belongs to a cell of the sheet; its distance is that to the nearest of the
 //! cell's two triangles. The displayed surface is first moved out of bodies, as in the display.
 
-use bevy_sheetwork::render::{clear_of_bodies, clearing};
+use bevy_sheetwork::render::{clear_of_bodies, display_clearance};
 use glam::{DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::sheet::Sheet;
@@ -25,7 +25,7 @@ pub fn drawn(world: &World, sheet: &Sheet, layer: Layer) -> Option<SurfaceMesh> 
     let index = if layer == Layer::Top { sheet.layers.len().saturating_sub(1) } else { 0 };
     let mut mesh = sheet.surface(index, PARTS)?.mesh(&sheet.x);
     if let Some(rigid) = world.rigid().filter(|_| sheet.touching().contains(&true)) {
-        let (reach, skin) = clearing(sheet, PARTS);
+        let (reach, skin) = display_clearance(sheet, PARTS);
         clear_of_bodies(&rigid.view(), &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
     }
     Some(mesh)
@@ -50,7 +50,7 @@ fn of_sheet(world: &World, sheet: &Sheet, layer: Layer) -> Option<f64> {
         Some(triangles) => (triangles.clone(), (sheet.grid.0, sheet.grid.2)),
         None => (grid.triangles(), (grid.nx, grid.nz)),
     };
-    let cells = Cells::of(sheet, &triangles, size, (low, high));
+    let cells = Cells::new(sheet, &triangles, size, (low, high));
     let gaps =
         mesh.positions.iter().zip(&mesh.uvs).map(|(p, uv)| cells.distance(sheet, Vec3::from(*p).as_dvec3(), *uv));
     gaps.reduce(f64::max)
@@ -66,7 +66,7 @@ struct Cells {
 }
 
 impl Cells {
-    fn of(sheet: &Sheet, all: &[[u32; 3]], (nx, nz): (u32, u32), (low, high): ((f64, f64), (f64, f64))) -> Self {
+    fn new(sheet: &Sheet, all: &[[u32; 3]], (nx, nz): (u32, u32), (low, high): ((f64, f64), (f64, f64))) -> Self {
         let (columns, rows) = ((nx as usize).saturating_sub(1).max(1), (nz as usize).saturating_sub(1).max(1));
         let size = ((high.0 - low.0).max(1e-12), (high.1 - low.1).max(1e-12));
         let mut cells = Self { columns, rows, low, size, triangles: vec![Vec::new(); columns * rows] };
@@ -120,7 +120,7 @@ mod tests {
     use sheetwork::scene::Scene;
 
     #[test]
-    fn a_flat_sheet_has_no_gap_and_a_bent_one_that_of_an_arc() {
+    fn the_gap_of_a_flat_sheet_is_zero_and_of_a_bent_one_that_of_an_arc() {
         let scene = Scene::parse(
             r#"(gravity: (0, 0, 0), sheets: [(structure: "shell", grid: (9, 1, 3), size: (0.16, 0.04), material: "hips")])"#,
         );
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn distances_to_a_triangle_are_those_of_its_parts() {
+    fn distances_to_a_triangle_are_those_to_its_face_edges_and_corners() {
         let t = [DVec3::ZERO, DVec3::X, DVec3::Y];
         for (p, wanted) in [
             (DVec3::new(0.2, 0.2, 0.5), 0.5),

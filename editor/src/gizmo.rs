@@ -86,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_arrow_takes_the_thing_along_its_axis_as_far_as_the_mouse_goes() {
+    fn an_arrow_moves_an_item_along_its_axis_with_the_mouse() {
         let camera = Camera { yaw: 0.6, pitch: 0.4, distance: 0.5, ..Camera::default() };
         let size = Vec2::new(900.0, 600.0);
         let place = Vec3::new(0.02, -0.01, 0.03);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn its_middle_takes_the_thing_in_the_plane_of_the_picture() {
+    fn the_centre_of_the_gizmo_moves_an_item_in_the_picture_plane() {
         let camera = Camera::default();
         let size = Vec2::new(900.0, 600.0);
         let gizmo = Gizmo::new(camera.target, &camera, size).expect("in view");

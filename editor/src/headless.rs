@@ -62,7 +62,7 @@ pub fn simulate(scene: &Scene, seconds: Option<f64>, size: (u32, u32), folder: &
     let recording = folder.join(format!("{stem}.swr"));
     let mut recorder = Recorder::create(&recording, &world, FRAMES_PER_SECOND)?;
     recorder.frame(&world)?;
-    let camera = Camera::of(&world);
+    let camera = Camera::from_world(&world);
     let mut penetration = Vec::new();
     let mut spent = 0.0;
     let bar = progress(duration);

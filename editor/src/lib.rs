@@ -1,9 +1,9 @@
 //! The Sheetwork editor: open a scene, run it, edit it at run time.
 //!
 //! `document` is the edited scene with undo; `session` owns it together with the world and its
-//! clock; `timeline` and `samples` record the run; `keeping` persists between runs. `panels` are
-//! the controls, in egui alone; `picture` and `headless` need no graphics hardware; `shell` is the
-//! Bevy layer for a window or an image file.
+//! clock; `timeline` and `samples` record the run; `persistence` persists between runs. `panels`
+//! are the controls, in egui alone; `picture` and `headless` need no graphics hardware; `shell` is
+//! the Bevy layer for a window or an image file.
 
 pub mod browser;
 pub mod camera;
@@ -13,10 +13,10 @@ pub mod export;
 pub mod gap;
 pub mod gizmo;
 pub mod headless;
-pub mod keeping;
 pub mod link;
 pub mod pages;
 pub mod panels;
+pub mod persistence;
 pub mod pick;
 pub mod picture;
 pub mod playback;

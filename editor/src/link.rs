@@ -24,7 +24,7 @@ pub struct LiveLink {
 }
 
 /// Interval between measurements of rates and clients, s.
-const TAKEN_EVERY: f64 = 0.5;
+const MEASUREMENT_INTERVAL: f64 = 0.5;
 
 impl LiveLink {
     /// Whether the link is open.
@@ -105,10 +105,10 @@ impl LiveLink {
         let (at, frames_then, bytes_then) = *self.since.get_or_insert_with(|| (Instant::now(), frames, bytes));
         let elapsed = at.elapsed().as_secs_f64();
         let changed = (before.clients, before.readers) != (self.now.clients, self.now.readers);
-        if changed || elapsed > TAKEN_EVERY {
+        if changed || elapsed > MEASUREMENT_INTERVAL {
             self.who = link.attached();
         }
-        if elapsed > TAKEN_EVERY {
+        if elapsed > MEASUREMENT_INTERVAL {
             self.rates = ((frames - frames_then) as f64 / elapsed, (bytes - bytes_then) as f64 / elapsed);
             self.since = Some((Instant::now(), frames, bytes));
         }

@@ -46,7 +46,7 @@ pub const ALL: &[Page] = &[
     Page::new("editor_hands.png", || shipped("cantilever_sheet"), hands),
     Page::new("editor_gun.png", || shipped("heat_gun"), gun),
     Page::new("editor_stages.png", || shipped("box_on_sheet"), stages),
-    Page { size: (1100, 760), ..Page::new("editor_study.png", || Study::of_picture(1).scene(), study) },
+    Page { size: (1100, 760), ..Page::new("editor_study.png", || Study::for_picture(1).scene(), study) },
     Page::new("editor_light.png", || shipped("materials_hanging"), light),
     Page::new("editor_sheet.png", || shipped("pvc_drape"), display),
     Page::new("editor_generate.png", || shipped("hemisphere"), generate),
@@ -187,7 +187,7 @@ fn stages(session: &mut Session, state: &mut EditorState) {
 /// The questions after a blind trial.
 fn study(session: &mut Session, state: &mut EditorState) {
     session.run(1.0);
-    state.study = Some(Study::of_picture(1));
+    state.study = Some(Study::for_picture(1));
     state.display = blind();
 }
 
@@ -213,7 +213,7 @@ fn display(session: &mut Session, state: &mut EditorState) {
 fn generate(session: &mut Session, state: &mut EditorState) {
     state.open_sections = [Section::Sheet].into();
     session.run(1.2);
-    state.generate = Some(Draft::of(session, 0));
+    state.generate = Some(Draft::from_sheet(session, 0));
     // Beside the dialog.
     state.camera.target.y += 0.006;
 }
@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_picture_of_the_docs_is_taken_and_every_picture_taken_is_in_the_docs() {
+    fn the_docs_use_every_written_picture_and_no_other() {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
         let read = |file: &str| std::fs::read_to_string(root.join(file)).expect("the docs");
         let (editor, readme) = (read("docs/editor.md"), read("README.md"));

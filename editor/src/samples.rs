@@ -1,8 +1,8 @@
 //! Samples of a run for plots and CSV: energies, step time, heights of probes, temperatures and
 //! delivered stiffness.
 //!
-//! At most [`MOST`] samples are stored. When they are full, every second one is dropped, so that a
-//! long run is covered at a coarser interval.
+//! At most [`MAX_SAMPLES`] samples are stored. When they are full, every second one is dropped, so
+//! that a long run is covered at a coarser interval.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use sheetwork::World;
 use sheetwork::profiler::Phase;
 
 /// Maximum number of samples.
-pub const MOST: usize = 8192;
+pub const MAX_SAMPLES: usize = 8192;
 
 /// Sample of a run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -43,7 +43,7 @@ impl Sample {
     }
 
     /// Sample of the present state of `world`.
-    pub fn of(world: &World, step_s: f64) -> Self {
+    pub fn from_world(world: &World, step_s: f64) -> Self {
         let mut sample = Self { time: world.time(), step_s, heights: heights(world).collect(), ..Self::default() };
         let mut all = (f64::INFINITY, 0.0, f64::NEG_INFINITY, 0.0);
         for sheet in world.sheets() {
@@ -105,7 +105,7 @@ impl Samples {
             return;
         }
         self.waiting = 0;
-        if self.all.len() >= MOST {
+        if self.all.len() >= MAX_SAMPLES {
             let mut index = 0;
             self.all.retain(|_| {
                 index += 1;
@@ -117,7 +117,7 @@ impl Samples {
     }
 
     /// Delete samples after `time` (s), which will be simulated again.
-    pub fn forget_after(&mut self, time: f64) {
+    pub fn discard_after(&mut self, time: f64) {
         let kept = self.all.partition_point(|s| s.time <= time + 1e-12);
         self.all.truncate(kept);
     }
@@ -180,16 +180,16 @@ mod tests {
     }
 
     #[test]
-    fn a_long_run_is_kept_whole_in_bounded_room() {
+    fn a_long_run_is_covered_in_bounded_memory() {
         let mut samples = Samples::default();
-        for i in 0..10 * MOST {
+        for i in 0..10 * MAX_SAMPLES {
             samples.push(at(i as f64));
         }
-        assert!(samples.all().len() <= MOST && samples.all().len() > MOST / 4);
+        assert!(samples.all().len() <= MAX_SAMPLES && samples.all().len() > MAX_SAMPLES / 4);
         assert_eq!(samples.all()[0].time, 0.0);
-        assert!(samples.all().last().expect("some").time > 9.9 * MOST as f64);
+        assert!(samples.all().last().expect("some").time > 9.9 * MAX_SAMPLES as f64);
         assert!(samples.all().windows(2).all(|w| w[0].time < w[1].time));
-        samples.forget_after(100.0);
+        samples.discard_after(100.0);
         assert!(samples.all().iter().all(|s| s.time <= 100.0) && !samples.all().is_empty());
     }
 
@@ -199,7 +199,7 @@ mod tests {
         let scene = Scene { sheets: vec![spec], oven: Some(OvenSpec::default()), ..Scene::default() };
         let world = World::new(&scene).expect("valid");
         let mut samples = Samples::default();
-        samples.push(Sample::of(&world, 1e-4));
+        samples.push(Sample::from_world(&world, 1e-4));
         samples.push(at(1.0));
         let names = height_names(&world);
         assert_eq!(names.len(), samples.all()[0].heights.len());

@@ -2,11 +2,10 @@
 //! graphics.
 //!
 //! `state` is the session itself; `clock` advances time, `edit` changes the scene and updates the
-//! world, `past` goes back in time, `hands` grabs and pins, `carry` moves bodies and heaters,
+//! world, `past` goes back in time, `hands` grabs and pins, `move_item` moves bodies and heaters,
 //! `paint` creases, cuts and heats, `file` opens and saves, `compare` runs variants at the same
 //! time, `recording` plays a recording in place of a simulation, `host` serves the live link.
 
-mod carry;
 mod clock;
 mod compare;
 mod edit;
@@ -14,9 +13,10 @@ mod file;
 mod hands;
 mod host;
 mod item;
-mod knobs;
 mod message;
+mod move_item;
 mod paint;
+mod parameter_access;
 mod past;
 mod recording;
 mod state;
@@ -25,7 +25,7 @@ mod variant;
 
 pub(crate) use clock::ROUNDING;
 pub use clock::{FRAME_BUDGET, HISTORY, SPEEDS};
-pub use compare::MOST_BESIDE;
+pub use compare::MAX_VARIANTS;
 pub use hands::Hand;
 pub use item::Item;
 pub use message::Message;

@@ -65,7 +65,7 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn what_lies_within_is_not_the_outer_s() {
+    fn the_time_of_an_inner_phase_is_not_counted_in_the_outer_one() {
         let clock = StageClock::default();
         let spend = |ms: u64| {
             let start = Instant::now();

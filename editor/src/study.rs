@@ -19,7 +19,7 @@ use sheetwork_rigs::study::{Answers, LAST_QUESTIONS, Overall, QUESTIONS, Rating,
 
 /// Trial of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Showing {
+pub struct Trial {
     /// Name of the test.
     pub test: &'static str,
     /// Name of the sheet.
@@ -51,7 +51,7 @@ pub struct Study {
     /// Seed of the order.
     pub seed: u64,
     stage: Stage,
-    plan: Vec<Showing>,
+    plan: Vec<Trial>,
     at: usize,
     /// Answers to the present questions; the outer `None` is no choice, the inner one N/A.
     pub chosen: Vec<Option<Option<u8>>>,
@@ -61,14 +61,14 @@ pub struct Study {
 }
 
 /// Trials in the order of `seed`.
-pub fn plan(seed: u64) -> Vec<Showing> {
+pub fn plan(seed: u64) -> Vec<Trial> {
     let mut state = seed;
     let mut tests = TESTS;
     shuffle(&mut tests, &mut state);
     let of = |test: &'static str, state: &mut u64| {
         let mut sheets = SHEETS;
         shuffle(&mut sheets, state);
-        sheets.map(|sheet| Showing { test, sheet })
+        sheets.map(|sheet| Trial { test, sheet })
     };
     tests.into_iter().flat_map(|test| of(test, &mut state)).collect()
 }
@@ -99,13 +99,13 @@ const NODE: f64 = 4e-5;
 ///
 /// # Errors
 /// Never for trials of [`plan`]: the tests build each of them.
-pub fn scene(showing: Showing, title: &str) -> Result<Scene, InputError> {
-    let (body, stiffness, engine, dt) = match showing.test {
+pub fn scene(trial: Trial, title: &str) -> Result<Scene, InputError> {
+    let (body, stiffness, engine, dt) = match trial.test {
         "cube" => (CUBE, 0.305, "rk4", 0.005),
         "wedge1" => (WEDGE, 0.405, "rk4", 0.004),
         _ => (WEDGE, 0.205, "euler-richardson", 0.0025),
     };
-    let (sheet, engine, dt) = match showing.sheet {
+    let (sheet, engine, dt) = match trial.sheet {
         "shell" => {
             let thickness = 3.0_f64.sqrt() * GAP;
             let nodes = f64::from(11 * 11 + 10 * 10);
@@ -156,7 +156,7 @@ impl Study {
     }
 
     /// First trial of `seed` with its questions, for a picture; nothing is written.
-    pub fn of_picture(seed: u64) -> Self {
+    pub fn for_picture(seed: u64) -> Self {
         let mut study = Self { stage: Stage::Watching, ..Self::new(seed) };
         study.ask();
         study
@@ -168,7 +168,7 @@ impl Study {
     }
 
     /// Present trial, for the record.
-    pub fn showing(&self) -> Option<Showing> {
+    pub fn trial(&self) -> Option<Trial> {
         self.plan.get(self.at).copied()
     }
 
@@ -182,8 +182,8 @@ impl Study {
     /// # Errors
     /// When there is none.
     pub fn scene(&self) -> Result<Scene, InputError> {
-        let showing = self.showing().ok_or_else(|| InputError::new("study", "is over"))?;
-        scene(showing, &format!("Sheet {} of {}", self.at + 1, self.plan.len()))
+        let trial = self.trial().ok_or_else(|| InputError::new("study", "is over"))?;
+        scene(trial, &format!("Sheet {} of {}", self.at + 1, self.plan.len()))
     }
 
     /// Start, with the earlier contents of the file.
@@ -234,12 +234,12 @@ impl Study {
         }
         let given = |i: usize| self.chosen.get(i).copied().flatten().flatten();
         let kept = self.answers.clone();
-        match (self.stage, self.showing()) {
-            (Stage::Asking, Some(showing)) => self.answers.ratings.push(Rating {
+        match (self.stage, self.trial()) {
+            (Stage::Asking, Some(trial)) => self.answers.ratings.push(Rating {
                 subject: self.subject.clone(),
                 order: Some(self.at as u32 + 1),
-                test: showing.test.to_owned(),
-                sheet: showing.sheet.to_owned(),
+                test: trial.test.to_owned(),
+                sheet: trial.sheet.to_owned(),
                 answers: std::array::from_fn::<_, { QUESTIONS.len() }, _>(given),
             }),
             (Stage::Last, _) => self.answers.overall.push(Overall {
@@ -285,7 +285,7 @@ mod tests {
     use sheetwork::World;
 
     #[test]
-    fn an_order_has_everything_once_and_follows_from_its_seed() {
+    fn an_order_has_every_trial_once_and_follows_from_its_seed() {
         for seed in 0..20 {
             let all = plan(seed);
             assert_eq!(all.len(), 15);
@@ -301,14 +301,14 @@ mod tests {
     }
 
     #[test]
-    fn every_sheet_of_the_study_falls_and_holds() {
-        for showing in plan(1) {
-            let scene = scene(showing, "x").expect("valid");
+    fn every_sheet_of_the_study_falls_and_stays_stable() {
+        for trial in plan(1) {
+            let scene = scene(trial, "x").expect("valid");
             let mut world = World::new(&scene).expect("valid");
             let height = world.sheets()[0].centre_of_mass().y;
             world.advance(1.2);
             let now = world.sheets()[0].centre_of_mass().y;
-            assert!(world.unstable().is_none() && now < height - 0.008, "{showing:?}: {height} {now}");
+            assert!(world.unstable().is_none() && now < height - 0.008, "{trial:?}: {height} {now}");
         }
     }
 }

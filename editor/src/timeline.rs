@@ -9,7 +9,7 @@ use sheetwork::sheet::Sheet;
 use sheetwork::{Snapshot, World};
 
 /// Default memory for snapshots, bytes.
-pub const ROOM: usize = 256 << 20;
+pub const DEFAULT_CAPACITY: usize = 256 << 20;
 
 /// Snapshot with its time.
 #[derive(Clone, Debug)]
@@ -33,19 +33,19 @@ pub struct Timeline {
     seen: usize,
     /// Approximate size of a snapshot, bytes.
     each: usize,
-    room: usize,
+    capacity: usize,
 }
 
 impl Default for Timeline {
     fn default() -> Self {
-        Self::with_room(ROOM)
+        Self::with_capacity(DEFAULT_CAPACITY)
     }
 }
 
 impl Timeline {
     /// Timeline with this much memory for snapshots, bytes.
-    pub fn with_room(room: usize) -> Self {
-        Self { moments: Vec::new(), events: Vec::new(), seen: 0, each: 1, room }
+    pub fn with_capacity(capacity: usize) -> Self {
+        Self { moments: Vec::new(), events: Vec::new(), seen: 0, each: 1, capacity }
     }
 
     /// Delete everything, for a new run.
@@ -56,14 +56,14 @@ impl Timeline {
     }
 
     /// Store a snapshot of the world, if it is later than the last moment.
-    pub fn take(&mut self, world: &World) {
-        self.learn(world.events());
+    pub fn record(&mut self, world: &World) {
+        self.store_events(world.events());
         if self.moments.last().is_some_and(|m| m.steps >= world.steps()) {
             return;
         }
         self.each = bytes_of(world).max(1);
-        if (self.moments.len() + 1) * self.each > self.room && self.moments.len() > 8 {
-            self.thin();
+        if (self.moments.len() + 1) * self.each > self.capacity && self.moments.len() > 8 {
+            self.drop_every_second();
         }
         self.moments.push(Moment {
             time: world.time(),
@@ -74,7 +74,7 @@ impl Timeline {
     }
 
     /// Replace the present moment after an edit of the state.
-    pub fn renew(&mut self, world: &World) {
+    pub fn replace_present(&mut self, world: &World) {
         match self.moments.binary_search_by_key(&world.steps(), |m| m.steps) {
             Ok(at) => self.moments[at].snapshot = world.snapshot(),
             Err(at) => {
@@ -86,13 +86,13 @@ impl Timeline {
     }
 
     /// Store new events.
-    fn learn(&mut self, events: &[Event]) {
+    fn store_events(&mut self, events: &[Event]) {
         self.events.extend_from_slice(events.get(self.seen..).unwrap_or_default());
         self.seen = events.len();
     }
 
     /// Drop every second moment of the older half, except the first.
-    fn thin(&mut self) {
+    fn drop_every_second(&mut self) {
         let half = self.moments.len() / 2;
         let mut index = 0;
         self.moments.retain(|_| {
@@ -102,12 +102,12 @@ impl Timeline {
     }
 
     /// Follow a rollback of `world` to one of the moments.
-    pub fn went(&mut self, world: &World) {
+    pub fn follow_rollback(&mut self, world: &World) {
         self.seen = world.events().len();
     }
 
     /// Delete the moments after the present of `world`.
-    pub fn forget_after(&mut self, world: &World) {
+    pub fn discard_after(&mut self, world: &World) {
         self.moments.retain(|m| m.steps <= world.steps());
         self.events.truncate(self.moments.last().map_or(0, |m| m.events));
     }
@@ -181,8 +181,8 @@ mod tests {
         let (mut world, mut timeline) = (world(), Timeline::default());
         assert!(timeline.nearest(0.0).is_none() && timeline.span().is_none() && timeline.is_empty());
         for _ in 0..5 {
-            timeline.take(&world);
-            timeline.take(&world);
+            timeline.record(&world);
+            timeline.record(&world);
             (0..10).for_each(|_| world.step());
         }
         assert_eq!(timeline.len(), 5, "one a moment");
@@ -195,20 +195,20 @@ mod tests {
         assert_eq!(timeline.at_steps(29).map(|m| m.steps), Some(20));
         let back = timeline.at_steps(20).expect("there").snapshot.clone();
         world.restore(&back).expect("its own");
-        timeline.forget_after(&world);
+        timeline.discard_after(&world);
         assert_eq!((timeline.len(), world.steps()), (3, 20));
     }
 
     #[test]
     fn memory_is_bounded_and_the_beginning_stays() {
         let mut world = world();
-        let room = 40 * bytes_of(&world);
-        let mut timeline = Timeline::with_room(room);
+        let capacity = 40 * bytes_of(&world);
+        let mut timeline = Timeline::with_capacity(capacity);
         for _ in 0..500 {
-            timeline.take(&world);
+            timeline.record(&world);
             world.step();
         }
-        assert!(timeline.bytes() <= room && timeline.len() > 15, "{} in {}", timeline.len(), timeline.bytes());
+        assert!(timeline.bytes() <= capacity && timeline.len() > 15, "{} in {}", timeline.len(), timeline.bytes());
         assert_eq!(timeline.span().map(|s| s.0), Some(0.0));
         assert_eq!(timeline.at_steps(499).map(|m| m.steps), Some(499), "the end is whole");
     }

@@ -68,7 +68,7 @@ fn the_bar_plays_pauses_steps_and_resets() {
 }
 
 #[test]
-fn a_scene_is_opened_from_the_menu_and_a_bad_file_is_told() {
+fn a_scene_is_opened_from_the_menu_and_an_invalid_file_is_reported() {
     let mut harness = whole();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scenes/wedge.ron");
     let generation = harness.state().0.generation();
@@ -109,7 +109,7 @@ fn the_display_panel_chooses_what_is_drawn() {
         harness.run_steps(2);
     }
     let display = harness.state().1.display;
-    assert!(display.surface && display.springs && display.masses && !display.smooth && !display.room);
+    assert!(display.surface && display.springs && display.nodes && !display.smooth && !display.room);
     assert_eq!(display.layer, Layer::Bottom);
     harness.state_mut().1.camera.zoom(5.0);
     harness.get_by_label("Look at the scene").click();
@@ -180,7 +180,7 @@ fn real_sheet() -> Session {
 }
 
 #[test]
-fn a_real_sheet_has_its_own_damping_and_drag() {
+fn damping_and_drag_of_a_sheet_are_set_by_its_panel() {
     let mut harness = harness(real_sheet(), |ui, (session, state)| {
         panels::sheet(ui, session, state);
         panels::material(ui, session, state);
@@ -209,7 +209,7 @@ fn another_material_is_chosen_from_the_list() {
 }
 
 #[test]
-fn the_numbers_say_what_is_delivered_of_the_stiffness() {
+fn the_numbers_show_the_delivered_stiffness() {
     let mut session = real_sheet();
     session.run(1.0);
     let world = session.world();
@@ -221,7 +221,7 @@ fn the_numbers_say_what_is_delivered_of_the_stiffness() {
 }
 
 #[test]
-fn a_structure_with_flexion_has_its_bend_limited() {
+fn the_bend_limit_acts_on_structures_with_flexion_springs() {
     let spec = SheetSpec { structure: "provot2d".parse().expect("known"), grid: (7, 1, 7), ..SheetSpec::default() };
     let second = SheetSpec { name: "second".into(), ..spec.clone() };
     let session = Session::new(&Scene { sheets: vec![spec, second], ..Scene::default() }).expect("valid");
@@ -242,7 +242,7 @@ fn a_structure_with_flexion_has_its_bend_limited() {
 }
 
 #[test]
-fn a_refused_value_is_told_with_its_range_and_the_old_one_stays() {
+fn a_rejected_value_is_reported_with_its_range_and_changes_nothing() {
     let mut harness = harness(session(), |ui, (session, state)| {
         panels::engine(ui, session);
         panels::sheet(ui, session, state);
@@ -297,7 +297,7 @@ fn keys_do_what_the_help_says() {
 }
 
 #[test]
-fn typing_in_a_field_is_not_taken_for_keys() {
+fn typing_in_a_field_triggers_no_shortcuts() {
     let mut harness = whole();
     harness.get_by_label("File").click();
     harness.run_steps(3);

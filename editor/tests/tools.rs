@@ -37,7 +37,7 @@ fn type_number(harness: &mut Harness<'_, Both>, label: &str, text: &str) {
 }
 
 #[test]
-fn letters_of_what_is_typed_and_ended_in_one_frame_are_no_shortcuts() {
+fn typed_letters_within_one_frame_are_not_shortcuts() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Engine].into();
     harness.run_steps(3);
@@ -138,7 +138,7 @@ fn a_double_click_on_a_number_resets_it() {
 }
 
 #[test]
-fn a_slider_that_is_dragged_is_one_step_of_undo() {
+fn a_dragged_slider_is_one_undo_step() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Sheet].into();
     harness.run_steps(2);
@@ -217,7 +217,7 @@ fn the_grab_tool_pulls_at_the_sheet_and_elsewhere_turns_the_view() {
 }
 
 #[test]
-fn the_pin_tool_holds_a_mass_and_lets_it_go() {
+fn the_pin_tool_pins_and_unpins_a_node() {
     let mut harness = whole();
     harness.key_press(Key::P);
     harness.run_steps(2);
@@ -234,7 +234,7 @@ fn the_pin_tool_holds_a_mass_and_lets_it_go() {
 }
 
 #[test]
-fn the_move_tool_takes_a_body_along_an_axis() {
+fn the_move_tool_moves_a_body_along_an_axis() {
     let mut harness = whole();
     harness.key_press(Key::W);
     harness.run_steps(2);
@@ -247,12 +247,12 @@ fn the_move_tool_takes_a_body_along_an_axis() {
     let along = gizmo.ends[0] - gizmo.middle;
     let at = |part: f32| middle + Vec2::new(along.x, along.y) * part;
     drag(&mut harness, at(0.8), at(2.0));
-    let (carried, by) = harness.state().0.carried().expect("on its way");
-    assert!(carried == Item::Body(0) && by.x > 0.0 && by.y == 0.0 && by.z == 0.0, "{by}");
+    let (moved_item, by) = harness.state().0.moved_item().expect("on its way");
+    assert!(moved_item == Item::Body(0) && by.x > 0.0 && by.y == 0.0 && by.z == 0.0, "{by}");
     button(&mut harness, at(2.0), false);
     harness.run_steps(2);
     let (session, _) = harness.state();
-    assert!((session.scene().bodies[0].placement.position.x - by.x).abs() < 1e-9 && session.carried().is_none());
+    assert!((session.scene().bodies[0].placement.position.x - by.x).abs() < 1e-9 && session.moved_item().is_none());
     assert!((session.body_pose(0).expect("the wedge").0.x - by.x).abs() < 1e-6);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     harness.run_steps(2);
@@ -296,7 +296,7 @@ fn the_timeline_is_dragged_and_shows_snapshots() {
     assert!((0.2..0.6).contains(&time), "{time}");
     harness.get_by_label("7").click();
     harness.run_steps(2);
-    assert!(harness.state().0.kept()[6].is_some_and(|t| (t - time).abs() < 1e-9));
+    assert!(harness.state().0.snapshot_times()[6].is_some_and(|t| (t - time).abs() < 1e-9));
 }
 
 #[test]
@@ -315,7 +315,7 @@ fn plots_are_shown_and_exported() {
 }
 
 #[test]
-fn a_sheet_is_generated_with_its_counts_and_added() {
+fn a_generated_sheet_shows_its_counts_and_is_added() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Sheet].into();
     harness.run_steps(2);
@@ -385,7 +385,7 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
     assert!(
         harness.state().0.shown(1).is_some_and(|s| s.world().sheets()[0].structure.name() == "shell"),
         "{:?}",
-        harness.state().0.beside().next().map(|b| b.1.err())
+        harness.state().0.variants().next().map(|b| b.1.err())
     );
     harness.get_by_label("Add a variant").click();
     harness.run_steps(3);
@@ -408,7 +408,7 @@ fn variants_are_added_in_the_panel_and_shown_in_numbers() {
     );
     harness.get_by_label("Stop comparing").click();
     harness.run_steps(3);
-    assert_eq!(harness.state().0.beside().count(), 0);
+    assert_eq!(harness.state().0.variants().count(), 0);
 }
 
 #[test]
@@ -439,7 +439,7 @@ fn light_and_dark_and_every_section_are_drawn() {
 }
 
 #[test]
-fn a_slider_that_costs_a_new_world_is_taken_up_when_the_mouse_lets_go() {
+fn a_slider_that_needs_a_new_world_is_applied_on_release() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Material].into();
     harness.run_steps(2);
@@ -457,7 +457,7 @@ fn a_slider_that_costs_a_new_world_is_taken_up_when_the_mouse_lets_go() {
 }
 
 #[test]
-fn a_section_is_drawn_out_of_the_column_and_put_back_and_the_sides_change() {
+fn a_section_is_detached_and_returned_and_the_sides_are_swapped() {
     let mut harness = whole();
     harness.state_mut().1.open_sections = [Section::Engine].into();
     harness.run_steps(3);

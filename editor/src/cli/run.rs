@@ -7,7 +7,7 @@ use sheetwork::scene::Scene;
 
 use super::Arguments;
 use crate::camera::Camera;
-use crate::export::{Job, Kind, MOST_PICTURES, moments};
+use crate::export::{Job, Kind, MAX_PICTURES, moments};
 use crate::session::Session;
 use crate::study::Study;
 use crate::{headless, pages, playback, shell};
@@ -49,7 +49,7 @@ impl Arguments {
             scene = assigned("--set", &scene, assignment)?;
         }
         if let Some(order) = self.study.filter(|_| self.screenshot.is_some()) {
-            scene = Study::of_picture(order).scene()?;
+            scene = Study::for_picture(order).scene()?;
         }
         if let Some(picture) = &self.screenshot {
             let mut scenes = vec![scene.clone()];
@@ -104,13 +104,13 @@ impl Arguments {
             let session = session()?;
             let mut job = Job::new(Kind::Gltf, target, seconds);
             job.rate = self.rate;
-            job.begin(&session, &Camera::of_session(&session))?;
+            job.begin(&session, &Camera::from_session(&session))?;
             while !job.step()? {}
             stable &= job.world().is_none_or(|world| world.unstable().is_none());
             eprintln!("written: {}", target.display());
         }
         if let Some(folder) = &self.sequence {
-            let count = moments(self.rate, seconds, MOST_PICTURES)?;
+            let count = moments(self.rate, seconds, MAX_PICTURES)?;
             stable &= shell::offscreen::sequence(self, session()?, folder, count)?;
         }
         Ok(if stable { ExitCode::SUCCESS } else { ExitCode::from(1) })

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edit_costs_as_little_of_the_run_as_it_can() {
+    fn an_edit_is_classified_by_the_least_update_of_the_world() {
         let old = scene();
         let set = |path: &str, value: &str| between(&old, &old.with_override(path, value).expect("valid"));
         assert_eq!(between(&old, &old), Change::Nothing);
@@ -165,14 +165,14 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_of_a_material_is_live_once_the_material_is_in_line() {
+    fn a_constant_of_an_inline_material_is_a_live_parameter() {
         let old = scene().with_override("sheets.0.material.young", "1e9").expect("valid");
         let new = old.with_override("sheets.0.material.young", "2e9").expect("valid");
         assert_eq!(between(&old, &new), Change::Live);
     }
 
     #[test]
-    fn a_mass_is_pinned_while_it_runs_and_an_edge_is_not() {
+    fn pinning_a_node_continues_the_run_and_pinning_an_edge_restarts_it() {
         let old = scene();
         let pinned = |region| {
             let mut new = old.clone();

@@ -15,7 +15,7 @@ use sheetwork::Snapshot;
 use sheetwork::scene::Scene;
 
 /// Maximum number of undo steps.
-pub const MOST_UNDO: usize = 200;
+pub const MAX_UNDO: usize = 200;
 
 /// Scene before or after an edit.
 #[derive(Clone, Debug)]
@@ -92,7 +92,7 @@ impl Document {
         let before = std::mem::replace(&mut self.scene, scene);
         if !goes_on {
             self.past.push(Step { label, key: key.to_owned(), scene: before, state: None });
-            if self.past.len() > MOST_UNDO {
+            if self.past.len() > MAX_UNDO {
                 self.past.remove(0);
             }
         }
@@ -257,7 +257,7 @@ mod tests {
     #[test]
     fn undo_is_bounded_and_saving_is_remembered() {
         let mut document = Document::new(with_dt(1e-3));
-        for i in 0..2 * MOST_UNDO {
+        for i in 0..2 * MAX_UNDO {
             document.commit("dt", "dt", with_dt(1e-3 + 1e-6 * (i + 1) as f64));
             document.seal();
         }
@@ -269,7 +269,7 @@ mod tests {
         while document.undo() {
             undone += 1;
         }
-        assert_eq!(undone, MOST_UNDO);
+        assert_eq!(undone, MAX_UNDO);
         assert!(document.is_unsaved(), "before the save is not what the file has");
     }
 }

@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_field_by_itself_is_found_too() {
+    fn parameters_without_a_field_of_their_own_are_mapped_too() {
         let heater = HeaterSpec {
             size: Some(DVec3::splat(0.1)),
             hot: vec![HotFaceSpec { face: 0, temperature: 200.0, emissivity: 0.9 }],

@@ -31,7 +31,7 @@ fn text(value: &Value) -> Option<String> {
 }
 
 /// Value at `path` (lists by index); `None` where there is no such field.
-pub fn of(scene: &Scene, path: &str) -> Option<String> {
+pub fn at(scene: &Scene, path: &str) -> Option<String> {
     let all = tree(scene);
     let found = path.split('.').try_fold(&all, |at, name| match at {
         Value::Array(items) => items.get(name.parse::<usize>().ok()?),
@@ -81,10 +81,10 @@ mod tests {
     fn values_are_found_by_path_and_presets_by_the_materials_name() {
         let spec = SheetSpec { material: "hips".into(), ..SheetSpec::default() };
         let scene = Scene { sheets: vec![spec], ..Scene::default() };
-        assert_eq!(of(&scene, "gravity").as_deref(), Some("(0.0, -9.81, 0.0)"));
-        assert_eq!(of(&scene, "sheets.0.material.young").as_deref(), Some("2000000000.0"));
-        assert_eq!(of(&scene, "sheets.0.friction").as_deref(), Some("none"));
-        assert_eq!(of(&scene, "sheets.3.friction"), None);
+        assert_eq!(at(&scene, "gravity").as_deref(), Some("(0.0, -9.81, 0.0)"));
+        assert_eq!(at(&scene, "sheets.0.material.young").as_deref(), Some("2000000000.0"));
+        assert_eq!(at(&scene, "sheets.0.friction").as_deref(), Some("none"));
+        assert_eq!(at(&scene, "sheets.3.friction"), None);
         let softer = scene.with_override("sheets.0.material.young", "1e9").expect("valid");
         assert_eq!(of_preset(&softer, "sheets.0.material.young").as_deref(), Some("2000000000.0"));
         assert_eq!(of_preset(&softer, "dt"), None);

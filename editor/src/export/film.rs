@@ -32,7 +32,7 @@ impl Film {
     ///
     /// # Errors
     /// When its scene cannot be built: one of its files is missing.
-    pub fn of(session: &Session) -> Result<Self, InputError> {
+    pub fn from_session(session: &Session) -> Result<Self, InputError> {
         if let Some(recording) = session.playback() {
             let (recording, world) = (recording.clone(), World::new(session.scene())?);
             return Ok(Self { world, start: recording.at(), source: Source::Recording(recording) });

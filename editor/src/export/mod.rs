@@ -24,10 +24,10 @@ pub const RATE: f64 = 30.0;
 
 /// Maximum number of moments in a glTF file: each is a morph target with as many weights as there
 /// are moments.
-pub const MOST_TARGETS: usize = 1000;
+pub const MAX_TARGETS: usize = 1000;
 
 /// Maximum number of pictures of a sequence.
-pub const MOST_PICTURES: usize = 100_000;
+pub const MAX_PICTURES: usize = 100_000;
 
 /// Kind of export.
 #[derive(Clone, Debug, PartialEq)]
@@ -94,10 +94,10 @@ impl Job {
     /// # Errors
     /// When rate or duration is out of range, or the scene cannot be built.
     pub fn begin(&mut self, session: &Session, camera: &Camera) -> Result<(), InputError> {
-        let most = if self.kind == Kind::Gltf { MOST_TARGETS } else { MOST_PICTURES };
+        let most = if self.kind == Kind::Gltf { MAX_TARGETS } else { MAX_PICTURES };
         let count = moments(self.rate, self.seconds, most)?;
-        let film = Film::of(session)?;
-        let track = if self.kind == Kind::Gltf { Track::of(film.world()) } else { Track::default() };
+        let film = Film::from_session(session)?;
+        let track = if self.kind == Kind::Gltf { Track::from_world(film.world()) } else { Track::default() };
         self.course = Some(Course { film, camera: *camera, track, done: 0, count });
         Ok(())
     }
@@ -133,7 +133,7 @@ impl Job {
                 let picture = Picture::draw(world, camera, look, *size);
                 picture.save(&file).map_err(|e| InputError::io(&file, &e))?;
             }
-            Kind::Gltf => track.take(world, after),
+            Kind::Gltf => track.record(world, after),
         }
         *done += 1;
         if *done < *count {

@@ -13,7 +13,7 @@ use sheetwork::sheet::Sheet;
 
 /// Rigid mesh: vertices, normals, triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Still {
+pub struct RigidMesh {
     /// Vertices, m.
     pub positions: Vec<Vec3>,
     /// Unit normals.
@@ -43,15 +43,15 @@ pub struct BodyTrack {
     /// Name of the body.
     pub name: String,
     /// Shape about its own origin.
-    pub shape: Still,
+    pub shape: RigidMesh,
     /// Pose at each moment.
     pub poses: Vec<(DVec3, DQuat)>,
-    of: Of,
+    source: TrackSource,
 }
 
 /// Origin of a [`BodyTrack`].
 #[derive(Clone, Copy, Debug)]
-enum Of {
+enum TrackSource {
     /// Rigid body, by index.
     Body(usize),
     /// Heater at a fixed pose.
@@ -82,7 +82,7 @@ pub struct Track {
 
 impl Track {
     /// Empty track of `world`.
-    pub fn of(world: &World) -> Self {
+    pub fn from_world(world: &World) -> Self {
         let rigid = world.rigid().map(|r| r.bodies()).unwrap_or_default().iter().enumerate();
         let bodies = rigid.filter_map(|(index, body)| {
             let shape = match &body.shape {
@@ -94,16 +94,16 @@ impl Track {
                 name: body.name.clone(),
                 shape,
                 poses: Vec::new(),
-                of: Of::Body(index),
+                source: TrackSource::Body(index),
             })
         });
         let bodies = bodies.chain(heaters(world.scene()));
-        let sheets = world.sheets().iter().filter_map(SheetTrack::of);
+        let sheets = world.sheets().iter().filter_map(SheetTrack::from_sheet);
         Self { times: Vec::new(), sheets: sheets.collect(), bodies: bodies.collect() }
     }
 
     /// Append the state of `world`, `time` s after the start.
-    pub fn take(&mut self, world: &World, time: f64) {
+    pub fn record(&mut self, world: &World, time: f64) {
         self.times.push(time);
         for (track, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
             track.places.push(track.masses.iter().map(|m| sheet.x.get(*m as usize).as_vec3()).collect());
@@ -116,9 +116,9 @@ impl Track {
         }
         for body in &mut self.bodies {
             let last = body.poses.last().copied().unwrap_or((DVec3::ZERO, DQuat::IDENTITY));
-            let mut pose = match body.of {
-                Of::Body(index) => world.rigid().and_then(|r| r.pose(index)).unwrap_or(last),
-                Of::Heater(place, turn) => (place, turn),
+            let mut pose = match body.source {
+                TrackSource::Body(index) => world.rigid().and_then(|r| r.pose(index)).unwrap_or(last),
+                TrackSource::Heater(place, turn) => (place, turn),
             };
             // The quaternion closer to the previous one: players interpolate along the shorter way.
             if pose.1.dot(last.1) < 0.0 {
@@ -130,7 +130,7 @@ impl Track {
 }
 
 impl SheetTrack {
-    fn of(sheet: &Sheet) -> Option<Self> {
+    fn from_sheet(sheet: &Sheet) -> Option<Self> {
         let layer = sheet.layers.last()?;
         let all = sheet.triangles.clone().unwrap_or_else(|| layer.triangles());
         let mut masses: Vec<u32> = all.iter().flatten().copied().collect();
@@ -204,17 +204,17 @@ fn heaters(scene: &Scene) -> impl Iterator<Item = BodyTrack> + '_ {
         // The files were validated when the world was built.
         let parts: Vec<_> = spec.resolve(&scene.base).ok()?.into_iter().map(|heater| heater.polyhedron).collect();
         let name = if spec.name.is_empty() { format!("heater {index}") } else { spec.name.clone() };
-        let of = Of::Heater(spec.placement.position, spec.placement.quaternion());
+        let source = TrackSource::Heater(spec.placement.position, spec.placement.quaternion());
         let shape = still(&polyhedra_mesh(&parts));
-        (!shape.triangles.is_empty()).then(|| BodyTrack { name, shape, poses: Vec::new(), of })
+        (!shape.triangles.is_empty()).then(|| BodyTrack { name, shape, poses: Vec::new(), source })
     })
 }
 
 /// Ball of `radius`, with 32 by 16 faces.
-fn ball(radius: f32) -> Still {
+fn ball(radius: f32) -> RigidMesh {
     const AROUND: u32 = 32;
     const ALONG: u32 = 16;
-    let mut shape = Still::default();
+    let mut shape = RigidMesh::default();
     for j in 0..=ALONG {
         let (sin, cos) = (std::f32::consts::PI * j as f32 / ALONG as f32).sin_cos();
         for i in 0..=AROUND {
@@ -239,13 +239,13 @@ fn ball(radius: f32) -> Still {
 }
 
 /// Vertices, normals and triangles of a mesh.
-fn still(mesh: &Mesh) -> Still {
+fn still(mesh: &Mesh) -> RigidMesh {
     let read = |attribute| match mesh.attribute(attribute) {
         Some(VertexAttributeValues::Float32x3(values)) => values.iter().map(|v| Vec3::from(*v)).collect(),
         _ => Vec::new(),
     };
     let indices: Vec<u32> = mesh.indices().map(|i| i.iter().map(|k| k as u32).collect()).unwrap_or_default();
-    Still {
+    RigidMesh {
         positions: read(Mesh::ATTRIBUTE_POSITION),
         normals: read(Mesh::ATTRIBUTE_NORMAL),
         triangles: indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),

@@ -8,7 +8,7 @@ use super::EditorState;
 use super::heat::place;
 use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown, format_si};
-use bevy_sheetwork::inspector::controls::{CELSIUS, How, PLAIN, input, name, tell};
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, PLAIN, input, name, tell};
 
 const GRAM: Shown = Shown::fixed(Quantity::Mass, "g", 1e-3);
 
@@ -56,7 +56,7 @@ fn body(ui: &mut Ui, session: &mut Session, index: usize) {
     Grid::new(("body", index)).num_columns(3).show(ui, |ui| {
         mass(ui, session, index, &spec);
         contact(ui, session, index, &spec);
-        warmth(ui, session, index, &spec);
+        temperature(ui, session, index, &spec);
     });
 }
 
@@ -78,7 +78,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     if let Some(mass) = weighs {
         ui.end_row();
         let label = name(ui, "Mass", "Distributed uniformly over the shape");
-        let done = input(ui, &label, mass, GRAM, &How::late());
+        let done = input(ui, &label, mass, GRAM, &ControlOptions::late());
         tell(session, "mass", done.error);
         if let Some(mass) = done.value {
             edit(session, index, "mass", |b| (b.mass, b.density) = (Some(mass), None));
@@ -90,7 +90,7 @@ fn mass(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
 /// Friction and restitution; a double click restores the scene's defaults.
 fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let all = session.scene().contact.clone();
-    let how = How { late: true, ..How::slider(0.0..=1.0) };
+    let how = ControlOptions { late: true, ..ControlOptions::slider(0.0..=1.0) };
     let label = name(ui, "Friction", "Coulomb friction coefficient of this body");
     let done = input(ui, &label, spec.friction.unwrap_or(all.friction), PLAIN, &how);
     tell(session, "friction", done.error);
@@ -108,7 +108,7 @@ fn contact(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
 }
 
 /// Whether the body has a temperature, and its value.
-fn warmth(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
+fn temperature(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     let mut hot = spec.temperature.is_some();
     let about = "Whether the body exchanges heat with sheets in contact";
     if ui.checkbox(&mut hot, "Exchanges heat").on_hover_text(about).changed() {
@@ -116,7 +116,7 @@ fn warmth(ui: &mut Ui, session: &mut Session, index: usize, spec: &BodySpec) {
     }
     if let Some(celsius) = spec.temperature {
         let label = name(ui, "at", "Temperature of this body, °C");
-        let done = input(ui, &label, celsius, CELSIUS, &How { speed: 1.0, ..How::default() });
+        let done = input(ui, &label, celsius, CELSIUS, &ControlOptions { speed: 1.0, ..ControlOptions::default() });
         tell(session, "temperature", done.error);
         if let Some(celsius) = done.value {
             edit(session, index, "temperature", |b| b.temperature = Some(celsius));

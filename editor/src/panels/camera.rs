@@ -9,7 +9,7 @@ use super::{EditorState, Tool};
 use crate::camera::Camera;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{How, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 
@@ -42,7 +42,7 @@ pub fn camera(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             state.camera = state.camera.focused(session.world());
         }
         if ui.button("Scene's own").on_hover_text("The camera of the scene (F)").clicked() {
-            state.camera = Camera::of_session(session);
+            state.camera = Camera::from_session(session);
         }
         if ui.button("Keep in scene").on_hover_text("Store this view as the camera of the scene").clicked() {
             let (eye, target) = (state.camera.eye().as_dvec3(), state.camera.target.as_dvec3());
@@ -56,7 +56,7 @@ fn numbers(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let camera = &mut state.camera;
     let mut number = |ui: &mut Ui, (title, about): (&str, &str), now: f64, shown: Shown| {
         let label = name(ui, title, about);
-        let done = input(ui, &label, now, shown, &How { speed: 0.5, ..How::default() });
+        let done = input(ui, &label, now, shown, &ControlOptions { speed: 0.5, ..ControlOptions::default() });
         tell(session, title, done.error);
         ui.end_row();
         done.value

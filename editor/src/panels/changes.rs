@@ -9,10 +9,10 @@ use crate::session::{Item, Session};
 use crate::units::format_si;
 
 /// Maximum number of listed fields.
-const MOST_LISTED: usize = 16;
+const MAX_LISTED: usize = 16;
 
 /// Maximum number of characters of a text value.
-const LONGEST: usize = 32;
+const MAX_TEXT: usize = 32;
 
 /// Undo, redo, and list of changes.
 pub(super) fn menu(ui: &mut Ui, session: &mut Session) {
@@ -35,14 +35,14 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session) {
     ui.label(RichText::new(format!("{said} {since}{}", if changes.is_empty() { "" } else { ":" })).color(quiet(ui)));
     let lines = lines(session, &changes);
     Grid::new("changes").num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
-        for (what, value, path) in lines.iter().take(MOST_LISTED) {
+        for (what, value, path) in lines.iter().take(MAX_LISTED) {
             ui.label(what).on_hover_text(path);
             ui.label(value);
             ui.end_row();
         }
     });
-    if lines.len() > MOST_LISTED {
-        ui.label(RichText::new(format!("and {} more", lines.len() - MOST_LISTED)).color(quiet(ui)));
+    if lines.len() > MAX_LISTED {
+        ui.label(RichText::new(format!("and {} more", lines.len() - MAX_LISTED)).color(quiet(ui)));
     }
 }
 
@@ -132,7 +132,7 @@ fn with_unit(session: &Session, path: &str, value: &str) -> String {
     match (value.parse::<f64>(), unit) {
         (Ok(number), "Pa" | "m" | "s" | "N") => format_si(number, unit),
         (Ok(number), _) => format!("{} {unit}", (number * 1e6).round() / 1e6).trim_end().to_owned(),
-        _ if value.chars().count() > LONGEST => format!("{} …", value.chars().take(LONGEST).collect::<String>()),
+        _ if value.chars().count() > MAX_TEXT => format!("{} …", value.chars().take(MAX_TEXT).collect::<String>()),
         _ => format!("{value} {unit}").trim_end().to_owned(),
     }
 }
@@ -142,7 +142,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_differs_is_said_by_name_and_with_its_unit() {
+    fn differences_are_listed_by_name_with_their_unit() {
         let scene =
             Scene::parse(r#"(sheets: [(name: "card", structure: "shell", grid: (5, 1, 5), material: "card"), ()])"#);
         let mut session = Session::new(&scene.expect("valid")).expect("valid");

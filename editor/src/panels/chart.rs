@@ -9,7 +9,7 @@ use crate::samples::Sample;
 use crate::units::format_si;
 
 /// Maximum number of points of a line.
-const MOST: usize = 300;
+const MAX_POINTS: usize = 300;
 
 /// Line of a chart: name, colour, value of a sample.
 pub(super) struct Line<'a> {
@@ -27,14 +27,14 @@ impl<'a> Line<'a> {
     }
 
     /// The line with the samples of another run.
-    pub fn of(self, history: &'a [Sample]) -> Self {
+    pub fn with_history(self, history: &'a [Sample]) -> Self {
         Self { history: Some(history), ..self }
     }
 
     /// Points of the line: time, s, and value.
     fn points(&self, history: &[Sample]) -> Vec<(f64, f64)> {
         let all = self.history.unwrap_or(history);
-        let some = all.iter().step_by(all.len() / MOST + 1).chain(all.last());
+        let some = all.iter().step_by(all.len() / MAX_POINTS + 1).chain(all.last());
         some.filter_map(|s| Some((s.time, (self.value)(s).filter(|v| v.is_finite())?))).collect()
     }
 }

@@ -8,7 +8,7 @@ use sheetwork::scene::material::LIBRARY;
 
 use super::style::{quiet, readable};
 use super::{EditorState, plots::COLOURS};
-use crate::session::{MOST_BESIDE, Session, Variant};
+use crate::session::{MAX_VARIANTS, Session, Variant};
 use crate::units::format_si;
 
 /// Offered fields: title, path with `#` for the index of the sheet.
@@ -29,7 +29,7 @@ const OTHERS: [&str; 5] = ["shell", "slamm", "provot3d", "trimm", "provot2d"];
 
 /// Variants, and a table of all.
 pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
-    let now: Vec<Variant> = session.beside().map(|b| b.0.clone()).collect();
+    let now: Vec<Variant> = session.variants().map(|b| b.0.clone()).collect();
     let mut new = now.clone();
     let mut removed = None;
     for (index, variant) in new.iter_mut().enumerate() {
@@ -45,7 +45,7 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         new.remove(index);
     }
     ui.horizontal(|ui| {
-        if new.len() < MOST_BESIDE
+        if new.len() < MAX_VARIANTS
             && ui.button("Add a variant").on_hover_text("The scene with one field changed").clicked()
         {
             new.push(another(session, state.sheet, &new));
@@ -57,12 +57,12 @@ pub fn compare(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     if new != now {
         session.compare_with(new);
     }
-    for (variant, found) in session.beside() {
+    for (variant, found) in session.variants() {
         if let Err(problem) = found {
             ui.label(RichText::new(format!("{}: {problem}", variant.label())).color(ui.visuals().error_fg_color));
         }
     }
-    if session.beside().next().is_some() {
+    if session.variants().next().is_some() {
         table(ui, session);
     } else {
         ui.weak("Variants of the scene side by side, at the same time, with one field changed: structure, integrator, step, material …");
@@ -159,7 +159,7 @@ fn table(ui: &mut Ui, session: &Session) {
         }
         ui.end_row();
         let own = std::iter::once(("this scene".to_owned(), session));
-        let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
+        let others = session.variants().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
         for (index, (name, one)) in own.chain(others).enumerate() {
             let broken = one.unstable_since();
             let name = if broken.is_some() { format!("✖ {name}") } else { name };

@@ -16,7 +16,7 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         ui.checkbox(&mut display.surface, "Surface");
         ui.checkbox(&mut display.springs, "Springs").on_hover_text("Blue in compression, red in tension");
-        ui.checkbox(&mut display.masses, "Nodes").on_hover_text("Bright in contact with a body");
+        ui.checkbox(&mut display.nodes, "Nodes").on_hover_text("Bright in contact with a body");
     });
     ui.add_enabled_ui(display.surface, |ui| {
         ui.horizontal(|ui| {
@@ -47,7 +47,7 @@ pub fn display(ui: &mut Ui, session: &Session, state: &mut EditorState) {
     });
     ui.horizontal(|ui| {
         if ui.button("Look at the scene").on_hover_text("The camera of the scene (F)").clicked() {
-            state.camera = Camera::of_session(session);
+            state.camera = Camera::from_session(session);
         }
     });
 }

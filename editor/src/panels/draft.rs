@@ -27,7 +27,7 @@ pub(super) struct Preview {
 
 impl Draft {
     /// Draft with the description of sheet `index`, without name, pins and probes.
-    pub fn of(session: &Session, index: usize) -> Self {
+    pub fn from_sheet(session: &Session, index: usize) -> Self {
         let like = session.scene().sheets.get(index).cloned().unwrap_or_default();
         let spec = SheetSpec { name: String::new(), file: None, pins: Vec::new(), probes: Default::default(), ..like };
         Self { spec, file: "sheet.sht".into(), built: None }

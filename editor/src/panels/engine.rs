@@ -1,7 +1,7 @@
 //! Controls of the integrator, its step, gravity, air and wind, and default contact parameters.
 
 use bevy_egui::egui::{Grid, Ui};
-use bevy_sheetwork::inspector::controls::{How, PLAIN, dial};
+use bevy_sheetwork::inspector::controls::{ControlOptions, PLAIN, parameter_row};
 use bevy_sheetwork::inspector::{cost, engine as rows};
 
 use crate::session::Session;
@@ -21,8 +21,8 @@ pub fn engine(ui: &mut Ui, session: &mut Session) {
 fn surfaces(ui: &mut Ui, session: &mut Session) {
     let (friction, restitution) = (session.scene().contact.friction, session.scene().contact.restitution);
     let about = "Coulomb friction coefficient of sheets and bodies without their own";
-    let how = How { late: true, ..How::slider(0.0..=1.0) };
-    dial(ui, session, ("Default friction", about, "contact.friction"), friction, PLAIN, &how);
+    let how = ControlOptions { late: true, ..ControlOptions::slider(0.0..=1.0) };
+    parameter_row(ui, session, ("Default friction", about, "contact.friction"), friction, PLAIN, &how);
     let about = "Coefficient of restitution of sheets and bodies without their own";
-    dial(ui, session, ("Default restitution", about, "contact.restitution"), restitution, PLAIN, &how);
+    parameter_row(ui, session, ("Default restitution", about, "contact.restitution"), restitution, PLAIN, &how);
 }

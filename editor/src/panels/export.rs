@@ -3,11 +3,11 @@
 use bevy_egui::egui::{DragValue, Grid, ProgressBar, Ui, Window};
 
 use super::EditorState;
-use crate::export::{Job, Kind, MOST_TARGETS, moments, picture_file};
+use crate::export::{Job, Kind, MAX_TARGETS, moments, picture_file};
 use crate::picture::LARGEST;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{How, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, input, name, tell};
 use sheetwork::World;
 
 const SECOND: Shown = Shown::fixed(Quantity::Time, "s", 1.0);
@@ -32,7 +32,8 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ui.add(DragValue::new(&mut job.rate).range(0.01..=1e4).speed(0.1)).labelled_by(label.id);
             ui.end_row();
             let label = name(ui, "Duration", "Simulated time from the present state on, s");
-            let done = input(ui, &label, job.seconds, SECOND, &How { speed: 0.02, ..How::default() });
+            let done =
+                input(ui, &label, job.seconds, SECOND, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
             job.seconds = done.value.map_or(job.seconds, |seconds| seconds.clamp(0.0, 1e6));
             tell(session, "duration", done.error);
             ui.end_row();
@@ -48,7 +49,7 @@ pub fn export(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         });
         if job.kind == Kind::Gltf {
             ui.weak(format!(
-                "Sheets as morph targets, bodies and heaters as glTF nodes; at most {MOST_TARGETS} moments."
+                "Sheets as morph targets, bodies and heaters as glTF nodes; at most {MAX_TARGETS} moments."
             ));
         }
         let count = moments(job.rate, job.seconds, usize::MAX).map_or(0, |count| count);

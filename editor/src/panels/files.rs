@@ -67,8 +67,8 @@ impl EditorState {
         let saved = session.save_as(file);
         if saved {
             let file = session.file().unwrap_or(file).to_path_buf();
-            self.keeper.note(&file);
-            self.keeper.copy(session);
+            self.persistence.note(&file);
+            self.persistence.back_up(session);
             session.note(format!("saved: {}", file.display()));
         }
         saved
@@ -87,7 +87,7 @@ impl EditorState {
     /// Write unsaved work aside, start another scene by `begin`, and look at it. Returns whether it
     /// was started.
     fn make_room(&mut self, session: &mut Session, begin: impl FnOnce(&mut Session) -> bool) -> bool {
-        let aside = self.keeper.set_aside(session);
+        let aside = self.persistence.write_aside(session);
         let begun = begin(session);
         if begun {
             tell_of(session, aside.as_deref());
@@ -114,12 +114,12 @@ pub(super) fn menu(ui: &mut Ui, session: &mut Session, state: &mut EditorState) 
     let mut chosen = None;
     ui.menu_button("Scenes", |ui| chosen = shipped(ui, state));
     ui.menu_button("Recent", |ui| {
-        for file in state.keeper.recent() {
+        for file in state.persistence.recent() {
             if ui.button(scenes::title(file)).on_hover_text(file.display().to_string()).clicked() {
                 chosen = Some(file.clone());
             }
         }
-        if state.keeper.recent().is_empty() {
+        if state.persistence.recent().is_empty() {
             ui.weak("nothing yet");
         }
     });
@@ -191,7 +191,7 @@ fn recover(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
         let about = "Unsaved work of the last run of the editor";
         if ui.button(format!("Recover \"{}\"", scene.name)).on_hover_text(about).clicked() {
             state.recover(session, &scene);
-            state.keeper.forget(&copy);
+            state.persistence.forget(&copy);
             state.left = None;
             ui.close();
         }
@@ -390,7 +390,7 @@ impl EditorState {
         if is_scene && !is_material(file) {
             let loaded = self.make_room(session, |session| session.load(file));
             if loaded {
-                self.keeper.note(file);
+                self.persistence.note(file);
             }
             return loaded;
         }
@@ -422,7 +422,7 @@ impl EditorState {
             return;
         };
         if before == (0, 0, 0) {
-            self.camera = Camera::of_session(session);
+            self.camera = Camera::from_session(session);
         }
         self.turn_to(session, item);
     }
@@ -444,8 +444,8 @@ impl EditorState {
     }
 
     fn look_at(&mut self, session: &Session) {
-        self.display = self.display.of(session);
-        self.camera = Camera::of_session(session);
+        self.display = self.display.for_session(session);
+        self.camera = Camera::from_session(session);
         self.sheet = 0;
         self.selected = None;
     }

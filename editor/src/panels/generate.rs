@@ -11,7 +11,7 @@ use super::draft::{Draft, one};
 use super::style::ACCENT;
 use crate::session::Session;
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{How, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{ControlOptions, MM, input, name, tell};
 
 const COUNT: Shown = Shown::fixed(Quantity::Number, "", 1.0);
 
@@ -82,7 +82,8 @@ fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     let (low, high) = spec.structure.info().layers;
     let mut count = |ui: &mut Ui, title: &str, now: u32, (low, high): (u32, u32)| {
         let label = name(ui, title, "Nodes");
-        let done = input(ui, &label, f64::from(now), COUNT, &How { speed: 0.1, ..How::default() });
+        let done =
+            input(ui, &label, f64::from(now), COUNT, &ControlOptions { speed: 0.1, ..ControlOptions::default() });
         tell(session, title, done.error);
         ui.end_row();
         (done.value.unwrap_or(f64::from(now)).round().clamp(0.0, 1e6) as u32).clamp(low, high)
@@ -92,7 +93,7 @@ fn fields(ui: &mut Ui, session: &mut Session, spec: &mut SheetSpec) {
     spec.grid.2 = count(ui, "Along the width", spec.grid.2, (2, 200));
     let mut length = |ui: &mut Ui, title: &str, now: f64| {
         let label = name(ui, title, "");
-        let done = input(ui, &label, now, MM, &How::default());
+        let done = input(ui, &label, now, MM, &ControlOptions::default());
         tell(session, title, done.error);
         ui.end_row();
         done.value.unwrap_or(now)

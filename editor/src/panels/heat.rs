@@ -9,7 +9,9 @@ use super::style::quiet;
 use crate::document::path::opened;
 use crate::session::{Item, Session};
 use crate::units::{Quantity, Shown};
-use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, PLAIN, dial, dial_of, input, name, tell, vector};
+use bevy_sheetwork::inspector::controls::{
+    CELSIUS, ControlOptions, MM, PLAIN, input, name, parameter_control, parameter_row, tell, vector,
+};
 
 const DEGREES: Shown = Shown::fixed(Quantity::Angle, "°", 1.0);
 const CONVECTION: Shown = Shown::fixed(Quantity::Convection, "W/(m² K)", 1.0);
@@ -50,14 +52,14 @@ fn oven(ui: &mut Ui, session: &mut Session) {
             if spec.schedule.is_empty() {
                 ui.horizontal(|ui| {
                     let label = name(ui, "at", "Temperature of the oven, °C");
-                    dial_of(
+                    parameter_control(
                         ui,
                         session,
                         &label,
                         "oven.temperature",
                         spec.temperature,
                         CELSIUS,
-                        &How::slider(20.0..=300.0),
+                        &ControlOptions::slider(20.0..=300.0),
                     );
                 });
             } else {
@@ -82,11 +84,25 @@ fn room(ui: &mut Ui, session: &mut Session) {
     let (ambient, convection, lapse) =
         (session.scene().ambient_temperature, session.scene().convection, session.scene().time_lapse);
     let about = "Temperature of the surroundings, °C; type 70 °F or 300 K if you like";
-    dial(ui, session, ("Ambient", about, "ambient_temperature"), ambient, CELSIUS, &How::slider(-20.0..=60.0));
+    parameter_row(
+        ui,
+        session,
+        ("Ambient", about, "ambient_temperature"),
+        ambient,
+        CELSIUS,
+        &ControlOptions::slider(-20.0..=60.0),
+    );
     let about = "Convection coefficient of both sides of a sheet together in still air, W/(m² K)";
-    dial(ui, session, ("Convection", about, "convection"), convection, CONVECTION, &How::slider(0.0..=100.0));
+    parameter_row(
+        ui,
+        session,
+        ("Convection", about, "convection"),
+        convection,
+        CONVECTION,
+        &ControlOptions::slider(0.0..=100.0),
+    );
     let about = "Factor of thermal time over mechanical time";
-    dial(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, &How::log(0.1..=100.0));
+    parameter_row(ui, session, ("Time-lapse", about, "time_lapse"), lapse, PLAIN, &ControlOptions::log(0.1..=100.0));
 }
 
 fn heater(ui: &mut Ui, session: &mut Session, index: usize) {
@@ -136,7 +152,13 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
                     let done = ui
                         .horizontal(|ui| {
                             let label = name(ui, "at", "Temperature of this face, °C; type 700 K if you like");
-                            input(ui, &label, spec.temperature, CELSIUS, &How { speed: 1.0, ..How::default() })
+                            input(
+                                ui,
+                                &label,
+                                spec.temperature,
+                                CELSIUS,
+                                &ControlOptions { speed: 1.0, ..ControlOptions::default() },
+                            )
                         })
                         .inner;
                     tell(session, "temperature", done.error);
@@ -165,7 +187,8 @@ fn faces(ui: &mut Ui, session: &mut Session, index: usize, spec: &HeaterSpec) {
 pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placement) {
     Grid::new(("place", session.name_of(item))).num_columns(2).show(ui, |ui| {
         name(ui, "Position", "Position, mm; or drag it with the move tool in the view");
-        let (new, _) = vector(ui, session, "place", now.position, MM, &How { speed: 0.5, ..How::late() });
+        let (new, _) =
+            vector(ui, session, "place", now.position, MM, &ControlOptions { speed: 0.5, ..ControlOptions::late() });
         if let Some(position) = new {
             session.place(item, Placement { position, ..now });
         }
@@ -174,7 +197,14 @@ pub(super) fn place(ui: &mut Ui, session: &mut Session, item: Item, now: Placeme
             return;
         }
         name(ui, "Rotation", "About the fixed x, y and z axes, in this order");
-        let (new, _) = vector(ui, session, "turn", now.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
+        let (new, _) = vector(
+            ui,
+            session,
+            "turn",
+            now.rotation,
+            DEGREES,
+            &ControlOptions { speed: 0.5, ..ControlOptions::late() },
+        );
         if let Some(rotation) = new {
             session.place(item, Placement { rotation, ..now });
         }
@@ -196,17 +226,23 @@ fn gun(ui: &mut Ui, session: &mut Session) {
         });
         Grid::new("gun").num_columns(2).show(ui, |ui| {
             let about = "Temperature of the jet, °C";
-            dial(
+            parameter_row(
                 ui,
                 session,
                 ("Jet", about, "heat_gun.temperature"),
                 spec.temperature,
                 CELSIUS,
-                &How::slider(50.0..=600.0),
+                &ControlOptions::slider(50.0..=600.0),
             );
             name(ui, "Direction", "Direction of the jet, of any length but 0");
-            let (new, _) =
-                vector(ui, session, "direction", spec.direction, PLAIN, &How { speed: 0.02, ..How::default() });
+            let (new, _) = vector(
+                ui,
+                session,
+                "direction",
+                spec.direction,
+                PLAIN,
+                &ControlOptions { speed: 0.02, ..ControlOptions::default() },
+            );
             if let Some(direction) = new.filter(|d| *d != DVec3::ZERO) {
                 session.edit("heat gun's direction", "heat_gun.direction", |s| {
                     s.heat_gun.iter_mut().for_each(|g| g.direction = direction);

@@ -71,7 +71,7 @@ fn commands(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     }
     for (i, key) in DIGITS.into_iter().enumerate() {
         if with(Modifiers::COMMAND, key) {
-            session.keep(i + 1);
+            session.store_snapshot(i + 1);
         }
     }
 }
@@ -98,7 +98,7 @@ fn time(ui: &Ui, session: &mut Session) {
     }
     for (i, key) in DIGITS.into_iter().enumerate() {
         if pressed(key) {
-            session.recall(i + 1);
+            session.restore_snapshot(i + 1);
         }
     }
 }
@@ -106,7 +106,7 @@ fn time(ui: &Ui, session: &mut Session) {
 fn tools(ui: &Ui, session: &mut Session, state: &mut EditorState) {
     let pressed = |key| plain(ui, key).is_some();
     if pressed(Key::F) {
-        state.camera = Camera::of_session(session);
+        state.camera = Camera::from_session(session);
     }
     let keys = [
         (Key::Q, Tool::Look),

@@ -2,7 +2,7 @@
 //! cost.
 
 use bevy_egui::egui::{self, Grid, Sense, Ui, vec2};
-use bevy_sheetwork::inspector::controls::{How, dial, name};
+use bevy_sheetwork::inspector::controls::{ControlOptions, name, parameter_row};
 use bevy_sheetwork::inspector::hang::gamma;
 use bevy_sheetwork::inspector::{constants, cost, delivered, droop, strip_shape};
 use sheetwork::scene::MaterialChoice;
@@ -27,9 +27,9 @@ pub fn material(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     Grid::new("material").num_columns(2).show(ui, |ui| {
         constants(ui, session, index);
         let about = "Mass per volume. Type 1.05 g/cm³";
-        let how = How { late: true, ..How::log(10.0..=2e4) };
+        let how = ControlOptions { late: true, ..ControlOptions::log(10.0..=2e4) };
         let path = format!("sheets.{index}.material.density");
-        dial(ui, session, ("Density", about, &path), now.density, DENSITY, &how);
+        parameter_row(ui, session, ("Density", about, &path), now.density, DENSITY, &how);
     });
     delivered(ui, session, index);
     cost(ui, session);
@@ -58,7 +58,7 @@ fn presets(ui: &mut Ui, session: &mut Session, state: &mut EditorState, index: u
         let shown = combo.show_ui(ui, |ui| {
             for (name, about, material) in LIBRARY {
                 ui.horizontal(|ui| {
-                    let strip = state.previews.of(gamma(material, length, gravity));
+                    let strip = state.previews.strip(gamma(material, length, gravity));
                     let (rect, _) = ui.allocate_exact_size(vec2(46.0, 34.0), Sense::hover());
                     strip_shape(ui, rect, strip, ACCENT);
                     let about = format!(

@@ -10,7 +10,7 @@ use crate::session::{HISTORY, Session};
 use crate::units::format_si;
 
 /// Maximum number of listed events.
-const EVENTS: usize = 12;
+const MAX_EVENTS: usize = 12;
 
 /// Numbers of the present state of the session.
 pub fn numbers(ui: &mut Ui, session: &Session) {
@@ -161,7 +161,7 @@ fn events(ui: &mut Ui, session: &Session) {
     if session.events().next().is_none() {
         ui.weak("nothing yet");
     }
-    for event in session.events().rev().take(EVENTS) {
+    for event in session.events().rev().take(MAX_EVENTS) {
         ui.horizontal_wrapped(|ui| {
             ui.monospace(format!("{:7.3}", event.time_s));
             ui.label(describe(event));

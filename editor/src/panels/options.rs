@@ -22,7 +22,7 @@ pub struct Display {
     /// Springs as lines, coloured by strain.
     pub springs: bool,
     /// Nodes as dots.
-    pub masses: bool,
+    pub nodes: bool,
     /// Floor and back wall.
     pub room: bool,
     /// Rigid bodies.
@@ -45,7 +45,7 @@ impl Default for Display {
             smooth: true,
             colour,
             springs: false,
-            masses: false,
+            nodes: false,
             room,
             bodies,
             pins,
@@ -57,7 +57,7 @@ impl Default for Display {
 
 impl Display {
     /// Options for `session`: a recording without temperatures has no colours of them.
-    pub fn of(self, session: &Session) -> Self {
+    pub fn for_session(self, session: &Session) -> Self {
         let plain = session.playback().is_some_and(|recording| !recording.has_heat());
         if plain { Self { colour: Some(SheetColour::Plain), ..self } } else { self }
     }

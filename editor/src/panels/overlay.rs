@@ -7,7 +7,7 @@ use bevy_egui::egui::{
 use glam::{DVec3, Vec2, Vec3};
 use sheetwork::sheet::Sheet;
 
-use bevy_sheetwork::inspector::controls::{CELSIUS, How, MM, input, name, tell};
+use bevy_sheetwork::inspector::controls::{CELSIUS, ControlOptions, MM, input, name, tell};
 
 use super::plots::COLOURS;
 use super::style::ACCENT;
@@ -148,11 +148,11 @@ fn gizmo(painter: &Painter, rect: Rect, session: &Session, state: &EditorState) 
     let square = Rect::from_center_size(at(gizmo.middle), vec2(11.0, 11.0));
     painter.rect(square, 2.0, ACCENT, Stroke::new(1.0, Color32::WHITE), StrokeKind::Middle);
     let mut text = session.name_of(item);
-    if let Some((_, by)) = session.carried().filter(|c| c.0 == item) {
+    if let Some((_, by)) = session.moved_item().filter(|c| c.0 == item) {
         let mm = by * 1e3;
         text = format!("{text}  ({:+.1}, {:+.1}, {:+.1}) mm", mm.x, mm.y, mm.z);
         if let Item::Body(index) = item
-            && session.is_on_its_way(index)
+            && session.has_left_start(index)
         {
             text += ", in this run";
         }
@@ -248,7 +248,7 @@ fn ring(ui: &Ui, painter: &Painter, session: &Session, state: &EditorState, rect
 
 /// Names of the compared worlds.
 fn names(painter: &Painter, session: &Session, tiles: &[Rect]) {
-    let others = session.beside().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
+    let others = session.variants().filter_map(|(variant, found)| Some((variant.label(), found.ok()?)));
     let all = std::iter::once(("this scene".to_owned(), session)).chain(others);
     if tiles.len() < 2 {
         return;
@@ -314,7 +314,7 @@ fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     let brush = &mut state.brush;
     ui.horizontal(|ui| match state.tool {
         Tool::Heat => {
-            let how = How { speed: 1.0, ..How::default() };
+            let how = ControlOptions { speed: 1.0, ..ControlOptions::default() };
             let (to, wide) = (name(ui, "to", "Painted temperature, °C"), brush.radius_on(size));
             let done = input(ui, &to, brush.celsius, CELSIUS, &how);
             brush.celsius = done.value.unwrap_or(brush.celsius).clamp(-273.15, 5000.0);
@@ -324,13 +324,13 @@ fn options(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
                 "radius",
                 "Radius of the brush, of which the inner half is painted fully. A double click takes a twelfth of the sheet",
             );
-            let done = input(ui, &label, wide, MM, &How { speed: 0.1, ..How::default() });
+            let done = input(ui, &label, wide, MM, &ControlOptions { speed: 0.1, ..ControlOptions::default() });
             brush.radius = if done.reset { None } else { done.value.map(|v| v.clamp(1e-6, 1e3)).or(brush.radius) };
             tell(session, "brush", done.error);
         }
         Tool::Crease => {
             let label = name(ui, "by", "Rest angle of the crease; positive angles raise the sides towards the upper side");
-            let done = input(ui, &label, brush.angle, DEGREES, &How { speed: 0.5, ..How::default() });
+            let done = input(ui, &label, brush.angle, DEGREES, &ControlOptions { speed: 0.5, ..ControlOptions::default() });
             brush.angle = done.value.unwrap_or(brush.angle).clamp(-175.0, 175.0);
             tell(session, "crease", done.error);
         }

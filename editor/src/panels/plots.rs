@@ -136,11 +136,11 @@ fn stages(session: &Session) -> Vec<Line<'_>> {
 /// First height of every variant, minus that of this scene at the same time.
 fn differences(session: &Session) -> Vec<Line<'_>> {
     let mut lines = Vec::new();
-    for (index, (variant, found)) in session.beside().enumerate() {
+    for (index, (variant, found)) in session.variants().enumerate() {
         if let Ok(other) = found {
             let colour = COLOURS[(index + 1) % COLOURS.len()];
             let apart = |s: &Sample| Some(s.heights.first()? - height_at(session.history(), s.time)?);
-            lines.push(Line::new(variant.value.clone(), colour, apart).of(other.history()));
+            lines.push(Line::new(variant.value.clone(), colour, apart).with_history(other.history()));
         }
     }
     lines
@@ -161,10 +161,10 @@ fn height_at(history: &[Sample], time: f64) -> Option<f64> {
 fn beside(session: &Session) -> Vec<Line<'_>> {
     let height = |s: &Sample| s.heights.first().copied();
     let mut lines = vec![Line::new("scene", COLOURS[0], height)];
-    for (index, (variant, found)) in session.beside().enumerate() {
+    for (index, (variant, found)) in session.variants().enumerate() {
         if let Ok(other) = found {
             let colour = COLOURS[(index + 1) % COLOURS.len()];
-            lines.push(Line::new(variant.value.clone(), colour, height).of(other.history()));
+            lines.push(Line::new(variant.value.clone(), colour, height).with_history(other.history()));
         }
     }
     lines

@@ -3,7 +3,7 @@
 
 use bevy_egui::egui::{Button, ComboBox, Grid, RichText, Ui};
 use bevy_sheetwork::inspector::behaviour;
-use bevy_sheetwork::inspector::controls::{Done, How, MM, input, name, tell, vector};
+use bevy_sheetwork::inspector::controls::{ControlOptions, ControlResult, MM, input, name, tell, vector};
 use sheetwork::mesh::structure::TABLE;
 use sheetwork::scene::{PinSpec, Region, SheetSpec, SpringLaw};
 
@@ -136,7 +136,7 @@ fn count(
     first: u32,
 ) -> Option<u32> {
     let label = ui.weak(title).on_hover_text(about);
-    let done = input(ui, &label, f64::from(now), COUNT, &How { speed: 0.1, ..How::late() });
+    let done = input(ui, &label, f64::from(now), COUNT, &ControlOptions { speed: 0.1, ..ControlOptions::late() });
     let whole = |v: f64| (v.round().clamp(0.0, 1e6) as u32).clamp(low, high);
     tell(session, title, done.error);
     let new = done.value.map(whole).or(done.reset.then_some(first));
@@ -167,7 +167,7 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
     ui.end_row();
     let mut length = |ui: &mut Ui, title: &str, about: &str, now: f64, first: f64| -> Option<f64> {
         let label = name(ui, title, about);
-        let Done { value, error, reset } = input(ui, &label, now, MM, &How::late());
+        let ControlResult { value, error, reset } = input(ui, &label, now, MM, &ControlOptions::late());
         tell(session, title, error);
         ui.end_row();
         value.or(reset.then_some(first)).filter(|v| *v != now)
@@ -188,14 +188,27 @@ fn shape(ui: &mut Ui, session: &mut Session, index: usize) {
 fn placement(ui: &mut Ui, session: &mut Session, index: usize) {
     let (spec, first) = (spec(session, index), opened(session, index));
     name(ui, "Position", "Initial position of the middle of the bottom layer");
-    let (new, reset) = vector(ui, session, "place", spec.placement.position, MM, &How { speed: 0.5, ..How::late() });
+    let (new, reset) = vector(
+        ui,
+        session,
+        "place",
+        spec.placement.position,
+        MM,
+        &ControlOptions { speed: 0.5, ..ControlOptions::late() },
+    );
     if let Some(position) = new.or(reset.then_some(first.placement.position)) {
         edit(session, index, "place", |s| s.placement.position = position);
     }
     ui.end_row();
     name(ui, "Rotation", "Initial rotation about the fixed x, y and z axes, in this order");
-    let (new, reset) =
-        vector(ui, session, "turn", spec.placement.rotation, DEGREES, &How { speed: 0.5, ..How::late() });
+    let (new, reset) = vector(
+        ui,
+        session,
+        "turn",
+        spec.placement.rotation,
+        DEGREES,
+        &ControlOptions { speed: 0.5, ..ControlOptions::late() },
+    );
     if let Some(rotation) = new.or(reset.then_some(first.placement.rotation)) {
         edit(session, index, "turn", |s| s.placement.rotation = rotation);
     }
@@ -258,7 +271,8 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
         ui.horizontal(|ui| {
             let label =
                 name(ui, &format!("Crease {}", k + 1), "Rest angle of the crease; draw more with the crease tool");
-            let done = input(ui, &label, crease.angle, DEGREES, &How { speed: 0.5, ..How::late() });
+            let done =
+                input(ui, &label, crease.angle, DEGREES, &ControlOptions { speed: 0.5, ..ControlOptions::late() });
             tell(session, "crease", done.error);
             if let Some(angle) = done.value {
                 edit(session, index, &format!("crease {}", k + 1), |s| s.creases[k].angle = angle);
@@ -284,7 +298,7 @@ fn worked(ui: &mut Ui, session: &mut Session, index: usize) {
 fn add(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
     ui.horizontal(|ui| {
         if ui.button("Generate…").on_hover_text("A new sheet, with a preview and its counts").clicked() {
-            state.generate = Some(super::Draft::of(session, state.sheet));
+            state.generate = Some(super::Draft::from_sheet(session, state.sheet));
         }
         let index = state.sheet;
         let some = index < session.scene().sheets.len();

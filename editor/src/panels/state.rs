@@ -13,7 +13,7 @@ use super::options::{Display, Plots, Section};
 use super::tool::{Brush, Held, Tool};
 use crate::camera::Camera;
 use crate::export::Job;
-use crate::keeping::Keeper;
+use crate::persistence::Persistence;
 use crate::scenes;
 use crate::session::{Item, Session};
 use crate::study::{Stage, Study};
@@ -73,7 +73,7 @@ pub struct EditorState {
     /// Session and camera before the study.
     pub aside: Option<(Box<Session>, Camera)>,
     /// Recent files and backups of unsaved work.
-    pub keeper: Keeper,
+    pub persistence: Persistence,
     /// Unsaved work found at the start: backup and scene.
     pub left: Option<(PathBuf, Scene)>,
     /// Area of the view in the window, points; set by [`show`](super::show).
@@ -83,11 +83,12 @@ pub struct EditorState {
 }
 
 impl EditorState {
-    /// Initial state for this session. Nothing persists between runs until `keeper` has a folder.
+    /// Initial state for this session. Nothing persists between runs until `persistence` has a
+    /// folder.
     pub fn new(session: &Session) -> Self {
         Self {
-            display: Display::default().of(session),
-            camera: Camera::of_session(session),
+            display: Display::default().for_session(session),
+            camera: Camera::from_session(session),
             tool: Tool::Look,
             held: None,
             brush: Brush::default(),
@@ -112,7 +113,7 @@ impl EditorState {
             export: None,
             study: None,
             aside: None,
-            keeper: Keeper::new(None),
+            persistence: Persistence::new(None),
             left: None,
             viewport: Rect::ZERO,
             quit: false,

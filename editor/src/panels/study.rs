@@ -90,8 +90,8 @@ fn end(session: &mut Session, state: &mut EditorState) {
     session.pause();
     state.display = Display::default();
     if let Some((old, camera)) = state.aside.take() {
-        session.make_way_for(*old);
-        state.display = state.display.of(session);
+        session.replace_by(*old);
+        state.display = state.display.for_session(session);
         state.camera = camera;
     }
 }
@@ -101,11 +101,11 @@ fn show(session: &mut Session, state: &mut EditorState, study: &Study) {
     match study.scene().and_then(|scene| Session::new(&scene)) {
         Ok(fresh) => {
             session.pause();
-            let old = session.make_way_for(fresh);
+            let old = session.replace_by(fresh);
             // The session before the first trial.
             state.aside.get_or_insert_with(|| (Box::new(old), state.camera));
             state.display = blind();
-            state.camera = Camera::of_session(session);
+            state.camera = Camera::from_session(session);
             session.play();
         }
         Err(error) => session.fail(error.to_string()),

@@ -37,7 +37,7 @@ pub fn timeline(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
 fn slots(ui: &mut Ui, session: &mut Session) {
     ui.label(RichText::new("Snapshots").color(quiet(ui)));
     ui.spacing_mut().item_spacing.x = 2.0;
-    for (i, kept) in session.kept().into_iter().enumerate() {
+    for (i, kept) in session.snapshot_times().into_iter().enumerate() {
         let number = i + 1;
         let about = match kept {
             Some(time) => format!("Restore {time:.3} s ({number}); Ctrl+{number} or a right click replaces it"),
@@ -45,9 +45,9 @@ fn slots(ui: &mut Ui, session: &mut Session) {
         };
         let response = ui.selectable_label(kept.is_some(), number.to_string()).on_hover_text(about);
         if response.secondary_clicked() || (response.clicked() && kept.is_none()) {
-            session.keep(number);
+            session.store_snapshot(number);
         } else if response.clicked() {
-            session.recall(number);
+            session.restore_snapshot(number);
         }
     }
     ui.spacing_mut().item_spacing.x = 7.0;
@@ -92,7 +92,7 @@ fn strip(ui: &mut Ui, session: &mut Session) {
             under = Some(format!("{:.3} s: {}", event.time_s, describe(event)));
         }
     }
-    for time in session.kept().into_iter().flatten() {
+    for time in session.snapshot_times().into_iter().flatten() {
         painter.line_segment([pos2(x(time), track.top()), pos2(x(time), track.bottom())], Stroke::new(1.5, KINETIC));
     }
     let hand = x(now);

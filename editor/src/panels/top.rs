@@ -65,7 +65,7 @@ fn menus(ui: &mut Ui, session: &mut Session, state: &mut EditorState) {
             ui.close();
         }
         if ui.button("Look at the scene").clicked() {
-            state.camera = Camera::of_session(session);
+            state.camera = Camera::from_session(session);
             ui.close();
         }
         ui.separator();

@@ -21,7 +21,7 @@ const NOTCH: f32 = 50.0;
 const BISECTIONS: u32 = 14;
 const EDGE: f64 = 0.01;
 /// Maximum number of dabs of the brush per frame.
-const MOST_DABS: u32 = 40;
+const MAX_DABS: u32 = 40;
 
 /// Handle mouse and keys in the view: camera and tool. The scene itself is drawn behind it by the
 /// Bevy layer.
@@ -69,7 +69,7 @@ fn navigate(ui: &Ui, session: &Session, state: &mut EditorState, response: &Resp
         }
     }
     if response.double_clicked() && state.tool == Tool::Look {
-        state.camera = Camera::of_session(session);
+        state.camera = Camera::from_session(session);
     }
 }
 
@@ -112,7 +112,7 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
             Held::Sheet(place) => session.pull(state.camera.on_plane(at, size, place).as_dvec3()),
             Held::Handle(handle, gizmo, from) => {
                 if let Some(item) = state.selected {
-                    session.carry(item, gizmo.moved(handle, from, at));
+                    session.move_item(item, gizmo.moved(handle, from, at));
                 }
             }
         }
@@ -127,7 +127,7 @@ fn use_tool(ui: &Ui, session: &mut Session, state: &mut EditorState, response: &
         }
         session.end_stroke();
         session.release();
-        session.put_down();
+        session.release_item();
         session.seal();
         state.held = None;
     }
@@ -255,7 +255,7 @@ fn stroke(
     let apart = 0.3 * state.brush_radius(session, sheet);
     let end = hit(session, state, at, size).filter(|h| h.sheet == sheet && h.place.distance(last) > apart)?;
     let begun = state.camera.project(last.as_vec3(), size)?;
-    let count = ((end.place.distance(last) / apart) as u32).clamp(1, MOST_DABS);
+    let count = ((end.place.distance(last) / apart) as u32).clamp(1, MAX_DABS);
     for k in 1..count {
         let between = hit(session, state, begun.lerp(at, k as f32 / count as f32), size);
         if let Some(hit) = between.filter(|h| h.sheet == sheet) {

@@ -78,7 +78,7 @@ mod tests {
     use sheetwork::scene::{OvenSpec, Scene, SheetSpec};
 
     #[test]
-    fn the_bar_goes_from_the_colour_of_the_lowest_to_that_of_the_highest() {
+    fn the_bar_spans_the_colours_of_the_lowest_and_the_highest_value() {
         let scene = Scene { sheets: vec![SheetSpec::default()], oven: Some(OvenSpec::default()), ..Scene::default() };
         let scale = SheetColour::Temperature.scale(&World::new(&scene).expect("valid")).expect("heated");
         let mut picture = Picture { width: 400, height: 300, pixels: vec![255; 3 * 400 * 300] };

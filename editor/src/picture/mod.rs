@@ -25,10 +25,10 @@ impl Picture {
     /// clamped to 1 to [`LARGEST`].
     pub fn draw(world: &World, camera: &Camera, look: &Look, (width, height): (u32, u32)) -> Self {
         let (width, height) = (width.clamp(1, LARGEST), height.clamp(1, LARGEST));
-        let model = model::Model::of(world, look);
+        let model = model::Model::from_world(world, look);
         let (columns, rows) = (width as usize * SAMPLES, height as usize * SAMPLES);
         let view = raster::View::perspective(camera, columns, rows);
-        let seen = raster::Seen::find(&model, &view);
+        let seen = raster::VisibilityBuffer::find(&model, &view);
         let light = shade::Light::new(&model);
         let mut pixels = Vec::with_capacity(3 * width as usize * height as usize);
         for y in 0..height as usize {
@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn sheet_body_and_floor_are_all_in_the_picture() {
         let world = world();
-        let picture = Picture::draw(&world, &Camera::of(&world), &Look::default(), (160, 120));
+        let picture = Picture::draw(&world, &Camera::from_world(&world), &Look::default(), (160, 120));
         let sheet = share(&picture, red);
         assert!((0.03..0.5).contains(&sheet), "the sheet covers {sheet}");
         let blue = share(&picture, |[r, _, b]| i32::from(b) - i32::from(r) > 12);
@@ -88,7 +88,7 @@ mod tests {
     #[test]
     fn the_room_is_seen_through_from_behind() {
         let world = world();
-        let front = Camera { pitch: 0.4, ..Camera::of(&world) };
+        let front = Camera { pitch: 0.4, ..Camera::from_world(&world) };
         let behind = Camera { yaw: std::f32::consts::PI, ..front };
         let below = Camera { pitch: -1.2, ..front };
         let drawn = |camera| Picture::draw(&world, camera, &Look::default(), (120, 90));
@@ -100,16 +100,16 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_inside_the_scene_and_a_size_of_nothing_are_survived() {
+    fn a_camera_inside_the_scene_and_an_empty_size_are_drawn() {
         let world = world();
-        let inside = Camera { distance: 1e-4, ..Camera::of(&world) };
+        let inside = Camera { distance: 1e-4, ..Camera::from_world(&world) };
         let picture = Picture::draw(&world, &inside, &Look::default(), (64, 48));
         assert_eq!(picture.pixels.len(), 64 * 48 * 3);
         assert_eq!(Picture::draw(&world, &inside, &Look::default(), (0, 0)).pixels.len(), 3);
     }
 
     #[test]
-    fn half_a_picture_has_the_mean_light_of_four_pixels() {
+    fn a_halved_picture_has_the_mean_light_of_four_pixels() {
         let picture =
             Picture { width: 3, height: 2, pixels: [[0; 3], [255; 3], [9; 3], [255; 3], [0; 3], [9; 3]].concat() };
         // Half the linear light of white is 188 in sRGB.
@@ -130,9 +130,9 @@ mod tests {
     }
 
     #[test]
-    fn a_picture_comes_back_from_its_file() {
+    fn a_written_picture_is_read_back_unchanged() {
         let world = world();
-        let picture = Picture::draw(&world, &Camera::of(&world), &Look::default(), (40, 30));
+        let picture = Picture::draw(&world, &Camera::from_world(&world), &Look::default(), (40, 30));
         let file = std::env::temp_dir().join(format!("sheetwork-picture-{}.png", std::process::id()));
         picture.save(&file).expect("written");
         let decoder = png::Decoder::new(std::io::BufReader::new(File::open(&file).expect("there")));

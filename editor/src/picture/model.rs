@@ -2,7 +2,7 @@
 //! Metres, world coordinates.
 
 use bevy_sheetwork::SheetColour;
-use bevy_sheetwork::render::{ColourScale, clear_of_bodies, clearing, glow};
+use bevy_sheetwork::render::{ColourScale, clear_of_bodies, display_clearance, glow};
 use glam::{DQuat, DVec3, Vec3};
 use sheetwork::World;
 use sheetwork::rigid::Body;
@@ -109,7 +109,7 @@ fn colours(scale: &ColourScale, of: (&Sheet, bool), surface: &Surface) -> Vec<Ve
 }
 
 impl Model {
-    pub fn of(world: &World, look: &Look) -> Self {
+    pub fn from_world(world: &World, look: &Look) -> Self {
         let mut model = Self { triangles: Vec::new() };
         if let Some(room) = &world.scene().room {
             model.add_room(room);
@@ -206,7 +206,7 @@ impl Model {
         let Some(surface) = sheet.surface(layer, look.parts) else { return };
         let mut mesh = surface.mesh(&sheet.x);
         if let Some(view) = world.rigid().map(|rigid| rigid.view()) {
-            let (reach, skin) = clearing(sheet, look.parts);
+            let (reach, skin) = display_clearance(sheet, look.parts);
             clear_of_bodies(&view, &mesh.indices, reach, skin, &mut mesh.positions, &mut mesh.normals);
         }
         let position = |i: u32| mesh.positions.get(i as usize).map_or(Vec3::ZERO, |p| Vec3::from(*p));

@@ -90,14 +90,14 @@ impl View {
 }
 
 /// Nearest triangle and its depth at every sample.
-pub(super) struct Seen {
+pub(super) struct VisibilityBuffer {
     pub triangle: Vec<u32>,
     pub depth: Vec<f32>,
     columns: usize,
     rows: usize,
 }
 
-impl Seen {
+impl VisibilityBuffer {
     /// Triangles visible from the eye; single-sided faces are culled from behind.
     pub fn find(model: &Model, view: &View) -> Self {
         let mut seen = Self::empty(view);

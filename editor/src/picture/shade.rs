@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::model::{Model, Paint, Triangle};
-use super::raster::{NOTHING, Seen, View};
+use super::raster::{NOTHING, View, VisibilityBuffer};
 
 /// Samples along each edge of the shadow map.
 const SHADOW_SIZE: usize = 1024;
@@ -24,7 +24,7 @@ const FILL_FROM: Vec3 = Vec3::new(-0.414, 0.373, 0.829);
 pub(super) struct Light {
     towards: Vec3,
     view: View,
-    shadow: Seen,
+    shadow: VisibilityBuffer,
     bias: f32,
 }
 
@@ -34,12 +34,12 @@ impl Light {
         let (low, high) = model.bounds();
         let radius = (0.5 * (high - low).length()).max(1e-6);
         let view = View::parallel(0.5 * (low + high), towards, 1.02 * radius, SHADOW_SIZE);
-        let shadow = Seen::by_light(model, &view);
+        let shadow = VisibilityBuffer::by_light(model, &view);
         Self { towards, view, shadow, bias: 6.0 * radius / SHADOW_SIZE as f32 }
     }
 
     /// Linear colour at sample `at`.
-    pub fn colour(&self, model: &Model, view: &View, seen: &Seen, at: (usize, usize)) -> Vec3 {
+    pub fn colour(&self, model: &Model, view: &View, seen: &VisibilityBuffer, at: (usize, usize)) -> Vec3 {
         let index = at.1 * view.columns + at.0;
         let direction = view.direction(at);
         let triangle = match seen.triangle.get(index) {

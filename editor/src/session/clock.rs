@@ -17,7 +17,7 @@ pub const FRAME_BUDGET: Duration = Duration::from_millis(30);
 
 /// Longest real time of one frame, s: after a suspension of the program the scene continues without
 /// a jump.
-const LONGEST_FRAME: f64 = 0.1;
+const MAX_FRAME: f64 = 0.1;
 
 /// Speeds of the slower and faster keys, simulated seconds per real second.
 pub const SPEEDS: [f64; 13] = [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
@@ -37,18 +37,18 @@ impl Session {
         }
         if let Some(recording) = &self.playback {
             self.playing = !recording.is_over();
-            self.seek(recording.at() + real.min(LONGEST_FRAME) * self.speed);
+            self.seek(recording.at() + real.min(MAX_FRAME) * self.speed);
             return;
         }
         if self.looped && self.world.time() >= self.scene().duration {
-            self.begin_again();
+            self.restart_run();
         }
         let dt = self.world.dt();
-        self.owed += real.min(LONGEST_FRAME) * self.speed;
+        self.unstepped += real.min(MAX_FRAME) * self.speed;
         // The slack of 1e-9 steps absorbs the rounding of a frame of whole steps.
-        let due = (self.owed / dt + 1e-9).floor();
+        let due = (self.unstepped / dt + 1e-9).floor();
         if due >= 1.0 {
-            self.go_another_way();
+            self.discard_future();
         }
         let start = Instant::now();
         let mut taken = 0.0;
@@ -56,7 +56,7 @@ impl Session {
             let last = taken + 1.0 >= due || start.elapsed() > FRAME_BUDGET;
             if last {
                 // Only the last step of a frame is interpolated.
-                self.keep_before();
+                self.store_previous();
             }
             self.world.step();
             taken += 1.0;
@@ -64,10 +64,10 @@ impl Session {
                 break;
             }
         }
-        self.owed = (self.owed - taken * dt).max(0.0);
+        self.unstepped = (self.unstepped - taken * dt).max(0.0);
         if taken < due {
             let lost = (due - taken) * dt;
-            self.owed = (self.owed - lost).max(0.0);
+            self.unstepped = (self.unstepped - lost).max(0.0);
             self.timing.lost_s += lost / self.speed;
         }
         if taken > 0.0 {
@@ -78,16 +78,16 @@ impl Session {
     /// Take one step, pause, and show the result.
     pub fn step(&mut self) {
         self.playing = false;
-        self.owed = 0.0;
+        self.unstepped = 0.0;
         if let Some(recording) = &mut self.playback {
             recording.step(&mut self.world);
-            self.settle_display();
+            self.show_present();
             return;
         }
-        self.go_another_way();
+        self.discard_future();
         let start = Instant::now();
         self.world.step();
-        self.settle_display();
+        self.show_present();
         self.timing.steps = 1;
         self.after_steps(1.0, start.elapsed());
     }
@@ -102,7 +102,7 @@ impl Session {
             self.seek(recording.at() + duration);
             return;
         }
-        self.go_another_way();
+        self.discard_future();
         let end = self.world.time() + duration;
         let dt = self.world.dt();
         let steps = (duration / dt + ROUNDING).floor() as u64;
@@ -121,7 +121,7 @@ impl Session {
             let steps = self.world.advance(rest);
             self.after_steps(steps as f64, start.elapsed());
         }
-        self.settle_display();
+        self.show_present();
     }
 
     /// Take whole steps until `time` (s) is reached, and show that moment, interpolated between the
@@ -141,17 +141,17 @@ impl Session {
             self.run((steps - 1.0) * dt);
         }
         if steps > 0.0 {
-            self.go_another_way();
-            self.keep_before();
+            self.discard_future();
+            self.store_previous();
             let start = Instant::now();
             self.world.step();
             self.after_steps(1.0, start.elapsed());
         }
         let late = self.world.time() - time;
         if late <= ROUNDING * dt {
-            self.settle_display();
+            self.show_present();
         } else {
-            self.owed = (dt - late).max(0.0);
+            self.unstepped = (dt - late).max(0.0);
         }
     }
 
@@ -167,13 +167,13 @@ impl Session {
             self.timing.stages = Some(std::array::from_fn(|i| 0.9 * before[i] + 0.1 * now[i]));
         }
         self.world.watch_penetration(&mut self.penetration);
-        self.samples.push(Sample { stages: self.timing.stages, ..Sample::of(&self.world, self.timing.step_s) });
-        self.timeline.take(&self.world);
-        self.lead();
-        if let Some(sheet) = self.world.unstable().filter(|_| !self.told_unstable)
+        self.samples.push(Sample { stages: self.timing.stages, ..Sample::from_world(&self.world, self.timing.step_s) });
+        self.timeline.record(&self.world);
+        self.advance_variants();
+        if let Some(sheet) = self.world.unstable().filter(|_| !self.instability_reported)
             && let Status::Unstable { time, speed, .. } = sheet.status
         {
-            self.told_unstable = true;
+            self.instability_reported = true;
             let text = format!(
                 "{} became unstable at {time:.4} s (a node at {speed:.2e} m/s) and was stopped. \
                  A shorter step, a softer sheet or another integrator may be stable; Reset restarts.",

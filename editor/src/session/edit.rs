@@ -36,8 +36,8 @@ impl Session {
 
     /// Update everything that depends on the scene.
     fn after_edit(&mut self) {
-        self.find_heaters();
-        self.pass_on();
+        self.update_heater_centres();
+        self.edit_variants();
     }
 
     fn may_edit(&self) -> Result<(), InputError> {
@@ -75,7 +75,7 @@ impl Session {
             (_, Some(known)) => known.value,
             // The world reports the error.
             _ if scene.is_err() => return self.world.set(path, value),
-            _ => value::of(self.scene(), &field).unwrap_or_default(),
+            _ => value::at(self.scene(), &field).unwrap_or_default(),
         };
         let scene = scene?;
         if !live {
@@ -97,7 +97,7 @@ impl Session {
     pub fn default_of(&self, path: &str) -> Option<String> {
         let field = path::numbered(self.world.sheets(), path);
         let preset = value::of_preset(self.scene(), &field);
-        preset.or_else(|| value::of(self.document.opened(), &field)).filter(|v| v != "none")
+        preset.or_else(|| value::at(self.document.opened(), &field)).filter(|v| v != "none")
     }
 
     /// Set the parameter at `path` to its default. Returns whether there is one and it was
@@ -142,7 +142,7 @@ impl Session {
         if let Some(then) = then {
             self.document.keep_undone(now);
             self.go_to(&then);
-            self.timeline.renew(&self.world);
+            self.timeline.replace_present(&self.world);
         }
         self.after_edit();
         undone
@@ -161,7 +161,7 @@ impl Session {
         if let Some(then) = then {
             self.document.keep_redone(now);
             self.go_to(&then);
-            self.timeline.renew(&self.world);
+            self.timeline.replace_present(&self.world);
         }
         self.after_edit();
         redone
@@ -234,9 +234,9 @@ impl Session {
         self.link.look_again();
         if continued {
             self.hand = None;
-            self.carried = None;
-            self.timeline.went(&self.world);
-            self.settle_display();
+            self.moved_item = None;
+            self.timeline.follow_rollback(&self.world);
+            self.show_present();
             self.find_largest_step();
         } else {
             self.begin();

@@ -15,7 +15,7 @@ use crate::document::files;
 use crate::{pick, playback};
 
 /// Clearance between an added object and the floor, m.
-const OVER: f64 = 0.01;
+const CLEARANCE: f64 = 0.01;
 
 /// Kind of a file, by extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +69,7 @@ impl Session {
     pub fn load(&mut self, file: &Path) -> bool {
         match Self::open(file) {
             Ok(fresh) => {
-                self.make_way_for(fresh);
+                self.replace_by(fresh);
                 true
             }
             Err(error) => {
@@ -86,7 +86,7 @@ impl Session {
             Ok(mut fresh) => {
                 fresh.playing = false;
                 self.pause();
-                self.make_way_for(fresh);
+                self.replace_by(fresh);
                 true
             }
             Err(error) => {
@@ -107,7 +107,7 @@ impl Session {
 
     /// Replace this session by `fresh`, which keeps speed, messages, live link and play state.
     /// Returns the old session.
-    pub fn make_way_for(&mut self, fresh: Self) -> Self {
+    pub fn replace_by(&mut self, fresh: Self) -> Self {
         let (playing, looped, speed) = (self.playing, self.looped, self.speed);
         let (generation, revision) = (self.generation + 1, self.revision + 1);
         // Error messages stay until dismissed, except those of the replaced run.
@@ -208,7 +208,7 @@ impl Session {
         if let Some((low, high)) = bounds(file).unwrap_or_default() {
             let is_sheet = kind_of(file) == Some(Kind::Sheet);
             if let Some(room) = self.scene().room.as_ref().filter(|room| low.y < room.y.0) {
-                position.y = room.y.0 - low.y + if is_sheet { OVER } else { 0.0 };
+                position.y = room.y.0 - low.y + if is_sheet { CLEARANCE } else { 0.0 };
             }
             let meets = |position: DVec3, (l, h): (DVec3, DVec3)| {
                 (low + position).cmple(h).all() && (high + position).cmpge(l).all()
@@ -220,14 +220,14 @@ impl Session {
             above.sort_by(|a, b| a.1.y.total_cmp(&b.1.y));
             for one in above {
                 if meets(position, one) {
-                    position.y = one.1.y - low.y + OVER;
+                    position.y = one.1.y - low.y + CLEARANCE;
                 }
             }
             beside.extend(self.world().sheets().iter().filter_map(|s| s.x.bounds()));
             beside.sort_by(|a, b| a.1.x.total_cmp(&b.1.x));
             for one in beside {
                 if meets(position, one) {
-                    position.x = one.1.x - low.x + OVER;
+                    position.x = one.1.x - low.x + CLEARANCE;
                 }
             }
         }

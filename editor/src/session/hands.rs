@@ -6,12 +6,12 @@ use sheetwork::scene::{PinSpec, Region};
 use sheetwork::sheet::{Sheet, select};
 
 use super::Session;
-use super::state::Holding;
+use super::state::GrabHandle;
 
 /// Force of a grab at a distance of one sheet length, in multiples of the sheet's weight.
-const STRENGTH: f64 = 30.0;
+const GRAB_STRENGTH: f64 = 30.0;
 /// Stability limit of the grab's spring with an explicit integrator: k dt²/m.
-const BEARABLE: f64 = 0.2;
+const STABILITY_FRACTION: f64 = 0.2;
 
 /// Grab of a sheet in its present state.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,12 +33,12 @@ impl Session {
         let (low, high) = sheet.x.bounds().unwrap_or((DVec3::ZERO, DVec3::ONE));
         let length = (high - low).max_element().max(1e-6);
         let weight = sheet.total_mass() * self.world.gravity().length().max(1.0);
-        let wanted = (STRENGTH * weight / length).clamp(1e-6, 1e6);
+        let wanted = (GRAB_STRENGTH * weight / length).clamp(1e-6, 1e6);
         if self.world.engine().info().implicit {
             return wanted;
         }
         let lightest = (0..sheet.masses()).map(|i| sheet.mass(i)).fold(f64::INFINITY, f64::min);
-        wanted.min(BEARABLE * lightest / self.world.dt().powi(2)).max(1e-9)
+        wanted.min(STABILITY_FRACTION * lightest / self.world.dt().powi(2)).max(1e-9)
     }
 
     /// Grab sheet `sheet` at the material point (u, v), each 0 to 1. An error becomes a message.
@@ -53,7 +53,7 @@ impl Session {
         let Some(held) = self.world.sheets_mut().get_mut(sheet) else { return false };
         match held.grab((u.clamp(0.0, 1.0), v.clamp(0.0, 1.0)), stiffness) {
             Ok(index) => {
-                self.hand = Some(Holding { sheet: held.name.clone(), index });
+                self.hand = Some(GrabHandle { sheet: held.name.clone(), index });
                 true
             }
             Err(error) => {

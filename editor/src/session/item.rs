@@ -17,7 +17,7 @@ pub enum Item {
 
 /// Item that is being moved.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Carried {
+pub(super) struct MovedItem {
     pub(super) item: Item,
     /// Displayed position at the grab, and displacement from there, m.
     pub(super) from: DVec3,

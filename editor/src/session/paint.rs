@@ -7,7 +7,7 @@ use sheetwork::mesh::slits::Slit;
 use sheetwork::scene::{CreaseSpec, SpotSpec};
 
 use super::Session;
-use super::state::Stroke;
+use super::state::HeatStroke;
 
 impl Session {
     /// Crease sheet `sheet` along a line by `angle` degrees. A rejection becomes a message. Returns
@@ -52,7 +52,7 @@ impl Session {
         match self.world.warm(sheet, &[]) {
             Ok(true) => {
                 let before = self.world.snapshot();
-                self.stroke = Some(Stroke { sheet, before, spots: Vec::new() });
+                self.stroke = Some(HeatStroke { sheet, before, spots: Vec::new() });
                 true
             }
             Ok(false) => false,
@@ -70,7 +70,7 @@ impl Session {
         let done = self.world.warm(stroke.sheet, &[spot]);
         if done.is_ok() {
             stroke.spots.push(spot);
-            for other in self.beside.iter_mut().filter_map(|b| b.session_mut()) {
+            for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
                 // A variant without this sheet is unchanged.
                 let _ = other.world.warm(stroke.sheet, &[spot]);
                 other.revision += 1;
@@ -98,7 +98,7 @@ impl Session {
         self.document.seal();
         self.document.commit_with("painted heat", "paint", scene, stroke.before);
         self.document.seal();
-        self.timeline.renew(&self.world);
+        self.timeline.replace_present(&self.world);
     }
 }
 

@@ -42,9 +42,9 @@ impl Session {
         for _ in from..wanted {
             self.world.step();
         }
-        self.timeline.went(&self.world);
-        self.settle_display();
-        self.lead();
+        self.timeline.follow_rollback(&self.world);
+        self.show_present();
+        self.advance_variants();
         true
     }
 
@@ -65,7 +65,7 @@ impl Session {
     }
 
     /// Store a snapshot of the world under a number from 1 to 9.
-    pub fn keep(&mut self, number: usize) {
+    pub fn store_snapshot(&mut self, number: usize) {
         if self.playback.is_some() {
             self.fail("a recording needs no snapshots");
             return;
@@ -76,7 +76,7 @@ impl Session {
     }
 
     /// Restore the snapshot of a number. Returns whether there was one.
-    pub fn recall(&mut self, number: usize) -> bool {
+    pub fn restore_snapshot(&mut self, number: usize) -> bool {
         let slot = number.checked_sub(1).and_then(|i| self.slots.get(i));
         let Some(snapshot) = slot.cloned().flatten() else { return false };
         self.playing = false;
@@ -85,7 +85,7 @@ impl Session {
     }
 
     /// Times of the snapshots 1 to 9, s.
-    pub fn kept(&self) -> [Option<f64>; 9] {
+    pub fn snapshot_times(&self) -> [Option<f64>; 9] {
         std::array::from_fn(|i| self.slots[i].as_ref().map(Snapshot::time))
     }
 
@@ -95,7 +95,7 @@ impl Session {
     }
 
     /// Restart from the first moment while playing.
-    pub(super) fn begin_again(&mut self) {
+    pub(super) fn restart_run(&mut self) {
         let first = self.timeline.at_steps(0).map(|m| m.snapshot.clone());
         match first {
             Some(snapshot) => _ = self.go_to(&snapshot),
@@ -108,20 +108,20 @@ impl Session {
             self.fail(error.to_string());
             return false;
         }
-        self.owed = 0.0;
-        self.told_unstable = self.world.unstable().is_some();
-        self.timeline.went(&self.world);
-        self.settle_display();
-        self.lead();
+        self.unstepped = 0.0;
+        self.instability_reported = self.world.unstable().is_some();
+        self.timeline.follow_rollback(&self.world);
+        self.show_present();
+        self.advance_variants();
         true
     }
 
     /// Before time advances: discard the moments after the present one.
-    pub(super) fn go_another_way(&mut self) {
+    pub(super) fn discard_future(&mut self) {
         let later = |(_, last): (f64, f64)| last > self.world.time() + 1e-12;
         if self.timeline.span().is_some_and(later) {
-            self.timeline.forget_after(&self.world);
-            self.samples.forget_after(self.world.time());
+            self.timeline.discard_after(&self.world);
+            self.samples.discard_after(self.world.time());
         }
     }
 }

@@ -8,7 +8,7 @@ impl Session {
     pub fn play_back(mut self, mut recording: Playback) -> Self {
         recording.seek(0.0, &mut self.world);
         self.playback = Some(recording);
-        self.settle_display();
+        self.show_present();
         self
     }
 
@@ -21,7 +21,7 @@ impl Session {
     pub fn seek(&mut self, at: f64) {
         if let Some(recording) = &mut self.playback {
             recording.seek(at, &mut self.world);
-            self.settle_display();
+            self.show_present();
         }
     }
 }

@@ -12,7 +12,7 @@ use sheetwork::sheet::Status;
 use sheetwork::{InputError, Snapshot, World};
 use sheetwork_link::place::LinkPlace;
 
-use super::item::{Carried, Item};
+use super::item::{Item, MovedItem};
 use super::message::Message;
 use super::timing::Timing;
 use super::variant::Variant;
@@ -25,25 +25,25 @@ use crate::timeline::Timeline;
 
 /// Grab of a sheet: name of the sheet and index of the grab.
 #[derive(Clone, Debug)]
-pub(super) struct Holding {
+pub(super) struct GrabHandle {
     pub(super) sheet: String,
     pub(super) index: usize,
 }
 
 /// Stroke of painted heat.
-pub(super) struct Stroke {
+pub(super) struct HeatStroke {
     pub(super) sheet: usize,
     pub(super) before: Snapshot,
     pub(super) spots: Vec<SpotSpec>,
 }
 
 /// Variant, and its session or the reason why it is invalid.
-pub(super) struct Beside {
+pub(super) struct VariantSession {
     pub(super) variant: Variant,
     pub(super) session: Result<Box<Session>, String>,
 }
 
-impl Beside {
+impl VariantSession {
     /// Session of the variant, if valid.
     pub(super) fn session_mut(&mut self) -> Option<&mut Session> {
         self.session.as_deref_mut().ok()
@@ -58,7 +58,7 @@ pub struct Session {
     pub(super) playing: bool,
     pub(super) looped: bool,
     pub(super) speed: f64,
-    pub(super) owed: f64,
+    pub(super) unstepped: f64,
     pub(super) before: Vec<Vectors>,
     /// Time of the states `before` and `bodies_before`, s.
     pub(super) shown_from: f64,
@@ -72,25 +72,25 @@ pub struct Session {
     /// State before playing, which stop restores.
     pub(super) before_play: Option<Snapshot>,
     pub(super) slots: [Option<Snapshot>; 9],
-    pub(super) hand: Option<Holding>,
+    pub(super) hand: Option<GrabHandle>,
     /// Nodes pinned at run time, and their displacements from the initial positions at that time:
     /// sheet, node, m.
     pub(super) pinned_here: Vec<(usize, u32, DVec3)>,
     /// Item that is being moved.
-    pub(super) carried: Option<Carried>,
+    pub(super) moved_item: Option<MovedItem>,
     /// Centre of each heater of the scene in its own axes, m.
-    pub(super) heater_middles: Vec<DVec3>,
+    pub(super) heater_centres: Vec<DVec3>,
     /// Stroke of heat that is being painted.
-    pub(super) stroke: Option<Stroke>,
+    pub(super) stroke: Option<HeatStroke>,
     pub(super) messages: Vec<Message>,
-    pub(super) told_unstable: bool,
+    pub(super) instability_reported: bool,
     pub(super) largest_step: Option<f64>,
     pub(super) generation: u64,
     pub(super) revision: u64,
     pub(super) link: LiveLink,
     pub(super) playback: Option<Playback>,
     /// Variants of the comparison.
-    pub(super) beside: Vec<Beside>,
+    pub(super) variants: Vec<VariantSession>,
 }
 
 impl Session {
@@ -107,7 +107,7 @@ impl Session {
             playing: false,
             looped: false,
             speed: 1.0,
-            owed: 0.0,
+            unstepped: 0.0,
             before: Vec::new(),
             shown_from: 0.0,
             bodies_before: Vec::new(),
@@ -120,17 +120,17 @@ impl Session {
             slots: Default::default(),
             hand: None,
             pinned_here: Vec::new(),
-            carried: None,
-            heater_middles: Vec::new(),
+            moved_item: None,
+            heater_centres: Vec::new(),
             stroke: None,
             messages: Vec::new(),
-            told_unstable: false,
+            instability_reported: false,
             largest_step: None,
             generation: 0,
             revision: 0,
             link: LiveLink::default(),
             playback: None,
-            beside: Vec::new(),
+            variants: Vec::new(),
         };
         session.begin();
         Ok(session)
@@ -138,7 +138,7 @@ impl Session {
 
     /// Reset everything that belongs to a run and not to the scene.
     pub(super) fn begin(&mut self) {
-        self.owed = 0.0;
+        self.unstepped = 0.0;
         self.timing = Timing::default();
         self.penetration.clear();
         self.samples.clear();
@@ -147,16 +147,16 @@ impl Session {
         self.slots = Default::default();
         self.hand = None;
         self.pinned_here.clear();
-        self.carried = None;
+        self.moved_item = None;
         self.stroke = None;
-        self.told_unstable = false;
+        self.instability_reported = false;
         self.messages.retain(|m| !m.of_run);
-        self.settle_display();
-        self.samples.push(Sample::of(&self.world, 0.0));
-        self.timeline.take(&self.world);
+        self.show_present();
+        self.samples.push(Sample::from_world(&self.world, 0.0));
+        self.timeline.record(&self.world);
         self.find_largest_step();
-        self.find_heaters();
-        self.begin_beside();
+        self.update_heater_centres();
+        self.rebuild_variants();
     }
 
     /// Compute the stability limit: that of the integrator over the highest angular frequency of
@@ -178,13 +178,13 @@ impl Session {
     }
 
     /// Display the present state without interpolation.
-    pub(super) fn settle_display(&mut self) {
+    pub(super) fn show_present(&mut self) {
         self.before.resize_with(self.world.sheets().len(), || Vectors::zeros(0));
         self.revision += 1;
-        self.keep_before();
+        self.store_previous();
     }
 
-    pub(super) fn keep_before(&mut self) {
+    pub(super) fn store_previous(&mut self) {
         self.shown_from = self.world.time();
         for (before, sheet) in self.before.iter_mut().zip(self.world.sheets()) {
             if before.len() == sheet.masses() {
@@ -264,7 +264,7 @@ impl Session {
 
     /// Interpolation parameter of the display between the last two states, 0 to 1.
     pub fn alpha(&self) -> f64 {
-        (self.owed / self.world.dt()).clamp(0.0, 1.0)
+        (self.unstepped / self.world.dt()).clamp(0.0, 1.0)
     }
 
     /// Node positions of each sheet one step ago, m; the display interpolates between these and the
@@ -276,7 +276,7 @@ impl Session {
     /// Displayed pose of body `index`; `None` when there is no such body.
     pub fn body_pose(&self, index: usize) -> Option<(DVec3, DQuat)> {
         let (position, rotation) = self.world.rigid()?.pose(index)?;
-        if let Some(there) = self.carried_to(Item::Body(index)) {
+        if let Some(there) = self.moved_position(Item::Body(index)) {
             return Some((there, rotation));
         }
         let alpha = self.alpha();

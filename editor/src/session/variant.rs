@@ -32,7 +32,7 @@ impl Variant {
         }
     }
 
-    pub(super) fn of(&self, scene: &Scene, sheets: &[sheetwork::sheet::Sheet]) -> Result<Scene, InputError> {
+    pub(super) fn applied_to(&self, scene: &Scene, sheets: &[sheetwork::sheet::Sheet]) -> Result<Scene, InputError> {
         let path = numbered(sheets, &self.path);
         let structure = path.strip_prefix("sheets.").and_then(|p| p.strip_suffix(".structure"));
         let Some(index) = structure.and_then(|i| i.parse::<usize>().ok()) else {

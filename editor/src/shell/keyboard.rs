@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn a_chord_that_is_over_within_a_frame_has_its_modifiers() {
+    fn a_chord_within_one_frame_keeps_its_modifiers() {
         let mut app = App::new();
         app.add_message::<KeyboardInput>().add_message::<KeyboardFocusLost>().add_message::<EguiInputEvent>();
         app.add_systems(Update, write);

@@ -35,10 +35,10 @@ use crate::session::Session;
 pub const PICTURE_SIZE: (u32, u32) = (1280, 800);
 
 /// Frames before the picture: lights, shadows and textures need several.
-const WARM_UP: u32 = 4;
+const WARM_UP_FRAMES: u32 = 4;
 
 /// Maximum time of a picture.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PICTURE_TIMEOUT: Duration = Duration::from_secs(120);
 
 /// Simulate to the requested times, draw, and write the file: `scenes` side by side, one row per
 /// time. Without a graphics driver the software rasteriser draws.
@@ -73,12 +73,12 @@ pub fn screenshot(
         let drawn = match &adapter {
             Ok(_) if arguments.with_ui => {
                 let mut state = arguments.state(&session);
-                state.display.colour = display.of(&session).colour;
+                state.display.colour = display.for_session(&session).colour;
                 draw_panels(session, state, size)
             }
             Ok(_) => draw(session, size, display),
             Err(_) => {
-                let camera = crate::camera::Camera::of(session.world());
+                let camera = crate::camera::Camera::from_world(session.world());
                 let look = Look { colour, ..Look::default() };
                 Ok(Picture::draw(session.world(), &camera, &look, size))
             }
@@ -109,7 +109,7 @@ pub fn sequence(arguments: &Arguments, session: Session, folder: &Path, count: u
         }
         Err(reason) => {
             eprintln!("Drawing {count} pictures with the built-in rasteriser: {reason}.");
-            Drawn::Own(Box::new((Film::of(&session)?, state)))
+            Drawn::Own(Box::new((Film::from_session(&session)?, state)))
         }
     };
     let progress = indicatif::ProgressBar::new(count as u64);
@@ -145,7 +145,7 @@ impl Drawn {
             Self::Driver(offscreen) => {
                 offscreen.parts().0.run_to(start + after);
                 // Meshes lag the display by one frame.
-                for _ in 0..if after > 0.0 { 1 } else { WARM_UP } {
+                for _ in 0..if after > 0.0 { 1 } else { WARM_UP_FRAMES } {
                     offscreen.frame();
                 }
                 offscreen.picture()
@@ -179,7 +179,7 @@ fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Sessio
     }
     let mut ends: Option<(f32, f32)> = None;
     for session in all {
-        let display = Display { colour: asked, ..arguments.display() }.of(session);
+        let display = Display { colour: asked, ..arguments.display() }.for_session(session);
         match display.colour.unwrap_or_else(|| SheetColour::of_heat(session.world())) {
             SheetColour::Temperature => {
                 let Some(scale) = SheetColour::Temperature.scale(session.world()) else { continue };
@@ -198,7 +198,7 @@ fn colour_of_all<'a>(arguments: &Arguments, all: impl Iterator<Item = &'a Sessio
 /// # Errors
 /// The reason when no picture was returned.
 pub fn draw(session: Session, size: (u32, u32), display: Display) -> Result<Picture, String> {
-    let state = EditorState { display: display.of(&session), ..EditorState::new(&session) };
+    let state = EditorState { display: display.for_session(&session), ..EditorState::new(&session) };
     Offscreen::scene(session, state, size).warm_picture()
 }
 
@@ -217,18 +217,18 @@ pub struct Offscreen {
     target: Handle<Image>,
     size: (u32, u32),
     /// Supersampling factor.
-    finer: u32,
+    factor: u32,
 }
 
 impl Offscreen {
     /// The scene without panels.
     pub fn scene(session: Session, state: EditorState, size: (u32, u32)) -> Self {
         let (width, height) = in_range(size);
-        let finer = finer((width, height));
-        let (drawn, mut app) = ((finer * width, finer * height), app(session, state));
+        let factor = supersampling((width, height));
+        let (drawn, mut app) = ((factor * width, factor * height), app(session, state));
         let target = picture_of(&mut app, drawn.0, drawn.1);
-        without_panels(&mut app, &target, drawn, finer);
-        Self { app, target, size: drawn, finer }
+        without_panels(&mut app, &target, drawn, factor);
+        Self { app, target, size: drawn, factor }
     }
 
     /// The editor with panels.
@@ -236,7 +236,7 @@ impl Offscreen {
         let (size, mut app) = (in_range(size), app(session, state));
         let target = picture_of(&mut app, size.0, size.1);
         with_panels(&mut app, &target, size);
-        Self { app, target, size, finer: 1 }
+        Self { app, target, size, factor: 1 }
     }
 
     /// Session and state, which the panels may have changed.
@@ -256,7 +256,7 @@ impl Offscreen {
     /// When no picture was returned.
     pub fn picture(&mut self) -> Result<Picture, String> {
         let picture = captured(&mut self.app, self.target.clone(), self.size)?;
-        Ok(if self.finer == 2 { picture.halved() } else { picture })
+        Ok(if self.factor == 2 { picture.halved() } else { picture })
     }
 
     /// Picture after the warm-up frames.
@@ -264,7 +264,7 @@ impl Offscreen {
     /// # Errors
     /// When no picture was returned.
     pub fn warm_picture(&mut self) -> Result<Picture, String> {
-        (0..WARM_UP).for_each(|_| self.frame());
+        (0..WARM_UP_FRAMES).for_each(|_| self.frame());
         self.picture()
     }
 }
@@ -274,12 +274,12 @@ fn in_range((width, height): (u32, u32)) -> (u32, u32) {
 }
 
 /// Supersampling factor, for finer lines and highlights.
-fn finer((width, height): (u32, u32)) -> u32 {
+fn supersampling((width, height): (u32, u32)) -> u32 {
     if width.max(height) > LARGEST / 2 { 1 } else { 2 }
 }
 
 /// Draw the scene without panels into `target`, which has this number of pixels.
-fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32), finer: u32) {
+fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32), factor: u32) {
     let whole = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(width as f32, height as f32));
     app.world_mut().resource_mut::<Editor>().state.viewport = whole;
     scene_cameras(app, target, (width, height));
@@ -287,16 +287,16 @@ fn without_panels(app: &mut App, target: &Handle<Image>, (width, height): (u32, 
     if let Some(entity) = first {
         app.world_mut().entity_mut(entity).insert(PrimaryEguiContext);
     }
-    app.insert_resource(Finer(finer)).add_systems(EguiPrimaryContextPass, show_legend);
+    app.insert_resource(Supersampling(factor)).add_systems(EguiPrimaryContextPass, show_legend);
     app.add_systems(Update, share_alone);
 }
 
 /// Spawn a camera for each world that may be displayed.
 fn scene_cameras(app: &mut App, target: &Handle<Image>, (width, height): (u32, u32)) {
-    for which in 0..stage::MOST_SEEN {
+    for which in 0..stage::MAX_WORLDS {
         app.world_mut().spawn((stage::camera(&Quality::BEST, which), RenderTarget::Image(target.clone().into())));
     }
-    app.insert_resource(Whole(UVec2::new(width, height)));
+    app.insert_resource(PictureSize(UVec2::new(width, height)));
 }
 
 /// Draw the whole editor into `target`.
@@ -321,7 +321,7 @@ fn captured(app: &mut App, target: Handle<Image>, (width, height): (u32, u32)) -
         *slot.lock().unwrap_or_else(PoisonError::into_inner) = Some(captured.image.clone());
     });
     let start = Instant::now();
-    while start.elapsed() < PATIENCE {
+    while start.elapsed() < PICTURE_TIMEOUT {
         app.update();
         if let Some(image) = received.lock().unwrap_or_else(PoisonError::into_inner).take() {
             return convert(&image, width, height);
@@ -359,12 +359,12 @@ fn app(session: Session, state: EditorState) -> App {
 
 /// Size of the picture, pixels.
 #[derive(Resource, Clone, Copy)]
-struct Whole(UVec2);
+struct PictureSize(UVec2);
 
 fn show_panels(
     mut contexts: EguiContexts,
     mut editor: ResMut<Editor>,
-    whole: Res<Whole>,
+    whole: Res<PictureSize>,
     mut styled: Local<bool>,
     mut cameras: Query<(&SceneCamera, &mut Camera)>,
 ) -> Result {
@@ -380,7 +380,7 @@ fn show_panels(
 }
 
 /// Divide the whole picture among the compared worlds.
-fn share_alone(editor: Res<Editor>, whole: Res<Whole>, mut cameras: Query<(&SceneCamera, &mut Camera)>) {
+fn share_alone(editor: Res<Editor>, whole: Res<PictureSize>, mut cameras: Query<(&SceneCamera, &mut Camera)>) {
     let shared = (editor.state.viewport, editor.session.shown_count());
     stage::share(cameras.iter_mut(), shared, (1.0, whole.0));
     stage::wake(cameras.iter_mut(), shared.1, true);
@@ -388,16 +388,16 @@ fn share_alone(editor: Res<Editor>, whole: Res<Whole>, mut cameras: Query<(&Scen
 
 /// Supersampling factor of the picture.
 #[derive(Resource, Clone, Copy)]
-struct Finer(u32);
+struct Supersampling(u32);
 
 /// Draw the legend of the colours.
-fn show_legend(mut contexts: EguiContexts, editor: Res<Editor>, finer: Res<Finer>) -> Result {
+fn show_legend(mut contexts: EguiContexts, editor: Res<Editor>, factor: Res<Supersampling>) -> Result {
     let Some(scale) = editor.state.display.scale_of(&editor.session) else { return Ok(()) };
     let context = contexts.ctx_mut()?;
     let rect = context.viewport_rect();
     // Text is scaled with the size of the picture.
-    let zoom = (rect.width() * context.pixels_per_point() / (1280.0 * finer.0 as f32)).clamp(0.75, 4.0);
-    context.set_zoom_factor(zoom * finer.0 as f32);
+    let zoom = (rect.width() * context.pixels_per_point() / (1280.0 * factor.0 as f32)).clamp(0.75, 4.0);
+    context.set_zoom_factor(zoom * factor.0 as f32);
     panels::legend(&context.layer_painter(egui::LayerId::background()), context.viewport_rect(), &scale);
     Ok(())
 }

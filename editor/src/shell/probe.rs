@@ -55,8 +55,8 @@ fn display() -> Result<(), String> {
     if answers(&display) { Ok(()) } else { Err(format!("no display answers at DISPLAY={display}")) }
 }
 
-/// Whether the display `host:number.screen` accepts a connection. A number of another form counts as
-/// accepted.
+/// Whether the display `host:number.screen` accepts a connection. A number of another form counts
+/// as accepted.
 #[cfg(all(unix, not(target_os = "macos")))]
 fn answers(display: &str) -> bool {
     use std::net::{TcpStream, ToSocketAddrs};

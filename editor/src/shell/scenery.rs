@@ -6,8 +6,8 @@ use bevy::light::NotShadowCaster;
 use bevy::prelude::*;
 use bevy_egui::EguiPostUpdateSet;
 use bevy_sheetwork::render::{
-    ColourScale, SheetRoom, clear_of_bodies, clearing, glow, grid_picture, heater_meshes, polyhedra_mesh, room_mesh,
-    sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
+    ColourScale, SheetRoom, clear_of_bodies, display_clearance, glow, grid_picture, heater_meshes, polyhedra_mesh,
+    room_mesh, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
 };
 use sheetwork::scene::Shape;
 use sheetwork::sheet::surface::Surface;
@@ -35,7 +35,7 @@ const SHADES: [f32; 4] = [1.0, 0.80, 0.90, 0.70];
 
 /// Add the systems that display the session's world, for window and pictures.
 pub(super) fn add(app: &mut App, quality: Quality) {
-    app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<Shown>();
+    app.insert_resource(quality).insert_resource(Scale(1.0)).init_resource::<DisplayedScene>();
     app.add_systems(Startup, (stage::set_up, mix_paints));
     let show = (rebuild, choose, animate, dots, springs, stage::move_camera);
     // Before the panels, which may replace the session's world: the displayed entities would belong
@@ -78,7 +78,7 @@ pub struct SheetPart {
     surface: Surface,
     /// Triangles, for depenetration from bodies with largest penetration and distance.
     triangles: Vec<[u32; 3]>,
-    clearing: (f32, f32),
+    display_clearance: (f32, f32),
     layer: Layer,
     smooth: bool,
     /// Revision of the open cells in the mesh.
@@ -98,7 +98,7 @@ pub struct Dot {
 
 /// State for which the entities were made.
 #[derive(Resource, Default)]
-pub struct Shown {
+pub struct DisplayedScene {
     generation: Option<u64>,
     masses: bool,
     moment: Option<(u64, u64, u64, f64, Option<ColourScale>)>,
@@ -163,7 +163,7 @@ pub fn rebuild(
     mut commands: Commands,
     editor: Res<Editor>,
     paints: Res<Paints>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
     mut scale: ResMut<Scale>,
     (mut meshes, mut materials): (ResMut<Assets<Mesh>>, ResMut<Assets<StandardMaterial>>),
     roots: Query<Entity, With<Root>>,
@@ -171,7 +171,7 @@ pub fn rebuild(
     if shown.generation == Some(editor.session.generation()) {
         return;
     }
-    *shown = Shown { generation: Some(editor.session.generation()), ..default() };
+    *shown = DisplayedScene { generation: Some(editor.session.generation()), ..default() };
     roots.iter().for_each(|root| commands.entity(root).despawn());
     scale.0 = 2.0 / View::fitted(editor.session.world()).distance.max(1e-6);
     let assets = &mut (&mut *meshes, &mut *materials);
@@ -259,13 +259,16 @@ fn sheet_part(editor: &Editor, (world, index): (usize, usize), display: Display)
     let parts = if display.smooth && sheet.triangles.is_none() { PARTS } else { 1 };
     let surface = sheet.surface(layer, parts)?;
     let mut mesh = sheet_mesh(&surface, &sheet.x);
-    let (triangles, clearing) = (triangles_of(&mesh), clearing(sheet, parts));
+    let (triangles, display_clearance) = (triangles_of(&mesh), display_clearance(sheet, parts));
     let coloured = is_coloured(editor, world, index);
     if coloured {
         mesh.insert_attribute(Mesh::ATTRIBUTE_COLOR, vec![[1.0_f32; 4]; surface.len()]);
     }
     let (layer, smooth, values, opening) = (display.layer, display.smooth, Vec::new(), sheet.opening_revision());
-    Some((SheetPart { world, index, surface, triangles, clearing, layer, smooth, opening, coloured, values }, mesh))
+    Some((
+        SheetPart { world, index, surface, triangles, display_clearance, layer, smooth, opening, coloured, values },
+        mesh,
+    ))
 }
 
 /// Material of sheet `index`: white for vertex colours, otherwise a colour per material of the
@@ -302,7 +305,7 @@ pub fn choose(
     mut sheets: Query<(&mut Visibility, &mut SheetPart, &mut Mesh3d, &mut MeshMaterial3d<StandardMaterial>)>,
     mut meshes: ResMut<Assets<Mesh>>,
     paints: Res<Paints>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
 ) {
     let display = editor.state.display;
     let seen = |yes: bool| if yes { Visibility::Inherited } else { Visibility::Hidden };
@@ -333,7 +336,7 @@ pub fn choose(
 /// Update bodies, surfaces and dots to the session's present state.
 pub fn animate(
     editor: Res<Editor>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
     mut bodies: Query<(&BodyPart, &mut Transform), (Without<Dot>, Without<HeaterPart>, Without<GunPart>)>,
     mut heaters: Query<(&HeaterPart, &mut Transform), (Without<Dot>, Without<GunPart>)>,
     mut guns: Query<(&GunPart, &mut Transform), Without<Dot>>,
@@ -356,7 +359,7 @@ pub fn animate(
         }
     }
     for (part, mut transform) in &mut heaters {
-        let place = session.shown(part.world).and_then(|s| s.shown_at(Item::Heater(part.index)));
+        let place = session.shown(part.world).and_then(|s| s.displayed_position(Item::Heater(part.index)));
         if let Some(place) = place {
             transform.translation = place.as_vec3();
         }
@@ -377,7 +380,7 @@ pub fn animate(
         let alpha = session.alpha() as f32;
         update_sheet_mesh(&mut mesh, |positions, normals| {
             part.surface.update(before, &sheet.x, alpha, positions, normals);
-            if let Some((_, by)) = session.carried().filter(|c| c.0 == Item::Sheet(part.index)) {
+            if let Some((_, by)) = session.moved_item().filter(|c| c.0 == Item::Sheet(part.index)) {
                 let by = by.as_vec3();
                 positions.iter_mut().for_each(|p| *p = (Vec3::from(*p) + by).into());
                 return;
@@ -385,8 +388,8 @@ pub fn animate(
             // A sleeping sheet keeps its contacts of the last step.
             let bodies = session.world().rigid().filter(|_| sheet.touching().contains(&true));
             if let Some(view) = bodies.map(|rigid| rigid.view()) {
-                let (reach, skin) = part.clearing;
-                clear_of_bodies(&view, &part.triangles, reach, skin, positions, normals);
+                let (reach, clearance) = part.display_clearance;
+                clear_of_bodies(&view, &part.triangles, reach, clearance, positions, normals);
             }
         });
         if let Some(scale) = scale.filter(|_| part.coloured) {
@@ -402,12 +405,12 @@ pub fn dots(
     mut commands: Commands,
     editor: Res<Editor>,
     paints: Res<Paints>,
-    mut shown: ResMut<Shown>,
+    mut shown: ResMut<DisplayedScene>,
     roots: Query<(Entity, &Root)>,
     mut dots: Query<(Entity, &Dot, &mut Transform, &mut MeshMaterial3d<StandardMaterial>)>,
 ) {
     let session = &editor.session;
-    let wanted = editor.state.display.masses;
+    let wanted = editor.state.display.nodes;
     if shown.masses != wanted {
         shown.masses = wanted;
         dots.iter().for_each(|(entity, ..)| commands.entity(entity).despawn());

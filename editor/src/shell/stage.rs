@@ -15,7 +15,7 @@ use bevy::render::render_resource::{BlendState, TextureUsages};
 use bevy_egui::{PrimaryEguiContext, egui};
 
 use super::{Editor, shapes};
-use crate::session::MOST_BESIDE;
+use crate::session::MAX_VARIANTS;
 use crate::tiles::tiles;
 
 /// Rendering quality.
@@ -45,7 +45,7 @@ pub struct Scale(pub f32);
 pub struct SceneCamera(pub usize);
 
 /// Maximum number of displayed worlds.
-pub const MOST_SEEN: usize = MOST_BESIDE + 1;
+pub const MAX_WORLDS: usize = MAX_VARIANTS + 1;
 
 /// Distance between compared worlds, displayed units along x: each is behind the backdrops of the
 /// others.
@@ -69,7 +69,7 @@ pub fn layer(which: usize) -> RenderLayers {
 
 /// Render layers of every camera.
 fn all_layers() -> RenderLayers {
-    (0..MOST_SEEN).collect()
+    (0..MAX_WORLDS).collect()
 }
 
 /// Light that casts shadows.
@@ -86,7 +86,7 @@ pub fn camera(quality: &Quality, which: usize) -> impl Bundle {
     // All cameras share one picture, which the first clears.
     let clear_color =
         if which == 0 { ClearColorConfig::Custom(Color::srgb(0.16, 0.17, 0.19)) } else { ClearColorConfig::None };
-    let order = which as isize - MOST_SEEN as isize;
+    let order = which as isize - MAX_WORLDS as isize;
     (
         SceneCamera(which),
         layer(which),
@@ -198,7 +198,7 @@ pub fn set_up(
         meshes.add(shapes::backdrop()),
         materials.add(StandardMaterial { unlit: true, cull_mode: None, fog_enabled: false, ..default() }),
     );
-    for which in 0..MOST_SEEN {
+    for which in 0..MAX_WORLDS {
         commands.spawn((
             (Backdrop(which), layer(which)),
             (Mesh3d(ball.clone()), MeshMaterial3d(paint.clone())),

@@ -19,13 +19,13 @@ use sheetwork::scene::Scene;
 use super::stage::{self, Quality, SceneCamera};
 use super::{Editor, keyboard, probe, scenery};
 use crate::cli::Arguments;
-use crate::keeping::{self, Keeper};
 use crate::panels;
+use crate::persistence::{self, Persistence};
 use crate::playback::is_recording;
 use crate::session::Session;
 
 /// Maximum wait for the first complete frame before playback starts.
-const LONGEST_WAIT: Duration = Duration::from_secs(20);
+const MAX_WAIT: Duration = Duration::from_secs(20);
 
 /// Whether a frame has been shown. A failure before that means that no window is possible.
 static SHOWN: AtomicBool = AtomicBool::new(false);
@@ -36,7 +36,7 @@ struct Ready(Arc<AtomicBool>);
 
 /// Start time of the program, and optional limit of frames.
 #[derive(Resource)]
-struct Watch {
+struct StartupState {
     start: Instant,
     frames: Option<u32>,
     /// Whether playback does not start by itself.
@@ -64,7 +64,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
         }
     }));
     let (frames, paused) = (arguments.frames, arguments.paused || arguments.study.is_some());
-    let watch = Watch { start, frames, paused, seen: 0, begun: false };
+    let watch = StartupState { start, frames, paused, seen: 0, begun: false };
     let result = catch_unwind(AssertUnwindSafe(|| app(session, &adapter, arguments, watch).run()));
     match result {
         Ok(AppExit::Success) => Ok(ExitCode::SUCCESS),
@@ -74,7 +74,7 @@ pub fn run(arguments: &Arguments, scene: &Scene, file: &Path) -> Result<ExitCode
     }
 }
 
-fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: Watch) -> App {
+fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, watch: StartupState) -> App {
     // With software rendering a large window is too slow for mouse interaction.
     let usual = if adapter.software { (1280, 800) } else { (1480, 900) };
     let (width, height) = arguments.size.unwrap_or(usual);
@@ -93,13 +93,13 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
     app.insert_resource(EguiGlobalSettings { auto_create_primary_context: false, ..default() });
     keyboard::add(&mut app);
     let mut state = arguments.state(&session);
-    state.keeper = Keeper::new(keeping::usual_folder());
+    state.persistence = Persistence::new(persistence::usual_folder());
     session.set_link(true);
     if let Some(file) = session.file().map(Path::to_path_buf) {
-        state.keeper.note(&file);
+        state.persistence.note(&file);
         state.path = file.display().to_string();
     }
-    if let Some((copy, scene)) = state.keeper.left_behind() {
+    if let Some((copy, scene)) = state.persistence.find_backup() {
         session.note(format!(
             "\"{}\" was not saved when the editor last ended: File, Recover brings it back.",
             scene.name
@@ -123,7 +123,7 @@ fn app(mut session: Session, adapter: &probe::Adapter, arguments: &Arguments, wa
 
 /// Spawn a camera for each world that may be displayed, and one above them for the panels.
 fn cameras(mut commands: Commands, quality: Res<Quality>) {
-    for which in 0..stage::MOST_SEEN {
+    for which in 0..stage::MAX_WORLDS {
         commands.spawn(stage::camera(&quality, which));
     }
     commands.spawn(stage::panel_camera());
@@ -190,13 +190,13 @@ fn pace(editor: Res<Editor>, mut settings: ResMut<WinitSettings>) {
 }
 
 /// Frames drawn after an event: panels need several to settle.
-const SETTLE: u32 = 6;
+const SETTLE_FRAMES: u32 = 6;
 
 /// Deactivate the cameras while nothing changes: the window keeps its last picture, and an idle
 /// editor costs little even with software rendering.
 fn rest(
     editor: Res<Editor>,
-    watch: Res<Watch>,
+    watch: Res<StartupState>,
     mut events: MessageReader<WindowEvent>,
     mut redraws: MessageReader<RequestRedraw>,
     mut cameras: Query<(&SceneCamera, &mut Camera)>,
@@ -209,7 +209,7 @@ fn rest(
     let now = Some([session.generation(), session.revision(), session.document().revision(), steps, messages]);
     let told = events.read().count() + redraws.read().count() > 0;
     if told || session.playing() || !watch.begun || *known != now {
-        *left = SETTLE;
+        *left = SETTLE_FRAMES;
     }
     *known = now;
     let active = *left > 0;
@@ -228,9 +228,9 @@ fn keep_work(mut editor: ResMut<Editor>, mut ends: MessageReader<AppExit>) {
     // The scenes of a study are not user work; the session behind it may be.
     let work = state.aside.as_ref().map_or(&*session, |(old, _)| &**old);
     if ends.read().next().is_some() {
-        state.keeper.copy(work);
+        state.persistence.back_up(work);
     } else {
-        state.keeper.look_after(work);
+        state.persistence.back_up_periodically(work);
     }
 }
 
@@ -242,7 +242,7 @@ fn see_whether_ready(pipelines: Res<PipelineCache>, ready: Res<Ready>) {
 
 /// Start playing when the scene is visible, so that its beginning is not missed.
 fn count_frames(
-    mut watch: ResMut<Watch>,
+    mut watch: ResMut<StartupState>,
     ready: Res<Ready>,
     mut editor: ResMut<Editor>,
     mut exit: MessageWriter<AppExit>,
@@ -254,7 +254,7 @@ fn count_frames(
     }
     let elapsed = watch.start.elapsed();
     let begin = watch.seen > 3 && ready.0.load(Ordering::Relaxed);
-    if !watch.begun && (begin || elapsed > LONGEST_WAIT) {
+    if !watch.begun && (begin || elapsed > MAX_WAIT) {
         watch.begun = true;
         if !watch.paused {
             editor.session.play();

@@ -16,7 +16,7 @@ fn told(harness: &Harness<'_, Both>, text: &str) {
 }
 
 #[test]
-fn an_export_takes_its_numbers_and_says_where_it_is() {
+fn an_export_accepts_its_settings_and_reports_its_files() {
     let (folder, mut harness) = (folder("dialogs"), whole(strip()));
     let file = folder.join("strip.glb");
     harness.state_mut().1.export = Some(Job::new(Kind::Gltf, &file, 0.5));
@@ -40,7 +40,7 @@ fn an_export_takes_its_numbers_and_says_where_it_is() {
 }
 
 #[test]
-fn the_brush_takes_units_and_refuses_what_is_none() {
+fn the_brush_accepts_units_and_rejects_other_text() {
     let mut harness = whole(strip());
     harness.state_mut().1.tool = Tool::Heat;
     harness.run_steps(2);
@@ -59,7 +59,7 @@ fn the_brush_takes_units_and_refuses_what_is_none() {
 }
 
 #[test]
-fn a_variant_takes_what_is_typed_and_says_why_not() {
+fn a_variant_accepts_typed_values_and_reports_invalid_ones() {
     let mut session = strip();
     session.compare_with(vec![Variant { path: "sheets.0.material.thickness".into(), value: "0.001".into() }]);
     let mut harness = whole(session);

@@ -9,7 +9,7 @@ use sheetwork_editor::picture::Layer;
 use sheetwork_editor::scenes;
 
 /// Largest penetration of the displayed surface, m.
-const DEEPEST: f64 = 5e-5;
+const MAX_PENETRATION: f64 = 5e-5;
 
 /// Sample intervals per side of a displayed triangle.
 const PARTS_OF_SIDE: u32 = 6;
@@ -93,7 +93,7 @@ fn check(name: &str, scene: &Scene, seconds: f64) -> f64 {
         um(shown),
         um(brute)
     );
-    assert!(deepest < DEEPEST, "{name}: {deepest} m inside");
+    assert!(deepest < MAX_PENETRATION, "{name}: {deepest} m inside");
     assert!((shown - brute).abs() < 1e-8 + 1e-3 * brute, "{name}: shown {shown}, brute force {brute}");
     unkept
 }
@@ -113,5 +113,5 @@ fn on_a_box_and_on_balls_nothing_drawn_is_inside_and_the_gap_is_true() {
     deep = deep.max(check("film on a ball", &film, 3.0));
     deep = deep.max(check("soft lattice on a dome", &shipped("hemisphere"), 4.0));
     deep = deep.max(check("lattice drawn out over a ridge", &shipped("wedge"), 0.3));
-    assert!(deep > DEEPEST, "without care something would be inside: {deep}");
+    assert!(deep > MAX_PENETRATION, "without care something would be inside: {deep}");
 }

@@ -52,7 +52,7 @@ fn stages_are_timed_while_their_plot_is_shown_and_results_do_not_change() {
 }
 
 #[test]
-fn a_variant_that_fails_is_marked_and_differences_are_of_the_same_times() {
+fn an_unstable_variant_is_marked_and_differences_are_at_equal_times() {
     let mut session = strip();
     let variant = |path: &str, value: &str| Variant { path: path.into(), value: value.into() };
     session.compare_with(vec![variant("engine", "rk4"), variant("sheets.0.material.young", "1e9")]);

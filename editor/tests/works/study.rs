@@ -19,7 +19,7 @@ fn a_subject_sees_sheets_blind_and_answers() {
     let mut harness = whole(session);
     let mut study = Study::new(5);
     (study.file, study.subject) = (file.display().to_string(), "a".to_owned());
-    let first = study.showing().expect("something");
+    let first = study.trial().expect("something");
     harness.state_mut().1.study = Some(study);
     harness.run_steps(2);
     harness.get_by_label("Begin").click();

@@ -65,7 +65,7 @@ use bevy::app::{PluginGroup, PluginGroupBuilder};
 
 pub use asset::{SheetFileAsset, SheetPolyhedra, SheetScene, SheetSceneRoot, SheetSceneSpawned, SheetworkAssetPlugin};
 pub use core::{
-    BodyMotion, BodyShape, HeaterPlace, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetHeatGun,
+    BodyMotion, BodyShape, HeaterHandle, Sheet, SheetBody, SheetClock, SheetDetail, SheetEvent, SheetHeatGun,
     SheetHeater, SheetMotion, SheetState, SheetWorld, SheetworkCorePlugin, SheetworkSet, StepTimes,
 };
 pub use debug::{SheetDebug, SheetGizmos, SheetworkDebugPlugin};

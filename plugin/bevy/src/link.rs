@@ -45,7 +45,7 @@ pub struct SheetLinkPlugin {
 pub struct SheetLink {
     link: Result<Link, LinkError>,
     /// Parameters set by clients, and their values in the game.
-    turned: Vec<(String, String)>,
+    client_values: Vec<(String, String)>,
 }
 
 impl SheetLink {
@@ -84,20 +84,20 @@ impl Plugin for SheetLinkPlugin {
         if let Err(error) = &link {
             warn!("no live link: {error}");
         }
-        app.insert_resource(SheetLink { link, turned: Vec::new() });
+        app.insert_resource(SheetLink { link, client_values: Vec::new() });
         app.add_systems(FixedUpdate, exchange.after(SheetworkSet::Writeback).run_if(resource_exists::<SheetWorld>));
         app.add_systems(PreUpdate, answer.run_if(resource_exists::<SheetWorld>));
     }
 }
 
 /// A game as host of the link.
-struct Driven<'a> {
+struct GameHost<'a> {
     world: &'a mut SheetWorld,
     clock: &'a mut SheetClock,
-    turned: &'a mut Vec<(String, String)>,
+    client_values: &'a mut Vec<(String, String)>,
 }
 
-impl Host for Driven<'_> {
+impl Host for GameHost<'_> {
     fn world(&self) -> &Sheets {
         self.world
     }
@@ -117,8 +117,8 @@ impl Host for Driven<'_> {
 
     fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
         let old = self.world.set(path, value)?;
-        if !self.turned.iter().any(|(p, _)| p == path) {
-            self.turned.push((path.to_owned(), old.clone()));
+        if !self.client_values.iter().any(|(p, _)| p == path) {
+            self.client_values.push((path.to_owned(), old.clone()));
         }
         Ok(old)
     }
@@ -127,10 +127,10 @@ impl Host for Driven<'_> {
         // A temperature is state, not a setting: the reset restores it with the sheets.
         let is_state = |path: &str| path.starts_with("sheets.") && path.ends_with(".temperature");
         let now = self.world.parameters().into_iter().filter(|p| !is_state(&p.path));
-        let own = |path: &str| self.turned.iter().find(|(p, _)| p == path).map(|(_, old)| old.clone());
+        let own = |path: &str| self.client_values.iter().find(|(p, _)| p == path).map(|(_, old)| old.clone());
         let wanted: Vec<(String, String)> = now.map(|p| (own(&p.path).unwrap_or(p.value), p.path)).collect();
         self.world.reset()?;
-        self.turned.clear();
+        self.client_values.clear();
         let begun: BTreeMap<String, String> = self.world.parameters().into_iter().map(|p| (p.path, p.value)).collect();
         for (value, path) in wanted.iter().filter(|(value, path)| begun.get(path).is_some_and(|b| b != value)) {
             self.world.set(path, value)?;
@@ -143,26 +143,26 @@ impl Host for Driven<'_> {
     }
 }
 
-impl<'a> Driven<'a> {
+impl<'a> GameHost<'a> {
     /// Reading the world is not a change; commands mark what they change.
     fn new(
         world: &'a mut ResMut<SheetWorld>,
         clock: &'a mut ResMut<SheetClock>,
-        turned: &'a mut Vec<(String, String)>,
+        client_values: &'a mut Vec<(String, String)>,
     ) -> Self {
-        Self { world: world.bypass_change_detection(), clock: clock.bypass_change_detection(), turned }
+        Self { world: world.bypass_change_detection(), clock: clock.bypass_change_detection(), client_values }
     }
 }
 
 fn exchange(mut link: ResMut<SheetLink>, mut world: ResMut<SheetWorld>, mut clock: ResMut<SheetClock>) {
-    let SheetLink { link: Ok(link), turned } = &mut *link else { return };
+    let SheetLink { link: Ok(link), client_values } = &mut *link else { return };
     let step_time = world.step_time().as_secs_f64();
-    link.exchange(&mut Driven::new(&mut world, &mut clock, turned), step_time);
+    link.exchange(&mut GameHost::new(&mut world, &mut clock, client_values), step_time);
 }
 
 fn answer(mut link: ResMut<SheetLink>, mut world: ResMut<SheetWorld>, mut clock: ResMut<SheetClock>) {
-    let SheetLink { link: Ok(link), turned } = &mut *link else { return };
+    let SheetLink { link: Ok(link), client_values } = &mut *link else { return };
     if link.is_commanded() {
-        link.answer(&mut Driven::new(&mut world, &mut clock, turned));
+        link.answer(&mut GameHost::new(&mut world, &mut clock, client_values));
     }
 }

@@ -21,7 +21,7 @@ fn step(mut game: ResMut<Game>, mut sheets: ResMut<SheetWorld>, clock: Res<Sheet
 }
 
 #[test]
-fn a_sheet_lands_on_a_body_of_the_callers() {
+fn a_sheet_rests_on_a_body_of_the_callers_world() {
     let mut game = PhysicsWorld::new();
     game.gravity = Vector::ZERO;
     let table = game.insert_body(RigidBodyBuilder::fixed().translation(Vector::new(0.0, 0.1, 0.0)));

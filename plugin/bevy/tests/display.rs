@@ -84,7 +84,7 @@ fn layer_and_smoothing_can_be_changed_while_it_runs() {
 }
 
 #[test]
-fn a_material_of_ones_own_is_kept() {
+fn a_user_material_is_not_replaced() {
     let mut app = app();
     let mine = app.world_mut().resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial::default());
     let sheet = app.world_mut().spawn((Sheet::default(), MeshMaterial3d(mine.clone()))).id();

@@ -79,7 +79,7 @@ fn a_typed_value_reaches_the_running_world_and_undo_brings_it_back() {
 }
 
 #[test]
-fn what_is_refused_is_told_and_changes_nothing() {
+fn a_rejected_edit_is_reported_and_changes_nothing() {
     let mut harness = game();
     let before = value(&harness, "sheets.strip.material.young");
     type_into(&mut harness, "Young", "12 kg");

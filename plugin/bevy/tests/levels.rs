@@ -56,7 +56,7 @@ fn a_sheet_follows_the_viewer_and_its_mesh_follows_it() {
 }
 
 #[test]
-fn a_budget_of_the_model_is_kept_without_a_clock() {
+fn a_budget_by_the_model_does_not_depend_on_a_clock() {
     let (mut app, viewer, _) = swinging(|viewer| SheetDetail { viewer: Some(viewer), measured: false, ..default() });
     run(&mut app, 0.3);
     let cost = app.world().resource::<SheetWorld>().detail_cost().expect("levels");

@@ -49,7 +49,7 @@ fn another_process_sees_the_sheets_and_turns_their_knobs() {
 /// A reset restores parameters set by clients, but not those set by the game; the display goes back
 /// with the world.
 #[test]
-fn a_reset_brings_back_what_the_game_had() {
+fn a_reset_restores_the_parameters_of_the_game() {
     let root = std::env::temp_dir().join(format!("sheetwork-plugin-reset-{}", std::process::id()));
     let link = SheetLinkPlugin { name: "game".into(), root: Some(root.clone()) };
     let mut app = common::app_with(SheetworkPlugins.build().add(link));

@@ -26,7 +26,7 @@ fn drawn(app: &App, sheet: Entity) -> f32 {
 }
 
 #[test]
-fn what_is_shown_moves_evenly_at_odd_frame_times() {
+fn displayed_motion_is_even_at_irregular_frame_times() {
     // 1/1024 s divides the tick, 15 ms does not, 40 ms is longer than the tick.
     for dt in [1.0 / 1024.0, 0.015, 0.04] {
         let mut app = app();
@@ -45,7 +45,7 @@ fn what_is_shown_moves_evenly_at_odd_frame_times() {
 }
 
 #[test]
-fn the_same_steps_are_taken_at_every_frame_rate_and_speed() {
+fn the_number_of_steps_does_not_depend_on_frame_rate_and_speed() {
     let run_at = |frame_time: f64, speed: f64| {
         let mut app = app();
         app.world_mut().resource_mut::<SheetClock>().speed = speed;
@@ -96,7 +96,7 @@ fn paused_sheets_stand_still_but_for_single_steps() {
 }
 
 #[test]
-fn a_long_frame_is_cut_short_and_the_lost_time_is_told() {
+fn a_long_frame_is_truncated_and_its_lost_time_reported() {
     let mut app = app();
     flying(&mut app);
     run(&mut app, 0.1);

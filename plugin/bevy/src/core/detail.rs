@@ -7,9 +7,9 @@ use super::{SheetClock, SheetWorld};
 
 /// Relative change of the budget below which the world's budget is kept, to avoid frequent
 /// regridding.
-const CHANGE: f64 = 0.15;
+const BUDGET_TOLERANCE: f64 = 0.15;
 /// Weight of a new measurement in the exponential mean of step times.
-const NEW: f64 = 0.05;
+const MEAN_WEIGHT: f64 = 0.05;
 
 /// Resource that enables levels of detail.
 ///
@@ -73,7 +73,7 @@ impl SheetDetail {
         let Some(model) = world.detail_cost().filter(|c| *c > 0.0 && steps > 0 && taken > 0.0) else { return };
         let now = taken / model;
         let mean = self.times.ratio.unwrap_or(now);
-        self.times.ratio = Some(mean + NEW * (now - mean));
+        self.times.ratio = Some(mean + MEAN_WEIGHT * (now - mean));
     }
 }
 
@@ -101,7 +101,7 @@ pub(super) fn follow(
     let ratio = if own.measured { own.ratio() } else { 1.0 };
     let steps = (clock.due() / world.dt()).max(1.0);
     let wanted = own.budget_ms.map(|ms| (ms / (steps * ratio)).clamp(1e-3, 1e6));
-    let near = |a: f64, b: f64| (a / b - 1.0).abs() < CHANGE;
+    let near = |a: f64, b: f64| (a / b - 1.0).abs() < BUDGET_TOLERANCE;
     let same = match (wanted, world.detail_budget()) {
         (Some(wanted), Some(now)) => near(wanted, now),
         (None, None) => true,

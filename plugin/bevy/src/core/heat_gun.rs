@@ -44,13 +44,13 @@ impl Default for SheetHeatGun {
 
 /// Heat gun last passed to the world: entity, generation of the world, description, transform.
 #[derive(Default)]
-pub(super) struct Aimed(Option<(Entity, u32, SheetHeatGun, GlobalTransform)>);
+pub(super) struct LastAim(Option<(Entity, u32, SheetHeatGun, GlobalTransform)>);
 
 /// Pass the description and the aim of the heat gun to the world.
 pub(super) fn aim(
     mut world: ResMut<SheetWorld>,
     guns: Query<(Entity, &SheetHeatGun)>,
-    mut aimed: Local<Aimed>,
+    mut aimed: Local<LastAim>,
     transforms: TransformHelper,
 ) {
     let Some((entity, gun)) = guns.iter().next() else {

@@ -8,7 +8,7 @@ use sheetwork::InputError;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec};
 
 use super::reflect::HeaterSpecReflect;
-use super::sync::Refused;
+use super::sync::Rejected;
 use super::{SheetWorld, placement};
 
 /// Polyhedron with hot faces, which radiate to the sheets on their outer side. Sheets and bodies
@@ -75,14 +75,14 @@ impl SheetHeater {
 /// Link from the entity to its heater in the [`SheetWorld`]. Inserted when the heater is built,
 /// removed with its [`SheetHeater`].
 #[derive(Component, Clone, Debug)]
-pub struct HeaterPlace {
+pub struct HeaterHandle {
     name: String,
     generation: u32,
     built_from: SheetHeater,
     given: GlobalTransform,
 }
 
-impl HeaterPlace {
+impl HeaterHandle {
     /// Name of the heater in the world: `world.set("heaters.NAME.temperature", "250")`.
     pub fn name(&self) -> &str {
         &self.name
@@ -93,7 +93,7 @@ impl HeaterPlace {
 pub(super) fn sync(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    mut heaters: Query<(Entity, Ref<SheetHeater>, Option<&Name>, Option<&mut HeaterPlace>, Has<Refused>)>,
+    mut heaters: Query<(Entity, Ref<SheetHeater>, Option<&Name>, Option<&mut HeaterHandle>, Has<Rejected>)>,
     transforms: TransformHelper,
 ) {
     for (entity, heater, name, place, refused) in &mut heaters {
@@ -119,11 +119,11 @@ pub(super) fn sync(
         }
         match insert(&mut world, &spec, &heater, there) {
             Ok(place) => {
-                commands.entity(entity).try_insert(place).try_remove::<Refused>();
+                commands.entity(entity).try_insert(place).try_remove::<Rejected>();
             }
             Err(problem) => {
                 error!("heater {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<HeaterPlace>();
+                commands.entity(entity).try_insert(Rejected).try_remove::<HeaterHandle>();
             }
         }
     }
@@ -135,9 +135,9 @@ pub(crate) fn insert(
     spec: &HeaterSpec,
     built_from: &SheetHeater,
     given: GlobalTransform,
-) -> Result<HeaterPlace, InputError> {
+) -> Result<HeaterHandle, InputError> {
     let name = world.add_heater(spec)?;
-    Ok(HeaterPlace { name, generation: world.generation(), built_from: built_from.clone(), given })
+    Ok(HeaterHandle { name, generation: world.generation(), built_from: built_from.clone(), given })
 }
 
 /// Remove the heater from the world with its component.
@@ -145,12 +145,12 @@ pub(super) fn removed(
     removed: On<Remove, SheetHeater>,
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
-    places: Query<&HeaterPlace>,
+    places: Query<&HeaterHandle>,
 ) {
     if let Ok(place) = places.get(removed.entity) {
         if place.generation == world.generation() {
             world.remove_heater(&place.name);
         }
-        commands.entity(removed.entity).try_remove::<HeaterPlace>();
+        commands.entity(removed.entity).try_remove::<HeaterHandle>();
     }
 }

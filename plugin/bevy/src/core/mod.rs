@@ -28,7 +28,7 @@ pub use clock::SheetClock;
 pub use detail::{SheetDetail, StepTimes};
 pub use event::SheetEvent;
 pub use heat_gun::SheetHeatGun;
-pub use heater::{HeaterPlace, SheetHeater};
+pub use heater::{HeaterHandle, SheetHeater};
 pub use motion::{BodyMotion, SheetMotion};
 pub use polyhedra::SheetPolyhedra;
 pub use sheet::Sheet;

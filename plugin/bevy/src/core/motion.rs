@@ -84,7 +84,7 @@ impl SheetMotion {
     /// shape changes. Allocates only after a change of grid.
     pub(super) fn record(&mut self, time: f64, x: &Vectors, v: &Vectors) -> bool {
         if x.len() != self.states[2].len() && time >= self.times[2] {
-            self.begin_anew(time, x, v);
+            self.replace_grid(time, x, v);
             return true;
         }
         let same = *x == self.states[2];
@@ -119,7 +119,7 @@ impl SheetMotion {
 impl SheetMotion {
     /// Replace all states after a change of grid. The earlier positions are extrapolated from the
     /// velocities, so that the displayed motion continues.
-    fn begin_anew(&mut self, time: f64, x: &Vectors, v: &Vectors) {
+    fn replace_grid(&mut self, time: f64, x: &Vectors, v: &Vectors) {
         if time > self.times[2] {
             self.times = [self.times[1], self.times[2], time];
         }
@@ -154,19 +154,19 @@ pub struct BodyMotion {
     /// Path from there, in the world's time; empty for a body that its transform moves.
     pub(super) path: Vec<PathKey>,
     /// Poses of a dynamic body after the last three ticks.
-    pub(super) flight: Option<Flight>,
+    pub(super) history: Option<PoseHistory>,
 }
 
 /// Last three poses of a dynamic body, oldest first, and their simulated times, s.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Flight {
+pub(super) struct PoseHistory {
     times: [f64; 3],
     poses: [Pose; 3],
 }
 
-impl Flight {
+impl PoseHistory {
     /// Poses of a body that rests at `pose` until `time`, s.
-    pub fn at(time: f64, pose: Pose) -> Self {
+    pub fn new(time: f64, pose: Pose) -> Self {
         Self { times: [time; 3], poses: [pose; 3] }
     }
 
@@ -176,7 +176,7 @@ impl Flight {
             self.times = [self.times[1], self.times[2], time];
             self.poses = [self.poses[1], self.poses[2], pose];
         } else if time < self.times[2] {
-            *self = Self::at(time, pose);
+            *self = Self::new(time, pose);
         } else {
             self.poses[2] = pose;
         }
@@ -205,22 +205,22 @@ impl BodyMotion {
     }
 
     /// Whether the body follows a path.
-    pub fn is_led(&self) -> bool {
+    pub fn follows_path(&self) -> bool {
         !self.path.is_empty()
     }
 
     /// Whether the plugin writes the entity's transform instead of reading it.
-    pub fn is_shown(&self) -> bool {
-        self.is_led() || self.flight.is_some()
+    pub fn writes_transform(&self) -> bool {
+        self.follows_path() || self.history.is_some()
     }
 
     /// Displayed pose at the simulated time `time`, s.
     pub(super) fn at(&self, time: f64) -> Pose {
-        self.flight.map_or_else(|| self.led_to(time), |flight| flight.shown(time))
+        self.history.map_or_else(|| self.path_pose(time), |history| history.shown(time))
     }
 
     /// Pose on the path at the simulated time `time`, s.
-    fn led_to(&self, time: f64) -> Pose {
+    fn path_pose(&self, time: f64) -> Pose {
         let (offset, rotation) = path_at(&self.path, time);
         let turn = Placement { rotation, ..Placement::default() }.quaternion();
         let (position, start) = super::placement::pose_of(&self.given);
@@ -240,7 +240,7 @@ mod tests {
     }
 
     #[test]
-    fn motion_is_shown_between_the_states_on_both_sides_of_the_time() {
+    fn displayed_motion_is_interpolated_between_the_neighbouring_states() {
         let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(!motion.is_moving());
         motion.record(1.0, &x_of(1.0), &x_of(0.0));
@@ -254,23 +254,23 @@ mod tests {
     }
 
     #[test]
-    fn a_flight_is_shown_between_its_places() {
+    fn a_displayed_pose_is_interpolated() {
         let at = |x: f64| (DVec3::X * x, DQuat::from_rotation_y(x));
-        let mut flight = Flight::at(0.0, at(0.0));
-        assert_eq!(flight.shown(0.5), at(0.0));
-        flight.record(1.0, at(1.0));
-        flight.record(2.0, at(2.0));
-        let (place, turn) = flight.shown(1.5);
+        let mut history = PoseHistory::new(0.0, at(0.0));
+        assert_eq!(history.shown(0.5), at(0.0));
+        history.record(1.0, at(1.0));
+        history.record(2.0, at(2.0));
+        let (place, turn) = history.shown(1.5);
         assert!(place.distance(DVec3::X * 1.5) < 1e-12 && turn.angle_between(DQuat::from_rotation_y(1.5)) < 1e-6);
-        assert_eq!(flight.shown(9.0), at(2.0));
-        flight.record(2.0, at(5.0));
+        assert_eq!(history.shown(9.0), at(2.0));
+        history.record(2.0, at(5.0));
         // Either of the two quaternions of a rotation is valid.
-        let (place, turn) = flight.shown(2.0);
+        let (place, turn) = history.shown(2.0);
         assert!(place == DVec3::X * 5.0 && turn.dot(at(5.0).1).abs() > 1.0 - 1e-12);
     }
 
     #[test]
-    fn what_stands_still_is_no_news_from_its_third_state_on() {
+    fn a_resting_sheet_reports_no_change_from_its_third_state_on() {
         let mut motion = SheetMotion::new("leaf".into(), 0, Sheet::default(), 0.0, &x_of(0.0));
         assert!(motion.record(1.0, &x_of(1.0), &x_of(0.0)));
         assert!(motion.record(2.0, &x_of(1.0), &x_of(0.0)) && motion.record(3.0, &x_of(1.0), &x_of(0.0)));

@@ -22,7 +22,7 @@ pub struct SheetState {
 }
 
 impl SheetState {
-    pub(super) fn of(sheet: &SheetInWorld) -> Self {
+    pub(super) fn from_sheet(sheet: &SheetInWorld) -> Self {
         Self {
             centre: sheet.centre_of_mass().as_vec3(),
             velocity: (sheet.momentum() / sheet.total_mass()).as_vec3(),

@@ -23,7 +23,7 @@ pub(super) fn write_sheets(world: Res<SheetWorld>, mut sheets: Query<(&mut Sheet
         if motion.bypass_change_detection().record(world.time(), &sheet.x, &sheet.v) {
             motion.set_changed();
         }
-        state.set_if_neq(SheetState::of(sheet));
+        state.set_if_neq(SheetState::from_sheet(sheet));
     }
 }
 
@@ -33,12 +33,12 @@ pub(super) fn write_bodies(world: Res<SheetWorld>, mut bodies: Query<&mut BodyMo
     for mut motion in &mut bodies {
         // The stored poses are not a change of the component for its observers.
         let motion = motion.bypass_change_detection();
-        if motion.flight.is_none() || motion.generation != world.generation() {
+        if motion.history.is_none() || motion.generation != world.generation() {
             continue;
         }
         let pose = rigid.index_of(motion.name()).and_then(|index| rigid.pose(index));
-        if let (Some(pose), Some(flight)) = (pose, &mut motion.flight) {
-            flight.record(world.time(), pose);
+        if let (Some(pose), Some(history)) = (pose, &mut motion.history) {
+            history.record(world.time(), pose);
         }
     }
 }
@@ -57,7 +57,7 @@ pub(super) fn show_bodies(
     bodies: Query<(Entity, &BodyMotion, Option<&ChildOf>)>,
     mut transforms: ParamSet<(TransformHelper, Query<&mut Transform>)>,
 ) {
-    for (entity, motion, parent) in bodies.iter().filter(|(_, m, _)| m.is_shown()) {
+    for (entity, motion, parent) in bodies.iter().filter(|(_, m, _)| m.writes_transform()) {
         let shown = GlobalTransform::from(placement::transform_of(motion.at(world.shown_time())));
         let parent = parent.and_then(|p| transforms.p0().compute_global_transform(p.parent()).ok());
         let local = parent.map_or_else(|| shown.compute_transform(), |p| shown.reparented_to(&p));

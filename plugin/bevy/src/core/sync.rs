@@ -6,8 +6,8 @@ use bevy::transform::helper::TransformHelper;
 use sheetwork::InputError;
 use sheetwork::scene::{BodySpec, PathKey, Polyhedron, Shape, SheetSpec};
 
-use super::motion::Flight;
-use super::world::Move;
+use super::motion::PoseHistory;
+use super::world::KinematicMotion;
 use super::{
     BodyMotion, BodyShape, Sheet, SheetBody, SheetClock, SheetMotion, SheetPolyhedra, SheetState, SheetWorld, placement,
 };
@@ -15,14 +15,14 @@ use super::{
 /// Marker of an entity whose description was rejected. It is tried again after a change of the
 /// description.
 #[derive(Component)]
-pub(crate) struct Refused;
+pub(crate) struct Rejected;
 
 /// Add new sheets; change or rebuild sheets with a changed description.
 pub(super) fn sync_sheets(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     clock: Res<SheetClock>,
-    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Refused>)>,
+    mut sheets: Query<(Entity, Ref<Sheet>, Option<&Name>, Option<&mut SheetMotion>, Has<Rejected>)>,
     transforms: TransformHelper,
 ) {
     for (entity, sheet, name, motion, refused) in &mut sheets {
@@ -45,11 +45,11 @@ pub(super) fn sync_sheets(
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         match add_sheet(&mut world, &clock, &sheet, name, &there) {
             Ok(built) => {
-                commands.entity(entity).try_insert(built).try_remove::<Refused>();
+                commands.entity(entity).try_insert(built).try_remove::<Rejected>();
             }
             Err(problem) => {
                 error!("sheet {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<SheetMotion>();
+                commands.entity(entity).try_insert(Rejected).try_remove::<SheetMotion>();
             }
         }
     }
@@ -71,7 +71,7 @@ fn add_sheet(
     let built = insert_sheet(world, &spec, sheet)?;
     if clock.auto_step {
         if world.sheet(built.0.name()).is_some_and(|s| s.follows_material()) {
-            world.hold_material();
+            world.choose_integrator();
         }
         shorten_step(world, built.0.name());
     }
@@ -89,7 +89,7 @@ pub(crate) fn insert_sheet(
         delay(&mut pin.path, world.time());
     }
     let name = world.add_sheet(&spec)?;
-    let (x, state) = world.sheet(&name).map(|s| (s.x.clone(), SheetState::of(s))).unwrap_or_default();
+    let (x, state) = world.sheet(&name).map(|s| (s.x.clone(), SheetState::from_sheet(s))).unwrap_or_default();
     Ok((SheetMotion::new(name, world.generation(), built_from.clone(), world.time(), &x), state))
 }
 
@@ -160,12 +160,12 @@ pub(super) fn sync_bodies(
     mut commands: Commands,
     mut world: ResMut<SheetWorld>,
     assets: Option<Res<Assets<SheetPolyhedra>>>,
-    mut bodies: Query<(Entity, Ref<SheetBody>, Option<&Name>, Option<&mut BodyMotion>, Has<Refused>)>,
+    mut bodies: Query<(Entity, Ref<SheetBody>, Option<&Name>, Option<&mut BodyMotion>, Has<Rejected>)>,
     transforms: TransformHelper,
 ) {
     for (entity, body, name, mut motion, refused) in &mut bodies {
         if let Some(motion) = motion.as_mut().filter(|_| body.is_changed()) {
-            warm_in_place(&mut world, motion.bypass_change_detection(), &body);
+            update_temperature(&mut world, motion.bypass_change_detection(), &body);
         }
         let motion = motion.as_deref();
         let stale = match motion {
@@ -179,25 +179,25 @@ pub(super) fn sync_bodies(
         // The transform of a body on a path holds its present pose, so the rebuilt body starts from
         // its original pose. A dynamic body continues from its present pose, unless the world was
         // restarted.
-        let led = |m: &BodyMotion| m.is_led() && m.built_from.path == body.path;
-        let anew = |m: &BodyMotion| m.flight.is_some() && m.generation != world.generation();
+        let led = |m: &BodyMotion| m.follows_path() && m.built_from.path == body.path;
+        let anew = |m: &BodyMotion| m.history.is_some() && m.generation != world.generation();
         let start = motion.filter(|m| led(m) || anew(m)).map(|m| m.given);
         let Some(there) = start.or_else(|| transforms.compute_global_transform(entity).ok()) else { continue };
         remove_body(&mut world, motion);
         match add_body(&mut world, &body, polyhedra, name, there) {
             Ok(motion) => {
-                commands.entity(entity).try_insert(motion).try_remove::<Refused>();
+                commands.entity(entity).try_insert(motion).try_remove::<Rejected>();
             }
             Err(problem) => {
                 error!("body {entity} is left out: {problem}");
-                commands.entity(entity).try_insert(Refused).try_remove::<BodyMotion>();
+                commands.entity(entity).try_insert(Rejected).try_remove::<BodyMotion>();
             }
         }
     }
 }
 
 /// Apply a changed temperature to the running body.
-fn warm_in_place(world: &mut SheetWorld, motion: &mut BodyMotion, body: &SheetBody) {
+fn update_temperature(world: &mut SheetWorld, motion: &mut BodyMotion, body: &SheetBody) {
     let (Some(was), Some(celsius)) = (motion.built_from.temperature, body.temperature) else { return };
     if was == celsius || motion.generation != world.generation() {
         return;
@@ -273,15 +273,15 @@ fn add_body(
             }
         }
     }
-    let flight = flight_of(world, body, names.first());
-    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path, flight })
+    let history = pose_history_of(world, body, names.first());
+    Ok(BodyMotion { names, generation: world.generation(), built_from: body.clone(), given: there, path, history })
 }
 
 /// Present pose of a dynamic body of that name; `None` for other bodies.
-fn flight_of(world: &SheetWorld, body: &SheetBody, name: Option<&String>) -> Option<Flight> {
+fn pose_history_of(world: &SheetWorld, body: &SheetBody, name: Option<&String>) -> Option<PoseHistory> {
     let rigid = world.rigid().filter(|_| body.is_free())?;
     let pose = rigid.pose(rigid.index_of(name?)?)?;
-    Some(Flight::at(world.time(), pose))
+    Some(PoseHistory::new(world.time(), pose))
 }
 
 /// Add a body to the world at the placement of its description, with a path that starts now.
@@ -295,8 +295,8 @@ pub(crate) fn insert_body(
     delay(&mut spec.path, world.time());
     let name = world.add_body(&spec)?;
     let (generation, built_from) = (world.generation(), built_from.clone());
-    let flight = flight_of(world, &built_from, Some(&name));
-    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path, flight })
+    let history = pose_history_of(world, &built_from, Some(&name));
+    Ok(BodyMotion { names: vec![name], generation, built_from, given: there, path: spec.path, history })
 }
 
 fn remove_body(world: &mut SheetWorld, motion: Option<&BodyMotion>) {
@@ -315,7 +315,7 @@ pub(super) fn move_bodies(
     mut bodies: Query<(Entity, &mut BodyMotion)>,
     transforms: TransformHelper,
 ) {
-    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.is_shown()) {
+    for (entity, mut motion) in bodies.iter_mut().filter(|(_, m)| !m.writes_transform()) {
         let Ok(there) = transforms.compute_global_transform(entity) else { continue };
         if there == motion.given || motion.generation != world.generation() {
             continue;
@@ -332,7 +332,7 @@ pub(super) fn move_bodies(
             // A motion that no step has begun yet keeps its start.
             match world.moves.iter_mut().find(|m| m.name == *name) {
                 Some(waiting) => waiting.to = to,
-                None => world.moves.push(Move { name: name.clone(), from, to }),
+                None => world.moves.push(KinematicMotion { name: name.clone(), from, to }),
             }
         }
         motion.given = there;

@@ -11,7 +11,7 @@ use sheetwork::{InputError, World as Sheets};
 
 /// Prescribed motion of a kinematic body during this tick.
 #[derive(Clone, Debug)]
-pub(super) struct Move {
+pub(super) struct KinematicMotion {
     pub name: String,
     pub from: (DVec3, DQuat),
     pub to: (DVec3, DQuat),
@@ -33,13 +33,13 @@ pub struct SheetWorld {
     world: Sheets,
     borrowed: bool,
     generation: u32,
-    pub(super) moves: Vec<Move>,
+    pub(super) moves: Vec<KinematicMotion>,
     pub(super) events_seen: usize,
     step_time: Duration,
     /// Wall-clock time of a step, exponential mean over ticks, s.
     mean_step: f64,
     /// Simulated time not yet stepped: less than a step, s.
-    owed: f64,
+    unstepped: f64,
     /// Displayed time, s.
     shown: f64,
     /// Time step fitted to the game's ticks, s; `None` when another step was set.
@@ -47,7 +47,7 @@ pub struct SheetWorld {
 }
 
 /// Settings of an empty world: air at 1.2 kg/m³.
-fn for_games() -> Scene {
+fn empty_world() -> Scene {
     let air = Air { density: 1.2, ..Air::default() };
     Scene { air, ..Scene::default() }
 }
@@ -55,7 +55,7 @@ fn for_games() -> Scene {
 impl SheetWorld {
     pub(super) fn new(borrowed: bool) -> Self {
         // The empty scene is valid.
-        let scene = for_games();
+        let scene = empty_world();
         let world = make(&scene, borrowed).unwrap_or_else(|e| unreachable!("the empty scene: {e}"));
         Self {
             world,
@@ -65,7 +65,7 @@ impl SheetWorld {
             events_seen: 0,
             step_time: Duration::ZERO,
             mean_step: 0.0,
-            owed: 0.0,
+            unstepped: 0.0,
             shown: 0.0,
             fitted: None,
         }
@@ -73,7 +73,7 @@ impl SheetWorld {
 
     /// Choose `tr-bdf2` and Bevy's default fixed step, unless integrator or step differ from those
     /// of an empty world.
-    pub(super) fn hold_material(&mut self) {
+    pub(super) fn choose_integrator(&mut self) {
         let empty = Scene::default();
         if self.world.engine() == empty.engine && self.world.dt() == empty.dt && self.world.set_dt(1.0 / 64.0).is_ok() {
             self.world.set_engine(EngineKind::TrBdf2);
@@ -106,7 +106,7 @@ impl SheetWorld {
         self.generation += 1;
         self.moves.clear();
         self.events_seen = 0;
-        (self.owed, self.shown, self.fitted) = (0.0, 0.0, None);
+        (self.unstepped, self.shown, self.fitted) = (0.0, 0.0, None);
         Ok(())
     }
 
@@ -119,7 +119,7 @@ impl SheetWorld {
         self.world.reset()?;
         self.moves.clear();
         self.events_seen = 0;
-        (self.owed, self.shown) = (0.0, 0.0);
+        (self.unstepped, self.shown) = (0.0, 0.0);
         Ok(())
     }
 
@@ -159,19 +159,19 @@ impl SheetWorld {
             return 0;
         }
         let start = Instant::now();
-        self.owed += duration;
+        self.unstepped += duration;
         // The slack of 1e-9 steps absorbs the rounding of a duration of whole steps.
-        let steps = (self.owed / self.world.dt() + 1e-9).floor().max(0.0) as u64;
+        let steps = (self.unstepped / self.world.dt() + 1e-9).floor().max(0.0) as u64;
         let moves = if steps > 0 { std::mem::take(&mut self.moves) } else { Vec::new() };
         for step in 1..=steps {
             // Constant velocity over the tick.
             let s = step as f64 / steps as f64;
-            for Move { name, from, to } in &moves {
+            for KinematicMotion { name, from, to } in &moves {
                 self.world.move_body(name, from.0.lerp(to.0, s), from.1.slerp(to.1, s));
             }
             self.world.step();
         }
-        self.owed = (self.owed - steps as f64 * self.world.dt()).max(0.0);
+        self.unstepped = (self.unstepped - steps as f64 * self.world.dt()).max(0.0);
         self.took(start.elapsed(), steps);
         steps
     }
@@ -207,9 +207,9 @@ impl SheetWorld {
         // One tick behind, so that a later state exists; one step more unless ticks are whole
         // steps.
         let steps = tick / self.world.dt();
-        let whole = (steps - steps.round()).abs() < 1e-6 && self.owed < 1e-6 * self.world.dt();
+        let whole = (steps - steps.round()).abs() < 1e-6 && self.unstepped < 1e-6 * self.world.dt();
         let behind = if whole || self.borrowed { tick } else { tick + self.world.dt() };
-        let target = now + self.owed + fraction * tick - behind;
+        let target = now + self.unstepped + fraction * tick - behind;
         // The displayed time is monotonic after a pause or a change of speed; only a rollback moves
         // it back.
         let least = if self.shown > now { 0.0 } else { self.shown };

@@ -10,7 +10,7 @@ use std::ops::RangeInclusive;
 use bevy::math::DVec3;
 use bevy_egui::egui::{self, DragValue, Label, PointerButton, Response, Sense, Slider, SliderClamping, Ui};
 
-use super::Knobs;
+use super::ParameterAccess;
 use super::units::{Quantity, Shown, UnitError};
 
 /// Number without unit.
@@ -26,7 +26,7 @@ pub const MS: Shown = Shown::fixed(Quantity::Time, "ms", 1e-3);
 
 /// Options of a number control.
 #[derive(Clone, Debug, Default)]
-pub struct How {
+pub struct ControlOptions {
     /// Range of a slider; `None` for a number alone.
     pub range: Option<RangeInclusive<f64>>,
     /// Whether the slider is logarithmic.
@@ -37,7 +37,7 @@ pub struct How {
     pub late: bool,
 }
 
-impl How {
+impl ControlOptions {
     /// Linear slider.
     pub fn slider(range: RangeInclusive<f64>) -> Self {
         Self { range: Some(range), ..Self::default() }
@@ -56,7 +56,7 @@ impl How {
 
 /// Result of a number control.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Done {
+pub struct ControlResult {
     /// New value, SI.
     pub value: Option<f64>,
     /// Error of typed text.
@@ -72,7 +72,7 @@ pub fn name(ui: &mut Ui, text: &str, about: &str) -> Response {
 }
 
 /// Number control of the value `now`, SI, displayed in its unit and named by `label`.
-pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -> Done {
+pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &ControlOptions) -> ControlResult {
     let draft_id = label.id.with("draft");
     let draft = if how.late { ui.data(|d| d.get_temp::<f64>(draft_id)) } else { None };
     let start = draft.unwrap_or(now);
@@ -101,7 +101,8 @@ pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -
         }
     };
     let response = response.labelled_by(label.id);
-    let mut done = Done { error: problem.into_inner().filter(|_| response.lost_focus()), ..Done::default() };
+    let mut done =
+        ControlResult { error: problem.into_inner().filter(|_| response.lost_focus()), ..ControlResult::default() };
     let twice = ui.input(|i| i.pointer.button_double_clicked(PointerButton::Primary));
     let on_it = ui.input(|i| i.pointer.interact_pos()).is_some_and(|p| response.rect.contains(p));
     if label.double_clicked() || (twice && on_it && response.enabled() && ui.rect_contains_pointer(response.rect)) {
@@ -109,7 +110,7 @@ pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -
         ui.data_mut(|d| d.remove::<String>(response.id));
         ui.memory_mut(|m| m.surrender_focus(response.id));
         ui.data_mut(|d| d.remove::<f64>(draft_id));
-        return Done { reset: true, ..Done::default() };
+        return ControlResult { reset: true, ..ControlResult::default() };
     }
     let changed = response.changed() && value != start;
     if how.late && response.dragged() {
@@ -124,35 +125,43 @@ pub fn input(ui: &mut Ui, label: &Response, now: f64, shown: Shown, how: &How) -
 }
 
 /// Parameter of the world, by path, as a row with its name.
-pub fn dial(
+pub fn parameter_row(
     ui: &mut Ui,
-    knobs: &mut dyn Knobs,
+    access: &mut dyn ParameterAccess,
     (title, about, path): (&str, &str, &str),
     now: f64,
     shown: Shown,
-    how: &How,
+    how: &ControlOptions,
 ) {
     let label = name(ui, title, about);
-    dial_of(ui, knobs, &label, path, now, shown, how);
+    parameter_control(ui, access, &label, path, now, shown, how);
     ui.end_row();
 }
 
 /// Parameter of the world, by path, without row and name.
-pub fn dial_of(ui: &mut Ui, knobs: &mut dyn Knobs, label: &Response, path: &str, now: f64, shown: Shown, how: &How) {
+pub fn parameter_control(
+    ui: &mut Ui,
+    access: &mut dyn ParameterAccess,
+    label: &Response,
+    path: &str,
+    now: f64,
+    shown: Shown,
+    how: &ControlOptions,
+) {
     let done = input(ui, label, now, shown, how);
     if let Some(value) = done.value {
-        knobs.set(path, &value.to_string());
+        access.set(path, &value.to_string());
     }
-    tell(knobs, path, done.error);
+    tell(access, path, done.error);
     if done.reset {
-        knobs.set_default(path);
+        access.set_default(path);
     }
 }
 
 /// Report text that is not a value.
-pub fn tell(knobs: &mut dyn Knobs, of: &str, error: Option<UnitError>) {
+pub fn tell(access: &mut dyn ParameterAccess, of: &str, error: Option<UnitError>) {
     if let Some(error) = error {
-        knobs.fail(format!("{of}: {error}"));
+        access.fail(format!("{of}: {error}"));
     }
 }
 
@@ -160,11 +169,11 @@ pub fn tell(knobs: &mut dyn Knobs, of: &str, error: Option<UnitError>) {
 /// `of` names it in messages.
 pub fn vector(
     ui: &mut Ui,
-    knobs: &mut dyn Knobs,
+    access: &mut dyn ParameterAccess,
     of: &str,
     now: DVec3,
     shown: Shown,
-    how: &How,
+    how: &ControlOptions,
 ) -> (Option<DVec3>, bool) {
     let (mut changed, mut reset) = (None, false);
     // One unit after all three numbers: the column is narrow.
@@ -180,7 +189,7 @@ pub fn vector(
                 new[axis] = value;
                 changed = Some(new);
             }
-            tell(knobs, of, done.error);
+            tell(access, of, done.error);
             reset |= done.reset;
         }
         if !shown.unit.is_empty() {
@@ -191,25 +200,26 @@ pub fn vector(
 }
 
 /// Vector of the world, by path, as a row with its name.
-pub fn dial_vector(
+pub fn vector_row(
     ui: &mut Ui,
-    knobs: &mut dyn Knobs,
+    access: &mut dyn ParameterAccess,
     (title, about, path): (&str, &str, &str),
     now: DVec3,
     shown: Shown,
 ) {
     name(ui, title, about);
-    let (changed, reset) = vector(ui, knobs, path, now, shown, &How { speed: 0.02, ..How::default() });
+    let (changed, reset) =
+        vector(ui, access, path, now, shown, &ControlOptions { speed: 0.02, ..ControlOptions::default() });
     if let Some(v) = changed {
-        knobs.set(path, &text_of(v));
+        access.set(path, &text_of(v));
     }
     if reset {
-        knobs.set_default(path);
+        access.set_default(path);
     }
     ui.end_row();
 }
 
-/// Text of a vector for [`Knobs::set`].
+/// Text of a vector for [`ParameterAccess::set`].
 pub fn text_of(v: DVec3) -> String {
     format!("({}, {}, {})", v.x, v.y, v.z)
 }

@@ -4,8 +4,8 @@ use bevy::math::DVec3;
 use bevy_egui::egui::{ComboBox, RichText, Ui};
 use sheetwork::integrators::TABLE;
 
-use super::Knobs;
-use super::controls::{How, MS, PLAIN, dial, dial_of, dial_vector, name, text_of};
+use super::ParameterAccess;
+use super::controls::{ControlOptions, MS, PLAIN, name, parameter_control, parameter_row, text_of, vector_row};
 use super::units::{Quantity, Shown, format_si};
 
 /// Gravity presets, m/s², downwards.
@@ -18,15 +18,15 @@ const MICRO: Shown = Shown::fixed(Quantity::Length, "µm", 1e-6);
 
 /// Rows of integrator, step, substeps per frame, gravity and air in a grid of two columns.
 /// `factor`: whether the linear damping of the air can be edited.
-pub fn engine(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
-    engine_and_step(ui, knobs);
-    substeps(ui, knobs);
-    gravity(ui, knobs);
-    air(ui, knobs, factor);
+pub fn engine(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
+    engine_and_step(ui, access);
+    substeps(ui, access);
+    gravity(ui, access);
+    air(ui, access, factor);
 }
 
-fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
-    let info = knobs.world().engine().info();
+fn engine_and_step(ui: &mut Ui, access: &mut dyn ParameterAccess) {
+    let info = access.world().engine().info();
     let label = name(ui, "Integrator", "Scheme that advances positions and velocities");
     let combo = ComboBox::from_id_salt("engine").selected_text(info.name).width(150.0);
     let mut chosen = info.name;
@@ -37,43 +37,51 @@ fn engine_and_step(ui: &mut Ui, knobs: &mut dyn Knobs) {
     });
     shown.response.labelled_by(label.id).on_hover_text(info.about);
     if chosen != info.name {
-        knobs.set("engine", chosen);
+        access.set("engine", chosen);
     }
     ui.end_row();
 
     let label = name(ui, "Step", "Time step, ms");
     ui.horizontal(|ui| {
-        let dt = knobs.world().dt();
-        dial_of(ui, knobs, &label, "dt", dt, MS, &How { speed: 0.01, ..How::default() });
-        let limit = knobs.largest_step();
+        let dt = access.world().dt();
+        parameter_control(
+            ui,
+            access,
+            &label,
+            "dt",
+            dt,
+            MS,
+            &ControlOptions { speed: 0.01, ..ControlOptions::default() },
+        );
+        let limit = access.largest_step();
         if info.adaptive {
             ui.weak("adapts");
         } else if info.implicit {
             ui.weak("stable at any step").on_hover_text("A longer step is less accurate; see the delivered stiffness");
         } else if let Some(limit) = limit {
             let text = RichText::new(format!("≤ {}", format_si(limit, "s")));
-            let text = if knobs.world().dt() > limit { text.color(ui.visuals().warn_fg_color) } else { text.weak() };
+            let text = if access.world().dt() > limit { text.color(ui.visuals().warn_fg_color) } else { text.weak() };
             ui.label(text).on_hover_text("Stability limit of the undamped sheet, by its highest frequency");
         }
     });
     ui.end_row();
 
     if info.adaptive {
-        let now = knobs.parameter("tolerance").unwrap_or_default();
-        dial(
+        let now = access.parameter("tolerance").unwrap_or_default();
+        parameter_row(
             ui,
-            knobs,
+            access,
             ("Tolerance", "Tolerance of the position error of a step, µm", "tolerance"),
             now,
             MICRO,
-            &How::default(),
+            &ControlOptions::default(),
         );
     }
 }
 
 /// Steps per frame of 1/60 s, an alternative to the step for game programmers.
-fn substeps(ui: &mut Ui, knobs: &mut dyn Knobs) {
-    let now = 1.0 / (60.0 * knobs.world().dt());
+fn substeps(ui: &mut Ui, access: &mut dyn ParameterAccess) {
+    let now = 1.0 / (60.0 * access.world().dt());
     let label = name(ui, "Steps per frame", "Time steps per frame of 1/60 s");
     ui.horizontal(|ui| {
         for (n, title) in [(1.0, "1"), (2.0, "2"), (4.0, "4"), (8.0, "8"), (16.0, "16")] {
@@ -83,7 +91,7 @@ fn substeps(ui: &mut Ui, knobs: &mut dyn Knobs) {
                 .on_hover_text(format!("A time step of {}", format_si(1.0 / (60.0 * n), "s")))
                 .clicked()
             {
-                knobs.set("dt", &(1.0 / (60.0 * n)).to_string());
+                access.set("dt", &(1.0 / (60.0 * n)).to_string());
             }
         }
         ui.weak(format!("{now:.3}")).labelled_by(label.id);
@@ -91,26 +99,26 @@ fn substeps(ui: &mut Ui, knobs: &mut dyn Knobs) {
     ui.end_row();
 }
 
-fn gravity(ui: &mut Ui, knobs: &mut dyn Knobs) {
-    let now = knobs.world().gravity();
-    dial_vector(ui, knobs, ("Gravity", "m/s²; y points up", "gravity"), now, GRAVITY);
+fn gravity(ui: &mut Ui, access: &mut dyn ParameterAccess) {
+    let now = access.world().gravity();
+    vector_row(ui, access, ("Gravity", "m/s²; y points up", "gravity"), now, GRAVITY);
     ui.label("");
     ui.horizontal(|ui| {
         for (name, g) in GRAVITIES {
             if ui.small_button(name).on_hover_text(format!("{g} m/s² downwards")).clicked() {
-                knobs.set("gravity", &text_of(DVec3::new(0.0, -g, 0.0)));
+                access.set("gravity", &text_of(DVec3::new(0.0, -g, 0.0)));
             }
         }
     });
     ui.end_row();
 }
 
-fn air(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
-    let air = knobs.world().air();
+fn air(ui: &mut Ui, access: &mut dyn ParameterAccess, factor: bool) {
+    let air = access.world().air();
     let about = "Density of the air for pressure drag; 1.2 kg/m³ in a room";
-    dial(ui, knobs, ("Air", about, "air.density"), air.density, DENSITY, &How::slider(0.0..=2.0));
+    parameter_row(ui, access, ("Air", about, "air.density"), air.density, DENSITY, &ControlOptions::slider(0.0..=2.0));
     if air.density > 0.0 {
-        dial_vector(ui, knobs, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
+        vector_row(ui, access, ("Wind", "m/s; y points up", "air.wind"), air.wind, WIND);
     }
     if air.factor >= 1.0 && !factor {
         return;
@@ -119,7 +127,14 @@ fn air(ui: &mut Ui, knobs: &mut dyn Knobs, factor: bool) {
         "Linear damping: fraction of its speed that a node keeps in every {}; 1 is none",
         format_si(air.per, "s")
     );
-    dial(ui, knobs, ("Linear damping", &about, "air.factor"), air.factor, PLAIN, &How::slider(0.8..=1.0));
+    parameter_row(
+        ui,
+        access,
+        ("Linear damping", &about, "air.factor"),
+        air.factor,
+        PLAIN,
+        &ControlOptions::slider(0.8..=1.0),
+    );
     let about = "Time of that fraction, ms";
-    dial(ui, knobs, ("… in every", about, "air.per"), air.per, MS, &How::default());
+    parameter_row(ui, access, ("… in every", about, "air.per"), air.per, MS, &ControlOptions::default());
 }

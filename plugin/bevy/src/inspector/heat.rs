@@ -3,8 +3,8 @@
 
 use bevy_egui::egui::{Grid, RichText, Ui};
 
-use super::Knobs;
-use super::controls::{How, dial, name};
+use super::ParameterAccess;
+use super::controls::{ControlOptions, name, parameter_row};
 use super::style::quiet;
 use super::units::{Quantity, Shown};
 
@@ -14,8 +14,8 @@ const HEATS: [&str; 7] =
 
 /// Switches and numbers of all heat sources, and the temperatures of the sheets. Returns whether
 /// there are any.
-pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
-    let all = knobs.world().parameters();
+pub fn heat_sources(ui: &mut Ui, access: &mut dyn ParameterAccess) -> bool {
+    let all = access.world().parameters();
     let of_heat = |path: &str| HEATS.iter().any(|h| path.starts_with(h));
     let all: Vec<_> = all.into_iter().filter(|p| of_heat(&p.path)).collect();
     Grid::new("warmth").num_columns(2).show(ui, |ui| {
@@ -25,12 +25,19 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
             match (parameter.value.parse::<f64>(), parameter.value.parse::<bool>()) {
                 (Ok(now), _) => {
                     let shown = shown(parameter.unit);
-                    dial(ui, knobs, (&title, &about, &parameter.path), now, shown, &How::default());
+                    parameter_row(
+                        ui,
+                        access,
+                        (&title, &about, &parameter.path),
+                        now,
+                        shown,
+                        &ControlOptions::default(),
+                    );
                 }
                 (_, Ok(mut on)) => {
                     let label = name(ui, &title, &about);
                     if ui.checkbox(&mut on, "").labelled_by(label.id).changed() {
-                        knobs.set(&parameter.path, if on { "1" } else { "0" });
+                        access.set(&parameter.path, if on { "1" } else { "0" });
                     }
                     ui.end_row();
                 }
@@ -38,7 +45,7 @@ pub fn warmth(ui: &mut Ui, knobs: &mut dyn Knobs) -> bool {
             }
         }
     });
-    let sheets = knobs.world().sheets().iter().filter_map(|s| Some((s.name.as_str(), s.heat()?.range())));
+    let sheets = access.world().sheets().iter().filter_map(|s| Some((s.name.as_str(), s.heat()?.range())));
     let mut some = !all.is_empty();
     for (sheet, (low, high)) in sheets {
         some = true;

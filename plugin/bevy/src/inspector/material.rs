@@ -3,8 +3,8 @@
 use bevy_egui::egui::{Color32, Rect, RichText, Sense, Shape, Stroke, Ui, pos2, vec2};
 use sheetwork::scene::Material;
 
-use super::Knobs;
-use super::controls::{How, MM, PASCAL, PLAIN, dial, input, name, tell};
+use super::ParameterAccess;
+use super::controls::{ControlOptions, MM, PASCAL, PLAIN, input, name, parameter_row, tell};
 use super::hang::{Hang, gamma, hang};
 use super::style::{ACCENT, quiet};
 use super::units::format_si;
@@ -19,7 +19,7 @@ pub struct Previews {
 
 impl Previews {
     /// Shape of the strip with load parameter Γ.
-    pub fn of(&mut self, gamma: f64) -> &Hang {
+    pub fn strip(&mut self, gamma: f64) -> &Hang {
         let key = gamma.to_bits();
         let at = self.known.iter().position(|k| k.0 == key).unwrap_or_else(|| {
             if self.known.len() >= 64 {
@@ -34,8 +34,8 @@ impl Previews {
 
 /// Rows of Young's modulus, thickness and Poisson's ratio of sheet `index` in a grid of two
 /// columns.
-pub fn constants(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
-    let Some(sheet) = knobs.world().sheets().get(index) else { return };
+pub fn constants(ui: &mut Ui, access: &mut dyn ParameterAccess, index: usize) {
+    let Some(sheet) = access.world().sheets().get(index) else { return };
     let (now, follows) = (sheet.material().clone(), sheet.follows_material());
     let path = |name: &str| format!("sheets.{index}.material.{name}");
     if now.orthotropic.is_some() {
@@ -44,13 +44,20 @@ pub fn constants(ui: &mut Ui, knobs: &mut dyn Knobs, index: usize) {
         ui.end_row();
     }
     let about = "Young's modulus: stress per strain. Type 2.1 GPa, or 3G for 3 GPa";
-    dial(ui, knobs, ("Young", about, &path("young")), now.young, PASCAL, &How::log(1.0..=1e11));
+    parameter_row(ui, access, ("Young", about, &path("young")), now.young, PASCAL, &ControlOptions::log(1.0..=1e11));
     let about = "Thickness; bending stiffness grows with its cube. Type 0.3 mm, 16 µm";
-    let how = How { logarithmic: true, late: true, ..How::slider(1e-5..=5e-3) };
-    dial(ui, knobs, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
+    let how = ControlOptions { logarithmic: true, late: true, ..ControlOptions::slider(1e-5..=5e-3) };
+    parameter_row(ui, access, ("Thickness", about, &path("thickness")), now.thickness, MM, &how);
     if follows {
         let about = "Poisson's ratio: transverse contraction per extension";
-        dial(ui, knobs, ("Poisson", about, &path("poisson")), now.poisson, PLAIN, &How::slider(0.0..=0.49));
+        parameter_row(
+            ui,
+            access,
+            ("Poisson", about, &path("poisson")),
+            now.poisson,
+            PLAIN,
+            &ControlOptions::slider(0.0..=0.49),
+        );
     }
 }
 
@@ -67,10 +74,10 @@ pub fn strip_shape(ui: &Ui, rect: Rect, strip: &Hang, colour: Color32) {
 }
 
 /// Droop of a strip of the present material, at a length that can be typed.
-pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &Material, length: f64) {
-    let gravity = knobs.world().gravity().length();
+pub fn droop(ui: &mut Ui, access: &mut dyn ParameterAccess, previews: &mut Previews, now: &Material, length: f64) {
+    let gravity = access.world().gravity().length();
     let number = gamma(now, length, gravity);
-    let strip = previews.of(number).clone();
+    let strip = previews.strip(number).clone();
     ui.horizontal(|ui| {
         let (rect, response) = ui.allocate_exact_size(vec2(86.0, 74.0), Sense::hover());
         ui.painter_at(rect).rect_filled(rect, 4.0, ui.visuals().extreme_bg_color);
@@ -82,9 +89,9 @@ pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &
             ui.horizontal(|ui| {
                 let label =
                     name(ui, "Strip of", "Length of the strip in the preview; a double click takes the sheet's own");
-                let done = input(ui, &label, length, MM, &How::default());
+                let done = input(ui, &label, length, MM, &ControlOptions::default());
                 previews.length = done.value.map(|v| v.clamp(1e-6, 1e3)).or(previews.length);
-                tell(knobs, "strip", done.error);
+                tell(access, "strip", done.error);
                 if done.reset {
                     previews.length = None;
                 }
@@ -96,8 +103,8 @@ pub fn droop(ui: &mut Ui, knobs: &mut dyn Knobs, previews: &mut Previews, now: &
 }
 
 /// Delivered stiffness, relative to the requested one.
-pub fn delivered(ui: &mut Ui, knobs: &dyn Knobs, index: usize) {
-    let world = knobs.world();
+pub fn delivered(ui: &mut Ui, access: &dyn ParameterAccess, index: usize) {
+    let world = access.world();
     let Some(sheet) = world.sheets().get(index) else { return };
     let Some(found) = sheet.delivered_stiffness(world.dt()) else {
         if !sheet.follows_material() {
@@ -130,13 +137,13 @@ fn times(factor: f64) -> String {
 }
 
 /// Cost of a step, and a warning where it exceeds real time.
-pub fn cost(ui: &mut Ui, knobs: &dyn Knobs) {
-    let Some(factor) = knobs.real_time_factor() else { return };
-    let text = format!("a step takes {} of {}", format_si(knobs.step_s(), "s"), format_si(knobs.world().dt(), "s"));
+pub fn cost(ui: &mut Ui, access: &dyn ParameterAccess) {
+    let Some(factor) = access.real_time_factor() else { return };
+    let text = format!("a step takes {} of {}", format_si(access.step_s(), "s"), format_si(access.world().dt(), "s"));
     // A frame needs 20 % of its time for other work.
-    if factor * 0.8 < knobs.speed() {
+    if factor * 0.8 < access.speed() {
         let about = "Use a coarser grid, a longer step with an implicit integrator, or a lower speed";
-        let what = if factor < knobs.speed() { "slower than requested" } else { "close to the limit" };
+        let what = if factor < access.speed() { "slower than requested" } else { "close to the limit" };
         let warning = format!("⚠ {what}: {text}, {factor:.2}× real time at most");
         ui.label(RichText::new(warning).color(ui.visuals().warn_fg_color)).on_hover_text(about);
     } else {

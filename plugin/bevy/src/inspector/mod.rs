@@ -9,14 +9,14 @@
 //!
 //! An edit sets a parameter of the [`SheetWorld`] by [`World::set`](sheetwork::World::set) and acts
 //! from the next step on; the components of the sheets are unchanged. The panels are functions of
-//! [`Knobs`] for use in other windows: the Sheetwork editor uses the same panels.
+//! [`ParameterAccess`] for use in other windows: the Sheetwork editor uses the same panels.
 
 pub mod controls;
 mod engine;
 pub mod hang;
 mod heat;
-mod knobs;
 mod material;
+mod parameter_access;
 mod sheet;
 pub mod style;
 
@@ -27,9 +27,9 @@ use bevy_egui::{EguiContexts, EguiPlugin, EguiPrimaryContextPass};
 use crate::core::{SheetClock, SheetWorld};
 
 pub use engine::engine;
-pub use heat::warmth;
-pub use knobs::{Changes, Game, Knobs};
+pub use heat::heat_sources;
 pub use material::{Previews, constants, cost, delivered, droop, strip_shape};
+pub use parameter_access::{Changes, InspectedGame, ParameterAccess};
 pub use sheet::behaviour;
 pub use sheetwork::units;
 
@@ -112,7 +112,7 @@ pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, insp
     let SheetInspector { sheet, changes, previews, .. } = inspector;
     let count = world.sheets().len();
     *sheet = (*sheet).min(count.saturating_sub(1));
-    let mut game = Game { world, speed: clock.speed, changes };
+    let mut game = InspectedGame { world, speed: clock.speed, changes };
     if count > 0 {
         choose(ui, &game, sheet);
         section(ui, "Material", |ui| of_material(ui, &mut game, previews, *sheet));
@@ -128,7 +128,7 @@ pub fn inspect(ui: &mut Ui, world: &mut SheetWorld, clock: &mut SheetClock, insp
         cost(ui, &game);
     });
     section(ui, "Heat", |ui| {
-        if !warmth(ui, &mut game) {
+        if !heat_sources(ui, &mut game) {
             ui.weak("There are no heat sources.");
         }
     });
@@ -161,7 +161,7 @@ fn time(ui: &mut Ui, world: &SheetWorld, clock: &mut SheetClock) {
 }
 
 /// Choice of the sheet, where there are several.
-fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
+fn choose(ui: &mut Ui, game: &InspectedGame<'_>, sheet: &mut usize) {
     let sheets = game.world.sheets();
     let Some(now) = sheets.get(*sheet) else { return };
     if sheets.len() > 1 {
@@ -175,7 +175,7 @@ fn choose(ui: &mut Ui, game: &Game<'_>, sheet: &mut usize) {
     ui.label(RichText::new(text).color(quiet(ui)));
 }
 
-fn of_material(ui: &mut Ui, game: &mut Game<'_>, previews: &mut Previews, index: usize) {
+fn of_material(ui: &mut Ui, game: &mut InspectedGame<'_>, previews: &mut Previews, index: usize) {
     let Some(sheet) = game.world.sheets().get(index) else { return };
     let (material, size) = (sheet.material().clone(), sheet.rest_size());
     let length = previews.length.unwrap_or(size.0.max(size.1));
@@ -185,7 +185,7 @@ fn of_material(ui: &mut Ui, game: &mut Game<'_>, previews: &mut Previews, index:
 }
 
 /// List of changes, and undo.
-fn changed(ui: &mut Ui, game: &mut Game<'_>) {
+fn changed(ui: &mut Ui, game: &mut InspectedGame<'_>) {
     ui.horizontal(|ui| {
         let what = game.changes.undoes().map_or_else(|| "Undo".to_owned(), |path| format!("Undo {path}"));
         let undo = ui.add_enabled(game.changes.undoes().is_some(), egui::Button::new(what));

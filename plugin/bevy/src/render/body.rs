@@ -12,22 +12,22 @@ use super::materials::Materials;
 use crate::core::{BodyShape, SheetBody, SheetPolyhedra};
 
 /// Cosine of the largest angle between smoothly shaded faces, 30°.
-const SMOOTH: f64 = 0.866;
+const SMOOTH_COSINE: f64 = 0.866;
 
 /// Shape of which the entity's mesh was made.
 #[derive(Component)]
-pub(super) struct Drawn(BodyShape);
+pub(super) struct DisplayedBody(BodyShape);
 
 /// Insert mesh and material where they are missing, and a new mesh after a change of shape.
-pub(super) fn dress(
+pub(super) fn insert_meshes(
     mut commands: Commands,
     assets: Option<Res<Assets<SheetPolyhedra>>>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut defaults: ResMut<Materials>,
     bodies: Query<
-        (Entity, &SheetBody, Option<&Drawn>, Has<Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>),
-        Or<(Changed<SheetBody>, Without<Drawn>)>,
+        (Entity, &SheetBody, Option<&DisplayedBody>, Has<Mesh3d>, Has<MeshMaterial3d<StandardMaterial>>),
+        Or<(Changed<SheetBody>, Without<DisplayedBody>)>,
     >,
 ) {
     for (entity, body, drawn, has_mesh, has_material) in &bodies {
@@ -36,7 +36,7 @@ pub(super) fn dress(
             continue;
         }
         let Some(mesh) = mesh_of(&body.shape, assets.as_deref()) else { continue };
-        commands.entity(entity).try_insert((Mesh3d(meshes.add(mesh)), Drawn(body.shape.clone())));
+        commands.entity(entity).try_insert((Mesh3d(meshes.add(mesh)), DisplayedBody(body.shape.clone())));
         if !has_material {
             commands.entity(entity).try_insert(MeshMaterial3d(defaults.body(&mut materials)));
         }
@@ -66,7 +66,8 @@ pub fn polyhedra_mesh(polyhedra: &[Polyhedron]) -> Mesh {
             for triangle in polyhedron.triangulate_face(face) {
                 for vertex in triangle {
                     let around = faces_at.get(vertex as usize).map_or(&[][..], Vec::as_slice);
-                    let alike = around.iter().map(|f| areas[*f]).filter(|a| a.normalize_or_zero().dot(normal) > SMOOTH);
+                    let alike =
+                        around.iter().map(|f| areas[*f]).filter(|a| a.normalize_or_zero().dot(normal) > SMOOTH_COSINE);
                     let smooth = alike.fold(bevy::math::DVec3::ZERO, |sum, a| sum + a).normalize_or(normal);
                     indices.push(positions.len() as u32);
                     positions.push(polyhedron.vertices[vertex as usize].as_vec3().to_array());

@@ -11,23 +11,24 @@ use rapier3d::prelude::{QueryPipeline, Ray};
 use sheetwork::rigid::RigidView;
 
 /// Vertices per task.
-const CHUNK: usize = 512;
+const VERTICES_PER_TASK: usize = 512;
 
 /// Maximum number of lifting passes: a lifted side may leave a shallower intersection elsewhere.
-const ROUNDS: usize = 4;
+const MAX_PASSES: usize = 4;
 
 /// Geometry near a vertex after depenetration.
 #[derive(Clone, Copy)]
-enum Near {
+enum NearbyBody {
     /// Point on the nearest body and its outward normal. A convex body lies behind this plane.
     Plane(Vec3, Vec3),
     /// The vertex was moved to a place without a known plane.
     Edge,
 }
 
-/// Move the surface (world space, m) out of the bodies: vertices closer to a body than `skin` (m)
-/// to that distance, and sides of triangles that intersect a body. Recomputes the normals if any
-/// vertex moved, and returns whether one did. `reach` (m) is the largest penetration of a vertex.
+/// Move the surface (world space, m) out of the bodies: vertices closer to a body than `clearance`
+/// (m) to that distance, and sides of triangles that intersect a body. Recomputes the normals if
+/// any vertex moved, and returns whether one did. `reach` (m) is the largest penetration of a
+/// vertex.
 ///
 /// Costs about 1 µs per vertex, shared among the threads of Bevy's compute pool where there is one,
 /// and more for each intersecting side.
@@ -35,7 +36,7 @@ pub fn clear_of_bodies(
     view: &RigidView,
     triangles: &[[u32; 3]],
     reach: f32,
-    skin: f32,
+    clearance: f32,
     mut positions: &mut [[f32; 3]],
     normals: &mut [[f32; 3]],
 ) -> bool {
@@ -45,7 +46,8 @@ pub fn clear_of_bodies(
         let mut near = Vec::new();
         let mut any = false;
         for (i, (position, normal)) in part.iter_mut().zip(&normals[first.min(normals.len())..]).enumerate() {
-            let Some((clear, known)) = brought_out(&query, Vec3::from(*position), Vec3::from(*normal), reach, skin)
+            let Some((clear, known)) =
+                depenetrated(&query, Vec3::from(*position), Vec3::from(*normal), reach, clearance)
             else {
                 continue;
             };
@@ -58,8 +60,9 @@ pub fn clear_of_bodies(
         (any, near)
     };
     let parts = match ComputeTaskPool::try_get() {
-        Some(pool) if positions.len() > CHUNK => {
-            positions.par_chunk_map_mut(pool, CHUNK, |part, chunk| bring_out(part * CHUNK, chunk))
+        Some(pool) if positions.len() > VERTICES_PER_TASK => {
+            positions
+                .par_chunk_map_mut(pool, VERTICES_PER_TASK, |part, chunk| bring_out(part * VERTICES_PER_TASK, chunk))
         }
         _ => vec![bring_out(0, positions)],
     };
@@ -69,8 +72,8 @@ pub fn clear_of_bodies(
         for (i, known) in parts.into_iter().flat_map(|part| part.1) {
             near[i] = Some(known);
         }
-        let sides = doubtful(triangles, &near, positions);
-        any |= lift_sides(&view.query(), &sides, reach, 0.1 * skin, positions, normals);
+        let sides = candidate_sides(triangles, &near, positions);
+        any |= lift_sides(&view.query(), &sides, reach, 0.1 * clearance, positions, normals);
     }
     if any {
         write_normals(triangles, positions, normals);
@@ -80,30 +83,37 @@ pub fn clear_of_bodies(
 
 /// New position of a vertex, if it moves, and the geometry near it; `None` for a vertex far from
 /// all bodies.
-fn brought_out(query: &QueryPipeline, p: Vec3, normal: Vec3, reach: f32, skin: f32) -> Option<(Option<Vec3>, Near)> {
+fn depenetrated(
+    query: &QueryPipeline,
+    p: Vec3,
+    normal: Vec3,
+    reach: f32,
+    clearance: f32,
+) -> Option<(Option<Vec3>, NearbyBody)> {
     // Only the query with feature tests whether a point is inside a polyhedron.
-    let (_, nearest, _) = query.project_point_and_get_feature(p, reach.max(skin))?;
+    let (_, nearest, _) = query.project_point_and_get_feature(p, reach.max(clearance))?;
     let distance = nearest.point.distance(p);
-    if nearest.is_inside && distance > 0.02 * skin {
+    if nearest.is_inside && distance > 0.02 * clearance {
         // The vertex leaves along the surface normal, so that a triangle across an edge comes to
         // lie over it. The nearest points of neighbouring vertices may be on different faces and
         // would tear the surface.
-        let place = match exit(query, p, normal, 3.0 * distance + skin) {
-            Some((far, out)) => p + (far + skin) * out,
-            None => nearest.point + (nearest.point - p) * (skin / distance),
+        let place = match exit(query, p, normal, 3.0 * distance + clearance) {
+            Some((far, out)) => p + (far + clearance) * out,
+            None => nearest.point + (nearest.point - p) * (clearance / distance),
         };
-        return Some((Some(place), Near::Edge));
+        return Some((Some(place), NearbyBody::Edge));
     }
-    let out = if distance > 0.02 * skin {
+    let out = if distance > 0.02 * clearance {
         (p - nearest.point) / distance
     } else {
         // On the surface of a body the distance has no sign; the sheet's normal decides the side.
-        let above = p + 0.5 * skin * normal;
-        let inside = query.project_point_and_get_feature(above, skin).is_some_and(|(_, nearest, _)| nearest.is_inside);
+        let above = p + 0.5 * clearance * normal;
+        let inside =
+            query.project_point_and_get_feature(above, clearance).is_some_and(|(_, nearest, _)| nearest.is_inside);
         if inside { -normal } else { normal }
     };
-    let moved = (distance < skin).then(|| nearest.point + skin * out);
-    Some((moved, Near::Plane(nearest.point, out)))
+    let moved = (distance < clearance).then(|| nearest.point + clearance * out);
+    Some((moved, NearbyBody::Plane(nearest.point, out)))
 }
 
 /// Distance (m) and signed direction along `normal` from a point inside a body to its outside, on
@@ -118,10 +128,10 @@ fn exit(query: &QueryPipeline, p: Vec3, normal: Vec3, most: f32) -> Option<(f32,
 
 /// Sides of triangles that may intersect a body, lower vertex first, sorted: all sides except those
 /// with both ends in front of the planes of both ends.
-fn doubtful(triangles: &[[u32; 3]], near: &[Option<Near>], positions: &[[f32; 3]]) -> Vec<[usize; 2]> {
-    let before = |known: Near, other: usize| match known {
-        Near::Plane(point, out) => (Vec3::from(positions[other]) - point).dot(out) >= 0.0,
-        Near::Edge => false,
+fn candidate_sides(triangles: &[[u32; 3]], near: &[Option<NearbyBody>], positions: &[[f32; 3]]) -> Vec<[usize; 2]> {
+    let before = |known: NearbyBody, other: usize| match known {
+        NearbyBody::Plane(point, out) => (Vec3::from(positions[other]) - point).dot(out) >= 0.0,
+        NearbyBody::Edge => false,
     };
     let mut sides = Vec::new();
     for [a, b, c] in triangles.iter().map(|t| t.map(|i| i as usize)) {
@@ -149,7 +159,7 @@ fn lift_sides(
 ) -> bool {
     let mut any = false;
     let mut lifts: Vec<(usize, Vec3)> = Vec::new();
-    for _ in 0..ROUNDS {
+    for _ in 0..MAX_PASSES {
         for &[i, j] in sides {
             let (a, b) = (Vec3::from(positions[i]), Vec3::from(positions[j]));
             let length = a.distance(b);
@@ -203,7 +213,7 @@ mod tests {
     use sheetwork::scene::Scene;
 
     #[test]
-    fn a_surface_in_a_ball_is_brought_out_of_it_and_one_outside_is_left() {
+    fn a_surface_in_a_ball_is_moved_out_and_one_outside_is_unchanged() {
         let scene = Scene::parse("(bodies: [(shape: Ball(1.0))])").expect("valid");
         let world = World::new(&scene).expect("valid");
         let view = world.rigid().expect("its own").view();
@@ -223,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_surface_across_the_edge_of_a_box_is_brought_out_on_both_sides() {
+    fn a_surface_across_the_edge_of_a_box_is_moved_out_on_both_sides() {
         let scene = Scene::parse("(bodies: [(shape: Box((2.0, 2.0, 2.0)))])").expect("valid");
         let world = World::new(&scene).expect("valid");
         let view = world.rigid().expect("its own").view();

@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn the_scale_holds_what_is_there_in_whole_steps() {
+    fn the_scale_contains_all_values_in_whole_steps() {
         let scale = |celsius| SheetColour::Temperature.scale(&heated(celsius)).expect("heated");
         assert_eq!((scale(20.0).low, scale(20.0).high), (20.0, 45.0));
         assert_eq!(scale(100.0).high, 120.0);
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_measured_is_coloured_on_a_round_scale_without_heat() {
+    fn measured_fields_are_coloured_on_a_round_scale_without_heat() {
         let mut world = World::new(&Scene { sheets: vec![SheetSpec::default()], ..Scene::default() }).expect("valid");
         let still = SheetColour::Speed.scale(&world).expect("a sheet");
         assert_eq!((still.low, still.high, still.unit), (0.0, 1e-3, "m/s"));
@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hot_mass_is_bright_where_it_is() {
+    fn a_hot_node_is_bright_at_its_position() {
         let world = heated(120.0);
         let sheet = &world.sheets()[0];
         let surface = sheet.surface(0, 1).expect("drawn");

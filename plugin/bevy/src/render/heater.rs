@@ -14,12 +14,12 @@ use super::polyhedra_mesh;
 use crate::core::{SheetHeater, SheetWorld};
 
 /// Temperatures of the darkest and the brightest colour, °C.
-const GLOWING: (f64, f64) = (20.0, 800.0);
+const GLOW_RANGE: (f64, f64) = (20.0, 800.0);
 
 /// Colour of a face of this temperature, °C.
 pub fn glow(celsius: f64) -> LinearRgba {
     // The square root makes 200 °C visible.
-    let s = ((celsius - GLOWING.0) / (GLOWING.1 - GLOWING.0)).clamp(0.0, 1.0).sqrt();
+    let s = ((celsius - GLOW_RANGE.0) / (GLOW_RANGE.1 - GLOW_RANGE.0)).clamp(0.0, 1.0).sqrt();
     heat_colour(s as f32)
 }
 
@@ -44,17 +44,17 @@ pub fn heater_meshes(heaters: &[Heater]) -> (Option<Mesh>, Vec<(Mesh, f64)>) {
 
 /// Entities of the parts of a displayed heater.
 #[derive(Component)]
-pub(super) struct Drawn(Vec<Entity>);
+pub(super) struct DisplayedHeater(Vec<Entity>);
 
 /// Insert meshes and materials of heaters, each part as a child entity; rebuild them after a
 /// change. They cast no shadow, which would hide the heated sheet.
-pub(super) fn dress(
+pub(super) fn insert_meshes(
     mut commands: Commands,
     world: Res<SheetWorld>,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut defaults: ResMut<Materials>,
-    heaters: Query<(Entity, &SheetHeater, Option<&Drawn>, Has<Mesh3d>), Changed<SheetHeater>>,
+    heaters: Query<(Entity, &SheetHeater, Option<&DisplayedHeater>, Has<Mesh3d>), Changed<SheetHeater>>,
 ) {
     for (entity, heater, drawn, own) in &heaters {
         for part in drawn.iter().flat_map(|d| &d.0) {
@@ -82,7 +82,7 @@ pub(super) fn dress(
                 .id()
         };
         let parts = parts.into_iter().map(spawn).collect();
-        commands.entity(entity).try_insert(Drawn(parts));
+        commands.entity(entity).try_insert(DisplayedHeater(parts));
     }
 }
 
@@ -92,7 +92,7 @@ mod tests {
     use sheetwork::scene::{HeaterSpec, HotFaceSpec};
 
     #[test]
-    fn cold_and_hot_faces_are_told_apart() {
+    fn cold_and_hot_faces_have_separate_meshes() {
         let hot = |face, temperature| HotFaceSpec { face, temperature, emissivity: 1.0 };
         let spec = HeaterSpec {
             size: Some(bevy::math::DVec3::ONE),

@@ -26,7 +26,7 @@ pub use grid::grid_picture;
 pub use heater::{glow, heater_meshes};
 pub use room::{SheetRoom, room_mesh};
 pub use sheet::{
-    SheetDisplay, SheetLayer, clearing, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
+    SheetDisplay, SheetLayer, display_clearance, sheet_mesh, triangles_of, update_sheet_colours, update_sheet_mesh,
 };
 
 use crate::core::Sheet;
@@ -50,7 +50,7 @@ impl Plugin for SheetworkRenderPlugin {
         app.add_systems(
             PostUpdate,
             (
-                (sheet::dress, body::dress, heater::dress, room::dress)
+                (sheet::insert_meshes, body::insert_meshes, heater::insert_meshes, room::insert_meshes)
                     .after(crate::core::SheetworkSynced)
                     .before(TransformSystems::Propagate),
                 // Before the asset events, to avoid a delay of one frame.

@@ -44,15 +44,15 @@ impl From<&Room> for SheetRoom {
 
 /// Material of the grid, shared by all rooms.
 #[derive(Default)]
-pub(super) struct Look(Option<Handle<StandardMaterial>>);
+pub(super) struct GridMaterial(Option<Handle<StandardMaterial>>);
 
 /// Insert mesh and material of rooms; a new mesh after a change.
-pub(super) fn dress(
+pub(super) fn insert_meshes(
     mut commands: Commands,
     mut meshes: ResMut<Assets<Mesh>>,
     mut materials: ResMut<Assets<StandardMaterial>>,
     mut images: ResMut<Assets<Image>>,
-    mut look: Local<Look>,
+    mut look: Local<GridMaterial>,
     rooms: Query<(Entity, &SheetRoom, Has<MeshMaterial3d<StandardMaterial>>), Changed<SheetRoom>>,
 ) {
     for (entity, room, has_material) in &rooms {

@@ -22,7 +22,7 @@ use crate::core::{SheetMotion, SheetState, SheetWorld};
 
 /// Number of vertices above which smoothing is reduced: all vertices are computed and uploaded in
 /// every frame.
-const MOST_VERTICES: f64 = 10_000.0;
+const MAX_VERTICES: f64 = 10_000.0;
 
 /// Displayed layer of a sheet.
 #[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -64,7 +64,7 @@ impl Default for SheetDisplay {
 
 /// Surface and settings of an entity's mesh, and the state that it displays.
 #[derive(Component)]
-pub(super) struct Drawn {
+pub(super) struct DisplayedSheet {
     surface: Surface,
     triangles: Vec<[u32; 3]>,
     layer: SheetLayer,
@@ -76,19 +76,19 @@ pub(super) struct Drawn {
     /// Largest penetration of the displayed surface into a body, m.
     reach: f32,
     /// Distance of the displayed surface from bodies, m.
-    skin: f32,
+    clearance: f32,
     /// Whether the mesh has vertex colours.
     coloured: bool,
     values: Vec<f32>,
     /// State displayed by the mesh.
-    at: Option<Moment>,
+    at: Option<DisplayedState>,
 }
 
 /// Revision of the motion, time, transform, and steps and scale of the coloured field.
-type Moment = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
+type DisplayedState = (u64, f64, GlobalTransform, Option<(u64, ColourScale)>);
 
 /// Insert mesh and material where they are missing, and a new mesh after a change of topology.
-pub(super) fn dress(
+pub(super) fn insert_meshes(
     mut commands: Commands,
     world: Res<SheetWorld>,
     mut meshes: ResMut<Assets<Mesh>>,
@@ -98,7 +98,7 @@ pub(super) fn dress(
         Entity,
         &SheetMotion,
         &SheetDisplay,
-        Option<&Drawn>,
+        Option<&DisplayedSheet>,
         Option<&Mesh3d>,
         Option<&MeshMaterial3d<StandardMaterial>>,
     )>,
@@ -108,7 +108,7 @@ pub(super) fn dress(
         let Some(sheet) = world.sheet(motion.name()) else { continue };
         let opening = sheet.opening_revision();
         let coloured = display.colour.scale(&world).is_some_and(|scale| scale.applies_to(sheet));
-        let fits = |d: &Drawn| {
+        let fits = |d: &DisplayedSheet| {
             (d.layer, d.smoothing, d.masses, d.grid, d.coloured, d.opening)
                 == (display.layer, display.smoothing, masses, sheet.grid, coloured, opening)
         };
@@ -117,7 +117,7 @@ pub(super) fn dress(
             continue;
         }
         let Some((surface, parts)) = surface_of(sheet, display) else { continue };
-        let (reach, skin) = clearing(sheet, parts);
+        let (reach, clearance) = display_clearance(sheet, parts);
         let mut made = sheet_mesh(&surface, motion.positions());
         let triangles = triangles_of(&made);
         if coloured {
@@ -131,7 +131,7 @@ pub(super) fn dress(
         }
         let (layer, smoothing) = (display.layer, display.smoothing);
         commands.entity(entity).try_insert((
-            Drawn {
+            DisplayedSheet {
                 surface,
                 triangles,
                 layer,
@@ -140,7 +140,7 @@ pub(super) fn dress(
                 grid: sheet.grid,
                 opening,
                 reach,
-                skin,
+                clearance,
                 coloured,
                 values: Vec::new(),
                 at: None,
@@ -163,23 +163,23 @@ fn surface_of(sheet: &SheetInWorld, display: &SheetDisplay) -> Option<(Surface, 
     // A sheet with open cells is displayed by its own triangles.
     let parts = match &sheet.triangles {
         _ if sheet.open_count() > 0 => 1,
-        Some(triangles) => halvings(triangles.len(), display.smoothing),
-        None => pieces(sheet.layers.get(index)?, display.smoothing),
+        Some(triangles) => subdivisions(triangles.len(), display.smoothing),
+        None => segments_per_cell(sheet.layers.get(index)?, display.smoothing),
     };
     Some((sheet.surface(index, parts)?, parts))
 }
 
 /// Spline segments per cell of a layer: `wanted`, or as many as the vertex limit permits.
-fn pieces(layer: &Layer, wanted: u32) -> u32 {
+fn segments_per_cell(layer: &Layer, wanted: u32) -> u32 {
     let cells = f64::from(layer.nx.saturating_sub(1)) * f64::from(layer.nz.saturating_sub(1));
-    let most = (MOST_VERTICES / cells.max(1.0)).sqrt() as u32;
+    let most = (MAX_VERTICES / cells.max(1.0)).sqrt() as u32;
     wanted.clamp(1, 16).min(most.max(1))
 }
 
 /// Subdivisions of the sides of `triangles` triangles, a power of two up to `wanted` that the
 /// vertex limit permits.
-fn halvings(triangles: usize, wanted: u32) -> u32 {
-    let light = |parts: &u32| triangles as f64 * f64::from(parts * parts) <= 2.0 * MOST_VERTICES;
+fn subdivisions(triangles: usize, wanted: u32) -> u32 {
+    let light = |parts: &u32| triangles as f64 * f64::from(parts * parts) <= 2.0 * MAX_VERTICES;
     [4, 2].into_iter().filter(|parts| *parts <= wanted).find(light).unwrap_or(1)
 }
 
@@ -195,13 +195,13 @@ pub fn sheet_mesh(surface: &Surface, x: &Vectors) -> Mesh {
 
 /// Largest penetration of the displayed surface of `sheet` into a body, and its distance above
 /// bodies, m, for [`clear_of_bodies`]; `smoothing` is the number of spline segments per cell.
-pub fn clearing(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
+pub fn display_clearance(sheet: &SheetInWorld, smoothing: u32) -> (f32, f32) {
     let spring = sheet.spacing().map_or(0.0, |(_, longest)| longest) as f32;
     // Four cells: an upper bound between two nodes, even for a strongly stretched sheet.
     let reach = 4.0 * spring;
     // Enough to clear a square edge, at most the thickness of the sheet.
-    let skin = (0.7 * spring / smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
-    (reach, skin)
+    let clearance = (0.7 * spring / smoothing.clamp(1, 16) as f32).min(sheet.material().thickness as f32);
+    (reach, clearance)
 }
 
 /// Triangles of a mesh from [`sheet_mesh`].
@@ -216,7 +216,7 @@ pub(super) fn update(
     mut meshes: ResMut<Assets<Mesh>>,
     mut sheets: Query<(
         (&SheetMotion, &SheetState, &SheetDisplay, &GlobalTransform, &InheritedVisibility),
-        (&Mesh3d, &mut Drawn, &mut Aabb),
+        (&Mesh3d, &mut DisplayedSheet, &mut Aabb),
     )>,
 ) {
     let time = world.shown_time();
@@ -234,7 +234,7 @@ pub(super) fn update(
         let written = update_sheet_mesh(&mut mesh, |positions, normals| {
             drawn.surface.update(before, after, s, positions, normals);
             if let Some(bodies) = bodies.as_ref().filter(|_| display.clear_of_bodies && state.contacts > 0) {
-                clear_of_bodies(bodies, &drawn.triangles, drawn.reach, drawn.skin, positions, normals);
+                clear_of_bodies(bodies, &drawn.triangles, drawn.reach, drawn.clearance, positions, normals);
             }
             to_local(there, positions, normals);
             if let Some(new) = Aabb::enclosing(positions.iter().map(|p| Vec3::from(*p))) {
@@ -242,7 +242,7 @@ pub(super) fn update(
             }
         });
         if let (Some(scale), Some(sheet)) = (scale, world.sheet(motion.name())) {
-            let Drawn { surface, values, .. } = &mut *drawn;
+            let DisplayedSheet { surface, values, .. } = &mut *drawn;
             let upper = display.layer == SheetLayer::Top;
             update_sheet_colours(&mut mesh, |colours| scale.paint((sheet, upper), surface, values, colours));
         }

@@ -5,8 +5,8 @@ use sheetwork::World;
 use crate::core::SheetWorld;
 
 /// World whose parameters panels display and change. Implemented by the editor's sessions and, for
-/// a game's [`SheetWorld`], by [`Game`].
-pub trait Knobs {
+/// a game's [`SheetWorld`], by [`InspectedGame`].
+pub trait ParameterAccess {
     /// World of the parameters.
     fn world(&self) -> &World;
 
@@ -57,7 +57,7 @@ pub struct Changes {
 }
 
 /// Maximum number of undo steps.
-const MOST_UNDO: usize = 200;
+const MAX_UNDO: usize = 200;
 
 impl Changes {
     /// Changed parameters and their values in the game.
@@ -87,7 +87,7 @@ impl Changes {
         let goes_on = !self.sealed && self.undo.last().is_some_and(|u| u.0 == path);
         if !goes_on {
             self.undo.push((path.to_owned(), before));
-            if self.undo.len() > MOST_UNDO {
+            if self.undo.len() > MAX_UNDO {
                 self.undo.remove(0);
             }
         }
@@ -96,7 +96,7 @@ impl Changes {
 }
 
 /// A game under the inspector.
-pub struct Game<'a> {
+pub struct InspectedGame<'a> {
     /// World of the game.
     pub world: &'a mut SheetWorld,
     /// Speed of the game's clock.
@@ -105,7 +105,7 @@ pub struct Game<'a> {
     pub changes: &'a mut Changes,
 }
 
-impl Game<'_> {
+impl InspectedGame<'_> {
     /// Undo the last edit. Returns whether there was one.
     pub fn undo(&mut self) -> bool {
         let Some((path, before)) = self.changes.undo.pop() else { return false };
@@ -120,7 +120,7 @@ impl Game<'_> {
     }
 }
 
-impl Knobs for Game<'_> {
+impl ParameterAccess for InspectedGame<'_> {
     fn world(&self) -> &World {
         self.world
     }

@@ -15,13 +15,13 @@ use crate::document::files;
 use crate::session::Session;
 
 /// Interval between backups of unsaved work.
-pub const EVERY: Duration = Duration::from_secs(5);
+pub const BACKUP_INTERVAL: Duration = Duration::from_secs(5);
 /// Maximum number of recent files.
-pub const MOST_RECENT: usize = 12;
+pub const MAX_RECENT: usize = 12;
 
 /// State folder and its contents.
 #[derive(Clone, Debug)]
-pub struct Keeper {
+pub struct Persistence {
     folder: Option<PathBuf>,
     recent: Vec<PathBuf>,
     /// Generation and revision of the document in the backup.
@@ -36,11 +36,11 @@ pub fn usual_folder() -> Option<PathBuf> {
     Some(state.join("sheetwork"))
 }
 
-impl Keeper {
+impl Persistence {
     /// State in `folder`, or nothing persistent with `None`.
     pub fn new(folder: Option<PathBuf>) -> Self {
         let list = folder.as_ref().and_then(|f| std::fs::read_to_string(f.join("recent.txt")).ok());
-        let recent = list.iter().flat_map(|text| text.lines()).map(PathBuf::from).take(MOST_RECENT).collect();
+        let recent = list.iter().flat_map(|text| text.lines()).map(PathBuf::from).take(MAX_RECENT).collect();
         Self { folder, recent, written: None, last: Instant::now() }
     }
 
@@ -54,7 +54,7 @@ impl Keeper {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_path_buf());
         self.recent.retain(|f| *f != file);
         self.recent.insert(0, file);
-        self.recent.truncate(MOST_RECENT);
+        self.recent.truncate(MAX_RECENT);
         let list: String = self.recent.iter().map(|f| format!("{}\n", f.display())).collect();
         self.write("recent.txt", &list);
     }
@@ -68,16 +68,17 @@ impl Keeper {
         Some(self.folder.as_ref()?.join(copy_name(std::process::id())))
     }
 
-    /// Write a backup of unsaved work, at most every [`EVERY`]; remove it once the work is saved.
-    pub fn look_after(&mut self, session: &Session) {
-        if self.last.elapsed() >= EVERY {
+    /// Write a backup of unsaved work, at most every [`BACKUP_INTERVAL`]; remove it once the work
+    /// is saved.
+    pub fn back_up_periodically(&mut self, session: &Session) {
+        if self.last.elapsed() >= BACKUP_INTERVAL {
             self.last = Instant::now();
-            self.copy(session);
+            self.back_up(session);
         }
     }
 
     /// Write a backup of unsaved work now, unless it exists.
-    pub fn copy(&mut self, session: &Session) {
+    pub fn back_up(&mut self, session: &Session) {
         let now = (session.generation(), session.document().revision());
         if self.written == Some(now) || session.playback().is_some() {
             return;
@@ -97,7 +98,7 @@ impl Keeper {
 
     /// Write unsaved work, before another scene replaces it, to a file of its own among the recent
     /// ones. Returns the file, if there was unsaved work.
-    pub fn set_aside(&mut self, session: &Session) -> Option<PathBuf> {
+    pub fn write_aside(&mut self, session: &Session) -> Option<PathBuf> {
         if !session.document().is_unsaved() || session.playback().is_some() {
             return None;
         }
@@ -116,7 +117,7 @@ impl Keeper {
     }
 
     /// Backup of an ended process: file and scene. An unreadable backup is kept.
-    pub fn left_behind(&self) -> Option<(PathBuf, Scene)> {
+    pub fn find_backup(&self) -> Option<(PathBuf, Scene)> {
         let entries = std::fs::read_dir(self.folder.as_ref()?).ok()?;
         let copies =
             entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| writer_of(p).is_some_and(|pid| !runs(pid)));
@@ -156,31 +157,31 @@ mod tests {
     }
 
     #[test]
-    fn recent_files_are_kept_in_order_and_once() {
+    fn recent_files_are_listed_in_order_and_once() {
         let folder = folder("recent");
-        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut persistence = Persistence::new(Some(folder.clone()));
         for name in ["/a.ron", "/b.ron", "/a.ron"] {
-            keeper.note(Path::new(name));
+            persistence.note(Path::new(name));
         }
-        let again = Keeper::new(Some(folder.clone()));
+        let again = Persistence::new(Some(folder.clone()));
         assert_eq!(again.recent(), [PathBuf::from("/a.ron"), PathBuf::from("/b.ron")]);
         for i in 0..30 {
-            keeper.note(Path::new(&format!("/{i}.ron")));
+            persistence.note(Path::new(&format!("/{i}.ron")));
         }
-        assert_eq!(keeper.recent().len(), MOST_RECENT);
+        assert_eq!(persistence.recent().len(), MAX_RECENT);
         std::fs::remove_dir_all(folder).expect("removed");
     }
 
     #[test]
     fn unsaved_work_that_makes_room_is_set_aside_among_recent_files() {
         let folder = folder("aside");
-        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut persistence = Persistence::new(Some(folder.clone()));
         let mut session = Session::new(&Scene::default()).expect("valid");
-        assert!(keeper.set_aside(&session).is_none(), "nothing to lose");
+        assert!(persistence.write_aside(&session).is_none(), "nothing to lose");
         assert!(session.set("gravity", "(0, -2, 0)"));
-        let (first, second) = (keeper.set_aside(&session).expect("written"), keeper.set_aside(&session));
+        let (first, second) = (persistence.write_aside(&session).expect("written"), persistence.write_aside(&session));
         assert!(second.is_some_and(|file| file != first), "each a file of its own");
-        assert!(keeper.recent().contains(&first));
+        assert!(persistence.recent().contains(&first));
         assert_eq!(Scene::load(&first).expect("a scene").gravity.y, -2.0);
         std::fs::remove_dir_all(folder).expect("removed");
     }
@@ -188,33 +189,33 @@ mod tests {
     #[test]
     fn unsaved_work_is_copied_and_found_by_the_next() {
         let folder = folder("copy");
-        let mut keeper = Keeper::new(Some(folder.clone()));
+        let mut persistence = Persistence::new(Some(folder.clone()));
         let mut session = Session::new(&Scene::default()).expect("valid");
-        keeper.copy(&session);
-        assert!(keeper.own_copy().is_some_and(|c| !c.exists()), "nothing to lose");
+        persistence.back_up(&session);
+        assert!(persistence.own_copy().is_some_and(|c| !c.exists()), "nothing to lose");
         assert!(session.set("gravity", "(0, -2, 0)"));
-        keeper.copy(&session);
-        let own = keeper.own_copy().expect("a folder");
-        assert!(own.exists() && keeper.left_behind().is_none(), "its writer is there");
+        persistence.back_up(&session);
+        let own = persistence.own_copy().expect("a folder");
+        assert!(own.exists() && persistence.find_backup().is_none(), "its writer is there");
         // Backup of a process id that cannot exist.
         let other = folder.join(copy_name(u32::MAX));
         std::fs::rename(&own, &other).expect("moved");
-        let (copy, scene) = keeper.left_behind().expect("found");
+        let (copy, scene) = persistence.find_backup().expect("found");
         assert_eq!((copy.as_path(), scene.gravity.y), (other.as_path(), -2.0));
-        keeper.forget(&copy);
-        assert!(keeper.left_behind().is_none());
+        persistence.forget(&copy);
+        assert!(persistence.find_backup().is_none());
         let file = folder.join("saved.ron");
         assert!(session.save_as(&file));
-        keeper.copy(&session);
+        persistence.back_up(&session);
         assert!(!own.exists(), "saved work needs no copy");
         std::fs::remove_dir_all(folder).expect("removed");
     }
 
     #[test]
-    fn without_a_folder_nothing_is_kept_and_nothing_fails() {
-        let mut keeper = Keeper::new(None);
-        keeper.note(Path::new("/a.ron"));
-        keeper.copy(&Session::new(&Scene::default()).expect("valid"));
-        assert!(keeper.left_behind().is_none() && keeper.recent().len() == 1);
+    fn without_a_folder_nothing_is_written_and_nothing_fails() {
+        let mut persistence = Persistence::new(None);
+        persistence.note(Path::new("/a.ron"));
+        persistence.back_up(&Session::new(&Scene::default()).expect("valid"));
+        assert!(persistence.find_backup().is_none() && persistence.recent().len() == 1);
     }
 }

@@ -8,7 +8,7 @@ use glam::DVec3;
 use sheetwork::scene::{BodySpec, Placement, path_at};
 
 use super::Session;
-use super::item::{Carried, Item};
+use super::item::{Item, MovedItem};
 use crate::document::change::shifted;
 use crate::pick::box_of;
 
@@ -52,19 +52,20 @@ impl Session {
         let spec = self.scene().heat_gun.as_ref()?;
         let (offset, rotation) = path_at(&spec.path, self.world.time());
         let turn = Placement { position: DVec3::ZERO, rotation }.quaternion();
-        let there = self.carried_to(Item::HeatGun).unwrap_or(spec.position + offset);
+        let there = self.moved_position(Item::HeatGun).unwrap_or(spec.position + offset);
         Some((there, (turn * spec.direction).normalize_or(DVec3::NEG_Y)))
     }
 
-    /// Display `item` moved by `by` (m) from its position at the grab, until [`Session::put_down`].
-    /// A static body is moved in a running world at once, so that it pushes what it meets.
-    pub fn carry(&mut self, item: Item, by: DVec3) {
+    /// Display `item` moved by `by` (m) from its position at the grab, until
+    /// [`Session::release_item`]. A static body is moved in a running world at once, so that it
+    /// pushes what it meets.
+    pub fn move_item(&mut self, item: Item, by: DVec3) {
         if self.playback.is_some() {
             return;
         }
-        let taken = self.carried.filter(|c| c.item == item).map(|c| c.from);
-        let Some(from) = taken.or_else(|| self.shown_at(item)) else { return };
-        self.carried = Some(Carried { item, from, by });
+        let taken = self.moved_item.filter(|c| c.item == item).map(|c| c.from);
+        let Some(from) = taken.or_else(|| self.displayed_position(item)) else { return };
+        self.moved_item = Some(MovedItem { item, from, by });
         self.revision += 1;
         let Item::Body(index) = item else { return };
         let Some(spec) = self.scene().bodies.get(index) else { return };
@@ -77,29 +78,29 @@ impl Session {
     }
 
     /// Item that is being moved, and its displacement, m.
-    pub fn carried(&self) -> Option<(Item, DVec3)> {
-        self.carried.map(|c| (c.item, c.by))
+    pub fn moved_item(&self) -> Option<(Item, DVec3)> {
+        self.moved_item.map(|c| (c.item, c.by))
     }
 
     /// Displayed position of `item` while it is being moved, m.
-    pub(super) fn carried_to(&self, item: Item) -> Option<DVec3> {
-        self.carried.filter(|c| c.item == item).map(|c| c.from + c.by)
+    pub(super) fn moved_position(&self, item: Item) -> Option<DVec3> {
+        self.moved_item.filter(|c| c.item == item).map(|c| c.from + c.by)
     }
 
     /// Release the moved item: at its start, or in the run for a dynamic body that has left its
     /// start. Returns whether an item was moved.
-    pub fn put_down(&mut self) -> bool {
-        let Some(Carried { item, from, by }) = self.carried.take() else { return false };
+    pub fn release_item(&mut self) -> bool {
+        let Some(MovedItem { item, from, by }) = self.moved_item.take() else { return false };
         self.revision += 1;
         let Some(placement) = self.placement_of(item).filter(|_| by != DVec3::ZERO) else { return false };
         match item {
-            Item::Body(index) if self.is_on_its_way(index) => self.put_body(index, from + by),
+            Item::Body(index) if self.has_left_start(index) => self.place_dynamic_body(index, from + by),
             _ => self.place(item, shifted(&placement, by)),
         }
     }
 
     /// Whether a dynamic body has left its initial pose, and is therefore moved in the run.
-    pub fn is_on_its_way(&self, index: usize) -> bool {
+    pub fn has_left_start(&self, index: usize) -> bool {
         let mut pins = self.scene().sheets.iter().flat_map(|sheet| &sheet.pins);
         let name = self.body_name(index);
         // A body with an attached sheet is moved at its start: the attachment would tear.
@@ -109,24 +110,24 @@ impl Session {
 
     /// Move a dynamic body in the run to a position (m), at rest, as one undo step. Returns whether
     /// the body exists.
-    fn put_body(&mut self, index: usize, position: DVec3) -> bool {
+    fn place_dynamic_body(&mut self, index: usize, position: DVec3) -> bool {
         let rotation = self.world.rigid().and_then(|r| r.pose(index)).map(|pose| pose.1);
         let (Some(name), Some(rotation)) = (self.body_name(index), rotation) else { return false };
         let before = self.world.snapshot();
         if !self.world.place_body(&name, position, rotation) {
             return false;
         }
-        for other in self.beside.iter_mut().filter_map(|b| b.session_mut()) {
+        for other in self.variants.iter_mut().filter_map(|b| b.session_mut()) {
             // A variant without this body is unchanged.
             _ = other.world.place_body(&name, position, rotation);
-            other.settle_display();
+            other.show_present();
         }
         self.document.seal();
         self.document.commit_with(format!("move of {name}"), "carry", self.scene().clone(), before);
         self.document.seal();
-        self.go_another_way();
-        self.timeline.renew(&self.world);
-        self.settle_display();
+        self.discard_future();
+        self.timeline.replace_present(&self.world);
+        self.show_present();
         true
     }
 
@@ -136,12 +137,12 @@ impl Session {
     }
 
     /// Displayed position of the origin of an item, m.
-    pub(crate) fn shown_at(&self, item: Item) -> Option<DVec3> {
+    pub(crate) fn displayed_position(&self, item: Item) -> Option<DVec3> {
         match item {
             Item::Body(i) => self.body_pose(i).map(|p| p.0),
             Item::HeatGun => self.gun_aim().map(|aim| aim.0),
             Item::Sheet(_) | Item::Heater(_) => {
-                self.carried_to(item).or_else(|| self.placement_of(item).map(|p| p.position))
+                self.moved_position(item).or_else(|| self.placement_of(item).map(|p| p.position))
             }
         }
     }
@@ -149,10 +150,10 @@ impl Session {
     /// Position of the handle of an item, m: the centre of its displayed shape, which may be far
     /// from its origin.
     pub fn handle_of(&self, item: Item) -> Option<DVec3> {
-        let origin = self.shown_at(item)?;
+        let origin = self.displayed_position(item)?;
         Some(match item {
             Item::Sheet(i) => {
-                let by = self.carried.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
+                let by = self.moved_item.filter(|c| c.item == item).map_or(DVec3::ZERO, |c| c.by);
                 let (low, high) = self.world.sheets().get(i).filter(|_| self.world.steps() == 0)?.x.bounds()?;
                 0.5 * (low + high) + by
             }
@@ -163,7 +164,7 @@ impl Session {
                 origin + self.body_pose(i)?.1 * middle(corners).unwrap_or_default()
             }
             Item::Heater(i) => {
-                let local = self.heater_middles.get(i).copied().unwrap_or_default();
+                let local = self.heater_centres.get(i).copied().unwrap_or_default();
                 origin + self.placement_of(item)?.quaternion() * local
             }
             Item::HeatGun => origin,
@@ -171,13 +172,13 @@ impl Session {
     }
 
     /// Compute the centres of the heaters in their own axes. Heater files are read once.
-    pub(super) fn find_heaters(&mut self) {
+    pub(super) fn update_heater_centres(&mut self) {
         let scene = self.document.scene();
         let of = |heaters: Vec<sheetwork::scene::heater::Heater>| {
             middle(heaters.iter().flat_map(|h| h.polyhedron.vertices.iter().copied())).unwrap_or_default()
         };
         let middles = scene.heaters.iter().map(|spec| spec.resolve(&scene.base).map(of).unwrap_or_default());
-        self.heater_middles = middles.collect();
+        self.heater_centres = middles.collect();
     }
 
     /// Change the placement of an item, as an edit. Returns whether it was accepted.
