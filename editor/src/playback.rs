@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use sheetwork::scene::Scene;
-use sheetwork::world::recording::{Frame, Header, Warmth, read};
+use sheetwork::world::recording::{Frame, Header, RecordedTemperature, read};
 use sheetwork::{InputError, World};
 
 use crate::scenes;
@@ -81,7 +81,7 @@ impl Playback {
 
     /// Whether the recording has temperatures or remaining stiffnesses.
     pub fn has_heat(&self) -> bool {
-        self.frames.iter().flat_map(|f| &f.warmth).any(|w| *w != Warmth::Unknown)
+        self.frames.iter().flat_map(|f| &f.warmth).any(|w| *w != RecordedTemperature::Unknown)
     }
 
     /// Number of frames.

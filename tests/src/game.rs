@@ -1,4 +1,4 @@
-//! What tests of the live link share: a game small enough to be stepped in their own process or another.
+//! A small game for the tests of the live link, stepped in the test's process or another.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use sheetwork_link::Host;
 /// A small sheet, clamped at one edge.
 ///
 /// # Panics
-/// When the scene in here is not valid.
+/// An invalid scene.
 pub fn strip() -> Scene {
     Scene::parse(
         r#"(name: "strip", dt: 0.004166666666666667, engine: "tr-bdf2", sheets: [(name: "strip", structure: "shell", grid: (9, 1, 5),
@@ -18,19 +18,19 @@ pub fn strip() -> Scene {
     .expect("valid")
 }
 
-/// A game that does what it is told.
+/// A game that executes all commands.
 pub struct Game {
-    /// Its world.
+    /// World of the game.
     pub world: World,
-    /// Whether time passes.
+    /// Whether the simulation runs.
     pub playing: bool,
 }
 
 impl Game {
-    /// One that plays `scene`.
+    /// A running game of `scene`.
     ///
     /// # Panics
-    /// When the scene cannot be built: a test must fail then.
+    /// An invalid scene.
     pub fn new(scene: &Scene) -> Self {
         Self { world: World::new(scene).expect("valid"), playing: true }
     }

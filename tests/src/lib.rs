@@ -1,7 +1,8 @@
-//! What the integration tests share: small test sheets, their highest mode, random numbers that are the same on every
-//! run, and a hash of a world's state.
+//! Common parts of the integration tests: small test sheets, their highest mode, reproducible
+//! random numbers, and a hash of a world's state.
 //!
-//! The tests themselves are in `tests/tests`, one file a subject; each says where the number it expects comes from.
+//! The tests are in `tests/tests`, one file per subject; each names the source of its expected
+//! numbers.
 
 pub mod game;
 pub mod python;
@@ -10,14 +11,14 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{BodySpec, Material, MaterialChoice, PathKey, Placement, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork::sheet::Sheet;
 
-/// Folder of the scenes that come with the project.
+/// Folder of the shipped scenes.
 pub fn scenes_folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../assets/scenes")
 }
@@ -25,7 +26,7 @@ pub fn scenes_folder() -> PathBuf {
 /// The scene of that file name (without extension) in [`scenes_folder`].
 ///
 /// # Panics
-/// When it cannot be read: a test must fail then.
+/// An unreadable scene.
 pub fn shipped(name: &str) -> Scene {
     match Scene::load(&scenes_folder().join(format!("{name}.ron"))) {
         Ok(scene) => scene,
@@ -36,25 +37,25 @@ pub fn shipped(name: &str) -> Scene {
 /// A world of this scene.
 ///
 /// # Panics
-/// When the scene is not valid: a test must fail then.
+/// An invalid scene.
 pub fn world_of(text: &str) -> World {
     let world = Scene::parse(text).and_then(|scene| World::new(&scene));
     world.unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Takes the first sheet of `world` to another grid.
+/// Changes the first sheet of `world` to another grid.
 ///
 /// # Panics
-/// When it cannot go there.
+/// An impossible change.
 pub fn resample(world: &mut World, grid: (u32, u32)) {
     let name = world.sheets()[0].name.clone();
     world.resample(&name, grid).unwrap_or_else(|e| panic!("{e}"));
 }
 
-/// Names of all scenes that come with the project, sorted.
+/// Names of all shipped scenes, sorted.
 ///
 /// # Panics
-/// When the folder cannot be read.
+/// An unreadable folder.
 pub fn all_shipped() -> Vec<String> {
     let Ok(folder) = std::fs::read_dir(scenes_folder()) else { panic!("no folder of scenes") };
     let files = folder.filter_map(|entry| entry.ok().map(|e| e.path()));
@@ -64,18 +65,20 @@ pub fn all_shipped() -> Vec<String> {
     names
 }
 
-/// Layers that a test gives a structure: two, or the one it can have.
+/// Number of layers that a test gives a structure: two, or its only possible number.
 pub fn layers_of(structure: StructureKind) -> u32 {
     structure.info().layers.1.min(2)
 }
 
-/// A sheet of 4x4 masses a layer, 0.3 m square, 3 g a mass, springs of 10 N/m: its highest frequency is 100 to 200 rad/s. A
-/// shell has the same E t, and is thick enough for its bending to matter; `damping` is then about that of its fastest motion.
+/// A sheet of 4x4 nodes per layer, 0.3 m square, 3 g per node, springs of 10 N/m, with a largest
+/// frequency of 100 to 200 rad/s. A shell has an equal E t, and a thickness at which bending
+/// matters; `damping` is then about the ratio of its fastest mode.
 pub fn small_sheet(structure: StructureKind, damping: f64) -> SheetSpec {
     let mut material = Material { young: 1e4, thickness: 1e-3, ..Material::default() };
     let mut damping_ratio = None;
     if structure == StructureKind::Shell {
-        // 0.048 kg on 0.3 m x 0.3 m. Its slowest bending is at 1.6 rad/s, and damping grows in proportion to frequency.
+        // 0.048 kg on 0.3 m x 0.3 m. Its slowest bending mode has 1.6 rad/s, and the damping ratio
+        // is proportional to frequency.
         material = Material { young: 10.0 / 0.03, thickness: 0.03, density: 0.048 / 0.0027, ..material };
         damping_ratio = Some(0.011 * damping);
     }
@@ -99,10 +102,10 @@ pub fn adrift(sheet: SheetSpec, engine: EngineKind) -> Scene {
     Scene { gravity: DVec3::ZERO, engine, tolerance: 1.0, sheets: vec![sheet], ..Scene::default() }
 }
 
-/// The scene's world, awake for ever.
+/// World of the scene, with sleeping disabled.
 ///
 /// # Panics
-/// When the scene is not valid.
+/// An invalid scene.
 pub fn world(scene: &Scene) -> World {
     match World::new(scene) {
         Ok(mut world) => {
@@ -113,7 +116,7 @@ pub fn world(scene: &Scene) -> World {
     }
 }
 
-/// A body with the scene's own friction and restitution.
+/// A body with the scene's friction and restitution.
 pub fn body(name: &str, shape: Shape, placement: Placement, path: Vec<PathKey>) -> BodySpec {
     BodySpec { name: name.into(), placement, path, ..BodySpec::new(shape) }
 }
@@ -121,7 +124,7 @@ pub fn body(name: &str, shape: Shape, placement: Placement, path: Vec<PathKey>) 
 /// Takes `steps` steps of `dt` s.
 ///
 /// # Panics
-/// When `dt` is out of range, or the first sheet goes unstable.
+/// A `dt` out of range, or an unstable sheet.
 pub fn run(world: &mut World, steps: u32, dt: f64) {
     if let Err(error) = world.set_dt(dt) {
         panic!("{error}");
@@ -130,29 +133,30 @@ pub fn run(world: &mut World, steps: u32, dt: f64) {
     assert!(world.unstable().is_none(), "unstable");
 }
 
-/// Numbers that look random and are the same on every run (a 64-bit linear congruential generator; its upper bits).
+/// Reproducible pseudo-random numbers (a 64-bit linear congruential generator; its upper bits).
 pub struct Random(u64);
 
 impl Random {
-    /// A sequence of its own for every `seed`.
+    /// A separate sequence for every `seed`.
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678_9abc_def1)
     }
 
-    /// The next, -1 to 1.
+    /// Next number, uniform in -1 to 1.
     pub fn signed(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// The next three, each -1 to 1.
+    /// Next three numbers, each in -1 to 1.
     pub fn vector(&mut self) -> DVec3 {
         DVec3::new(self.signed(), self.signed(), self.signed())
     }
 }
 
-/// Bends, stretches and sets moving a sheet smoothly: displacements of `amplitude` (m) and velocities of `amplitude` · `rate`
-/// in shapes that vary once or twice over the sheet, so that neighbours move nearly alike. Masses in `pinned` are left alone.
+/// Deforms and moves a sheet smoothly: displacements of `amplitude` (m) and velocities of
+/// `amplitude` · `rate` in shapes with one or two periods over the sheet, so that neighbouring
+/// nodes move nearly alike. Nodes in `pinned` are unchanged.
 pub fn excite_smoothly(sheet: &mut Sheet, amplitude: f64, rate: f64, pinned: &[u32]) {
     for i in (0..sheet.masses()).filter(|i| !pinned.contains(&(*i as u32))) {
         let (u, v) = sheet.uv[i];
@@ -164,7 +168,7 @@ pub fn excite_smoothly(sheet: &mut Sheet, amplitude: f64, rate: f64, pinned: &[u
     }
 }
 
-/// Gives every mass a velocity with components up to `speed` (m/s) that look random.
+/// Gives every node a pseudo-random velocity with components up to `speed` (m/s).
 pub fn excite_randomly(sheet: &mut Sheet, speed: f64, seed: u64) {
     let mut random = Random::new(seed);
     for i in 0..sheet.masses() {
@@ -172,9 +176,10 @@ pub fn excite_randomly(sheet: &mut Sheet, speed: f64, seed: u64) {
     }
 }
 
-/// Highest frequency (rad/s) of a free sheet as it lies and the mode that has it (length 1), by power iteration on M⁻¹K:
-/// the tests' own, so that the runtime's is tested by it too. All masses must be equal. Of a sheet without springs K is
-/// found from its energy; the masses are back where they were afterwards.
+/// Largest angular frequency (rad/s) of a free sheet at rest and its mode (length 1), by power
+/// iteration on M⁻¹K. Independent of the library's implementation, as a test of it. All node masses
+/// must be equal. For a sheet without springs, K follows from its energy; the positions are
+/// restored.
 pub fn highest_mode(sheet: &mut Sheet) -> (f64, Vectors) {
     let dense = sheet.springs().is_empty().then(|| hessian(sheet));
     let mut random = Random::new(1);
@@ -212,8 +217,8 @@ fn stiffness_times(sheet: &Sheet, d: &Vectors) -> Vectors {
     out
 }
 
-/// Second derivatives of the elastic energy of a sheet at rest, N/m, by second differences: the energy there is zero, so
-/// that nothing is lost to rounding. Rows and columns: mass by mass, x, y, z.
+/// Hessian of the elastic energy of a sheet at rest, N/m, by second differences. The energy at rest
+/// is zero, so there is no cancellation. Rows and columns by node: x, y, z.
 fn hessian(sheet: &mut Sheet) -> Vec<Vec<f64>> {
     let (n, step) = (3 * sheet.masses(), 1e-6);
     let mut energy = |moves: [(usize, f64); 2]| {
@@ -250,17 +255,18 @@ fn rows_times(sheet: &Sheet, rows: &[Vec<f64>], d: &Vectors) -> Vectors {
     out
 }
 
-/// Largest distance between masses of the same number, m.
+/// Largest distance between nodes of equal number, m.
 pub fn distance(a: &Vectors, b: &Vectors) -> f64 {
     a.iter().zip(b.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max)
 }
 
-/// [`World::state_hash`].
+/// Hash of a world's state: [`World::state_hash`].
 pub fn state_hash(world: &World) -> u64 {
     world.state_hash()
 }
 
-/// One sheet of every structure, each `height` (m) over a floor and in the way of a box that moves.
+/// One sheet of every structure, each `height` (m) above a floor and in the path of a kinematic
+/// box.
 pub fn crowd(engine: EngineKind, height: f64) -> Scene {
     let mut scene = Scene { name: engine.name().into(), engine, dt: 2e-3, ..Scene::default() };
     for (i, structure) in structure::TABLE.iter().enumerate() {

@@ -1,9 +1,11 @@
-//! A Python for tests that need one with packages: SHEETWORK_PYTHON, the system's, or a virtual environment that is made in a folder.
+//! Selection of a Python interpreter for tests that need packages: SHEETWORK_PYTHON, the system's,
+//! or a virtual environment created in a folder.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A Python that can run `import` (a line of Python), with `packages` installed in `folder` if no other has them; none where that fails.
+/// An interpreter that can run `import` (a line of Python). Otherwise a virtual environment in
+/// `folder` with `packages` is created; none on failure.
 pub fn python(import: &str, folder: &Path, packages: &[&str]) -> Option<PathBuf> {
     let has_all = |python: &Path| Command::new(python).args(["-c", import]).output().is_ok_and(|o| o.status.success());
     let named = std::env::var_os("SHEETWORK_PYTHON").map(PathBuf::from);

@@ -1,15 +1,16 @@
-//! A warm step allocates nothing: a counting allocator watches hundreds of them.
+//! Steps without heap allocation after a warm-up, measured by a counting allocator.
 
 use allocation_counter::measure;
 use glam::DVec3;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Air, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork_tests::{adrift, body, excite_randomly, shipped, small_sheet, world};
 
-/// Allocations in 200 steps of `scene` after 1.3 s to warm up, in which every kind of contact and event has happened: an
-/// event is named, which allocates, but none happens twice.
+/// Allocations in 200 steps of `scene` after 1.3 s of warm-up, by which every kind of contact and
+/// event has occurred. An event allocates its name, and none occurs twice.
 fn allocations(scene: &Scene) -> u64 {
     let mut world = world(scene);
     world.set_sleep(false);
@@ -41,7 +42,7 @@ fn a_warm_step_of_a_free_sheet_allocates_nothing_with_any_engine_and_structure()
     }
 }
 
-/// A real sheet of `structure`, clamped at one edge, in a wind that changes nothing but its pose.
+/// A stiff sheet of `structure`, clamped at one edge, in a wind.
 fn clamped(structure: structure::StructureKind, engine: EngineKind) -> Scene {
     let sheet = SheetSpec {
         structure,
@@ -75,17 +76,17 @@ fn a_warm_step_in_contact_with_standing_bodies_allocates_nothing() {
     for name in ["wedge", "slide_17", "two_walls", "hemisphere", "cube"] {
         assert_eq!(allocations(&shipped(name)), 0, "{name}");
     }
-    // Watched, and with its step reduced for good.
+    // With the instability detector, and with a permanently reduced step.
     for young in ["185", "1e5"] {
         let watched = shipped("wedge").with_override("sheets.0.when_unstable", "reduce-step");
         let scene = watched.and_then(|s| s.with_override("sheets.0.material.young", young));
         let mut world = world(&scene.unwrap_or_else(|e| panic!("{e}")));
         world.advance(1.3);
-        // The step is tried longer again now and then, which is told of.
+        // The step is lengthened on trial at intervals, with an event.
         let counted = (0..100).map(|_| measure(|| world.step()).count_total).filter(|n| *n == 0).count();
         assert!(counted >= 95 && world.unstable().is_none(), "{young} Pa: {counted} of 100 steps allocate nothing");
     }
-    // A deep pile of layers at rest on a tilted box and a half space at once.
+    // A pile of layers at rest on a tilted box and a half space at once.
     for engine in TABLE {
         let mut scene = adrift(small_sheet(structure::StructureKind::Samm, 0.3), engine.kind);
         scene.sheets[0].grid = (6, 3, 6);

@@ -1,16 +1,18 @@
-//! Bad input is refused with an error that says where, and nothing that a file, an override or a setter is given panics or
-//! puts a number that is none into a world. A sheet that goes unstable is caught, named and contained.
+//! Validation of input: invalid files, overrides and parameters are rejected with a located error,
+//! without a panic and without a non-finite number in a world. An unstable sheet is detected, named
+//! and isolated.
 
 use glam::DVec3;
 use proptest::prelude::*;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::EventKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Air, MaterialChoice, Scene, heater, pol, sht};
 use sheetwork::sheet::Status;
 use sheetwork::{InputError, World};
 use sheetwork_tests::{adrift, scenes_folder, shipped, small_sheet, world};
 
-/// Fields of a scene, right and wrong ones.
+/// Valid and invalid field paths of a scene.
 const PATHS: &[&str] = &[
     "dt",
     "gravity",
@@ -57,7 +59,7 @@ const PATHS: &[&str] = &[
     "heaters",
 ];
 
-/// Values, right and wrong ones.
+/// Valid and invalid values.
 const VALUES: &[&str] = &[
     "0",
     "-1",
@@ -101,7 +103,7 @@ fn wedge_text() -> String {
     std::fs::read_to_string(scenes_folder().join("wedge.ron")).expect("a shipped scene")
 }
 
-/// An error must say something, and be short enough to read.
+/// Whether an error has a text of reasonable length.
 fn is_useful(error: &InputError) -> bool {
     !error.problem.is_empty() && error.to_string().len() < 5000
 }
@@ -140,7 +142,7 @@ proptest! {
         }
         let text = String::from_utf8_lossy(&bytes).into_owned();
         match Scene::parse(&text) {
-            // Whatever is accepted can be written and read again.
+            // An accepted scene survives a round trip through text.
             Ok(scene) => {
                 let again = Scene::parse(&scene.to_text().expect("serialisable")).expect("its own text");
                 prop_assert_eq!(again, scene);
@@ -162,7 +164,7 @@ proptest! {
         let scene = shipped("wedge");
         match scene.with_override(&path, &value) {
             Ok(changed) => {
-                // What was accepted is in range everywhere: it passes as a file.
+                // An accepted value is in range, so the scene passes as a file.
                 let text = changed.to_text().expect("serialisable");
                 prop_assert!(Scene::parse(&text).is_ok(), "{path}={value}");
             }
@@ -189,7 +191,7 @@ proptest! {
                 prop_assert_eq!(Some(old), of(&before));
                 let set = of(&now).unwrap_or_default();
                 prop_assert!(!set.contains("NaN") && !set.contains("inf"), "{path} is {set}");
-                // What the world says of itself it takes back.
+                // The world accepts its own text of a parameter.
                 prop_assert!(world.set(&path, &set).is_ok(), "{path} = {set}");
             }
             Err(error) => {
@@ -250,7 +252,7 @@ fn bad_fields_are_named_with_line_value_and_range() {
 
 #[test]
 fn an_unstable_sheet_is_caught_named_and_contained() {
-    // Two sheets; one has springs a million times too stiff for the step.
+    // Two sheets, one with springs a million times too stiff for the step.
     for engine in TABLE.iter().filter(|e| !e.adaptive && !e.implicit) {
         let mut scene = adrift(small_sheet(sheetwork::mesh::structure::StructureKind::Trimm, 0.1), engine.kind);
         scene.dt = 2e-3;
@@ -278,7 +280,7 @@ fn an_unstable_sheet_is_caught_named_and_contained() {
         assert!(events.len() == 1 && events[0].sheet == "mad");
         let report = both.report(0.0, &[]);
         assert!(report.status.contains("unstable: mad"), "{}", report.status);
-        // The other goes on as if it were alone.
+        // The other sheet continues as if it were alone.
         assert_eq!(both.sheets()[1].x, run(&alone).sheets()[0].x, "{}", engine.name);
     }
 }
@@ -312,7 +314,7 @@ fn a_number_that_is_none_put_into_a_sheet_by_a_program_is_caught() {
     }
 }
 
-/// Scenes in which random draws have found a fault, each kept as it was drawn.
+/// Scenes of random draws that have exposed a defect, unchanged.
 #[test]
 fn scenes_that_once_broke_a_step_go_on() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/corpus/scene");

@@ -1,11 +1,11 @@
-//! Sheets that are watched for buckling: told of once when they give way, with place and energy, and of nothing else.
+//! Buckling detection: one event per snap-through, with place and energy, and none otherwise.
 
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::islands::event::{Event, EventKind};
 use sheetwork::scene::Scene;
 
-/// The buckles of `scene` in `seconds`, `each` called before every step.
+/// Buckling events of `scene` in `seconds`, with a call of `each` before every step.
 fn buckles(scene: &str, seconds: f64, mut each: impl FnMut(&mut World)) -> Vec<Event> {
     let mut world = World::new(&Scene::parse(scene).expect("valid")).expect("valid");
     world.watch_buckling(true);
@@ -17,16 +17,17 @@ fn buckles(scene: &str, seconds: f64, mut each: impl FnMut(&mut World)) -> Vec<E
     world.events().iter().filter(|e| e.kind == EventKind::Buckled).cloned().collect()
 }
 
-/// Of a strip of this length (m), width (m) and thickness (m) whose pinned ends are brought nearer by this much (m), at this
-/// modulus (Pa): its energy as half a wave, J. Over to the other side it can go by way of a whole wave, which has four times as much
-/// (Timoshenko and Gere, *Theory of Elastic Stability*, 2.1: P L²= n² π² E I, and U = P Δ while the bow is shallow).
+/// Elastic energy (J) of a strip of this length (m), width (m), thickness (m) and modulus (Pa),
+/// buckled to a half wave by an approach of its pinned ends (`nearer`, m). Snap-through to the
+/// other side can pass through a whole wave, which has four times the energy (Timoshenko and Gere,
+/// *Theory of Elastic Stability*, 2.1: P L² = n² π² E I, and U = P Δ for a shallow bow).
 fn energy_of_half_a_wave(length: f64, width: f64, thickness: f64, nearer: f64, young: f64) -> f64 {
     let inertia = width * thickness.powi(3) / 12.0;
     std::f64::consts::PI.powi(2) * young * inertia / (length * length) * nearer
 }
 
-/// A strip whose ends are brought nearer buckles; it bows down under its weight. A hand pulls its middle up by a soft spring until
-/// it goes over to the other side.
+/// A strip buckles downwards under its weight when its ends approach. A hand then pulls its middle
+/// up by a soft spring until it snaps through.
 #[test]
 fn a_strip_buckles_when_it_is_pressed_and_when_it_is_pulled_through() {
     for dt in [0.002, 0.004] {

@@ -1,29 +1,31 @@
-//! Every engine on every structure: order of convergence, and momentum, pins and parameters that change while it runs.
+//! Conformance of every integrator on every structure: order of convergence, momentum, pins, and
+//! parameter changes during a run.
 //!
 //! Stability limits and energies are in `stability.rs`.
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineInfo, EngineKind, TABLE};
+use sheetwork::integrators::{EngineInfo, TABLE};
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{PathKey, PinSpec, Region};
 use sheetwork::sheet::select;
 use sheetwork_tests::{adrift, distance, excite_randomly, excite_smoothly, highest_mode, run, small_sheet, world};
 
-/// What is done to the sheet whose convergence is measured.
+/// Situation of the sheet whose convergence is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Case {
     Free,
     Damped,
-    /// Its left edge is led sideways at a constant rate, and it is damped.
+    /// The left edge moves sideways at a constant rate, with damping.
     Led,
 }
 
 const CASES: [Case; 3] = [Case::Free, Case::Damped, Case::Led];
 
-/// A world of one small sheet, bent, stretched and moving, and its highest frequency.
+/// A world of one small sheet, deformed and moving, and its largest frequency.
 fn excited(structure: StructureKind, engine: EngineKind, case: Case) -> (World, f64) {
     let mut spec = small_sheet(structure, if case == Case::Free { 0.0 } else { 0.05 });
     if case == Case::Led {
@@ -37,20 +39,22 @@ fn excited(structure: StructureKind, engine: EngineKind, case: Case) -> (World, 
     let sheet = &mut world.sheets_mut()[0];
     let (omega, _) = highest_mode(sheet);
     let pinned = if case == Case::Led { select(&Region::Left, sheet).expect("a left edge") } else { vec![] };
-    // Displaced as well as moving: from an unstretched start a semi-implicit scheme looks an order better than it is. A
-    // tenth of the gap is far from any collapse and enough for the springs' geometry to be nonlinear.
+    // Displacement as well as velocity: from an unstretched start a semi-implicit scheme appears
+    // one order better. A tenth of the gap is far from a collapse of the layers and large enough
+    // for geometric nonlinearity of the springs.
     excite_smoothly(sheet, 0.004, 0.2 * omega, &pinned);
     (world, omega)
 }
 
-/// Positions after `steps` equal steps over 4 radians of the highest mode: not a period of anything.
+/// Positions after `steps` equal steps over 4 radians of the highest mode, which is not a multiple
+/// of a period.
 fn positions(structure: StructureKind, engine: EngineKind, case: Case, steps: u32) -> Vectors {
     let (mut world, omega) = excited(structure, engine, case);
     run(&mut world, steps, 4.0 / omega / f64::from(steps));
     world.sheets()[0].x.clone()
 }
 
-/// Steps over 4 radians at which the error is asymptotic and still far above rounding.
+/// Steps over 4 radians at which the error is asymptotic and far above rounding.
 fn coarse_steps(engine: &EngineInfo) -> u32 {
     match engine.order {
         1 => 400,
@@ -64,11 +68,11 @@ fn coarse_steps(engine: &EngineInfo) -> u32 {
 fn every_engine_converges_with_its_order_on_every_structure() {
     for structure in structure::TABLE {
         for case in CASES {
-            // 4 / 2000 radians a step: an error of order 1e-11 of the motion.
+            // 4 / 2000 radians per step: an error of order 1e-11 of the motion.
             let reference = positions(structure.kind, EngineKind::Rk4, case, 2000);
             for engine in TABLE {
                 let n = coarse_steps(engine);
-                // A tolerance of a metre: the adaptive engine takes the steps it is told.
+                // At a tolerance of 1 m the adaptive integrator takes the given steps.
                 let error = |steps| distance(&positions(structure.kind, engine.kind, case, steps), &reference);
                 let (coarse, fine) = (error(n), error(2 * n));
                 let order = (coarse / fine).log2();
@@ -89,7 +93,8 @@ fn every_engine_converges_with_its_order_on_every_structure() {
 
 #[test]
 fn the_references_of_two_engines_agree() {
-    // The reference above is only as good as rk4: rk45, which shares no coefficients with it, must find the same motion.
+    // An independent check of the reference above: rk45, which shares no coefficients with rk4,
+    // must give the same motion.
     for structure in structure::TABLE {
         let (a, b) = [EngineKind::Rk4, EngineKind::Rk45].map(|e| positions(structure.kind, e, Case::Led, 2000)).into();
         assert!(distance(&a, &b) < 1e-12, "{}: {}", structure.name, distance(&a, &b));
@@ -104,7 +109,8 @@ fn error_control_meets_its_tolerance_and_counts_its_steps() {
         for tolerance in [1e-5, 1e-7, 1e-9] {
             let (mut world, omega) = excited(structure.kind, EngineKind::Rk45, Case::Damped);
             world.set_tolerance(tolerance).expect("in range");
-            // One step asked for, far too large for the tolerance: the engine must find its own.
+            // A single step far too large for the tolerance, so that the integrator must choose its
+            // own steps.
             run(&mut world, 1, 4.0 / omega);
             let sheet = &world.sheets()[0];
             let (accepted, rejected) = (sheet.counters.accepted, sheet.counters.rejected);
@@ -113,17 +119,17 @@ fn error_control_meets_its_tolerance_and_counts_its_steps() {
                 "{:16} {tolerance:.0e}: error {error:.1e}, {accepted} accepted, {rejected} rejected",
                 structure.name
             );
-            // Errors of single steps add up; in a motion of a few radians they do not grow much on the way.
+            // Errors of single steps add up; over a few radians they are hardly amplified.
             assert!(error < 2.0 * tolerance * accepted as f64, "{}: {error}", structure.name);
             assert!(error < last && rejected > 0, "{}", structure.name);
-            // Every try costs six evaluations, and the first of every accepted step one more.
+            // Every attempt costs six evaluations, and every accepted step one more.
             assert_eq!(sheet.counters.evaluations, 7 * accepted + 6 * rejected);
             last = error;
         }
     }
 }
 
-/// Sum of m |v|, kg m/s: what rounding errors of momentum are measured against.
+/// Sum of m |v|, kg m/s: the scale of rounding errors of momentum.
 fn motion(world: &World) -> f64 {
     let sheet = &world.sheets()[0];
     (0..sheet.masses()).map(|i| sheet.mass(i) * sheet.v.get(i).length()).sum()
@@ -131,7 +137,7 @@ fn motion(world: &World) -> f64 {
 
 #[test]
 fn a_free_sheet_keeps_its_linear_momentum_to_rounding_with_every_engine() {
-    // Forces come in equal and opposite pairs, and every engine adds them up linearly.
+    // Forces come in equal and opposite pairs, and every integrator sums them linearly.
     for structure in structure::TABLE {
         for engine in TABLE {
             let mut world = world(&adrift(small_sheet(structure.kind, 0.1), engine.kind));
@@ -140,15 +146,16 @@ fn a_free_sheet_keeps_its_linear_momentum_to_rounding_with_every_engine() {
             let (before, scale) = (world.sheets()[0].momentum(), motion(&world));
             run(&mut world, 500, 0.05 / omega);
             let lost = world.sheets()[0].momentum().distance(before) / scale;
-            // An implicit one finds velocities from how far masses went in a step: positions of 0.2 m are rounded to
-            // 1e-17 m, over a step of some 1e-4 s at 0.05 m/s, 500 times.
+            // An implicit integrator computes velocities from displacements: positions of 0.2 m are
+            // rounded to 1e-17 m, over steps of about 1e-4 s at 0.05 m/s, 500 times.
             let bound = if engine.implicit { 1e-9 } else { 1e-13 };
             assert!(lost < bound, "{} on {}: {lost}", engine.name, structure.name);
         }
     }
 }
 
-/// Change of angular momentum over 2 radians of the highest mode in `steps` steps, as a fraction of its value.
+/// Change of angular momentum over 2 radians of the highest mode in `steps` steps, as a fraction of
+/// its value.
 fn turned(structure: StructureKind, engine: EngineKind, steps: u32) -> f64 {
     let mut spec = small_sheet(structure, 0.1);
     spec.spin = DVec3::new(1.0, 2.0, -1.5);
@@ -163,15 +170,17 @@ fn turned(structure: StructureKind, engine: EngineKind, steps: u32) -> f64 {
 
 #[test]
 fn a_free_sheet_keeps_its_angular_momentum_as_its_engine_can() {
-    // Internal forces are central, or add up to no moment as a shell's do (its damping but nearly: it acts along the normal,
-    // and where a sheet is stretched unevenly its curvature lies not quite along that), so their moments cancel at the
-    // positions they are computed at. Euler-Cromer and Verlet
-    // kick velocities at those positions and then move masses along their velocities, which changes no x × v: exact. The
-    // Runge-Kutta family (Euler, the constant-acceleration step, the midpoint rule, rk4, rk45) conserves linear invariants
-    // only; x × v is quadratic and is kept to the order of the scheme.
+    // Internal forces are central or, in a shell, without moment, so their moments cancel at the
+    // positions of their evaluation. (A shell's damping acts along the normal and has a small
+    // moment where a sheet is stretched unevenly.) Euler-Cromer and Verlet change velocities at
+    // those positions and then move nodes along their velocities, which preserves x × v exactly.
+    // The Runge-Kutta family (Euler, the constant-acceleration step, the midpoint rule, rk4, rk45)
+    // conserves linear invariants only; x × v is quadratic and is conserved to the order of the
+    // scheme.
     for structure in structure::TABLE {
         for engine in TABLE {
-            // Half the time of above, and for the high orders coarser: less than 1e-13 would be rounding.
+            // Half the time of the convergence test, and larger steps for high orders, because
+            // errors below 1e-13 are rounding.
             let n = if engine.order < 4 { coarse_steps(engine) } else { 8 };
             let (coarse, fine) = (turned(structure.kind, engine.kind, n), turned(structure.kind, engine.kind, 2 * n));
             println!("{:16} {:16}: angular momentum off by {coarse:.1e}, {fine:.1e}", structure.name, engine.name);
@@ -217,9 +226,9 @@ fn pinned_masses_are_exactly_where_they_belong_with_every_engine() {
 
 #[test]
 fn an_engine_switched_while_running_goes_on_from_the_same_state() {
-    // An explicit engine keeps nothing from step to step but rk45 its step size, and an implicit one begins anew when it is
-    // chosen, so a switched world and a fresh one that is given
-    // the same positions and velocities must go on with the same bits: no jump, nothing left over.
+    // An explicit integrator has no state between steps except the step size of rk45, and an
+    // implicit one restarts when selected. A switched world and a new one with equal positions and
+    // velocities must therefore continue bit for bit.
     for structure in structure::TABLE {
         for first in TABLE {
             for second in TABLE {
@@ -244,8 +253,9 @@ fn an_engine_switched_while_running_goes_on_from_the_same_state() {
 
 #[test]
 fn gravity_changed_while_running_acts_from_the_next_step() {
-    // Centre of mass: v = g₁ T + g₂ T exactly, with every engine; x = ½ g₁ T² + g₁ T² + ½ g₂ T² for the engines that are exact
-    // for constant acceleration (all but Euler and Euler-Cromer, which are off by ∓½ T h (g₁ + g₂)).
+    // Centre of mass: v = g₁ T + g₂ T exactly, with every integrator; x = ½ g₁ T² + g₁ T² + ½ g₂ T²
+    // for integrators that are exact for constant acceleration (all but Euler and Euler-Cromer,
+    // whose error is ∓½ T h (g₁ + g₂)).
     let (g1, g2, steps, h) = (DVec3::new(0.5, -9.81, 0.0), DVec3::new(-1.0, 3.0, 2.0), 64, 1.0 / 4096.0);
     let t = f64::from(steps) * h;
     for structure in structure::TABLE {
@@ -264,7 +274,8 @@ fn gravity_changed_while_running_acts_from_the_next_step() {
                 _ => 0.0,
             };
             let x = x0 + v0 * (2.0 * t) + (1.5 * g1 + 0.5 * g2) * (t * t) + (g1 + g2) * (0.5 * sign * t * h);
-            // The two of order 2 carry what gravity did in the step before, and so feel part of the change a step late.
+            // The two implicit integrators of order 2 use the previous step, so a part of the
+            // change acts one step late.
             let late = matches!(engine.kind, EngineKind::TrBdf2 | EngineKind::Bdf2);
             let rounding = if engine.implicit { 1e-9 } else { 1e-13 };
             let (dv, dx) =
@@ -294,7 +305,7 @@ fn the_flexion_limit_keeps_the_angle_and_the_momenta() {
             spec.flexion_limit = limit;
             let mut world = world(&adrift(spec, engine));
             let sheet = &mut world.sheets_mut()[0];
-            // Its two ends are thrown up and its middle down: a fold along z.
+            // An upward velocity at both ends and a downward one in the middle: a fold along z.
             for i in 0..sheet.masses() {
                 let u = sheet.uv[i].0;
                 sheet.v.set(i, DVec3::new(0.0, 1.5 * (4.0 * (u - 0.5).powi(2) - 0.3), 0.2 * u));
@@ -315,11 +326,13 @@ fn the_flexion_limit_keeps_the_angle_and_the_momenta() {
             }
             println!("{} {}: {largest:.2} degrees, without limit {free:.1}", structure.name, engine.name);
             assert!(free > 2.0 * limit, "the throw is too weak to test anything: {free}");
-            // The angle may pass the limit within the step that finds it there: 1.5 m/s over 0.1 m in a step is a degree.
+            // The angle may exceed the limit within the step that detects it: 1.5 m/s over 0.1 m in
+            // a step is one degree.
             assert!(largest < limit + 1.5, "{} on {}: {largest}", engine.name, structure.name);
             let rounding = if engine.implicit { 1e-8 } else { 1e-12 };
             assert!(with.sheets()[0].momentum().distance(p) < rounding * scale, "{}", engine.name);
-            // Impulses of the limit have no moment; what is left is the engine's own (see above).
+            // Impulses of the limit have no moment; the remaining change is that of the integrator
+            // (see above).
             if matches!(engine.kind, EngineKind::EulerCromer | EngineKind::Verlet) {
                 let turned = with.sheets()[0].angular_momentum().distance(l);
                 assert!(turned < 1e-12 * scale, "{}: {turned}", engine.name);

@@ -1,18 +1,21 @@
-//! Contact with rigid bodies: the virtual rigs against their closed forms with several engines and structures, carried,
-//! struck and passed-through sheets. The sheets are soft (4 MPa) and coarse, so that each takes well under a second; the
-//! closed forms hold for a sheet of any stiffness.
+//! Contact with rigid bodies: the virtual rigs against closed forms with several integrators and
+//! structures, and sheets that are carried, hit and passed through.
+//!
+//! The sheets are soft (4 MPa) and coarse, so that each run takes well under a second; the closed
+//! forms hold for any stiffness.
 
 use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::contact::SKIN;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
+use sheetwork::scene::contact::SKIN;
 use sheetwork::scene::{ContactDefaults, Material, PathKey, PinSpec, Placement, Region, Scene, Shape, SpringLaw};
 use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{adrift, body, run, shipped, small_sheet, world};
 
-/// Explicit engines and structures that every rig is run with: order 1, 2, 4 and adaptive; one, two and three layers.
+/// Explicit integrators and structures of the rigs: order 1, 2, 4 and adaptive; one, two and three
+/// layers.
 const RIGS: [(EngineKind, StructureKind, u32); 7] = [
     (EngineKind::EulerCromer, StructureKind::Trimm, 2),
     (EngineKind::EulerRichardson, StructureKind::Trimm, 2),
@@ -70,11 +73,12 @@ fn a_sheet_slides_down_an_incline_with_g_sin_minus_mu_cos() {
 #[test]
 fn a_sheet_sticks_on_an_incline_up_to_the_angle_of_friction() {
     for rig in RIGS {
-        // tan 28° = 0.5317: it holds at a friction a hundredth above and slides a hundredth below.
+        // tan 28° = 0.5317: the sheet sticks at a friction of a hundredth above and slips at three
+        // hundredths below.
         for (factor, slides) in [(1.01, false), (0.97, true)] {
             let friction = factor * 28.0_f64.to_radians().tan();
             let mut setup = Setup { angle: 28.0, friction, ..setup(rig) };
-            // Stiffer, so that layers laid on the slope have taken up their weight before the rig looks.
+            // Stiffer, so that layers have taken up their weight before the measurement.
             setup.material.young = 5e7;
             let found = measured("incline", &setup);
             assert_eq!(found["slid"], slides, "{}: {found}", what(&setup));
@@ -139,7 +143,8 @@ fn a_sheet_rests_on_a_tilted_box_and_slides_off_a_steeper_one() {
         scene.sheets[0].placement = Placement { position: tilt.apply(DVec3::new(0.0, 0.1 + SKIN, 0.0)), ..tilt };
         let (world, moved) = moved(&scene, 1.0);
         println!("{angle} degrees: moved {:.4} m, {:.1e} m deep", moved.length(), world.penetration());
-        // Its upper layer sags by under a centimetre; what slides has g (sin 40 - 0.6 cos 40) / 2 = 0.9 m to go.
+        // The upper layer sags by less than a centimetre; a slip covers g (sin 40 - 0.6 cos 40) / 2
+        // = 0.9 m.
         assert_eq!(moved.length() < 0.01, stays, "{moved}");
         assert!(world.penetration() < 1e-6);
         let still = world.sheets()[0].max_speed();
@@ -149,8 +154,8 @@ fn a_sheet_rests_on_a_tilted_box_and_slides_off_a_steeper_one() {
 
 #[test]
 fn a_sheet_falls_and_rests_wherever_its_world_is_put() {
-    // The same scene, moved by metres and turned with its gravity, must come out the same, moved and turned: contact works in
-    // each body's own frame, in f32 there.
+    // A scene that is translated by metres and rotated with its gravity must give the translated
+    // and rotated result. Contact is computed in each body's frame, in f32.
     let rest = |placement: Placement| {
         let mut scene = laid(StructureKind::Slamm, 0.4);
         let q = placement.quaternion();
@@ -180,7 +185,7 @@ fn a_sheet_falls_and_rests_wherever_its_world_is_put() {
 fn a_moving_body_carries_the_sheet_on_it() {
     for structure in [StructureKind::Trimm, StructureKind::Provot2d] {
         let mut scene = laid(structure, 0.8);
-        // Slowly sideways, then up: 0.1 m/s is taken up by friction within a millisecond of sliding.
+        // Slowly sideways, then up: friction transfers 0.1 m/s within a millisecond of slip.
         let path = vec![
             PathKey { time: 0.2, ..PathKey::default() },
             PathKey { time: 1.2, offset: DVec3::new(0.1, 0.0, -0.05), rotation: DVec3::ZERO },
@@ -190,7 +195,8 @@ fn a_moving_body_carries_the_sheet_on_it() {
         scene.sheets[0].placement.position = DVec3::new(0.0, 0.02 + SKIN, 0.0);
         let (world, moved) = moved(&scene, 3.0);
         println!("{structure}: carried {moved}");
-        // A start and a stop at 0.1 m/s each slip v²/(2 μ g) = 0.6 mm at most; two layers sag a little under their weight.
+        // A start and a stop at 0.1 m/s each slip by at most v²/(2 μ g) = 0.6 mm; two layers sag a
+        // little under their weight.
         let slip = moved - DVec3::new(0.1, 0.15, -0.05);
         assert!(slip.with_y(0.0).length() < 2e-3 && slip.y.abs() < 5e-3, "{structure}: {slip}");
         assert!(world.penetration() < 1e-6);
@@ -209,7 +215,8 @@ fn a_turntable_turns_the_sheet_on_it() {
     run(&mut world, 1200, scene.dt);
     let sheet = &world.sheets()[0];
     let bottom = sheet.layers[0].range();
-    // A quarter turn about y takes (x, z) to (z, -x). Sliding at the start and stop and at the rim costs a little.
+    // A quarter turn about y takes (x, z) to (z, -x). Slip at the start, the stop and the rim adds
+    // a small error.
     let off = bottom.map(|i| {
         let (a, b) = (start[i], sheet.x.get(i));
         DVec3::new(a.z, b.y, -a.x).distance(b)
@@ -220,9 +227,10 @@ fn a_turntable_turns_the_sheet_on_it() {
 
 #[test]
 fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
-    // A ball and a wedge-shaped box on edge rise through a sheet held by two edges, push it up and aside and go on.
-    // With layers that may snap through each other the free edge whips at up to 9.9 m/s when the body lets go of it; layers
-    // that are kept apart store more and whip at up to 12.7. What flies apart is faster by orders.
+    // A ball and a box on its edge rise through a sheet fixed at two edges, push it up and aside
+    // and continue. At release the free edge reaches 9.9 m/s with layers that may snap through each
+    // other, and 12.7 m/s with a thickness limit, which stores more energy. An instability is
+    // faster by orders of magnitude.
     let shapes = [Shape::Ball(0.06), Shape::Box(DVec3::new(0.1, 0.1, 0.1))];
     for (shape, (limit, bound)) in shapes.iter().flat_map(|s| [(s.clone(), (0.0, 10.0)), (s.clone(), (0.5, 20.0))]) {
         let mut scene = laid(StructureKind::DoubleDiagonal, 0.2);
@@ -252,7 +260,7 @@ fn a_body_passes_through_a_hanging_sheet_and_leaves_it_whole() {
 
 #[test]
 fn masses_known_to_be_clear_are_met_as_if_they_were_looked_at() {
-    // `wake` makes a sheet forget which masses are far from everything; the bits must not depend on it.
+    // `wake` discards the cached distances of nodes from bodies; the result must be bit-identical.
     let mut falling = laid(StructureKind::Trimm, 0.3);
     falling.sheets[0].placement.position = DVec3::new(0.02, 0.4, 0.0);
     falling.bodies.push(body("floor", Shape::HalfSpace, Placement::default(), vec![]));

@@ -1,19 +1,21 @@
-//! Sheets that are about to go unstable: seen before anything is not a number, dealt with as the scene says, told of with numbers, the
-//! same on any number of threads, and no business of other sheets.
+//! Instability detector and recovery policies: detection before any non-finite value, action by the
+//! scene's policy, an event with numbers, equal results on any number of threads, and no effect on
+//! other sheets.
 //!
-//! The scene is the thesis's wedge with Young's modulus a thousand and more times too high for its step, which flies apart within a tenth of a
-//! second.
+//! The scene is the thesis's wedge with Young's modulus a thousand and more times too high for its
+//! step, which becomes unstable within a tenth of a second.
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::{Event, EventKind, Handled};
 use sheetwork::mesh::structure;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{MaterialChoice, PinSpec, Region, Scene, WhenUnstable};
 use sheetwork::sheet::{Sheet, Status};
 use sheetwork_tests::{Random, adrift, all_shipped, excite_randomly, shipped, small_sheet, state_hash, world};
 
-/// What is done about it, but for stopping.
+/// Recovery policies other than `stop`.
 const POLICIES: [&str; 4] = ["reduce-step 1024", "implicit", "freeze", "limit 0.1"];
 
 /// The wedge with a sheet of this modulus, Pa; the shipped one's is 185.
@@ -67,7 +69,7 @@ fn every_policy_holds_a_sheet_that_would_fly_apart() {
         let told = contained(&world);
         let alarm = told.first().and_then(|e| e.alarm).unwrap_or_else(|| panic!("{policy}: not told"));
         println!("{policy}: {} alarms, the first at {} s: {alarm:?}", told.len(), told[0].time_s);
-        // Seen early: while it is as slow as it was before, and hardly strained.
+        // Early detection: at ordinary speed and little strain.
         assert!(alarm.speed_m_s < 20.0 && alarm.strain < 2.0, "{policy}: {alarm:?}");
         assert!(alarm.energy_after_j > alarm.energy_before_j.expect("known"), "{policy}: {alarm:?}");
         let handled = match alarm.handled {
@@ -83,7 +85,7 @@ fn every_policy_holds_a_sheet_that_would_fly_apart() {
 
 #[test]
 fn a_shorter_step_and_the_implicit_engine_land_where_a_sound_run_does() {
-    // What a step that is short enough for the sheet gives, without anything having to be done.
+    // Reference with a step that is stable without any action.
     let mut sound = stiff_wedge(2e4, "reduce-step 1024");
     sound.dt = 2.5e-4;
     let mut reference = world(&sound);
@@ -97,14 +99,14 @@ fn a_shorter_step_and_the_implicit_engine_land_where_a_sound_run_does() {
         assert!(world.events().iter().any(|e| e.kind == EventKind::FirstContact), "{policy}: it falls on the wedge");
         let apart = place(&world).distance(place(&reference));
         println!("{policy}: {apart:.2e} m apart at {} s", world.time());
-        // It fell 8 mm and slides, which way it tips decides the last of it.
+        // A fall of 8 mm and a slide; the direction of the final tilt is sensitive.
         assert!(apart < 2e-3, "{policy}: {apart} m from {}", place(&reference));
     }
 }
 
 #[test]
 fn the_step_and_the_engine_come_back_when_the_cause_has_gone() {
-    // A soft sheet is strained by more than a tenth as it lands.
+    // A soft sheet exceeds a strain of a tenth at its landing.
     for policy in ["reduce-step", "implicit", "limit 0.6"] {
         let mut world = world(&stiff_wedge(1e5, policy));
         steps(&mut world, 40);
@@ -150,7 +152,7 @@ fn held_springs_stay_within_their_limit_while_the_sheet_falls() {
     scene.air.factor = 1.0;
     let mut world = world(&scene);
     let start = world.sheets()[0].centre_of_mass();
-    // A kick to one corner begins it.
+    // A velocity of one corner starts the motion.
     world.sheets_mut()[0].v.set(0, DVec3::new(0.0, 0.5, 0.0));
     let drift = world.sheets()[0].momentum() / world.sheets()[0].total_mass();
     steps(&mut world, 200);
@@ -158,7 +160,7 @@ fn held_springs_stay_within_their_limit_while_the_sheet_falls() {
     let sheet = &world.sheets()[0];
     assert_eq!(sheet.status, Status::Awake, "{:?}", world.events());
     assert!(strain(sheet) < 0.08, "{}", strain(sheet));
-    // What is inside cannot move the whole: it falls as a stone.
+    // Internal forces cannot move the centre of mass, which falls freely.
     let t = world.time();
     let fall = start + drift * t + world.gravity() * (0.5 * t * t);
     assert!(sheet.centre_of_mass().distance(fall) < 1e-9, "{} {fall}", sheet.centre_of_mass());
@@ -222,7 +224,8 @@ fn watching_a_sound_sheet_raises_no_alarm_and_changes_no_bit() {
 
 #[test]
 fn slow_growth_is_seen_too() {
-    // Explicit Euler gains 4 % a step at a = 0.2 of the fastest motion, and less of all others: no single step is conspicuous.
+    // Explicit Euler gains 4 % per step at a = 0.2 of the fastest mode, and less in all others, so
+    // no single step is conspicuous.
     let mut spec = small_sheet(structure::StructureKind::Samm, 0.0);
     spec.when_unstable = WhenUnstable::Freeze;
     let mut scene = adrift(spec, EngineKind::Euler);
@@ -264,7 +267,7 @@ fn a_snapshot_brings_back_what_was_done() {
         steps(&mut world, 60);
         let mut ends = Vec::new();
         for _ in 0..2 {
-            // As after other parameters were tried.
+            // As after a trial of other parameters.
             world.set_engine(EngineKind::EulerRichardson);
             world.restore(&snapshot).unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(world.sheets()[0].engine(), engine, "{policy}");
@@ -275,7 +278,8 @@ fn a_snapshot_brings_back_what_was_done() {
     }
 }
 
-/// Most energy of motion and strain (J) that the first sheet has in `seconds`, and what it and the bodies could have by falling as far as they can.
+/// Largest kinetic plus elastic energy (J) of the first sheet in `seconds`, and its initial energy
+/// plus that of a fall of the sheet and the dynamic bodies by 0.5 m.
 fn most_and_fall(world: &mut World, seconds: f64) -> (f64, f64) {
     let own = |world: &World| {
         let energy = world.sheets()[0].energy(DVec3::ZERO);
@@ -296,7 +300,8 @@ fn most_and_fall(world: &mut World, seconds: f64) -> (f64, f64) {
 
 #[test]
 fn contact_gives_no_policy_energy_from_nowhere() {
-    // Each made a thousand joules and more where a ball or the floor was met, and was said to be well.
+    // Impacts on a ball or the floor beyond the stability limit, where an undetected instability
+    // would gain a thousand joules.
     let lattice = r#"(engine: "euler-richardson", dt: 0.005, sheets: [(structure: "trimm", grid: (9, 2, 9), size: (0.03, 0.03), gap: 0.001,
         material: (name: "thesis", young: 2e8), node_mass: 4e-5, damping: 0.115, placement: (position: (0.06, 0.05, 0)), when_unstable: "reduce-step 4096")],
         bodies: [(name: "ball", shape: Ball(0.02), density: 100, placement: (position: (0.06, 0.12, 0))), (shape: HalfSpace, placement: (position: (0, -0.1, 0)))])"#;

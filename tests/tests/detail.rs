@@ -1,4 +1,4 @@
-//! Level of detail: what a change of grid carries over, what it refuses, and the budget.
+//! Level of detail: state transfer between grids, rejected changes, and the budget.
 
 use glam::DVec3;
 use sheetwork::World;
@@ -11,7 +11,7 @@ fn to(world: &mut World, n: u32) {
     resample(world, (n, n));
 }
 
-/// A clamped sheet of these fields, in air that stills it.
+/// A clamped sheet with these fields.
 fn clamped(grid: u32, more: &str) -> World {
     world(&format!(
         r#"(engine: "tr-bdf2", dt: 0.0166666, sheets: [(name: "leaf", structure: "shell", grid: ({grid}, 1, {grid}),
@@ -56,7 +56,8 @@ fn a_sheet_in_flight_keeps_mass_momentum_and_spin() {
             assert!((after.0 / before.0 - 1.0).abs() < 1e-12);
             assert!(after.1.distance(before.1) < 1e-12 * before.1.length(), "{from} to {n}: {:?}", after.1 - before.1);
             assert!(after.2.distance(before.2) < 1e-9 * before.2.length(), "{from} to {n}: {:?}", after.2 - before.2);
-            // A trapezoid of another spacing has another inertia: the spin is the momentum's.
+            // The inertia depends on the spacing of the trapezoids; the angular momentum is
+            // conserved.
             assert!((after.3 / before.3 - 1.0).abs() < 5e-3, "{from} to {n}: {} of {}", after.3, before.3);
             world.advance(0.1);
             let later = of(&world.sheets()[0]);
@@ -107,7 +108,7 @@ fn temperatures_keep_their_mean_and_their_range() {
         assert!((after.0 - before.0).abs() < 1e-9, "{from} to {n}: {} of {}", after.0, before.0);
         let spread = before.2 - before.1;
         assert!((after.1 - before.1).abs() < 0.02 * spread, "{from} to {n}: coldest {} of {}", after.1, before.1);
-        // The mean under a hat as wide as a cell of 11 masses is 6 % lower than the top of a spot that is 0.22 wide.
+        // The mean over a cell of 11 nodes is 6 % below the maximum of a spot that is 0.22 wide.
         assert!((after.2 - before.2).abs() < 0.07 * spread, "{from} to {n}: hottest {} of {}", after.2, before.2);
         world.advance(0.1);
         let later = of(&world.sheets()[0]);
@@ -115,7 +116,7 @@ fn temperatures_keep_their_mean_and_their_range() {
     }
 }
 
-/// The angle between the two ends of a sheet, rad.
+/// Angle between the two ends of a sheet, rad.
 fn fold(sheet: &Sheet) -> f64 {
     let at = |u: f64| {
         let near = |i: &usize| (sheet.uv[*i].0 - u).abs() < 1e-9 && (sheet.uv[*i].1 - 0.5).abs() < 1e-9;
@@ -145,7 +146,7 @@ fn creases_and_what_yields_stay_as_they_are_bent() {
     }
 }
 
-/// The angle between the clamp and the free end, rad.
+/// Angle between the clamp and the free end, rad.
 fn turned(sheet: &Sheet) -> f64 {
     let at = |u: f64| {
         let near = |i: &usize| (sheet.uv[*i].0 - u).abs() < 1e-9 && (sheet.uv[*i].1 - 0.5).abs() < 1e-9;
@@ -159,7 +160,7 @@ fn a_plastic_fold_keeps_its_angle() {
     for from in GRIDS {
         let more = "plastic: true, damping_ratio: 0.1";
         let mut bent = clamped(from, more);
-        // Far beyond yield, and let go.
+        // A load far beyond yield, then release.
         bent.set_gravity(DVec3::new(0.0, -300.0, 0.0)).unwrap_or_else(|e| panic!("{e}"));
         bent.advance(1.0);
         bent.set_gravity(DVec3::ZERO).unwrap_or_else(|e| panic!("{e}"));
@@ -185,7 +186,7 @@ fn what_has_crept_and_set_stays() {
         let mut sagged = clamped(from, "creep: true, temperature: 115, damping_ratio: 1");
         sagged.advance(3.0);
         let low = |world: &World| world.sheets()[0].x.iter().map(|p| p.y).fold(0.0, f64::min);
-        // The load is off, and it is cold: what is left is what flowed.
+        // Without load and cold, the remaining deflection is creep.
         sagged.set_gravity(DVec3::ZERO).unwrap_or_else(|e| panic!("{e}"));
         sagged.set("sheets.leaf.temperature", "20").unwrap_or_else(|e| panic!("{e}"));
         sagged.settle(1e-9);
@@ -277,7 +278,7 @@ fn snapshots_and_journals_go_to_the_grid_that_was() {
         state_hash(world)
     };
     let wanted = run(&mut world);
-    // In the same world, in a new one, and from a grid to another.
+    // In the same world, in a new one, and from another grid.
     world.load(&there).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((world.sheets()[0].grid.0, run(&mut world)), (21, wanted));
     let mut new = scene();
@@ -290,7 +291,7 @@ fn snapshots_and_journals_go_to_the_grid_that_was() {
     assert_eq!(run(&mut new), wanted);
     new.reset().unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(new.sheets()[0].grid.0, 11);
-    // With parameters that stay as they are set now.
+    // With parameters that keep their present values.
     let snapshot = world.snapshot();
     to(&mut world, 41);
     world.set("sheets.leaf.friction", "0.9").unwrap_or_else(|e| panic!("{e}"));
@@ -298,7 +299,7 @@ fn snapshots_and_journals_go_to_the_grid_that_was() {
     assert_eq!((world.sheets()[0].grid.0, world.sheets()[0].friction), (21, 0.9));
 }
 
-/// Sheets that swing, with three levels each, at several distances from an eye.
+/// Swinging sheets with three levels each, at several distances from an eye.
 fn many(budget: &str, levels: bool) -> String {
     let sheet = |i: u32| {
         let levels = if levels {
@@ -325,7 +326,7 @@ fn sheets_go_to_the_grid_that_their_distance_wants_and_come_back() {
     let grids = |world: &World| world.sheets().iter().map(|s| s.grid.0).collect::<Vec<_>>();
     world.advance(1.0);
     assert_eq!(grids(&world), [21, 21, 11, 11, 6]);
-    // Who trembles at a distance does not change each time.
+    // Small changes of distance do not change the grid each time (hysteresis).
     let steps = 60;
     let mut changes = 0;
     for k in 0..steps {
@@ -379,7 +380,7 @@ fn threads_do_not_change_a_bit_of_it() {
         assert_eq!(run(threads), one, "{threads} threads");
     }
     assert!(one.1.iter().any(|g| g.0 < 21), "{:?}", one.1);
-    // And saved in the midst of it.
+    // A snapshot in the middle of the run.
     let mut world = world(&many("detail_budget: 1.5,", true));
     (0..40).for_each(|_| world.step());
     let there = world.save();
@@ -407,7 +408,7 @@ fn an_explicit_engine_takes_the_parts_that_a_finer_grid_needs() {
 
 #[test]
 fn a_warm_step_with_levels_changes_nothing_of_other_sheets() {
-    // Off, it is not there: the same scene without levels has the same bits as one whose only level is its grid.
+    // A sheet whose only level is its own grid is bit-identical to one without levels.
     let off = many("", false);
     let one = off.replace("damping_ratio: 0.005,", "damping_ratio: 0.005, detail: (levels: [(grid: (21, 21))]),");
     let run = |text: &str| {
@@ -416,7 +417,7 @@ fn a_warm_step_with_levels_changes_nothing_of_other_sheets() {
         world.sheets().iter().map(|s| s.x.clone()).collect::<Vec<_>>()
     };
     assert!(run(&off) == run(&one));
-    // And a neighbour's change of grid leaves a sheet its bits.
+    // A change of a neighbour's grid leaves a sheet bit-identical.
     let mut world = world(&off);
     (0..20).for_each(|_| world.step());
     world.resample("sail 0", (11, 11)).unwrap_or_else(|e| panic!("{e}"));

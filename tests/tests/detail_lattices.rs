@@ -1,4 +1,4 @@
-//! Level of detail of lattices: what a change of grid carries over of several layers and their springs.
+//! State transfer between grids of lattices: several layers and their springs.
 
 use glam::DVec3;
 use sheetwork::World;
@@ -8,7 +8,7 @@ use sheetwork::sheet::{Sheet, Status};
 use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::{resample as to, state_hash, world_of as world};
 
-/// A sheet of these fields and springs that bend as the material does, clamped along its left edge.
+/// A sheet with these fields and calibrated springs, clamped along its left edge.
 fn clamped(structure: &str, layers: u32, n: u32, more: &str) -> World {
     world(&format!(
         r#"(engine: "tr-bdf2", dt: 0.0166666, sheets: [(name: "leaf", structure: "{structure}", grid: ({n}, {layers}, {n}),
@@ -18,7 +18,8 @@ fn clamped(structure: &str, layers: u32, n: u32, more: &str) -> World {
 
 const CHANGES: [(u32, u32); 4] = [(11, 21), (21, 11), (21, 31), (12, 17)];
 
-/// Every change of `setup` but those from and to 41 masses, where `far` is false: pops, and energy of strain after over before within `strain`.
+/// Every change of grid of `setup`, except those from and to 41 nodes where `far` is false: bounds
+/// on the pop, and on elastic energy after over before (`strain`).
 fn pops(setup: &Setup, far: bool, strain: std::ops::Range<f64>) {
     let found = measure("detail", setup).unwrap_or_else(|e| panic!("{e}"));
     let rows = found["changes"].as_array().expect("rows");
@@ -33,7 +34,7 @@ fn pops(setup: &Setup, far: bool, strain: std::ops::Range<f64>) {
         assert!(number("pop") < 0.02, "{what}: {}", number("pop"));
         assert!(number("rise") < 0.02, "{what}: energy rises by {}", number("rise"));
         assert!(strain.contains(&number("strain_ratio")), "{what}: strain {}", number("strain_ratio"));
-        // On the box they are at rest.
+        // Sheets on the box are at rest.
         assert!(shape == "box" || number("motion_ratio") > 0.9, "{what}: motion {}", number("motion_ratio"));
     }
 }
@@ -47,7 +48,7 @@ fn no_change_of_a_lattice_pops_by_more_than_two_percent_of_the_deflection() {
 
 #[test]
 fn springs_of_the_thesis_do_not_pop_either() {
-    // All springs E t, and a distance between layers that stays.
+    // All springs have stiffness E t, and the distance between layers is constant.
     let material = Material { young: 1e6, ..Setup::default().material };
     let springs = SpringLaw::Uniform;
     let setup = Setup { structure: StructureKind::Slamm, layers: 2, springs, material, ..Setup::default() };
@@ -74,7 +75,7 @@ fn a_lattice_in_flight_keeps_mass_momentum_and_spin() {
                 assert!(after.1.distance(before.1) < 1e-12 * before.1.length(), "{what}");
                 assert!(after.2.distance(before.2) < 1e-9 * before.2.length(), "{what}");
                 assert!(after.3.total < before.3.total * 1.005, "{what}: {:?} of {:?}", after.3, before.3);
-                // As on the shell: other spacings, another inertia.
+                // As for the shell, the inertia depends on the spacing.
                 assert!(
                     (after.3.kinetic / before.3.kinetic - 1.0).abs() < 0.04,
                     "{what}: {:?} of {:?}",
@@ -180,7 +181,8 @@ fn low(world: &World) -> f64 {
     world.sheets()[0].x.iter().map(|p| p.y).fold(0.0, f64::min)
 }
 
-/// What is left of a sag when load and warmth are gone, before a change of grid, just after it, and at rest then.
+/// Remaining sag after removal of load and heat: before a change of grid, just after it, and at
+/// equilibrium.
 fn left(world: &mut World, n: u32) -> [f64; 3] {
     world.set_gravity(DVec3::ZERO).unwrap_or_else(|e| panic!("{e}"));
     world.sheets_mut()[0].set_temperatures(|_| 20.0).unwrap_or_else(|e| panic!("{e}"));
@@ -198,7 +200,7 @@ fn what_has_set_and_crept_in_springs_stays() {
         for (from, n) in [(11, 21), (21, 11), (21, 31)] {
             for more in ["temperature: 20, damping_ratio: 1", "creep: true, temperature: 104, damping_ratio: 1"] {
                 let mut sagged = clamped(structure, 2, from, more);
-                // By warmth alone: it sags while it is soft and keeps that when it is cold.
+                // Without creep the sheet sags while it is soft and keeps the sag when cold.
                 if !more.contains("creep") {
                     sagged.advance(0.5);
                     sagged.sheets_mut()[0].set_temperatures(|_| 90.0).unwrap_or_else(|e| panic!("{e}"));
@@ -239,7 +241,7 @@ fn forces_settings_and_who_pulls_stay() {
     assert_eq!((sheet.grid, settings(&world)), ((21, 2, 17), before));
     let now = load(sheet);
     assert!(now.0.distance(force.0) < 1e-12 && now.1.distance(force.1) < 1e-12, "{now:?} of {force:?}");
-    // Masses that are given weigh as much together as they did.
+    // Given node masses keep their sum.
     assert!((sheet.total_mass() / mass - 1.0).abs() < 1e-12);
     assert!(sheet.probes[0].of(&sheet.x).distance(tip) < 2e-3 && sheet.pulls().len() == 1);
     world.advance(0.2);

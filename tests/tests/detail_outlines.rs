@@ -1,4 +1,4 @@
-//! Level of detail of sheets with an outline, holes or cuts: what a change of grid carries over to another mesh.
+//! State transfer between grids of sheets with an outline, holes or cuts.
 
 use glam::DVec3;
 use sheetwork::World;
@@ -13,7 +13,7 @@ fn to(world: &mut World, n: u32) {
     resample(world, (n, n));
 }
 
-/// A tag that is clamped along its straight end, with a hole, and with `more`.
+/// A tag clamped along its straight end, with a hole, and with the fields `more`.
 fn tag(grid: u32, more: &str) -> World {
     world(&format!(
         r#"(engine: "tr-bdf2", dt: 0.0166666, sheets: [(name: "tag", structure: "shell", grid: ({grid}, 1, {grid}), size: (0.25, 0.25),
@@ -27,7 +27,8 @@ fn no_change_pops_by_more_than_two_percent_of_the_deflection() {
     let found = measure("detail", &Setup { outlined: true, ..Setup::default() }).unwrap_or_else(|e| panic!("{e}"));
     for row in found["changes"].as_array().expect("rows") {
         let (shape, change) = (row["shape"].as_str().expect("a name"), row["change"].as_str().expect("a name"));
-        // A fold is three cells wide, whatever the grid, and the edge of a box presses into a cell: docs/detail.md.
+        // A fold is three cells wide on any grid, and the edge of a box is resolved by one cell:
+        // docs/detail.md.
         let most = match shape {
             "crease" => 0.05,
             "box" => 0.03,
@@ -60,7 +61,8 @@ fn a_disc_in_flight_keeps_momentum_spin_and_weight() {
                 let before = of(&world.sheets()[0]);
                 to(&mut world, n);
                 let after = of(&world.sheets()[0]);
-                // Chords of a coarse circle cut off a little of it; masses that are told weigh together what they did.
+                // Chords of a coarse circle lose a part of its area; given node masses keep their
+                // sum.
                 let weight = if more.is_empty() { 0.01 } else { 1e-12 };
                 assert!((after.0 / before.0 - 1.0).abs() < weight, "{from} to {n}: {} kg of {}", after.0, before.0);
                 assert!(after.1.distance(before.1) < 1e-12 * before.1.length(), "{from} to {n}");
@@ -117,7 +119,7 @@ fn temperatures_keep_their_mean_and_their_range() {
     }
 }
 
-/// How far the point of the tag hangs down, m.
+/// Droop of the tag's point, m.
 fn hangs(sheet: &Sheet) -> f64 {
     let tip = (0..sheet.masses()).find(|i| (sheet.uv[*i].0 - 1.0).abs() < 1e-12).expect("a corner");
     -sheet.x.get(tip).y
@@ -158,7 +160,7 @@ fn snapshots_and_recordings_know_the_mesh_that_was() {
     assert!(force(&world).distance(load) < 1e-12);
     world.advance(0.1);
     let coarse = world.save();
-    // What is recorded are the masses of the scene's grid.
+    // A recording has the nodes of the scene's grid.
     let frame = sheetwork::world::recording::Frame::of(&world);
     world.load(&first).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!((world.sheets()[0].grid, frame.sheets[0].len()), ((21, 1, 21), world.sheets()[0].masses()));

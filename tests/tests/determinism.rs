@@ -1,21 +1,23 @@
-//! The same scene gives the same bits: again, after a reset, on any number of threads, and from one version of the code to the
-//! next until someone means to change them.
+//! Determinism: a scene gives identical bits when repeated, after a reset, on any number of
+//! threads, and in later versions of the code until an intended change.
 //!
-//! The pinned hashes are in `tests/scenes.txt`, one a shipped scene, and `tests/hashes.txt`, one an engine; those of implicit engines
-//! name the instructions they were found with (`@avx2`), as other ones round otherwise, and are skipped where those are not taken. After a
-//! change that is meant to change results, renew them with
+//! The pinned hashes are in `tests/scenes.txt`, one per shipped scene, and `tests/hashes.txt`, one
+//! per integrator. Hashes of implicit integrators name their instruction set (`@avx2`), because
+//! others round differently, and are skipped on other instruction sets. After an intended change of
+//! results, renew them with
 //!
 //! ```text
 //! SHEETWORK_RENEW=1 cargo test -p sheetwork-tests --test determinism
 //! ```
 //!
-//! and say in the change's description why they changed.
+//! and give the reason in the description of the change.
 
 use std::path::PathBuf;
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::Scene;
 use sheetwork_tests::{all_shipped, shipped, state_hash};
 
@@ -35,7 +37,7 @@ fn every_shipped_scene_gives_the_bits_that_were_pinned() {
     let mut found = String::new();
     for name in all_shipped() {
         let scene = shipped(&name);
-        // What many cards do to one another takes long to work out.
+        // Contact between many cards takes long.
         let steps = if scene.sheets.len() > 10 { 18 } else { 150 };
         let of = if scene.engine.info().implicit { path() } else { String::new() };
         found += &format!("{name}{of} {:016x}\n", hash_after(&scene, 1, steps));
@@ -43,20 +45,21 @@ fn every_shipped_scene_gives_the_bits_that_were_pinned() {
     hold("scenes.txt", &found);
 }
 
-/// A line that is seen though the test passes.
+/// Prints a line that is visible in a passing test.
 fn say(line: &str) {
     use std::io::Write;
-    // Past what catches the prints of tests; where it cannot be said, nothing is lost but the line.
+    // Bypasses the capture of test output; a failure to print is ignored.
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
-/// What follows the name of what is stepped by an implicit engine: bits of the linear solver are those of the instructions it takes.
+/// Suffix of the name for an implicit integrator: its bits depend on the instruction set of the
+/// linear solver.
 fn path() -> String {
     format!("@{:?}", sheetwork::linear::Path::best()).to_lowercase()
 }
 
-/// The hashes in a file beside this one that this machine can have, renewed with `found` where that is asked for: then those of other
-/// instructions go, which were of the code before.
+/// Pinned hashes of a file that apply to this machine, renewed with `found` on request. A renewal
+/// removes the hashes of other instruction sets, which belong to the previous code.
 fn pinned(name: &str, found: &str) -> Vec<String> {
     let file = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests").join(name);
     if std::env::var_os("SHEETWORK_RENEW").is_some() {
@@ -70,7 +73,8 @@ fn pinned(name: &str, found: &str) -> Vec<String> {
     all.lines().filter(can_have).map(str::to_owned).collect()
 }
 
-/// Holds `found` against what is pinned in `file`; what is of instructions that nothing was pinned with is only said to be so.
+/// Compares `found` with the hashes pinned in `file`; reports an instruction set without pinned
+/// hashes.
 fn hold(file: &str, found: &str) {
     let pinned = pinned(file, found);
     let unpinned = !pinned.iter().any(|line| line.contains('@'));
@@ -114,7 +118,7 @@ fn sheets_that_touch_each_other_come_out_the_same_on_any_number_of_threads() {
 
 #[test]
 fn heat_flow_tears_and_sticking_come_out_the_same_on_any_number_of_threads() {
-    // Of one sheet threads have nothing to share: two of it, side by side, each with its own.
+    // A single sheet is not parallel, so each scene has two copies of it side by side.
     for (name, steps) in
         [("hot_sag", 60), ("torn_strip", 60), ("sticky_film", 40), ("creased_sheet", 30), ("heat_gun", 40)]
     {
@@ -136,7 +140,7 @@ fn a_reset_world_runs_as_a_fresh_one() {
         let scene = crowd(engine.kind);
         let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
         (0..100).for_each(|_| world.step());
-        // What was changed while it ran must be forgotten too.
+        // A reset must also discard changes made during the run.
         world.set_gravity(DVec3::new(1.0, -2.0, 0.5)).unwrap_or_else(|e| panic!("{e}"));
         world.set("sheets.trimm.material.young", "5e3").unwrap_or_else(|e| panic!("{e}"));
         world.set_engine(EngineKind::Verlet);

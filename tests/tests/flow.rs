@@ -1,14 +1,15 @@
-//! What stays: folds that yield, creases and curl that a sheet is made with, creep, and what they may not do to energy.
+//! Permanent deformation: yielding folds, creases, curl and creep, and their energy.
 //!
-//! Expected numbers are return mapping and Burgers' creep compliance worked out by hand, and geometry.
+//! Expected numbers are return mapping and Burgers' creep compliance by hand, and geometry.
 
 use glam::DVec3;
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::islands::event::EventKind;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     Burgers, CreaseSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
 };
@@ -53,7 +54,7 @@ fn a_folded_card_keeps_the_angle_that_return_mapping_leaves_on_any_grid() {
     }
 }
 
-/// A card of 0.2 m by 0.1 m in nothing, clamped at its left edge.
+/// A card of 0.2 m by 0.1 m, clamped at its left edge.
 fn card(grid: (u32, u32)) -> Scene {
     let sheet = SheetSpec {
         name: "card".into(),
@@ -68,7 +69,7 @@ fn card(grid: (u32, u32)) -> Scene {
     Scene { gravity: DVec3::ZERO, engine: EngineKind::TrBdf2, dt, sheets: vec![sheet], ..Scene::default() }
 }
 
-/// By how much the right edge is turned upwards against the left one, degrees.
+/// Upward rotation of the right edge relative to the left one, degrees.
 fn turned(sheet: &Sheet) -> f64 {
     let near = |u: f64, v: f64| {
         let far = |i: &usize| (sheet.uv[*i].0 - u).abs() + (sheet.uv[*i].1 - v).abs();
@@ -130,7 +131,7 @@ fn a_curled_sheet_is_an_arc_of_its_curvature() {
     }
 }
 
-/// A free card of 11 x 7 masses with a crease, flat at the start, undamped.
+/// A free undamped card of 11 x 7 nodes with a crease, flat at the start.
 fn springing() -> Scene {
     let mut scene = card((11, 7));
     let sheet = &mut scene.sheets[0];
@@ -143,7 +144,7 @@ fn springing() -> Scene {
 #[test]
 fn a_creased_sheet_in_flight_gains_neither_energy_nor_momentum() {
     let energy = |world: &World| world.sheets()[0].energy(DVec3::ZERO).total;
-    // Flat at first, so that it springs into its fold.
+    // Flat at the start, so that the card springs into its fold.
     let mut springs = world(&springing());
     let start = energy(&springs);
     for step in 0..240 {
@@ -153,7 +154,7 @@ fn a_creased_sheet_in_flight_gains_neither_energy_nor_momentum() {
     assert!(springs.unstable().is_none());
     let sheet = &springs.sheets()[0];
     assert!(sheet.momentum().length() < 1e-9 * sheet.total_mass(), "{}", sheet.momentum());
-    // Folded as it is made, and turning.
+    // In its rest shape, and rotating.
     let mut turns = world(&springing());
     turns.settle(1e-9);
     let sheet = &mut turns.sheets_mut()[0];
@@ -170,7 +171,7 @@ fn a_creased_sheet_in_flight_gains_neither_energy_nor_momentum() {
     assert!(change.length() < 0.02 * turning.length(), "{change} of {turning}");
 }
 
-/// A clamped card that yields at a fiftieth of its stress.
+/// A clamped card that yields at a fiftieth of its ordinary yield stress.
 fn weak(hardening: f64) -> Scene {
     let mut scene = card((11, 7));
     let card =
@@ -221,7 +222,7 @@ fn explicit_and_implicit_engines_yield_alike() {
     let mut drops = Vec::new();
     for (engine, dt) in [(EngineKind::TrBdf2, 2e-4), (EngineKind::Verlet, 1e-5), (EngineKind::Rk4, 1e-5)] {
         let mut scene = weak(1e8);
-        // Soft and thick, so that explicit engines have steps to take it in.
+        // Soft and thick, for a practical step of explicit integrators.
         let soft = Material {
             young: 2e5,
             thickness: 8e-3,
@@ -258,7 +259,7 @@ fn creep_follows_burgers_compliance_on_every_structure() {
         assert!((number(&found, "expected_compliance") - 2.499_977_3).abs() < 1e-7);
         assert!(number(&found, "largest_error") < 5e-4, "{found}");
     }
-    // A dashpot alone flows at its rate in steps of any length.
+    // A dashpot alone creeps at its rate in steps of any length.
     let mut alone = Setup { dt: Some(1.0), ..base };
     alone.material.burgers = Some(Burgers { relaxation_time: 0.2, retardation_time: 1.0, retarded: 0.0 });
     assert!(number(&found("creep", &alone), "largest_error") < 1e-4);
@@ -284,13 +285,13 @@ fn temperature_shifts_creep() {
     assert!((number(&found("creep", &setup(20.0)), "compliance") - 1.0).abs() < 1e-9);
 }
 
-/// A polystyrene sheet held at two edges, that flows in 2.4 s at 140 °C.
+/// A polystyrene sheet fixed at two edges, with a relaxation time of 2.4 s at 140 °C.
 fn held(engine: EngineKind) -> Scene {
     let mut scene = card((11, 7));
     let hips = sheetwork::scene::material::by_name("hips").expect("there");
     let burgers = Some(Burgers { relaxation_time: 1e8, retardation_time: 1e7, retarded: 0.5 });
     let sheet = &mut scene.sheets[0];
-    // Without expansion, whose shrinking on cooling would draw it tight between its edges.
+    // Without expansion, because shrinkage on cooling would tighten it between its edges.
     sheet.material = MaterialChoice::Inline(Material { burgers, expansion: 0.0, ..hips });
     sheet.pins = vec![PinSpec::held(Region::Left), PinSpec::held(Region::Right)];
     sheet.creep = true;
@@ -308,7 +309,7 @@ fn a_sheet_that_sagged_hot_keeps_its_sag_cold() {
     world.advance(2.0);
     let mut highest = energy(&world);
     let stiff = sag(&world);
-    // 20 to 140 °C and back, 4 K a step.
+    // 20 to 140 °C and back, 4 K per step.
     let path = (0..30).map(|k| 24.0 + 4.0 * f64::from(k)).chain((0..1200).map(|_| 140.0));
     let path = path.chain((0..30).map(|k| 136.0 - 4.0 * f64::from(k)));
     let mut hot = 0.0;
@@ -402,10 +403,10 @@ fn a_sheet_that_slept_in_its_pins_wakes_when_they_let_go() {
     assert!((world.events()[1].time_s - 1.0).abs() < 1e-6, "{}", world.events()[1].time_s);
 }
 
-/// Sheets that crease, yield and creep, side by side.
+/// Sheets with creases, plasticity and creep, side by side.
 fn all_that_flows(engine: EngineKind) -> Scene {
     let mut scene = held(engine);
-    // As stiff as when it is cold: limp sheets would fold on themselves.
+    // Full stiffness at all temperatures, because limp sheets would fold onto themselves.
     let stiff = scene.sheets[0].material.resolve("".as_ref()).expect("there");
     let softening = vec![(0.0, 1.0), (200.0, 1.0)];
     scene.sheets[0].material = MaterialChoice::Inline(Material { softening, ..stiff });
@@ -534,7 +535,7 @@ fn a_sheet_formed_hot_over_a_ball_keeps_its_shape_cold() {
     let mut scene = held(EngineKind::TrBdf2);
     let sheet = &mut scene.sheets[0];
     let hips = sheet.material.resolve("".as_ref()).expect("there");
-    // 0.24 s at 140 °C.
+    // A relaxation time of 0.24 s at 140 °C.
     let burgers = Some(Burgers { relaxation_time: 1e7, retardation_time: 1e6, retarded: 0.5 });
     sheet.material = MaterialChoice::Inline(Material { burgers, ..hips });
     sheet.size = (0.2, 0.2);
@@ -553,7 +554,7 @@ fn a_sheet_formed_hot_over_a_ball_keeps_its_shape_cold() {
     let energy = |world: &World| world.sheets()[0].energy(DVec3::new(0.0, -9.81, 0.0)).total;
     world.advance(1.0);
     let stiff = sag(&world);
-    // What contact may lift a sheet by in a step, 0.1 mm.
+    // Energy of the depenetration that contact allows in a step, 0.1 mm.
     let lift = 1e-4 * 9.81 * world.sheets()[0].total_mass();
     let (start, mut before) = (energy(&world), energy(&world));
     let path = (0..60).map(|k| 22.0 + 2.0 * f64::from(k)).chain((0..480).map(|_| 140.0));
@@ -576,7 +577,8 @@ fn a_sheet_formed_hot_over_a_ball_keeps_its_shape_cold() {
 
 #[test]
 fn a_sheet_creeps_and_softens_where_it_is_hot() {
-    // A cantilever that is hot at its root hangs down in its middle; one that is hot at its tip does not.
+    // A cantilever that is hot at its root bends in its middle; one that is hot at its tip does
+    // not.
     let bent = |hot: &dyn Fn(f64) -> bool| {
         let mut scene = held(EngineKind::TrBdf2);
         scene.sheets[0].pins = vec![PinSpec::clamped(Region::Left)];

@@ -1,4 +1,4 @@
-//! A sheet and itself: folds that are led, which stay out of one another whatever lines of the mesh they pass.
+//! Self-contact: folds with prescribed motion do not interpenetrate.
 
 use glam::DVec3;
 use sheetwork::collision::geometry::triangles_cut;
@@ -8,7 +8,8 @@ use sheetwork_tests::world;
 const COLUMNS: usize = 31;
 const ROWS: usize = 7;
 
-/// A strip of paper whose right end is led over and around its left end, which is held, and is let go there.
+/// A strip of paper whose right end is moved over and around its fixed left end, and released
+/// there.
 const LED: &str = r#"(
     engine: "tr-bdf2", dt: 0.0166666666666667, duration: 3,
     room: (x: (-0.3, 0.3), y: (-0.05, 0.3), z: (-0.3, 0.3), back_wall: false), contact: (friction: 0.3, restitution: 0),

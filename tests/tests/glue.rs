@@ -1,12 +1,14 @@
-//! Sheets glued to bodies that move freely, with implicit engines: momentum, angular momentum and energy of the pair, without gravity and air.
+//! Sheets attached to dynamic bodies, with implicit integrators: momentum, angular momentum and
+//! energy of the pair, without gravity and air.
 
 use glam::DVec3;
 use sheetwork::World;
 use sheetwork::scene::Scene;
 use sheetwork_tests::world;
 
-/// A strip of HIPS, 12 by 6 cm, whose `region` is glued to a box of 0.1 kg that spins with `spin` (rad/s), in steps of 1/`rate` s of `engine`.
-/// Both begin as one stiff body that spins about the box's centre.
+/// A strip of HIPS, 12 by 6 cm, whose `region` is attached to a box of 0.1 kg with angular velocity
+/// `spin` (rad/s), in steps of 1/`rate` s of `engine`. The initial motion is a rigid rotation about
+/// the box's centre.
 fn on_a_drum(engine: &str, region: &str, spin: DVec3, rate: f64) -> World {
     let ([x, y, z], arm) = (spin.to_array(), DVec3::new(0.081, 0.0, 0.0));
     let [u, v, w] = spin.cross(arm).to_array();
@@ -24,7 +26,8 @@ fn on_a_drum(engine: &str, region: &str, spin: DVec3, rate: f64) -> World {
     world(&Scene::parse(&text).unwrap_or_else(|e| panic!("{e}")))
 }
 
-/// Momentum (kg m/s), angular momentum about the origin (kg m²/s) and energy (J) of strips and drum.
+/// Momentum (kg m/s), angular momentum about the origin (kg m²/s) and energy (J) of strips and
+/// drum.
 fn kept(world: &World) -> (DVec3, DVec3, f64) {
     let body = world.body_state("drum").expect("it is there");
     let (mut momentum, mut about) = (body.momentum(), body.angular_momentum(DVec3::ZERO));
@@ -37,7 +40,7 @@ fn kept(world: &World) -> (DVec3, DVec3, f64) {
     (momentum, about, energy)
 }
 
-/// Largest relative change of momentum and of angular momentum in `time` s, and how the energy has changed.
+/// Largest relative change of momentum and of angular momentum in `time` s, and ratio of energies.
 fn changes(mut world: World, time: f64) -> (f64, f64, f64) {
     let (p, l, e) = kept(&world);
     let (mut momentum, mut turning) = (0.0_f64, 0.0_f64);
@@ -66,7 +69,8 @@ fn a_strip_glued_to_a_drum_turns_with_it_and_keeps_its_spin() {
     }
 }
 
-/// Engines of order 1, as `bdf2` is where a sheet is glued, swing by some percent; when it looked back it gained half of the energy.
+/// Integrators of order 1, which include `bdf2` on an attached sheet, lose or gain some percent of
+/// the energy.
 #[test]
 fn other_implicit_engines_stay_near_the_energy_of_glue_that_turns() {
     for engine in ["backward-euler", "bdf2"] {
@@ -90,7 +94,7 @@ fn a_strip_glued_by_a_row_swings_and_keeps_its_spin() {
     assert!(momentum < 1e-8 && turning < 0.03 && energy < 1.0 + 1e-3, "{momentum} {turning} {energy}");
 }
 
-/// A strip and a body apart from it, which the glue joins as by a stiff and massless bar.
+/// A strip and a distant body, joined as by a rigid massless bar.
 #[test]
 fn a_body_far_from_what_is_glued_to_it_pulls_and_is_pulled() {
     let text = r#"(
@@ -106,7 +110,8 @@ fn a_body_far_from_what_is_glued_to_it_pulls_and_is_pulled() {
     assert!(momentum < 1e-8 && turning < 0.03 && energy < 1.0 + 1e-3, "{momentum} {turning} {energy}");
 }
 
-/// Two strips on one drum, which go through their steps together: as one stiff body, and where the drum alone moves along its axis and jolts them.
+/// Two strips on one drum, coupled through it: with a rigid rotation, and with an axial velocity of
+/// the drum alone that jolts them.
 #[test]
 fn two_strips_on_a_drum_keep_its_spin() {
     for along in [0.1, 0.0] {

@@ -1,21 +1,22 @@
-//! Heat: conduction, radiation and cooling against closed forms and quadrature, softening and setting, curling, hot bodies, shadows,
-//! random histories, and that none of it costs an allocation.
+//! Heat: conduction, radiation and cooling against closed forms and quadrature, softening and
+//! setting, curling, hot bodies, shadows, random histories, and steps without allocation.
 
 use allocation_counter::measure as count;
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     HeatMode, HeaterSpec, HotFaceSpec, Material, MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw, material,
 };
-use sheetwork::thermal::{STEFAN_BOLTZMANN, Softening, ZERO_CELSIUS};
+use sheetwork::sheet::temperature::Softening;
+use sheetwork::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 use sheetwork_rigs::measure::{Setup, Thermal, measure};
 use sheetwork_tests::{Random, body, shipped, world};
 
-/// (T - T₀)/(T₁ - T₀) of a slab with one side stepped and the other insulated, by its series (Carslaw and Jaeger, *Conduction of Heat
-/// in Solids*, 3.4).
+/// (T - T₀)/(T₁ - T₀) of a slab with a temperature step on one side and insulation on the other, by
+/// its series (Carslaw and Jaeger, *Conduction of Heat in Solids*, 3.4).
 fn slab(x: f64, fourier: f64) -> f64 {
     let term = |n: i32| {
         let q = (f64::from(n) + 0.5) * std::f64::consts::PI;
@@ -24,7 +25,7 @@ fn slab(x: f64, fourier: f64) -> f64 {
     1.0 - (0..60).map(term).sum::<f64>()
 }
 
-/// Profile along a sheet of `columns` masses, and how much heat it lost when left alone.
+/// Profile along a sheet of `columns` nodes, and its loss of heat when insulated.
 fn conducted(columns: u32, fourier: f64) -> (Vec<f64>, f64) {
     let thermal = Thermal { fourier, ..Thermal::default() };
     let found = measure("conduction", &Setup { grid: (columns, 5), thermal, ..Setup::default() }).expect("valid");
@@ -96,7 +97,7 @@ fn sheets_cool_in_the_time_that_their_losses_say() {
             assert!((found / wanted - 1.0).abs() < 1e-3, "{name} from {from} to {to}: {found}, not {wanted}");
         }
     }
-    // In the steps of a time-lapse a hundred times as fast.
+    // The steps of a time lapse with a factor of a hundred.
     let thermal = Thermal::default();
     let found = cooled(hips, thermal, Some(100.0 / 60.0 * 0.5));
     assert!((found / 43.79 - 1.0).abs() < 1e-3, "{found}");
@@ -149,7 +150,7 @@ fn a_warm_sheet_droops_as_its_modulus_says() {
     }
 }
 
-/// A sheet of polystyrene of `structure`, held as `pins` say.
+/// A polystyrene sheet of `structure` with these pins.
 fn sheet(structure: StructureKind, pins: Vec<PinSpec>) -> SheetSpec {
     SheetSpec {
         structure,
@@ -182,7 +183,8 @@ fn a_sheet_that_sags_in_an_oven_keeps_its_shape_and_gains_no_energy() {
     let ends = vec![PinSpec::clamped(Region::Left), PinSpec::clamped(Region::Right)];
     for structure in [StructureKind::Shell, StructureKind::DoubleDiagonal] {
         let mut scene = scene(sheet(structure, ends.clone()));
-        // What expands and shrinks between its clamps is lifted by heat itself.
+        // Without expansion, because a sheet that expands between its clamps gains height from
+        // heat.
         let hips = Material { expansion: 0.0, ..material::by_name("hips").expect("there") };
         scene.sheets[0].material = MaterialChoice::Inline(hips);
         scene.oven = Some(OvenSpec { temperature: 140.0, on: false, ..OvenSpec::default() });
@@ -238,7 +240,8 @@ fn a_sheet_that_is_heated_on_one_side_curls_away() {
     let middle = 2 * 9 + 4;
     let difference = upper[middle] - lower[middle];
     assert!(difference > 3.0, "{difference} K");
-    // Halves are half a thickness apart: κ = α ΔT/(t/2); a clamped strip's tip then drops by κ L²/2.
+    // The two sides are half a thickness apart: κ = α ΔT/(t/2); the tip of a clamped strip then
+    // drops by κ L²/2.
     let curvature = 2.0 * thick.expansion * difference / thick.thickness;
     let tip = sheet.x.get(2 * 9 + 8).y;
     let wanted = -0.5 * curvature * 0.16 * 0.16;
@@ -263,7 +266,7 @@ fn a_sheet_on_a_hot_body_comes_to_the_balance_of_contact_and_losses() {
     let mut world = world(&scene);
     world.advance(6.0);
     let m = material::by_name("hips").expect("there");
-    // The lower side, too, is counted with the room.
+    // Both sides exchange heat with the room.
     let fourth = |c: f64| (c + ZERO_CELSIUS).powi(4);
     let balance = |t: f64| {
         500.0 * (70.0 - t) - 10.0 * (t - 20.0) - 2.0 * m.emissivity * STEFAN_BOLTZMANN * (fourth(t) - fourth(20.0))
@@ -429,7 +432,7 @@ fn a_vacuum_draws_a_hot_sheet_over_a_mould_and_it_keeps_the_shape() {
     assert!(world.sheets()[0].pressure() == 0.0 && world.sheets()[0].temperatures().is_some_and(|t| t[0] < 40.0));
     let kept = low(&world);
     assert!(((frame - kept) / (frame - drawn) - 1.0).abs() < 0.05, "drawn to {drawn}, kept {kept}");
-    // Off the mould's top it springs further: it shrank between frame and mould.
+    // Released from the mould, the sheet springs further: it has shrunk between frame and mould.
     let most = formed.iter().zip(world.sheets()[0].x.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max);
     assert!(most < 0.1 * (frame - drawn), "sprang back by {most} m of {}", frame - drawn);
     assert!(world.penetration() < 1e-4);

@@ -1,8 +1,8 @@
-//! The live link between real processes: `link_role` is started in several roles, and these do to it what happens to
-//! games and their watchers. Where each link has its files in a folder of its own, tests do not meet.
+//! The live link between real processes: `link_role` runs in several roles and reproduces the
+//! failures of games and clients. Each link has its own folder, so tests are independent.
 //!
-//! The long campaigns are the same tests with `SHEETWORK_LINK_KILLS` (how often to kill, 8 otherwise) and
-//! `SHEETWORK_LINK_SOAK` (s, 20 otherwise).
+//! Longer campaigns: `SHEETWORK_LINK_KILLS` (number of kills, default 8) and `SHEETWORK_LINK_SOAK`
+//! (s, default 20).
 
 #[path = "link/place.rs"]
 mod place;

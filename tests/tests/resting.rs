@@ -1,10 +1,11 @@
-//! Coming to rest: what lies sleeps in finite time, with what numerical contact leaves of its motion, and goes on to the bit when that is saved on the way.
+//! Sleeping: resting sheets and bodies sleep in finite time despite residual motion of contact, and
+//! a snapshot taken on the way continues bit for bit.
 
 use sheetwork::World;
 use sheetwork::sheet::Status;
 use sheetwork_tests::world_of;
 
-/// A sheet held at two edges, and two balls that roll into the dip they make, until they touch.
+/// A sheet fixed at two edges, and two balls that roll into its dip until they touch.
 fn in_the_dip(engine: &str) -> World {
     world_of(&format!(
         r#"(engine: "{engine}", dt: 0.0166666666666667, contact: (friction: 0.3, restitution: 0.5),
@@ -33,7 +34,7 @@ fn asleep(world: &World) -> bool {
     world.sheets().iter().all(|s| s.status == Status::Asleep)
 }
 
-/// When all sheets slept, s.
+/// Time at which all sheets sleep, s.
 fn comes_to_rest(world: &mut World, within: f64) -> f64 {
     while !asleep(world) {
         world.step();
@@ -104,7 +105,8 @@ fn a_ball_that_spins_where_it_lies_by_a_sheet_stops() {
 
 #[test]
 fn what_still_swings_does_not_sleep() {
-    // Half a millimetre at the tip, with little damping: seen, and ten times what is taken for trembling.
+    // Half a millimetre at the tip, with little damping: visible, and ten times the sleep
+    // threshold.
     let mut world = world_of(
         r#"(engine: "tr-bdf2", dt: 0.001, gravity: (0, 0, 0),
             sheets: [(name: "strip", structure: "shell", grid: (13, 1, 3), size: (0.2, 0.03), damping_ratio: 0.001,
@@ -132,7 +134,7 @@ fn a_snapshot_on_the_way_to_rest_goes_on_to_the_bit() {
     for mut world in [in_the_dip("tr-bdf2"), crossed("bdf2")] {
         let rest = comes_to_rest(&mut world, 20.0);
         world.reset().expect("its scene");
-        // In the last half second it is counted for how long all has been still, from where.
+        // The sleep delay, with its start positions, is part of the state in the last half second.
         while world.time() < rest - 0.3 {
             world.step();
         }

@@ -1,7 +1,7 @@
-//! Snapshots as bytes: what is saved is gone on from bit for bit, in the world it is of and in a new one of the same scene; and what is
-//! no snapshot is refused.
+//! Snapshots as bytes: bit-exact continuation in the saved world and in a new one of the same
+//! scene, and rejection of invalid snapshots.
 //!
-//! The whole library for 600 steps: `sheetwork bench rollback`.
+//! `sheetwork bench rollback` covers all scenes for 600 steps.
 
 use glam::DVec3;
 use sheetwork::World;
@@ -18,7 +18,8 @@ fn run(world: &mut World, steps: u32) -> Vec<u64> {
     (0..steps).map(one).collect()
 }
 
-/// Goes `first` steps, saves, goes on, and says where two runs from what was saved come apart from that: after how many steps.
+/// Steps, saves, and continues; then repeats the continuation from the snapshot in two ways.
+/// Returns the number of steps to the first difference.
 fn first_difference(scene: &Scene, first: u32, steps: u32) -> Option<(&'static str, usize)> {
     let mut world = World::new(scene).unwrap_or_else(|e| panic!("{e}"));
     run(&mut world, first);
@@ -33,7 +34,7 @@ fn first_difference(scene: &Scene, first: u32, steps: u32) -> Option<(&'static s
         if let Some(at) = (0..wanted.len()).find(|i| wanted[*i] != found[*i]) {
             return Some((name, at + 1));
         }
-        // All that steps depend on, and not only what is seen.
+        // Compares the complete state, beyond the hashed part.
         if world.save() != end {
             return Some((name, wanted.len()));
         }
@@ -51,7 +52,7 @@ fn continues(scene: &Scene, name: &str, first: u32, steps: u32) {
     );
 }
 
-/// Scenes with contact, bodies that move, heat, flow, tears, glue and sticking.
+/// Scenes with contact, dynamic bodies, heat, creep, fracture, attachments and adhesion.
 const SAMPLE: &[(&str, u32, u32)] = &[
     ("wedge", 40, 60),
     ("slide_11", 60, 60),
@@ -107,7 +108,8 @@ fn parameters_hands_and_bodies_that_are_sent_go_back_too() {
     let amid = world.save();
     let meddled = run(&mut world, 10);
     assert_ne!(plain, meddled);
-    // From amid to before, and on from there; and to amid, in the same world and in a new one.
+    // Restores the earlier state and continues; restores the later state in the same world and in a
+    // new one.
     world.load(&before).expect("its own");
     assert!(world.sheets()[0].pulls().is_empty() && world.gravity().x == 0.0);
     assert_eq!(run(&mut world, 10), plain);
@@ -117,7 +119,7 @@ fn parameters_hands_and_bodies_that_are_sent_go_back_too() {
         assert_eq!((world.dt(), world.sheets()[0].pulls().len()), (0.01, 1));
         assert_eq!(run(world, 10), meddled);
     }
-    // An oven that was turned, and a body that was sent.
+    // An oven whose temperature was changed, and a body whose motion was changed.
     let mut world = self::world(&warm);
     let body = world.rigid().expect("its own").bodies()[0].name.clone();
     run(&mut world, 10);
@@ -144,7 +146,7 @@ fn what_warms_or_tears_for_the_first_time_goes_back_to_cold_and_whole() {
         world.load(&before).expect("its own");
         assert_eq!(run(&mut world, 5), wanted, "{name}");
     }
-    // Temperatures that a program sets, on a sheet that had none.
+    // Temperatures set by a program on a sheet without temperatures.
     let mut world = world(&shipped("materials_hanging"));
     run(&mut world, 3);
     let before = world.save();
@@ -165,7 +167,7 @@ fn a_light_snapshot_goes_on_to_the_bit_where_no_parameter_was_changed() {
     let wanted = run(&mut world, 30);
     world.restore(&snapshot).expect("its own");
     assert_eq!(run(&mut world, 30), wanted);
-    // A parameter that was changed stays as it is set.
+    // A changed parameter keeps its value.
     let damping = format!("sheets.{}.damping_ratio", world.sheets()[0].name);
     world.set(&damping, "0.9").expect("in range");
     world.restore(&snapshot).expect("its own");
@@ -200,7 +202,7 @@ fn what_is_no_snapshot_of_this_world_is_refused_and_changes_nothing() {
     says(&changed(saved.len() / 2, 1), "damaged");
     says(&self::world(&shipped("wedge")).save(), "other sheets or bodies");
     assert!(world.save() == saved);
-    // One more sheet, and it is another world.
+    // An additional sheet makes it another world.
     world.add_sheet(&scene.sheets[0]).expect("valid");
     assert!(world.load(&saved).expect_err("other").problem.contains("other sheets"));
 }

@@ -1,4 +1,4 @@
-//! Every scene that comes with the project runs to rest or to its end, stays out of its bodies and does what it shows.
+//! Every shipped scene runs to rest or to its end, without penetration, and shows its effect.
 
 use sheetwork::World;
 use sheetwork::islands::event::EventKind;
@@ -6,7 +6,8 @@ use sheetwork::scene::Scene;
 use sheetwork::sheet::Status;
 use sheetwork_tests::{all_shipped, shipped};
 
-/// Runs a scene to its end or to rest; the world and the deepest a mass was in a body after any step, m.
+/// Runs a scene to its end or to rest. Returns the world, and the largest penetration of a node
+/// after any step, m.
 fn played(name: &str) -> (World, f64) {
     let scene = shipped(name);
     let mut world = World::new(&scene).unwrap_or_else(|e| panic!("{e}"));
@@ -18,7 +19,7 @@ fn played(name: &str) -> (World, f64) {
     (world, deepest)
 }
 
-/// When something happened with a body, s.
+/// Time of an event with a body, s.
 fn time_of(world: &World, kind: EventKind, body: &str) -> Option<f64> {
     let event = world.events().iter().find(|e| e.kind == kind && e.body.as_deref().unwrap_or("") == body);
     event.map(|e| e.time_s)
@@ -43,8 +44,9 @@ fn every_scene_ends_well() {
             let falls = world.scene().sheets.iter().all(|s| s.pins.is_empty());
             let met = sheet.counters.contacts > 0 || world.sheets().len() > 1;
             assert!(!falls || met, "{name}: {} met nothing", sheet.name);
-            // What has not come to rest by the end has at least slowed to a tremble of a few centimetres a second; what hangs
-            // swings on for long, as little damped as steel and rubber are, or in the wind.
+            // A sheet on the ground that is still awake moves at most at a few centimetres per
+            // second. A hanging sheet may swing for long, with the low damping of steel and rubber
+            // or in the wind.
             let bound = if falls { 0.1 } else { 1.0 };
             assert!(sheet.max_speed() < bound, "{name}: {} still has {} m/s", sheet.name, sheet.max_speed());
             assert!(sheet.status == Status::Asleep || !rests, "{name}");
@@ -62,7 +64,7 @@ fn the_sheet_falls_on_the_wedge_and_comes_to_rest_bent_over_it() {
     let first = time_of(&world, EventKind::FirstContact, "wedge").expect("it meets the wedge");
     let rest = time_of(&world, EventKind::AtRest, "").expect("it comes to rest");
     assert!(first < rest, "{first} {rest}");
-    // Bent: its middle rests on the ridge, a centimetre or so above its edges.
+    // The middle rests on the ridge, about a centimetre above the edges.
     let sheet = &world.sheets()[0];
     let height = |name: &str| sheet.probes.iter().find(|p| p.name == name).map(|p| p.of(&sheet.x).y).expect("a probe");
     assert!(height("centre") - height("corner") > 0.005);
@@ -95,22 +97,24 @@ fn the_sheet_slides_over_two_bodies_with_four_timed_events() {
 
 #[test]
 fn a_slope_holds_a_sheet_with_friction_and_lets_one_go_without() {
-    // 40 degrees: tan 40° = 0.84 is under 0.9.
+    // 40 degrees: tan 40° = 0.84 is below 0.9.
     let (world, _) = played("slope_friction_09");
     assert!(time_of(&world, EventKind::AtRest, "").is_some());
-    // It may creep while it still trembles from its fall, but its middle stays well above the floor at y = -28.1 mm.
+    // The sheet may creep during the oscillations after its fall, but its centre stays well above
+    // the floor at y = -28.1 mm.
     let centre = world.sheets()[0].centre_of_mass();
     assert!(centre.x < 0.005 && centre.y > -0.024, "it slid down: {centre}");
     let (world, _) = played("slope_friction_0");
     assert!(time_of(&world, EventKind::SlidOff, "slope").is_some(), "it is still on the slope");
-    // It lies on the floor beyond the foot of the ramp at x = 9.3 mm.
+    // The sheet lies on the floor beyond the foot of the ramp at x = 9.3 mm.
     let sheet = &world.sheets()[0];
     assert!(sheet.centre_of_mass().x > 0.0093, "{}", sheet.centre_of_mass());
 }
 
 #[test]
 fn restitution_makes_the_sheet_bounce() {
-    // With 0.1 it leaves the floor again: more of its masses are off the floor half a tenth of a second after it landed.
+    // With a restitution of 0.1 the sheet leaves the floor again: more of its nodes are above the
+    // floor 0.05 s after the landing.
     let airborne = |name: &str| {
         let mut world = World::new(&shipped(name)).unwrap_or_else(|e| panic!("{e}"));
         while time_of(&world, EventKind::FirstContact, "floor").is_none() {
@@ -126,7 +130,7 @@ fn restitution_makes_the_sheet_bounce() {
     assert!(airborne("flat_floor_e01") > airborne("flat_floor_e0") + 1e-5);
 }
 
-/// What bounces off within a step has touched the sheet then, on whatever the sheet lies.
+/// A bounce within a single step counts as contact, also on a sheet that rests on the floor.
 #[test]
 fn a_ball_that_bounces_off_a_sheet_asleep_on_the_floor_has_touched_it() {
     let text = r#"(
@@ -142,7 +146,7 @@ fn a_ball_that_bounces_off_a_sheet_asleep_on_the_floor_has_touched_it() {
         world.step();
     }
     assert!(time_of(&world, EventKind::AtRest, "").is_some_and(|at| at < 1.9), "it sleeps before the ball comes");
-    // √(2 · 20 m/g), to a step or two.
+    // √(2 · 20 m/g), to within two steps.
     let first = time_of(&world, EventKind::FirstContact, "ball").expect("the ball meets it");
     assert!((first - (40.0_f64 / 9.81).sqrt()).abs() < 0.04, "{first} s");
     let away = world.body_state("ball").expect("it is there").velocity().y;

@@ -1,12 +1,13 @@
-//! A sheet that slides on a sheet, against Coulomb's law in closed form: the lines of the two meshes cross everywhere on the way.
+//! A sheet that slides on a sheet, against Coulomb's law in closed form. The lines of the two
+//! meshes cross throughout the slide.
 
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 use sheetwork_rigs::measure::{Setup, measure};
 use sheetwork_tests::shipped;
 
-/// A sheet of card on a sheet that is held.
+/// A sheet of card on a fixed sheet.
 fn setup(engine: EngineKind) -> Setup {
     Setup { engine, grid: (11, 11), length: 0.12, on_sheet: true, ..Setup::default() }
 }
@@ -62,7 +63,8 @@ fn a_sheet_that_slides_on_a_sheet_stops_after_v_squared_over_two_mu_g() {
 
 #[test]
 fn a_house_of_cards_stands_with_other_engines_and_steps() {
-    // It has only the friction of cards on cards: with limits of it that lagged behind a solve these fell by themselves.
+    // The house stands by friction between cards only, so the friction bound must follow the normal
+    // force within a solve.
     for (engine, dt) in
         [(EngineKind::Bdf2, 1.0 / 60.0), (EngineKind::BackwardEuler, 1.0 / 60.0), (EngineKind::TrBdf2, 1.0 / 30.0)]
     {

@@ -1,15 +1,18 @@
-//! How far each engine can be driven, and what it does to the energy: on an oscillator with and without damping, and on the
-//! highest mode of a sheet of every structure. The expected numbers are the classical ones for x'' = -ω²x, a = hω:
-//! Euler grows (1 + a²) a step in energy, the constant-acceleration step (1 + a²/2), Euler-Richardson (1 + a⁴/4), RK4 decays
-//! (1 - a⁶/72); Euler-Cromer and Verlet are stable up to a = 2, RK4 up to 2√2, the order-5 formula of rk45 up to 0.997.
-//! Implicit schemes are stable at any step and lose energy: backward Euler 1/(1 + a²), BDF2 (1 - a⁴/2), TR-BDF2 with
-//! γ = 2 - √2 (1 - 0.00736 a⁴), the first terms of |R(ia)|².
+//! Stability limits and energy of every integrator: on an oscillator with and without damping, and
+//! on the highest mode of a sheet of every structure.
+//!
+//! The expected numbers are the classical ones for x'' = -ω²x, a = hω. Energy factors per step:
+//! Euler (1 + a²), the constant-acceleration step (1 + a²/2), Euler-Richardson (1 + a⁴/4), RK4 (1 -
+//! a⁶/72). Stability limits: Euler-Cromer and Verlet a = 2, RK4 2√2, the order-5 formula of rk45
+//! 0.997. Implicit schemes are stable at any step and lose energy: backward Euler 1/(1 + a²), BDF2
+//! (1 - a⁴/2), TR-BDF2 with γ = 2 - √2 (1 - 0.00736 a⁴), the first terms of |R(ia)|².
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork_rigs::measure::limit::{Setting, radius};
 use sheetwork_rigs::measure::oscillator;
 use sheetwork_tests::{adrift, excite_randomly, highest_mode, run, small_sheet, world};
@@ -29,7 +32,7 @@ fn limit(engine: EngineKind, zeta: f64) -> f64 {
     low
 }
 
-/// Root of a function near `start`; `step` is its value over its slope.
+/// Root of a function near `start` by Newton's method; `step` is its value over its slope.
 fn newton(start: f64, step: impl Fn(f64) -> f64) -> f64 {
     (0..20).fold(start, |a, _| a - step(a))
 }
@@ -47,11 +50,12 @@ fn the_tabled_limits_of_an_undamped_oscillator_are_met() {
 #[test]
 fn damping_moves_the_limits_as_theory_says() {
     for zeta in [0.02_f64, 0.05, 0.1, 0.2] {
-        // x is moved by the new velocity, which the dashpot has slowed by the old: 2 (√(1 + ζ²) - ζ).
+        // The new velocity moves x, and the dashpot acts on the old velocity: 2 (√(1 + ζ²) - ζ).
         let cromer = limit(EngineKind::EulerCromer, zeta);
         let expected = 2.0 * ((1.0 + zeta * zeta).sqrt() - zeta);
         assert!((cromer / expected - 1.0).abs() < 0.02, "{zeta}: {cromer}, {expected}");
-        // |1 + z + z²/2| = 1 with z = a (-ζ + i √(1 - ζ²)) is a³ - 4 ζ a² + 8 ζ² a - 8 ζ = 0, so about 2 ζ^(1/3).
+        // |1 + z + z²/2| = 1 with z = a (-ζ + i √(1 - ζ²)) is a³ - 4 ζ a² + 8 ζ² a - 8 ζ = 0,
+        // so about 2 ζ^(1/3).
         let richardson = limit(EngineKind::EulerRichardson, zeta);
         let about = 2.0 * zeta.cbrt();
         println!("{zeta}: euler-cromer {cromer:.4}, euler-richardson {richardson:.4} (about {about:.4})");
@@ -67,7 +71,8 @@ fn damping_moves_the_limits_as_theory_says() {
     }
 }
 
-/// A free undamped sheet set moving in its highest mode, so weakly that it is linear; and that mode's frequency, rad/s.
+/// A free undamped sheet in its highest mode at an amplitude in the linear range, and the mode's
+/// angular frequency, rad/s.
 fn ringing(structure: StructureKind, engine: EngineKind) -> (World, f64) {
     let mut world = world(&adrift(small_sheet(structure, 0.0), engine));
     let sheet = &mut world.sheets_mut()[0];
@@ -82,11 +87,11 @@ fn energy(world: &World) -> f64 {
     world.sheets()[0].energy(DVec3::ZERO).total
 }
 
-/// Growth of the energy of the highest mode in one step of `a` radians, from `steps` of them.
+/// Logarithmic growth of the highest mode's energy per step of `a` radians, over `steps` steps.
 fn growth(structure: StructureKind, engine: EngineKind, a: f64, steps: u32) -> f64 {
     let (mut world, omega) = ringing(structure, engine);
     if engine.info().implicit {
-        // BDF2 takes its first step as backward Euler.
+        // The first step of BDF2 is backward Euler.
         run(&mut world, 50, a / omega);
     }
     let before = energy(&world);
@@ -110,7 +115,8 @@ fn energy_in_the_highest_mode_grows_or_decays_as_tabled() {
         for a in [0.05_f64, 0.1] {
             check(EngineKind::Euler, a, 500, (a * a).ln_1p());
         }
-        // Not a rotation, so that its energy also swings by ±a/2 within a period: many steps, over which that is nothing.
+        // The step is not a rotation, so the energy also oscillates by ±a/2 within a period; many
+        // steps make this negligible.
         check(EngineKind::Analytical, 0.1, 3000, 0.005_f64.ln_1p());
         for a in [0.2_f64, 0.4] {
             check(EngineKind::EulerRichardson, a, 400, (a.powi(4) / 4.0).ln_1p());
@@ -118,7 +124,8 @@ fn energy_in_the_highest_mode_grows_or_decays_as_tabled() {
         // The next term of RK4's decay is a⁸/576: an eighth of a² of the first.
         check(EngineKind::Rk4, 0.35, 4000, -(0.35_f64.powi(6)) / 72.0);
         check(EngineKind::Rk4, 1.0, 400, (-1.0 / 72.0 + 1.0 / 576.0_f64).ln_1p());
-        // |R(ia)|² - 1 of the order-5 formula with its seventh-stage term z⁶/600: -a⁶/1800 + a⁸/1600 - ...
+        // |R(ia)|² - 1 of the order-5 formula with its seventh-stage term z⁶/600:
+        // -a⁶/1800 + a⁸/1600 - ...
         let u = 0.25_f64;
         let fifth = u.powi(3) * (-1.0 / 1800.0 + u / 1600.0 - u * u / 14400.0 + u.powi(3) / 360_000.0);
         check(EngineKind::Rk45, 0.5, 8000, fifth);
@@ -130,8 +137,8 @@ fn energy_in_the_highest_mode_grows_or_decays_as_tabled() {
 
 #[test]
 fn symplectic_engines_keep_the_energy_of_the_highest_mode_within_their_bound() {
-    // Euler-Cromer keeps v² + ω²x² - hω² x v, so that the energy lies within ±a/2 of its mean; Verlet keeps
-    // v² + ω²x² (1 - a²/4), so that it swings by a²/4 of its largest.
+    // Euler-Cromer conserves v² + ω²x² - hω² x v, so the energy stays within ±a/2 of its mean.
+    // Verlet conserves v² + ω²x² (1 - a²/4), so the energy oscillates by a²/4 of its maximum.
     for structure in structure::TABLE {
         for (engine, a) in [
             (EngineKind::EulerCromer, 0.1),
@@ -160,9 +167,9 @@ fn symplectic_engines_keep_the_energy_of_the_highest_mode_within_their_bound() {
 
 #[test]
 fn the_limits_hold_for_sheets_of_every_structure_to_two_percent() {
-    // Random velocities have a part in every mode. At 0.98 of the limit over the highest frequency the energy stays within
-    // what the engine's own invariant allows, (1 + a/2) / (1 - a/2) = 99 for the largest of them; at 1.02 of it the
-    // highest mode takes over and grows by at least a seventh a step.
+    // Random velocities excite every mode. At 0.98 of the limit for the largest frequency the
+    // energy stays within the bound of the integrator's invariant, at most (1 + a/2) / (1 - a/2) =
+    // 99. At 1.02 the highest mode dominates and grows by at least a seventh per step.
     for structure in structure::TABLE {
         for engine in
             TABLE.iter().filter(|e| matches!(e.kind, EngineKind::EulerCromer | EngineKind::Verlet | EngineKind::Rk4))
@@ -204,7 +211,8 @@ fn the_runtimes_largest_frequency_is_that_of_the_highest_mode() {
 
 #[test]
 fn sheets_break_where_their_largest_frequency_predicts() {
-    // Engines and structures at the thesis's damping; what is found by trial is within 5 % of what is predicted.
+    // Integrators and structures at the thesis's damping; measured limits are within 5 % of
+    // predicted ones.
     for engine in TABLE.iter().filter(|e| !e.adaptive && !e.implicit) {
         for structure in structure::TABLE {
             let setting = Setting { engine: engine.kind, structure: structure.kind, ..Setting::default() };
@@ -219,7 +227,8 @@ fn sheets_break_where_their_largest_frequency_predicts() {
             );
         }
     }
-    // A shell nearly as thick as its masses are apart, whose motion in its plane its retardation damps less.
+    // A shell with a thickness close to the node spacing, whose retardation damps in-plane motion
+    // less.
     for engine in [EngineKind::EulerCromer, EngineKind::EulerRichardson, EngineKind::Verlet, EngineKind::Rk4] {
         let setting = Setting { engine, structure: StructureKind::Shell, thickness: 6e-3, ..Setting::default() };
         let predicted = setting.predicted().unwrap_or_else(|e| panic!("{e}"));
@@ -239,16 +248,17 @@ fn limits_follow_stiffness_mass_and_temperature() {
     let of =
         |s: Setting| s.found(s.predicted().unwrap_or(1e-2)).unwrap_or_else(|e| panic!("{e}")).unwrap_or(f64::INFINITY);
     let plain = of(base);
-    // As the square root of mass over stiffness.
+    // Proportional to the square root of mass over stiffness.
     assert!((of(Setting { stiffness: 100.0 * base.stiffness, ..base }) / plain * 10.0 - 1.0).abs() < 0.02);
     assert!((of(Setting { mass: 0.01 * base.mass, ..base }) / plain * 10.0 - 1.0).abs() < 0.02);
-    // A hundred kelvin makes it ten times softer, or stiffer.
+    // 100 K change the stiffness by a factor of ten.
     let warm = of(Setting { jump: 100.0, ..base }) / plain;
     let cold = of(Setting { jump: -100.0, ..base }) / plain;
     println!("100 K up: {warm:.3}, 100 K down: {cold:.3} of the step");
     let root = 10.0_f64.sqrt();
     assert!((warm / root - 1.0).abs() < 0.05 && (cold * root - 1.0).abs() < 0.05, "{warm} {cold}");
-    // A shell's retardation is a time, which warmth leaves as it is: its limit is predicted, and not as the root.
+    // A shell's retardation time is independent of temperature, so its limit does not follow the
+    // square root; the prediction covers this.
     for engine in [EngineKind::EulerCromer, EngineKind::EulerRichardson, EngineKind::Rk4] {
         for jump in [-100.0, 100.0] {
             let shell = Setting { structure: StructureKind::Shell, engine, jump, ..base };

@@ -1,9 +1,9 @@
-//! Sticking: what hangs, slides, peels and lets go, against the weights and Coulomb's law worked out by hand.
+//! Adhesion: hanging, friction, peeling and release, against weights and Coulomb's law by hand.
 
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, CreaseSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, Tack,
 };
@@ -12,7 +12,8 @@ use sheetwork_tests::{body, state_hash, world};
 /// Weight of the sheet per area, Pa: ρ t g.
 const WEIGHT: f64 = 1000.0 * 5e-4 * 9.81;
 
-/// A sheet of 0.1 m by 0.1 m, sticky from 80 °C on with `strength` Pa, that lets go below 60 °C or not at all.
+/// A sheet of 0.1 m by 0.1 m, adhesive from 80 °C with `strength` Pa, with release below 60 °C or
+/// without release.
 fn sheet(strength: f64, sets: bool) -> SheetSpec {
     let material = Material {
         young: 5e7,
@@ -38,7 +39,8 @@ fn at(y: f64) -> Placement {
     Placement { position: DVec3::new(0.0, y, 0.0), ..Placement::default() }
 }
 
-/// A plate whose underside is at 0, and the sheet that touches it from below, in a room at 120 °C.
+/// A plate with its underside at 0, and the sheet in contact with it from below, in a room at 120
+/// °C.
 fn hung(sheet: SheetSpec) -> Scene {
     let half = 0.5 * 5e-4;
     Scene {
@@ -56,7 +58,8 @@ fn lowest(world: &World) -> f64 {
     world.sheets()[0].x.iter().map(|p| p.y).fold(f64::INFINITY, f64::min)
 }
 
-/// The world of `scene` after it has been pressed together for a third of a second, by gravity the other way, and then left for `steps`.
+/// The world of `scene` after a third of a second with reversed gravity, which presses the sheet
+/// on, and `steps` further steps.
 fn advanced(scene: &Scene, steps: u32) -> World {
     let mut world = world(&Scene { gravity: DVec3::new(0.0, 9.81, 0.0), ..scene.clone() });
     (0..20).for_each(|_| world.step());
@@ -69,7 +72,7 @@ fn advanced(scene: &Scene, steps: u32) -> World {
 #[test]
 fn a_sheet_hangs_from_a_hot_plate_if_it_sticks_by_more_than_its_weight() {
     for engine in [EngineKind::TrBdf2, EngineKind::BackwardEuler, EngineKind::Bdf2] {
-        // BDF2 goes on with what the sheet did before gravity turned.
+        // BDF2 continues the motion from before the reversal of gravity.
         let near = if engine == EngineKind::Bdf2 { [0.9, 1.1] } else { [0.98, 1.02] };
         for factor in [0.5, near[0], near[1], 2.0, 1e4] {
             let world = advanced(&Scene { engine, ..hung(sheet(factor * WEIGHT, false)) }, 90);
@@ -95,14 +98,14 @@ fn it_lets_go_by_cold_as_the_material_says() {
         println!("at {celsius} °C, sets {sets}: {:.3} mm, {} bonds", 1e3 * lowest(&world), world.sheets()[0].bonds());
         assert_eq!(lowest(&world) > -4e-4, hangs, "at {celsius} °C, sets: {sets}");
     }
-    // What was never hot does not take hold.
+    // A sheet that was never hot does not bond.
     let world = advanced(&Scene { ambient_temperature: 70.0, ..hung(sheet(20.0, false)) }, 60);
     assert!(lowest(&world) < -0.1);
 }
 
 #[test]
 fn friction_on_an_incline_is_that_of_load_and_adhesion() {
-    // m g sin θ = μ (m g cos θ + σ A) with σ = s ρ t g: tan θ found by bisection.
+    // m g sin θ = μ (m g cos θ + σ A) with σ = s ρ t g: tan θ by bisection.
     let friction = 0.4;
     for share in [0.0_f64, 0.5, 1.5] {
         let limit = |angle: f64| angle.sin() - friction * (angle.cos() + share);
@@ -116,7 +119,7 @@ fn friction_on_an_incline_is_that_of_load_and_adhesion() {
             let mut spec = sheet((share * WEIGHT).max(1e-3), false);
             spec.friction = Some(friction);
             let mut scene = hung(spec);
-            // From below the plate to above it.
+            // Moves the sheet from below the plate to above it.
             scene.bodies[0].placement.position.y = -0.01;
             scene.bodies[0].friction = Some(friction);
             scene.sheets[0].placement.position.y = 2.5e-4;
@@ -142,7 +145,7 @@ fn friction_on_an_incline_is_that_of_load_and_adhesion() {
     }
 }
 
-/// Force per width (N/m), straight off the plate, at which a strip peels.
+/// Force per width (N/m) normal to the plate at which a strip peels.
 fn peel(strength: f64) -> f64 {
     let mut spec = sheet(strength, false);
     spec.grid = (41, 1, 5);
@@ -171,7 +174,7 @@ fn a_strip_peels_at_a_force_that_grows_with_its_strength() {
     let forces = [200.0, 400.0, 800.0].map(|strength| (strength, peel(strength)));
     for (strength, force) in forces {
         println!("σ = {strength} Pa: peels at {force:.3} N/m, as much as {:.2} mm of it bears", 1e3 * force / strength);
-        // More than a row of cells bears and less than the whole strip does.
+        // More than the strength of a row of cells and less than that of the whole strip.
         assert!(force > strength * 0.0025 && force < strength * 0.1, "{strength} Pa: {force} N/m");
     }
     assert!(forces[0].1 < forces[1].1 && forces[1].1 < forces[2].1);
@@ -179,7 +182,8 @@ fn a_strip_peels_at_a_force_that_grows_with_its_strength() {
 
 #[test]
 fn a_box_hangs_from_a_hot_sheet_and_pulls_it_down() {
-    // The box covers 9 masses, each of 0.01 m by 0.01 m: σ A = 9e-4 σ against 0.01 kg · 9.81 m/s² = 0.0981 N, 109 Pa.
+    // The box covers 9 nodes of 0.01 m by 0.01 m each: σ A = 9e-4 σ against 0.01 kg · 9.81 m/s² =
+    // 0.0981 N, 109 Pa.
     let hangs = |strength: f64| {
         let mut spec = sheet(strength, false);
         spec.pins = vec![PinSpec::held(Region::Border)];
@@ -221,7 +225,8 @@ fn a_sheet_hangs_from_another() {
 
 #[test]
 fn a_sheet_between_two_things_sticks_to_both_with_all_it_has() {
-    // The plate bears two sheets, and the upper sheet one: neither takes from what the other is held with.
+    // The plate carries two sheets, and the upper sheet carries one; the two bonds do not reduce
+    // one another.
     for (factor, hangs) in [(1.9, false), (2.1, true)] {
         let mut scene = hung(sheet(factor * WEIGHT, false));
         scene.sheets.push(SheetSpec { name: "lower".into(), placement: at(-7.5e-4), ..sheet(factor * WEIGHT, false) });
@@ -232,8 +237,9 @@ fn a_sheet_between_two_things_sticks_to_both_with_all_it_has() {
     }
 }
 
-/// A strip with a crease of 140° in its middle, whose one half is held: the other is pressed on that for a moment and let go. How far its end
-/// then is from the half it was pressed on, m, and how much sticks.
+/// A strip with a crease of 140° in its middle and one half fixed. The other half is pressed onto
+/// it for a moment and released. Returns the final distance (m) of its end from the fixed half, and
+/// the number of bonds.
 fn folded(sticky: bool) -> (f64, usize) {
     let mut spec = sheet(100.0, false);
     spec.sticky = sticky;

@@ -1,16 +1,16 @@
-//! Real stiffness: sheets given as E, ν, thickness and density against closed forms, published tables and converged
-//! references. Every number that the documentation states is held here.
+//! Stiffness of sheets given by E, ν, thickness and density, against closed forms, published tables
+//! and converged references. The tests cover every documented number.
 
 use serde_json::Value;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::material::elastica::elastica;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, PressureKey, Region, Scene, SheetSpec};
 use sheetwork_rigs::measure::kicks::kick;
 use sheetwork_rigs::measure::{Boundary, Setup, measure};
 
-/// 0.25 m, 0.5 mm, 3 GPa, 1050 kg/m³.
+/// A sheet of 0.25 m, 0.5 mm, 3 GPa, 1050 kg/m³.
 fn sheet(grid: u32, poisson: f64) -> Setup {
     let base = Setup::default();
     Setup { grid: (grid, grid), material: Material { poisson, ..base.material.clone() }, ..base }
@@ -42,7 +42,7 @@ fn close(what: &str, got: f64, wanted: f64, percent: f64) {
     assert!(off.abs() <= percent, "{what}: {got} is {off:+.3} % from {wanted}, more than {percent} %");
 }
 
-/// The sheet with the length that makes Γ = ρ g t L³/D what is asked, ν = 0.
+/// The sheet with the length that gives the load parameter Γ = ρ g t L³/D, at ν = 0.
 fn hanging(grid: u32, gamma: f64) -> Setup {
     let mut setup = sheet(grid, 0.0);
     let weight = setup.material.areal_mass() * setup.gravity;
@@ -102,7 +102,8 @@ fn the_shell_vibrates_as_beams_and_plates_do() {
     for (grid, bound) in [(11, 0.5), (21, 0.15)] {
         close("cantilever beam", frequency(grid, 0.0, Boundary::Cantilever)[0], 1.875_104_f64.powi(2), bound);
     }
-    // Leissa, "The free vibration of rectangular plates", J. Sound Vib. 31, 1973, as refined since (ν = 0.3).
+    // Leissa, "The free vibration of rectangular plates", J. Sound Vib. 31, 1973, with later
+    // refinements (ν = 0.3).
     for (boundary, wanted) in [
         (Boundary::Cantilever, [3.471, 8.507, 21.285]),
         (Boundary::Free, [13.468, 19.596, 24.270]),
@@ -132,7 +133,8 @@ fn sheets_of_any_outline_are_as_stiff() {
         let wanted = 10.2158 * speed(&setup) / (setup.radius * setup.radius);
         close("clamped disc", numbers(&run("disc", &setup), "omega_rad_s")[0], wanted, bound);
     }
-    // A square with a round hole of 0.4 of its side, ν = 0.3: converged on meshes of 101 masses across.
+    // A square with a round hole of 0.4 of its side, ν = 0.3: converged on meshes of 101 nodes
+    // across.
     for (boundary, lambda) in [(Boundary::Supported, 20.43), (Boundary::Clamped, 45.47)] {
         for (grid, bound) in [(21, 1.0), (41, 0.25)] {
             let setup = Setup { boundary, modes: 1, ..sheet(grid, 0.3) };
@@ -183,7 +185,8 @@ fn an_undamped_sheet_gains_no_energy_and_keeps_its_spin() {
 
 #[test]
 fn a_strip_on_its_edge_falls_where_theory_says() {
-    // Slender: 12.8538 √(2/(1+ν)) (Timoshenko and Gere). A tenth as wide as long adds a little, and so does a coarse grid.
+    // Slender strip: 12.8538 √(2/(1+ν)) (Timoshenko and Gere). A width of a tenth of the length and
+    // a coarse grid add a little.
     let setup = Setup { length: 0.4, width: 0.02, grid: (61, 5), ..sheet(11, 0.35) };
     let found = run("buckling", &setup);
     close("onset", number(&found, "onset_gamma"), 12.8538 * (2.0_f64 / 1.35).sqrt(), 6.0);
@@ -229,7 +232,8 @@ fn stiffness_thickness_and_damping_change_while_it_runs_without_a_jerk() {
         let changed = world.sheets()[0].energy(gravity);
         world.step();
         let sheet = &world.sheets()[0];
-        // What the change sets free accelerates masses by at most some g: a mass that jumps is another matter.
+        // The released energy accelerates nodes by at most several g; a jump of a node would be
+        // larger.
         let moved = (0..sheet.masses()).map(|i| sheet.x.get(i).distance(before.get(i))).fold(0.0, f64::max);
         assert!(moved < 0.01, "{path} = {value}: a mass jumped {moved} m in a step");
         let scale = changed.elastic.abs() + changed.kinetic;
@@ -245,7 +249,7 @@ fn stiffness_thickness_and_damping_change_while_it_runs_without_a_jerk() {
 fn a_running_sheet_says_how_stiff_it_is() {
     let found = run("stiffness", &sheet(21, 0.0));
     close("bends as", number(&found, "bends_as_pa"), 3e9, 0.5);
-    // Against what its slowest vibration says: stiffness goes with the square of the frequency.
+    // Against the slowest vibration: stiffness is proportional to the square of the frequency.
     for grid in [11, 21] {
         let setup = sheet(grid, 0.0);
         let told = number(&run("stiffness", &setup), "bends_as_pa");
@@ -253,7 +257,7 @@ fn a_running_sheet_says_how_stiff_it_is() {
         let exact = 1.875_104_f64.powi(2) * speed(&setup) / (setup.length * setup.length);
         close("told", told, 3e9 * (omega / exact).powi(2), 0.4);
     }
-    // Rest owes nothing to the step; short waves are told to be softer.
+    // Equilibria are independent of the step; short waves are reported as softer.
     let mut scene = Scene { engine: EngineKind::TrBdf2, dt: 1.0 / 60.0, ..Scene::default() };
     scene.sheets = vec![SheetSpec {
         structure: StructureKind::Shell,
@@ -271,14 +275,14 @@ fn a_running_sheet_says_how_stiff_it_is() {
 
 #[test]
 fn the_first_swing_of_a_sheet_let_go_is_that_of_the_elastica_in_motion() {
-    // A chain of rigid links with bending joints, which shares nothing with the sheet, extrapolated to infinitely many:
-    // `sheetwork bench pareto` has it.
+    // A chain of rigid links with bending joints, independent of the sheet's code, extrapolated to
+    // infinitely many links: `sheetwork bench pareto`.
     let found = run("release", &sheet(21, 0.0));
     close("depth", number(&found, "first_extreme_m"), 0.13918, 1.0);
     close("time", number(&found, "first_extreme_s"), 0.2183, 1.2);
 }
 
-/// A sheet of 0.25 m under `pressure` (Pa), weightless, in no air.
+/// A sheet of 0.25 m under `pressure` (Pa), without weight and air.
 fn pressed(pressure: f64, grid: (u32, u32, u32), size: (f64, f64), pins: Vec<PinSpec>) -> Scene {
     let material = Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() };
     let spec = SheetSpec {
@@ -302,7 +306,8 @@ fn pressed(pressure: f64, grid: (u32, u32, u32), size: (f64, f64), pins: Vec<Pin
 
 #[test]
 fn pressure_bends_a_plate_as_much_as_a_uniform_load() {
-    // Timoshenko and Woinowsky-Krieger, *Theory of Plates and Shells*, tables 8 and 35: far less than a thickness.
+    // Timoshenko and Woinowsky-Krieger, *Theory of Plates and Shells*, tables 8 and 35: a
+    // deflection far below the thickness.
     for (pin, part) in [(PinSpec::held(Region::Border), 0.004_062_35), (PinSpec::clamped(Region::Border), 0.001_265_32)]
     {
         let mut world = World::new(&pressed(0.02, (41, 1, 41), (0.25, 0.25), vec![pin])).expect("valid");
@@ -315,8 +320,8 @@ fn pressure_bends_a_plate_as_much_as_a_uniform_load() {
 
 #[test]
 fn pressure_turns_with_the_sheet() {
-    // A strip longer than the distance of its held ends, blown up from below, is an arc of a circle; under a load that stays vertical it
-    // would be a catenary or a parabola.
+    // A strip longer than the distance of its fixed ends, under pressure from below, is an arc of a
+    // circle; under a vertical load it would be a catenary or a parabola.
     let ends = |path: f64, region| {
         let key =
             |time, offset| sheetwork::scene::PathKey { time, offset: glam::DVec3::X * offset, ..Default::default() };

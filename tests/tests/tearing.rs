@@ -1,19 +1,19 @@
-//! Tearing and melting: forces against closed forms, holes that grow, what falls through them and what does not, energy, threads,
-//! snapshots, and that looking costs no allocation.
+//! Fracture and melting: forces against closed forms, growth of holes, bodies that fall through
+//! holes, energy, threads, snapshots, and detection without allocation.
 
 use allocation_counter::measure as count;
 use glam::DVec3;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::islands::event::EventKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, HeaterSpec, HotFaceSpec, Material, MaterialChoice, PathKey, PinSpec, Placement, Region, Scene, Shape,
     SheetSpec, SpringLaw,
 };
 use sheetwork_tests::{Random, body, excite_randomly, state_hash, world};
 
-/// A soft sheet without Poisson's contraction, so that what is pulled straight is strained alike everywhere.
+/// A soft material with zero Poisson's ratio, so that uniaxial tension gives uniform strain.
 fn soft(tears_at: Option<f64>, melts_at: Option<f64>) -> Material {
     Material {
         young: 1e7,
@@ -64,8 +64,8 @@ fn opened(world: &World) -> usize {
     world.sheets()[0].open_count()
 }
 
-/// Force (N) along the pull from the energy between two steps, that of the springs that a section cuts, and strain, just before the strip
-/// tears; how it then opened.
+/// Axial force (N) from the energy between two steps, and from the springs across a section; strain
+/// just before fracture; the world after fracture.
 fn pulled_apart(structure: StructureKind, limit: f64) -> ([f64; 2], f64, World) {
     let (length, width) = (0.2, 0.05);
     let mut spec = sheet(structure, (21, 6), (length, width), soft(Some(limit), None));
@@ -87,7 +87,7 @@ fn pulled_apart(structure: StructureKind, limit: f64) -> ([f64; 2], f64, World) 
     panic!("{structure} did not tear");
 }
 
-/// Σ k (L - s) cos over the springs that a section across the sheet cuts, N.
+/// Σ k (L - s) cos over the springs across a section, N.
 fn section(world: &World) -> f64 {
     let (sheet, springs) = (&world.sheets()[0], world.sheets()[0].springs());
     let mut sum = 0.0;
@@ -105,7 +105,8 @@ fn section(world: &World) -> f64 {
 fn a_strip_tears_at_the_force_that_its_strain_limit_makes() {
     for limit in [0.01, 0.1] {
         let ([force, _], strain, world) = pulled_apart(StructureKind::Shell, limit);
-        // The membrane is linear in Green's strain: S = E ε (1 + ε/2), and the force is S (1 + ε) per area.
+        // The membrane is linear in Green's strain: S = E ε (1 + ε/2), and the force per area is S
+        // (1 + ε).
         let hooke = 1e7 * 5e-4 * 0.05 * limit;
         let green = hooke * (1.0 + limit) * (1.0 + 0.5 * limit);
         println!(
@@ -126,7 +127,8 @@ fn a_lattice_tears_at_the_force_that_its_springs_make() {
     for structure in [StructureKind::DoubleDiagonal, StructureKind::Samm, StructureKind::Provot3d] {
         let limit = 0.05;
         let ([force, sum], strain, world) = pulled_apart(structure, limit);
-        // A lattice of diagonals draws in, and is strained more beside the clamps that keep it from that.
+        // A lattice of diagonals contracts laterally, and its strain is larger beside the clamps
+        // that prevent the contraction.
         assert!((0.85..1.01).contains(&(strain / limit)), "{structure}: {strain}");
         let hooke = 1e7 * 5e-4 * 0.05 * strain;
         println!("{structure}: {force:.4} N at {strain:.5}, its springs {sum:.4} N, E t w ε = {hooke:.4} N");
@@ -147,7 +149,7 @@ fn a_tear_runs_across_a_strip_and_parts_it() {
             before = now;
         }
         assert!(world.unstable().is_none(), "{structure}");
-        // From one long side to the other by open cells that meet.
+        // A path of adjacent open cells from one long side to the other.
         let mut reached: Vec<usize> = (0..20).filter(|c| before[*c]).collect();
         let mut k = 0;
         while k < reached.len() {
@@ -166,13 +168,13 @@ fn a_tear_runs_across_a_strip_and_parts_it() {
         println!("{structure}: {} cells open after {:.2} s", opened(&world), world.time());
         assert!(reached.iter().any(|c| c / 20 == 4), "{structure}: the tear does not reach across: {before:?}");
         assert!(opened(&world) < 40, "{structure}: {} cells, a tear and not dust", opened(&world));
-        // What has parted bears nothing.
+        // The separated parts are without load.
         let strain = world.sheets()[0].energy(DVec3::ZERO).elastic;
         assert!(strain < 0.02 * 0.5 * 1e7 * 5e-4 * 0.05 * 0.2 * 0.05 * 0.05, "{structure}: {strain} J");
     }
 }
 
-/// A sheet held around its border at 0.2 m, in a room of its own.
+/// A sheet fixed around its border at 0.2 m.
 fn hung(structure: StructureKind, material: Material) -> Scene {
     let mut spec = sheet(structure, (21, 21), (0.2, 0.2), material);
     spec.placement.position.y = 0.2;
@@ -215,7 +217,7 @@ fn a_hole_under_a_heater_grows_and_never_closes() {
     assert!(DVec3::from(opening.place_m).distance(DVec3::new(0.0, 0.2, 0.0)) < 0.03);
 }
 
-/// Something let fall at x, at rest.
+/// A body released at rest at x.
 fn falling(name: &str, shape: Shape, x: f64) -> BodySpec {
     let placement = Placement { position: DVec3::new(x, 0.22, 0.0), ..Placement::default() };
     BodySpec { mass: Some(0.003), ..body(name, shape, placement, vec![]) }
@@ -290,11 +292,11 @@ fn no_tearing_of_two_hundred_is_unstable_or_adds_energy() {
             world.step();
             let energy = world.energy();
             let now = energy.total;
-            // Of what there is in motion and strain: gravity adds to what the first push gave.
+            // Relative to kinetic plus elastic energy, because gravity adds to the initial push.
             scale = scale.max(energy.kinetic + energy.elastic);
             let rise = (now - last) / scale;
-            // Opening itself gives nothing; engines may gain a little in a step, as they do with what is whole: three percent
-            // on lattices that swing wide.
+            // Opening of cells must not add energy. Integrators may gain a little in a step, as for
+            // an intact sheet: three percent on lattices with large swings.
             let released = world.sheets()[0].energy_released();
             assert!(released >= freed, "trial {trial}, {structure}: opening adds {} J", freed - released);
             freed = released;
@@ -314,7 +316,7 @@ fn no_tearing_of_two_hundred_is_unstable_or_adds_energy() {
     assert!(trial < 500, "{trial} trials");
 }
 
-/// Two sheets on a floor that tear, melt and touch.
+/// Two sheets on a floor that fracture, melt and touch.
 fn busy() -> Scene {
     let mut first = sheet(StructureKind::Shell, (11, 11), (0.1, 0.1), soft(Some(0.05), Some(150.0)));
     first.placement.position.y = 0.05;
@@ -376,7 +378,7 @@ fn a_snapshot_brings_back_what_was_closed() {
     let second = run(&mut world);
     world.restore(&snapshot).expect("its own");
     assert_eq!(second, run(&mut world));
-    // The scheme begins anew, so that the first run may differ a little.
+    // The scheme restarts, so the two runs may differ slightly.
     assert_eq!(first.0.iter().filter(|o| **o).count() > 4, second.0.iter().filter(|o| **o).count() > 4);
 }
 

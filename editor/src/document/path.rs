@@ -7,7 +7,7 @@
 use sheetwork::InputError;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec, PressureKey, Scene};
 use sheetwork::sheet::Sheet;
-use sheetwork::thermal::ZERO_CELSIUS;
+use sheetwork::units::temperature::ZERO_CELSIUS;
 
 /// Path with the index of a sheet in place of its name.
 pub fn numbered(sheets: &[Sheet], path: &str) -> String {

@@ -20,10 +20,11 @@ pub struct Generate {
     /// Structure, by name (see `sheetwork list structures`).
     #[arg(long, required_unless_present = "cards")]
     structure: Option<StructureKind>,
-    /// Masses along the length, layers, masses along the width: 11x2x11.
+    /// Nodes along the length, layers, nodes along the width: 11x2x11.
     #[arg(long, value_parser = counts::<3>, required_unless_present = "cards")]
     grid: Option<[u32; 3]>,
-    /// Write a scene of playing cards instead: a pack that is dropped, a house, or a house and a ball thrown at it.
+    /// Write a scene of playing cards instead: a pack that is dropped, a house, or a house with a
+    /// thrown ball.
     #[arg(long, conflicts_with_all = ["structure", "grid"])]
     cards: Option<Deck>,
     /// Extent along x, m.
@@ -41,10 +42,11 @@ pub struct Generate {
     /// Material, by name (see `sheetwork list materials`).
     #[arg(long, default_value = "thesis")]
     material: String,
-    /// Mass of each node, kg, in place of the material's density.
+    /// Node mass, kg, in place of the material's density.
     #[arg(long, value_parser = mass)]
     node_mass: Option<f64>,
-    /// Write the sheet to a .SHT file, or the scene to a .ron file; a scene goes to standard output otherwise.
+    /// Write the sheet to a .SHT file, or the scene to a .ron file. Without it a scene goes to
+    /// standard output.
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Print the counts as JSON and nothing else.
@@ -125,7 +127,7 @@ impl Generate {
     }
 }
 
-/// Flags have no scene around them.
+/// Removes the scene's path from a field name, because flags are not part of a scene.
 fn unprefixed(mut error: InputError) -> InputError {
     if let Some(field) = error.field.strip_prefix("sheets.0.") {
         error.field = field.to_owned();

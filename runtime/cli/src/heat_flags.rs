@@ -1,4 +1,4 @@
-//! Flags of the cases of heat of `sheetwork measure`.
+//! Flags of the thermal rigs of `sheetwork measure`.
 
 use clap::Args;
 use glam::DVec3;
@@ -10,25 +10,25 @@ pub struct HeatFlags {
     /// Corners of the polygon, m: "x,y,z;x,y,z;..." (view-factor).
     #[arg(long, value_parser = polygon, allow_hyphen_values = true)]
     polygon: Option<Polygon>,
-    /// Place of the patch, m: x,y,z (view-factor).
+    /// Position of the patch, m: x,y,z (view-factor).
     #[arg(long, default_value = "0,0,0", value_parser = vector, allow_hyphen_values = true)]
     point: DVec3,
-    /// Where the patch looks: x,y,z (view-factor).
+    /// Normal of the patch: x,y,z (view-factor).
     #[arg(long, default_value = "0,1,0", value_parser = vector, allow_hyphen_values = true)]
     normal: DVec3,
     /// Fourier number: diffusivity times time over the length squared (conduction).
     #[arg(long, default_value = "0.1", value_parser = number)]
     fo: f64,
-    /// Temperature at the start, °C (cooling: default 120; radiate: that of the surroundings).
+    /// Initial temperature, °C (cooling: default 120; radiate: that of the surroundings).
     #[arg(long, value_parser = temperature)]
     from: Option<f64>,
-    /// Temperature to reach, °C (cooling).
+    /// Final temperature, °C (cooling).
     #[arg(long, default_value = "60", value_parser = temperature)]
     to: f64,
     /// Temperature of the surroundings, °C (cooling, radiate).
     #[arg(long, default_value = "20", value_parser = temperature)]
     ambient: f64,
-    /// Convection of both sides together, W/(m² K) (cooling, radiate).
+    /// Convection coefficient, sum of both sides, W/(m² K) (cooling, radiate).
     #[arg(long, default_value = "0", value_parser = convection)]
     convection: f64,
     /// Temperature of the black heater, °C (radiate).
@@ -37,15 +37,16 @@ pub struct HeatFlags {
     /// View factor of the heater from one side (radiate).
     #[arg(long, default_value = "0.5", value_parser = number)]
     view: f64,
-    /// How long, s (default 60 for radiate, 10 for creep).
+    /// Duration, s (default 60 for radiate, 10 for creep).
     #[arg(long, value_parser = time)]
     pub seconds: Option<f64>,
-    /// Temperature of the sheet, °C (default 100 for softening; for creep 40 K above the glass transition, or 20 where there is none).
+    /// Temperature of the sheet, °C (default 100 for softening; for creep 40 K above the glass
+    /// transition, or 20 without one).
     #[arg(long, value_parser = temperature)]
     pub celsius: Option<f64>,
 }
 
-/// A polygon, of a type that clap does not take for a list of arguments.
+/// A polygon as one type, because clap treats a plain `Vec` as a list of arguments.
 #[derive(Clone)]
 struct Polygon(Vec<DVec3>);
 
@@ -68,7 +69,7 @@ impl HeatFlags {
     }
 }
 
-/// Three numbers separated by commas.
+/// Parses three numbers separated by commas.
 fn vector(text: &str) -> Result<DVec3, String> {
     let parts: Vec<f64> = text.split(',').map(number).collect::<Result<_, _>>()?;
     let all: [f64; 3] = parts.try_into().map_err(|_| format!("\"{text}\" is not x,y,z"))?;

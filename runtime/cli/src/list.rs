@@ -1,4 +1,4 @@
-//! `sheetwork list`: what there is to choose from.
+//! `sheetwork list`: names of structures, integrators, materials, rigs and scenes.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,7 +15,7 @@ use sheetwork_rigs::output::{print_json, print_line};
 
 #[derive(Args)]
 pub struct List {
-    /// What to list.
+    /// Kind of names to list.
     what: What,
     /// Folder of the scenes.
     #[arg(long, default_value = "assets/scenes")]
@@ -62,7 +62,7 @@ impl List {
     }
 }
 
-/// Columns of the materials as people read them: key, heading with unit, factor to that unit.
+/// Columns of the material table: key, heading with unit, factor to that unit.
 const CONSTANTS: [(&str, &str, f64); 7] = [
     ("young_pa", "E GPa", 1e-9),
     ("poisson", "ν", 1.0),
@@ -77,7 +77,7 @@ fn cell(row: &Value, (key, _, factor): (&str, &str, f64)) -> String {
     let text = row[key].as_f64().map_or_else(
         || "-".to_owned(),
         |value| {
-            // Through fewer digits than the factor may disturb.
+            // Rounding removes the last digits that the factor may disturb.
             let value = value * factor;
             if value != 0.0 && value.abs() < 1e-3 {
                 format!("{value:.2e}")
@@ -123,7 +123,7 @@ fn materials() -> Vec<Value> {
     material::LIBRARY.iter().map(row).collect()
 }
 
-/// The scenes of a folder, by file name; a file that is not a valid scene is listed with its fault.
+/// Scenes of a folder, by file name; an invalid scene is listed with its error.
 fn scenes(folder: &Path) -> Result<Vec<Value>, InputError> {
     let entries = std::fs::read_dir(folder).map_err(|e| InputError::io(folder, &e))?;
     let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).collect();

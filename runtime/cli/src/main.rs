@@ -1,6 +1,7 @@
-//! The command line. Its flags, JSON keys and exit statuses are a contract; `README.md` and `--help` describe it.
+//! The command line. Its flags, JSON keys and exit statuses are a contract; `README.md` and
+//! `--help` describe them.
 //!
-//! Exit status: 0 done; 1 a sheet went unstable or a limit was missed; 2 bad input.
+//! Exit status: 0 success; 1 a sheet became unstable or a limit was exceeded; 2 invalid input.
 
 pub(crate) mod generate;
 pub(crate) mod heat_flags;
@@ -29,37 +30,37 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Run a scene without a screen and report what happened.
+    /// Run a scene without a screen and report the result.
     Run(run::Run),
-    /// Run a journal again, and say where it first comes out otherwise.
+    /// Repeat the run of a journal and report the first deviation.
     Replay(replay::Replay),
-    /// Generate a sheet: count its masses and springs, write it as a .SHT file.
+    /// Generate a sheet: count its nodes and springs, write it as a .SHT file.
     Generate(generate::Generate),
     /// Put a sheet on a virtual test rig.
     Measure(Box<measure::Measure>),
-    /// Long campaigns that end in tables, files and plots.
+    /// Long campaigns with tables, files and plots as results.
     Bench(sheetwork_rigs::bench::Bench),
-    /// Report on a material in a sheet: its stiffness, and what a structure delivers of it.
+    /// Report on a material in a sheet: its stiffness, and the delivered stiffness of a structure.
     Material(material::MaterialCommand),
-    /// Run a scene in real time, for others to watch and to command.
+    /// Run a scene in real time, for clients to observe and control.
     Serve(link::Serve),
-    /// Watch a running game: a live view, or CSV or JSON.
+    /// Show a running game: a live view, or CSV or JSON.
     Watch(link::Watch),
     /// List the parameters of a running game, with unit and range.
     Params(link::Parameters),
-    /// One parameter of a running game.
+    /// Show one parameter of a running game.
     Get(link::Get),
-    /// Set a parameter of a running game, from its next step on.
+    /// Set a parameter of a running game, in effect from its next step.
     Set(link::Set),
-    /// Play, pause, step, reset and load a running game, take a snapshot and go back to it.
+    /// Play, pause, step, reset or load a running game, or store and restore a snapshot.
     Tell(link::Tell),
     /// Record a running game.
     Record(link::Record),
-    /// Take hold of a running game's sheet, pull, and feel the force.
+    /// Grab a running game's sheet, pull it, and report the force.
     Grab(link::Grab),
-    /// Work out what the answers of a study come to: mean, deviation, median, Student's t.
+    /// Evaluate the answers of a study: mean, deviation, median, Student's t.
     Study(study::Study),
-    /// List structures, engines, materials, cases or scenes.
+    /// List structures, integrators, materials, rigs or scenes.
     List(list::List),
 }
 
@@ -96,7 +97,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// A scene with every PATH=VALUE of `--set` in place of its own.
+/// Applies every PATH=VALUE of `--set` to a scene.
 fn overridden(scene: Scene, overrides: &[String]) -> Result<Scene, InputError> {
     overrides.iter().try_fold(scene, |scene, item| {
         let parts = item.split_once('=');

@@ -1,4 +1,5 @@
-//! `sheetwork material`: what a material does in a sheet, and what the sheet's structure delivers of it.
+//! `sheetwork material`: properties of a material in a sheet, and the delivered stiffness of the
+//! sheet's structure.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -6,9 +7,9 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::{Value, json};
 use sheetwork::InputError;
-use sheetwork::material::report::{MaterialReport, ReportRequest, material_report};
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::scene::{Material, MaterialChoice};
+use sheetwork::sheet::material_report::{MaterialReport, ReportRequest, material_report};
 use sheetwork_rigs::measure::Setup;
 
 use sheetwork_rigs::output::{counts, print_json, print_line};
@@ -17,24 +18,25 @@ use sheetwork_rigs::quantities::{acceleration, density, length, number, pressure
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct MaterialCommand {
-    /// Material: a name (see `sheetwork list materials`), or a file that ends in `.ron`.
+    /// Material: a name (see `sheetwork list materials`), or a file with the extension `.ron`.
     material: String,
     /// Structure.
     #[arg(long, default_value = "shell")]
     structure: StructureKind,
-    /// Masses along length and width of the bottom layer.
+    /// Nodes along length and width of the bottom layer.
     #[arg(long, default_value = "21x21", value_parser = counts::<2>)]
     grid: [u32; 2],
-    /// Layers; the structure's fewest or most where it cannot have 2.
+    /// Number of layers; default 2, limited to the structure's range.
     #[arg(long)]
     layers: Option<u32>,
     /// Length of the sheet, m.
     #[arg(long, default_value = "0.25", value_parser = length)]
     length: f64,
-    /// Width of the sheet, m; that of a triangular structure yields to whole rows of equilateral triangles.
+    /// Width of the sheet, m. In a triangular structure it is rounded to whole rows of equilateral
+    /// triangles.
     #[arg(long, default_value = "0.25", value_parser = length)]
     width: f64,
-    /// Distance between layers, m (default a quarter of the spacing of the grid).
+    /// Distance between layers, m (default a quarter of the node spacing).
     #[arg(long, value_parser = length)]
     gap: Option<f64>,
     /// Thickness, m, in place of the material's.
@@ -106,7 +108,7 @@ impl MaterialCommand {
     }
 }
 
-/// Four significant digits, with an exponent where plain digits would be many.
+/// Four significant digits, with an exponent outside 1e-3 to 1e5.
 fn short(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {

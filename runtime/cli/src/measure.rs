@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use clap::Args;
 use serde_json::Value;
 use sheetwork::InputError;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Burgers, Material, SpringLaw, material};
 use sheetwork_rigs::measure::{Boundary, Setup, TABLE, measure};
 
@@ -17,21 +17,22 @@ use sheetwork_rigs::quantities::{acceleration, angle, density, length, number, p
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Measure {
-    /// Case, by name (see `sheetwork list cases`).
+    /// Rig, by name (see `sheetwork list cases`).
     case: String,
     /// Structure.
     #[arg(long, default_value = "shell")]
     structure: StructureKind,
-    /// Masses along length and width of the bottom layer.
+    /// Nodes along length and width of the bottom layer.
     #[arg(long, default_value = "21x21", value_parser = counts::<2>)]
     grid: [u32; 2],
-    /// Layers; the structure's fewest or most where it cannot have 2.
+    /// Number of layers; default 2, limited to the structure's range.
     #[arg(long)]
     layers: Option<u32>,
-    /// Engine.
+    /// Time integrator.
     #[arg(long, default_value = "tr-bdf2")]
     engine: EngineKind,
-    /// Step, s, or a fraction such as 1/60, which is the default of implicit engines; for explicit ones a stable step is chosen.
+    /// Step, s, or a fraction such as 1/60. Default: 1/60 with an implicit integrator, a stable
+    /// step with an explicit one.
     #[arg(long, value_parser = time)]
     dt: Option<f64>,
     /// Young's modulus, Pa (default 3e9).
@@ -46,10 +47,10 @@ pub struct Measure {
     /// Thickness, m (default 5e-4).
     #[arg(long, value_parser = length)]
     thickness: Option<f64>,
-    /// Material by name, for what the four flags above do not say.
+    /// Material by name, for constants without a flag above.
     #[arg(long)]
     material: Option<String>,
-    /// Length of the sheet, m (default 0.25; of the part that bends 0.02 for fold).
+    /// Length of the sheet, m (default 0.25), or of the bending part (fold, default 0.02).
     #[arg(long, value_parser = length)]
     length: Option<f64>,
     /// Width of the sheet, m.
@@ -58,38 +59,39 @@ pub struct Measure {
     /// Gravity, m/s².
     #[arg(long, default_value = "9.81", value_parser = acceleration)]
     gravity: f64,
-    /// Damping ratio of the slowest bending motion; for the springs of cases with bodies a fraction of their critical.
+    /// Damping ratio of the slowest bending mode; for springs of rigs with bodies, a fraction of
+    /// their critical damping.
     #[arg(long, default_value = "0.05", value_parser = number)]
     damping_ratio: f64,
-    /// Angle of the incline, of the sheet that lands, or of the fold, degrees (default 20 for incline, 30 for edge-landing, 90 for
-    /// fold).
+    /// Angle of the incline, of the landing sheet, or of the fold, degrees (default 20 for incline,
+    /// 30 for edge-landing, 90 for fold).
     #[arg(long, value_parser = angle)]
     angle: Option<f64>,
-    /// Coefficient of friction (cases with bodies).
+    /// Friction coefficient (rigs with bodies).
     #[arg(long, default_value = "0.3", value_parser = number)]
     friction: f64,
-    /// Coefficient of restitution (cases with bodies; default 0.5 for bounce, else 0).
+    /// Restitution coefficient (rigs with bodies; default 0.5 for bounce, else 0).
     #[arg(long, value_parser = number)]
     restitution: Option<f64>,
-    /// Height of the drop, m (default 0.2 for bounce, 0.05 for drop-box, 1 for edge-landing).
+    /// Drop height, m (default 0.2 for bounce, 0.05 for drop-box, 1 for edge-landing).
     #[arg(long, value_parser = length)]
     height: Option<f64>,
-    /// Speed at the start, m/s (slide, impact).
+    /// Initial speed, m/s (slide, impact).
     #[arg(long, default_value = "1", value_parser = speed)]
     speed: f64,
-    /// Speed of the ball over that of its scene, 0.1 to 3 (card-house).
+    /// Factor on the ball speed of the scene, 0.1 to 3 (card-house).
     #[arg(long, default_value = "1", value_parser = number)]
     throw: f64,
-    /// Rate of spin, rad/s (spin).
+    /// Angular velocity, rad/s (spin).
     #[arg(long, default_value = "10", value_parser = number)]
     rate: f64,
-    /// How the edges are held: cantilever, clamped, supported or free (frequency).
+    /// Boundary condition of the edges: cantilever, clamped, supported or free (frequency).
     #[arg(long, default_value = "cantilever")]
     boundary: Boundary,
-    /// Modes of vibration (frequency).
+    /// Number of vibration modes (frequency).
     #[arg(long, default_value = "3")]
     modes: u32,
-    /// Side of the square, m; the length if left out (pedestal, supports).
+    /// Side of the square, m; default the length (pedestal, supports).
     #[arg(long, value_parser = length)]
     side: Option<f64>,
     /// Side of the clamped patch, m (pedestal).
@@ -104,19 +106,21 @@ pub struct Measure {
     /// Side of the box, m (drop-box, weight).
     #[arg(long = "box", default_value = "0.1", value_parser = length)]
     box_side: f64,
-    /// Sheets in the pile (stack).
+    /// Number of sheets in the pile (stack).
     #[arg(long, default_value = "5")]
     sheets: u32,
-    /// Land on a corner and not on an edge (edge-landing).
+    /// Land on a corner in place of an edge (edge-landing).
     #[arg(long)]
     corner: bool,
-    /// Land with the surface on a wedge's ridge, with --corner on a needle's tip (edge-landing).
+    /// Land with the surface on the ridge of a wedge, with --corner on the tip of a needle
+    /// (edge-landing).
     #[arg(long)]
     edge_of_body: bool,
-    /// Lie on a sheet that is held everywhere and not on a plane (incline, slide), or be hit by a sheet and not by a ball (impact).
+    /// Use a sheet with all nodes fixed in place of a plane (incline, slide), or a striking sheet
+    /// in place of a ball (impact).
     #[arg(long)]
     on_sheet: bool,
-    /// Halve the step so often and measure the rebound again (edge-landing).
+    /// Number of halvings of the step, each with a measurement of the rebound (edge-landing).
     #[arg(long, default_value = "0")]
     refine: u32,
     /// Threads that step several sheets (stack, card-pack, card-house).
@@ -134,13 +138,14 @@ pub struct Measure {
     /// Retardation time, s (creep; default 1).
     #[arg(long, value_parser = time)]
     retardation_time: Option<f64>,
-    /// Retarded strain over that at once (creep; default 0.5).
+    /// Retarded strain over instantaneous strain (creep; default 0.5).
     #[arg(long, value_parser = number)]
     retarded: Option<f64>,
-    /// Step from flat to rest instead of solving for equilibrium (cantilever and other cases of equilibrium).
+    /// Step from flat to rest in place of the equilibrium solution (cantilever and other
+    /// equilibrium rigs).
     #[arg(long)]
     dynamic: bool,
-    /// Cover the rectangle with the triangles that sheets of any outline have.
+    /// Mesh the rectangle with the triangles of sheets with an outline.
     #[arg(long)]
     outlined: bool,
     #[command(flatten)]
@@ -245,7 +250,7 @@ impl Measure {
         })
     }
 
-    /// How the sheet creeps: as `base`, or the default, but for what the flags say.
+    /// Creep constants: those of `base` or the defaults, replaced by the flags given.
     fn burgers(&self, base: Option<Burgers>) -> Option<Burgers> {
         let flags = [self.relaxation_time, self.retardation_time, self.retarded];
         let from = base.or_else(|| Setup::default().material.burgers.filter(|_| flags.iter().any(Option::is_some)));
@@ -257,7 +262,8 @@ impl Measure {
     }
 }
 
-/// The changes of grid of the case `detail` as a table: a row a shape, a column a change, in each the pop in percent of the deflection.
+/// Changes of grid of the rig `detail` as a table: a row per shape, a column per change, with the
+/// pop in percent of the deflection.
 fn changes(value: &Value) -> Option<Vec<String>> {
     let mut rows: Vec<(&str, Vec<f64>)> = Vec::new();
     let mut columns: Vec<&str> = Vec::new();

@@ -1,4 +1,4 @@
-//! `sheetwork replay`: a journal is run again; whether it comes out the same, and where it first does not.
+//! `sheetwork replay`: repeats the run of a journal and reports the first deviation.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,15 +12,15 @@ use sheetwork_rigs::output::{print_json, print_line};
 
 #[derive(Args)]
 pub struct Replay {
-    /// The journal, as `sheetwork run SCENE --journal FILE` writes it.
+    /// Journal written by `sheetwork run SCENE --journal FILE`.
     file: PathBuf,
-    /// Go to after this step and report on the world there, in place of running all of it again.
+    /// Go to the state after this step and report it, without a replay of the whole journal.
     #[arg(long, value_name = "STEP")]
     seek: Option<u64>,
-    /// Folder of the files that the scene names, where it is not the one of then.
+    /// Folder of the files that the scene names, if different from the original one.
     #[arg(long)]
     base: Option<PathBuf>,
-    /// Threads to step sheets on; the result does not depend on it.
+    /// Threads to step sheets on; the result is independent of it.
     #[arg(long, default_value_t = 1)]
     threads: usize,
     /// Print JSON and nothing else.

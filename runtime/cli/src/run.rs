@@ -1,4 +1,4 @@
-//! `sheetwork run`: a scene, stepped to its end, and a report.
+//! `sheetwork run`: steps a scene to its end and reports the result.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::{ProgressBar, ProgressStyle};
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Scene, library};
 use sheetwork::sheet::Opening;
 use sheetwork::world::journal::{Input, Writer};
@@ -18,7 +18,7 @@ use sheetwork_rigs::output::{print_json, print_line, writable};
 use sheetwork_rigs::quantities;
 use sheetwork_rigs::quantities::time;
 
-/// Frames a simulated second: for the recording, the progress bar and the watch on penetration.
+/// Frames per simulated second for the recording, the progress bar and the penetration statistics.
 const FRAME_RATE: f64 = 60.0;
 
 #[derive(Args)]
@@ -26,19 +26,19 @@ const FRAME_RATE: f64 = 60.0;
 pub struct Run {
     /// Scene file (RON), or the name of one in assets/scenes.
     scene: PathBuf,
-    /// Simulated time, s; the scene's own if left out.
+    /// Simulated time, s; default the scene's own.
     #[arg(long, value_parser = time)]
     seconds: Option<f64>,
-    /// Step of the engine, s, or a fraction such as 1/60.
+    /// Time step, s, or a fraction such as 1/60.
     #[arg(long, value_parser = time)]
     dt: Option<f64>,
-    /// Engine, by name (see `sheetwork list engines`).
+    /// Time integrator, by name (see `sheetwork list engines`).
     #[arg(long)]
     engine: Option<EngineKind>,
-    /// Threads to step sheets on; the result does not depend on it.
+    /// Threads to step sheets on; the result is independent of it.
     #[arg(long, default_value_t = 1)]
     threads: usize,
-    /// Go on stepping sheets that have come to rest.
+    /// Disable sleeping of sheets at rest.
     #[arg(long)]
     no_sleep: bool,
     /// Set any field of the scene: PATH=VALUE, as in sheets.0.material.young=2e9. May be repeated.
@@ -47,16 +47,17 @@ pub struct Run {
     /// Write the report to a file, as JSON.
     #[arg(long)]
     report: Option<PathBuf>,
-    /// Record positions, 60 frames a simulated second.
+    /// Record positions, 60 frames per simulated second.
     #[arg(long)]
     record: Option<PathBuf>,
-    /// Write a journal: what was done, step by step, and what came of it, for `sheetwork replay`.
+    /// Write a journal of inputs and checksums of every step, for `sheetwork replay`.
     #[arg(long)]
     journal: Option<PathBuf>,
-    /// Steps from one snapshot in the journal to the next.
+    /// Steps between snapshots in the journal.
     #[arg(long, default_value_t = 60)]
     key_every: u32,
-    /// Set a parameter while it runs, at a simulated time (s): TIME:PATH=VALUE, as in 0.5:gravity=(0,0,0). May be repeated.
+    /// Set a parameter during the run, at a simulated time (s): TIME:PATH=VALUE, as in
+    /// 0.5:gravity=(0,0,0). May be repeated.
     #[arg(long = "at", value_name = "TIME:PATH=VALUE")]
     changes: Vec<String>,
     /// Print the report as JSON and nothing else.
@@ -67,7 +68,7 @@ pub struct Run {
 impl Run {
     pub fn execute(self) -> Result<ExitCode, InputError> {
         let scene = self.scene()?;
-        // Now, and not when hours have gone into it.
+        // Before the run, so that an invalid path fails at once.
         [&self.report, &self.record, &self.journal].into_iter().flatten().try_for_each(|file| writable(file))?;
         let mut world = World::new(&scene)?;
         if self.threads == 0 || self.threads > 1024 {
@@ -89,7 +90,7 @@ impl Run {
         Ok(if report.status == "ok" { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    /// The scene with everything the command line says in place of its own.
+    /// The scene with the overrides of the command line.
     fn scene(&self) -> Result<Scene, InputError> {
         let mut scene = overridden(Scene::load(&library::find(&self.scene))?, &self.overrides)?;
         for (flag, path, value) in [("--seconds", "duration", self.seconds), ("--dt", "dt", self.dt)] {
@@ -129,7 +130,7 @@ impl Run {
             let batch = per_frame.min(steps - done);
             let start = ProcessTime::now();
             for _ in 0..batch {
-                // In order of time, the last first.
+                // Sorted by time, the last first.
                 while let Some((_, input)) = changes.pop_if(|(time, _)| *time <= world.time() + 1e-9 * world.dt()) {
                     match &mut journal {
                         Some(journal) => journal.input(world, input)?,
@@ -155,7 +156,7 @@ impl Run {
         Ok(world.report(cpu, &penetration))
     }
 
-    /// What is set while it runs, the last first.
+    /// Parameter changes during the run, sorted by time, the last first.
     fn changes(&self, duration: f64) -> Result<Vec<(f64, Input)>, InputError> {
         let bad = |item: &str| InputError::new("--at", format!("\"{item}\" is not TIME:PATH=VALUE"));
         let mut all = Vec::with_capacity(self.changes.len());
@@ -229,7 +230,7 @@ fn table(report: &Report) -> String {
     lines.join("\n")
 }
 
-/// Where a sheet opened, and of what.
+/// Place and cause of an opened cell.
 fn opening(o: &Opening) -> String {
     let [x, y, z] = o.place_m;
     let how = if o.melted { "melted" } else { "torn" };

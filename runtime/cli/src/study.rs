@@ -1,4 +1,4 @@
-//! `sheetwork study`: what the answers of a study come to.
+//! `sheetwork study`: statistics of the answers of a study.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,10 +12,10 @@ use sheetwork_rigs::output::{print_json, print_line};
 
 #[derive(Args)]
 pub struct Study {
-    /// Tables of answers, as the editor's study mode writes them; those of the thesis when left out.
+    /// Tables of answers, as written by the editor's study mode; those of the thesis by default.
     #[arg(default_value = "assets/study/thesis.csv")]
     files: Vec<PathBuf>,
-    /// The sheet that the others are compared with.
+    /// Sheet of comparison.
     #[arg(long, value_name = "SHEET", default_value = AGAINST, value_parser = PossibleValuesParser::new(SHEETS))]
     against: String,
     /// Print JSON and nothing else.
@@ -42,7 +42,7 @@ impl Study {
     }
 }
 
-/// Width of the column that says what was asked.
+/// Width of the column with the questions.
 const ASKED: usize = 44;
 
 fn tables(findings: &Findings) -> Result<(), InputError> {

@@ -1,11 +1,11 @@
-//! Which cases of `sheetwork measure` take which flags: a flag that is given to a case which does not is told, since what is measured is then
-//! not what was asked for.
+//! Flags of `sheetwork measure` by rig. A flag that a rig ignores is reported, because the
+//! measurement then differs from the request.
 
 use clap::ArgMatches;
 use clap::parser::ValueSource;
 use sheetwork_rigs::measure::TABLE;
 
-/// Flags, by their names in [`crate::measure::Measure`], of some cases only, and those.
+/// Flags of some rigs only, by their names in [`crate::measure::Measure`], and those rigs.
 const OF_CASES: &[(&str, &[&str])] = &[
     ("angle", &["edge-landing", "fold", "incline"]),
     ("height", &["bounce", "drop-box", "edge-landing"]),
@@ -39,14 +39,14 @@ const OF_CASES: &[(&str, &[&str])] = &[
     ("celsius", &["creep", "softening"]),
 ];
 
-/// Flags of cases with bodies.
+/// Flags of rigs with bodies.
 const OF_BODIES: &[&str] = &["friction", "restitution"];
 
-/// Cases that are scenes of their own, and all that they take.
+/// Rigs with scenes of their own, and their flags.
 const SCENES: &[&str] = &["card-house", "card-pack"];
 const OF_SCENES: &[&str] = &["case", "engine", "dt", "threads", "throw", "json"];
 
-/// Flags among `given` that `case` does not take, as they are written.
+/// Flags among `given` that `case` ignores, as written on the command line.
 fn left_out<'a>(case: &str, given: impl Iterator<Item = &'a str>) -> Vec<String> {
     let takes = |id: &str| {
         let of = OF_CASES.iter().find(|(flag, _)| *flag == id);
@@ -63,7 +63,7 @@ fn left_out<'a>(case: &str, given: impl Iterator<Item = &'a str>) -> Vec<String>
     given.filter(|id| !takes(id)).map(written).collect()
 }
 
-/// Says on standard error which flags of the command line `case` does not take.
+/// Reports on standard error the flags of the command line that `case` ignores.
 pub fn tell(case: &str, matches: &ArgMatches) {
     if !TABLE.iter().any(|c| c.name == case) {
         return;
@@ -93,7 +93,7 @@ mod tests {
         assert_eq!(left("card-house", &["case", "throw", "threads", "grid", "friction"]), ["--grid", "--friction"]);
     }
 
-    /// What `arguments` of `measure` measure, times apart.
+    /// Result of `measure` with `arguments`, without times.
     fn measured(arguments: &[&str]) -> serde_json::Value {
         let command = Measure::augment_args(Command::new("measure"));
         let matches = command.get_matches_from([&["measure"], arguments].concat());

@@ -1,4 +1,4 @@
-//! The command line as its users meet it: flags, JSON keys, exit statuses and messages of the built program.
+//! Contract of the command line: flags, JSON keys, exit statuses and messages of the built program.
 
 mod cli {
     pub mod common;

@@ -1,6 +1,6 @@
-//! A campaign spread over a Dask cluster of two workers, of which one is killed meanwhile, gives what one process gives. Needs Python with
-//! dask[distributed]: SHEETWORK_PYTHON, the system's, or a virtual environment that is made in the target folder; skipped with a
-//! message where none can be had.
+//! A campaign on a Dask cluster of two workers, one of which is killed meanwhile, gives the results
+//! of a single process. Needs Python with dask[distributed]: SHEETWORK_PYTHON, the system's, or a
+//! virtual environment created in the target folder. Skipped with a message without one.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -15,7 +15,8 @@ fn a_python() -> Option<PathBuf> {
     python("import distributed", &folder, &["dask[distributed]"])
 }
 
-/// Kills a worker as soon as it has begun a shard, and the process of the shard with it; without a nanny nobody starts it again.
+/// Kills a worker and its process when it has begun a shard. Without a nanny the worker is not
+/// restarted.
 const SCRIPT: &str = r#"
 import os, signal, sys, threading, time
 sys.path.insert(0, FOLDER)
@@ -78,7 +79,7 @@ fn a_map_survives_the_death_of_a_worker_and_is_the_same() {
     assert_eq!(read(&spread, "stability.csv"), read(&alone, "stability.csv"));
     assert_eq!(read(&spread, "stability.md"), read(&alone, "stability.md"));
     assert!(read(&spread, "stability-trimm.svg").contains("<svg"));
-    // A shard that is missing is missed.
+    // A missing shard is an error.
     std::fs::remove_file(spread.join("stability-3-of-6.csv")).expect("there");
     std::fs::remove_file(spread.join("stability.csv")).expect("there");
     let mut lacking = Command::new(binary);

@@ -1,4 +1,5 @@
-//! `assets/README.md` is held to what the program does: every field, name and file is in it, and its examples work.
+//! Agreement of `assets/README.md` with the program: it contains every field, name and file, and
+//! its examples work.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -16,13 +17,13 @@ fn readme() -> String {
     std::fs::read_to_string(assets().join("README.md")).expect("assets/README.md")
 }
 
-/// The fenced blocks of the README whose first line is `fence`.
+/// Fenced blocks of the README whose first line is `fence`.
 fn blocks(text: &str, fence: &str) -> Vec<String> {
     let start = format!("```{fence}\n");
     text.split(&start).skip(1).map(|rest| rest.split("\n```").next().unwrap_or_default().to_owned()).collect()
 }
 
-/// A scene with every optional field present and every list filled, so that all names of fields are in its tree.
+/// A scene with every optional field and non-empty lists, so that its tree has all field names.
 fn fullest() -> Scene {
     let text = r#"(
         room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
@@ -79,7 +80,7 @@ fn every_field_of_a_scene_is_documented() {
     names(&serde_json::to_value(fullest()).expect("a tree"), &mut fields);
     assert!(fields.len() > 60, "the scene is not full: {fields:?}");
     let missing: Vec<_> = fields.iter().filter(|f| !readme.contains(&format!("`{f}`"))).collect();
-    // Variants of an enum are documented with what they hold: `Polyhedron((...))`.
+    // Enum variants are documented with their content: `Polyhedron((...))`.
     let missing: Vec<_> = missing.into_iter().filter(|f| !readme.contains(&format!("`{f}("))).collect();
     assert!(missing.is_empty(), "not in assets/README.md: {missing:?}");
 }

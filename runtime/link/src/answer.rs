@@ -1,4 +1,4 @@
-//! Doing what was asked, and saying what came of it.
+//! Execution of commands, and their answers.
 
 use std::path::Path;
 
@@ -11,16 +11,16 @@ use sheetwork::sheet::Status;
 use sheetwork::world::Snapshot;
 use sheetwork::{InputError, Parameter, World};
 
-/// Largest answer, bytes; what is longer comes in parts.
+/// Maximum size of an answer, bytes; longer ones are split into parts.
 pub const ANSWER_BYTES: usize = 16 << 10;
-/// Most snapshots that are kept; the oldest goes.
+/// Maximum number of stored snapshots; the oldest is discarded.
 const SNAPSHOTS: usize = 16;
-/// Most steps in one command.
+/// Maximum number of steps in one command.
 const MOST_STEPS: u32 = 10_000;
-/// Bytes of the scene's text in one answer: escapes may double it.
+/// Bytes of the scene's text in one answer; escapes at most double them.
 const SCENE_PART: usize = 7000;
 
-/// What a link keeps for those who command.
+/// State of a link for its commanding clients.
 #[derive(Default)]
 pub struct Desk {
     pub grabs: Grabs,
@@ -30,7 +30,7 @@ pub struct Desk {
 type Body = Map<String, Value>;
 
 impl Desk {
-    /// Does `command`; what the answer has beside the time.
+    /// Executes `command` and returns the body of its answer.
     pub fn perform(&mut self, host: &mut dyn Host, command: &Command) -> Result<Body, InputError> {
         match command {
             Command::Status => Ok(object(serde_json::to_value(standing(host)).unwrap_or_default())),
@@ -108,7 +108,8 @@ fn object(value: Value) -> Body {
     }
 }
 
-/// Names of the sheets that went unstable: they stand still until a reset, or until a snapshot of when they were sound is restored.
+/// Names of the unstable sheets. They are frozen until a reset, or until a snapshot from before the
+/// instability is restored.
 pub fn stopped(world: &World) -> Vec<String> {
     let unstable = world.sheets().iter().filter(|s| matches!(s.status, Status::Unstable { .. }));
     unstable.map(|s| s.name.clone()).take(64).collect()
@@ -135,13 +136,13 @@ fn parameter(p: &Parameter) -> Value {
     })
 }
 
-/// As many parameters from `from` on as one answer holds.
+/// As many parameters from `from` on as fit into one answer.
 fn parameters(all: &[Parameter], from: usize) -> Body {
     let mut list = Vec::new();
     let mut bytes = 256;
     let mut next = None;
     for (index, p) in all.iter().enumerate().skip(from) {
-        // Values and paths are escaped at worst to twice their length.
+        // Escapes at most double the length of values and paths.
         bytes += 2 * (p.path.len() + p.value.len()) + 128;
         if bytes > ANSWER_BYTES && !list.is_empty() {
             next = Some(index);

@@ -1,23 +1,23 @@
-//! Who is attached: processes, by number and name.
+//! Attached processes, by number and name.
 
 use std::path::Path;
 
 /// A process that is attached to a game.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Attached {
-    /// Its number.
+    /// Process number.
     pub process: u32,
-    /// Its program, and the first word that it was started with: "sheetwork watch", "python3 tip_height.py". Empty where the system
-    /// does not tell.
+    /// Program and first argument: "sheetwork watch", "python3 tip_height.py". Empty on systems
+    /// that do not report it.
     pub name: String,
-    /// Streams that it reads: frames, fields, topology, events; one counted twice where it reads it twice.
+    /// Number of subscriptions to streams: frames, fields, topology, events.
     pub reads: usize,
     /// Whether it may send commands.
     pub commands: bool,
 }
 
 impl Attached {
-    /// One more port of `process` in the list; one it reads by, or one it commands by.
+    /// Counts one more port of `process`, for reading or for commands.
     pub(crate) fn count(list: &mut Vec<Self>, process: u32, commands: bool) {
         let at = list.iter().position(|a| a.process == process).unwrap_or_else(|| {
             list.push(Self { process, name: name_of(process), reads: 0, commands: false });
@@ -35,7 +35,7 @@ impl std::fmt::Display for Attached {
     }
 }
 
-/// Program of a process, and the first word it was started with that is no flag.
+/// Program of a process, and its first argument that is not a flag.
 fn name_of(process: u32) -> String {
     let line = std::fs::read(format!("/proc/{process}/cmdline")).unwrap_or_default();
     let line = String::from_utf8_lossy(&line);

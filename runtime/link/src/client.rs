@@ -1,6 +1,6 @@
-//! The other end of a link: what a process holds that watches a game and commands it.
+//! The client's end of a link: commands to a game, and access to its streams.
 //!
-//! Reading is in `reader`.
+//! Streams are read by `reader`.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ use crate::reader::{Events, Frames, LOOK_EVERY, Topology};
 use crate::server::{Control, control};
 use crate::{Ipc, LinkError, clean_up, node_at};
 
-/// A process's hold on a game.
+/// A connection to a game.
 pub struct Client {
     place: LinkPlace,
     patience: Duration,
@@ -30,32 +30,32 @@ pub struct Client {
 /// A parameter of a running game.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct RemoteParameter {
-    /// Its path.
+    /// Path.
     pub path: String,
-    /// Its value, as text that `set` takes back.
+    /// Value, as text that `set` accepts.
     pub value: String,
-    /// Its unit; empty for a name or a plain number.
+    /// Unit; empty for a name or a plain number.
     pub unit: String,
-    /// "number" (or "none" where there may be none), "vector", "boolean" or "name".
+    /// "number" (or "none" for an optional number without a value), "vector", "boolean" or "name".
     pub kind: String,
-    /// Smallest value, of a number.
+    /// Minimum of a number.
     pub min: Option<f64>,
-    /// Largest value, of a number.
+    /// Maximum of a number.
     pub max: Option<f64>,
 }
 
 impl RemoteParameter {
-    /// Its value, of a number.
+    /// Value of a number.
     pub fn number(&self) -> Option<f64> {
         if self.kind == "number" { self.value.parse().ok() } else { None }
     }
 
-    /// Its value, of a boolean.
+    /// Value of a boolean.
     pub fn boolean(&self) -> Option<bool> {
         if self.kind == "boolean" { self.value.parse().ok() } else { None }
     }
 
-    /// Its value, of a vector.
+    /// Value of a vector.
     pub fn vector(&self) -> Option<[f64; 3]> {
         let inner = self.value.strip_prefix('(').and_then(|v| v.strip_suffix(')')).filter(|_| self.kind == "vector")?;
         let parts: Result<Vec<f64>, _> = inner.split(',').map(|c| c.trim().parse()).collect();
@@ -63,12 +63,12 @@ impl RemoteParameter {
     }
 }
 
-/// What a hand feels.
+/// Force and position of a grab.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 pub struct PulledTo {
     /// Force on the hand, N.
     pub force: [f64; 3],
-    /// Where the point is that it holds, m.
+    /// Position of the grabbed point, m.
     pub position: [f64; 3],
     /// Simulated time, s.
     pub time: f64,
@@ -78,9 +78,9 @@ impl Client {
     /// Attaches to the game that serves `place`.
     ///
     /// # Errors
-    /// When there is none, it is of another version, or this user may not.
+    /// No game, another version, or missing permission.
     pub fn attach(place: &LinkPlace) -> Result<Self, LinkError> {
-        // A folder that is not there was made by no game: nothing is left behind by having looked.
+        // A missing folder means that no game has served there; it is not created.
         if !place.root().exists() {
             return Err(LinkError::NoGame(place.name().into(), String::new()));
         }
@@ -99,10 +99,10 @@ impl Client {
         Ok(Self { place: place.clone(), patience: Duration::from_secs(2), port, control, node })
     }
 
-    /// Attaches, and waits up to `patience` for a game to be there.
+    /// Attaches, and waits up to `patience` for a game.
     ///
     /// # Errors
-    /// As [`Client::attach`], at the end of that time.
+    /// As [`Client::attach`], after that time.
     pub fn attach_within(place: &LinkPlace, patience: Duration) -> Result<Self, LinkError> {
         let start = Instant::now();
         loop {
@@ -117,33 +117,33 @@ impl Client {
         }
     }
 
-    /// How long to wait for an answer; two seconds unless told otherwise.
+    /// Sets the time limit for answers; 2 s by default.
     pub fn set_patience(&mut self, patience: Duration) {
         self.patience = patience;
     }
 
-    /// Where the game is.
+    /// Place of the link.
     pub fn place(&self) -> &LinkPlace {
         &self.place
     }
 
-    /// Whether a game serves it, as far as is known: one that was killed counts until someone has cleaned up.
+    /// Whether a game serves the link. A killed game counts until its remains are removed.
     pub fn is_served(&self) -> bool {
         self.control.dynamic_config().number_of_servers() > 0
     }
 
-    /// Sends a command and waits for its answer: the JSON object.
+    /// Sends a command and returns the JSON object of its answer.
     ///
     /// # Errors
-    /// When the game refuses, or does not answer in time.
+    /// A rejected command, or no answer in time.
     pub fn send(&self, command: &Command) -> Result<Map<String, Value>, LinkError> {
         self.send_bytes(&command.to_bytes())
     }
 
-    /// Sends any bytes as a command, and waits for the answer.
+    /// Sends bytes as a command and returns the answer.
     ///
     /// # Errors
-    /// When they are too many, the game refuses, or does not answer in time.
+    /// Too many bytes, a rejected command, or no answer in time.
     pub fn send_bytes(&self, bytes: &[u8]) -> Result<Map<String, Value>, LinkError> {
         if bytes.len() > MOST_BYTES {
             return Err(LinkError::Refused(format!("the command has {} bytes; at most {MOST_BYTES} go", bytes.len())));
@@ -170,18 +170,18 @@ impl Client {
         serde_json::from_value(Value::Object(answer)).map_err(|e| LinkError::Unlike(format!("an answer: {e}")))
     }
 
-    /// How the game stands.
+    /// Status of the game.
     ///
     /// # Errors
-    /// When it does not answer.
+    /// No answer.
     pub fn status(&self) -> Result<Standing, LinkError> {
         self.ask(&Command::Status)
     }
 
-    /// Every parameter of the running world.
+    /// All parameters of the running world.
     ///
     /// # Errors
-    /// When the game does not answer.
+    /// No answer.
     pub fn parameters(&self) -> Result<Vec<RemoteParameter>, LinkError> {
         #[derive(Deserialize)]
         struct Part {
@@ -193,7 +193,7 @@ impl Client {
             let part: Part = self.ask(&Command::Params { from })?;
             all.extend(part.params);
             match part.next {
-                // Only forwards: an answer that leads back would never end.
+                // Only increasing indices, so that the loop terminates for any answer.
                 Some(next) if next > from => from = next,
                 _ => return Ok(all),
             }
@@ -203,24 +203,25 @@ impl Client {
     /// One parameter.
     ///
     /// # Errors
-    /// When there is none of that path, or the game does not answer.
+    /// An unknown path, or no answer.
     pub fn get(&self, path: &str) -> Result<RemoteParameter, LinkError> {
         self.ask(&Command::Get { path: path.into() })
     }
 
-    /// Sets a parameter, in effect from the next step on: a number, a boolean, or text as a scene file has it; returns the old value.
+    /// Sets a parameter, in effect from the next step, and returns the old value. The value is a
+    /// number, a boolean, or text as in a scene file.
     ///
     /// # Errors
-    /// When the game refuses, with its reason, or does not answer.
+    /// A rejected value, with the reason, or no answer.
     pub fn set(&self, path: &str, value: impl std::fmt::Display) -> Result<String, LinkError> {
         let answer = self.send(&Command::Set { path: path.into(), value: value.to_string() })?;
         Ok(answer.get("old").and_then(Value::as_str).unwrap_or_default().to_owned())
     }
 
-    /// The scene that the game runs, as text in RON.
+    /// The scene of the game, as text in RON.
     ///
     /// # Errors
-    /// When the game does not answer.
+    /// No answer.
     pub fn scene(&self) -> Result<String, LinkError> {
         #[derive(Deserialize)]
         struct Part {
@@ -238,49 +239,53 @@ impl Client {
         }
     }
 
-    /// Takes hold of the material point (u, v) of a sheet by a spring of `stiffness` N/m; the number of the grab.
+    /// Grabs the material point (u, v) of a sheet with a spring of `stiffness` N/m and returns the
+    /// number of the grab.
     ///
     /// # Errors
-    /// When the game refuses or does not answer.
+    /// A rejected grab, or no answer.
     pub fn grab(&self, sheet: &str, (u, v): (f64, f64), stiffness: f64) -> Result<u64, LinkError> {
         let answer = self.send(&Command::Grab { sheet: sheet.into(), u, v, stiffness })?;
         answer.get("grab").and_then(Value::as_u64).ok_or_else(|| LinkError::Unlike("no grab in the answer".into()))
     }
 
-    /// Moves the hand of `grab` to `target` (m), and says what it feels. To be called up to a thousand times a second.
+    /// Moves the hand of `grab` to `target` (m) and returns its force. Suited for up to a thousand
+    /// calls per second.
     ///
     /// # Errors
-    /// When the grab holds nothing any more, the game refuses, or does not answer.
+    /// A grab that has ended, a rejected command, or no answer.
     pub fn pull(&self, grab: u64, target: [f64; 3]) -> Result<PulledTo, LinkError> {
         self.ask(&Command::Pull { grab, target })
     }
 
-    /// Frames from now on: positions, contact and temperature, or, where `complete`, normals, strain and energies too.
+    /// Subscribes to frames: positions, contact and temperature; with `complete` also normals,
+    /// strain and energies.
     ///
     /// # Errors
-    /// When there are twelve readers already, or no memory.
+    /// Twelve readers already, or no memory.
     pub fn frames(&self, complete: bool) -> Result<Frames, LinkError> {
         Frames::new(&self.node, &self.place, complete)
     }
 
-    /// Which masses make triangles, from now on: to be asked with every frame that is drawn.
+    /// Subscribes to the topology: the triangles of each sheet. To be checked with every drawn
+    /// frame.
     ///
     /// # Errors
-    /// When there are twelve readers already, or no memory.
+    /// Twelve readers already, or no memory.
     pub fn topology(&self) -> Result<Topology, LinkError> {
         Topology::new(&self.node, &self.place)
     }
 
-    /// Events from now on.
+    /// Subscribes to events.
     ///
     /// # Errors
-    /// When there are twelve readers already, or no memory.
+    /// Twelve readers already, or no memory.
     pub fn events(&self) -> Result<Events, LinkError> {
         Events::new(&self.node, &self.place)
     }
 }
 
-/// The error, and which other links there are.
+/// Adds the names of other links to the error.
 fn with_others(error: LinkError, place: &LinkPlace) -> LinkError {
     let LinkError::NoGame(name, _) = error else { return error };
     let mut others = Vec::new();

@@ -1,8 +1,9 @@
-//! What can be asked of a running world, and who does it: the game.
+//! Commands to a running world, and the interface of the game that executes them.
 //!
-//! A command is a JSON object with its name as `op` and the version of the protocol as `layout`:
-//! `{"layout":1,"op":"set","path":"gravity","value":"(0,-1.6,0)"}`. The answer has `ok`, `epoch`, `steps`, `time`, and what was asked for, or
-//! `error`. Every command is done between two steps, in the order they came; what it changed is in effect from the next one.
+//! A command is a JSON object with its name as `op` and the protocol version as `layout`:
+//! `{"layout":1,"op":"set","path":"gravity","value":"(0,-1.6,0)"}`. The answer has `ok`, `epoch`,
+//! `steps`, `time`, and the result or `error`. Commands are executed between two steps, in the
+//! order of arrival, and take effect from the next step.
 
 use std::path::Path;
 
@@ -11,87 +12,88 @@ use serde::{Deserialize, Serialize};
 use crate::layout::LAYOUT;
 use sheetwork::{InputError, World};
 
-/// Largest command that is read, bytes.
+/// Maximum size of a command, bytes.
 pub const MOST_BYTES: usize = 16 << 10;
 
 /// A command.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "op", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Command {
-    /// How the game stands: [`Standing`].
+    /// Returns the status of the game: [`Standing`].
     Status,
-    /// Every parameter with value, unit and range, from this index on; `next` says where to go on.
+    /// Returns parameters with value, unit and range, from this index on; `next` is the index for
+    /// the next request.
     Params {
-        /// Index of the first.
+        /// Index of the first parameter.
         #[serde(default)]
         from: usize,
     },
-    /// One parameter: its value, kind, unit and range.
+    /// Returns one parameter: value, kind, unit and range.
     Get {
-        /// Its path.
+        /// Path.
         path: String,
     },
     /// Sets a parameter; the answer has the `old` value.
     Set {
-        /// Its path.
+        /// Path.
         path: String,
-        /// The value, as a scene file has it.
+        /// Value, as in a scene file.
         value: String,
     },
-    /// Lets time pass.
+    /// Continues the simulation.
     Play,
-    /// Stops time.
+    /// Pauses the simulation.
     Pause,
-    /// Takes so many steps and pauses.
+    /// Takes steps, then pauses.
     Step {
-        /// 1 to 10000.
+        /// Number of steps, 1 to 10000.
         steps: u32,
     },
-    /// Puts the world back to its scene.
+    /// Resets the world to its scene.
     Reset,
-    /// Opens a scene file of the game's machine.
+    /// Opens a scene file on the game's machine.
     Load {
-        /// The file.
+        /// Path of the file.
         file: String,
     },
-    /// Keeps the world as it is under a name, in the game's memory.
+    /// Stores a snapshot under a name, in the game's memory.
     Snapshot {
         /// Any name up to 64 bytes.
         #[serde(default)]
         name: String,
     },
-    /// Goes back to what was kept; see [`World::restore`].
+    /// Restores a stored snapshot; see [`World::restore`].
     Restore {
-        /// Its name.
+        /// Name of the snapshot.
         #[serde(default)]
         name: String,
     },
-    /// The scene, as text, from this byte on; `next` says where to go on.
+    /// Returns the text of the scene from this byte on; `next` is the byte for the next request.
     Scene {
-        /// Byte to begin at.
+        /// First byte.
         #[serde(default)]
         from: usize,
     },
-    /// Takes hold of a material point; the answer has the number of the `grab` and the `position`.
+    /// Grabs a material point; the answer has the number of the `grab` and the `position`.
     Grab {
-        /// The sheet.
+        /// Name of the sheet.
         sheet: String,
-        /// Place along the length, 0 to 1.
+        /// Material coordinate along the length, 0 to 1.
         u: f64,
-        /// Place along the width, 0 to 1.
+        /// Material coordinate along the width, 0 to 1.
         v: f64,
-        /// Of the spring between hand and sheet, N/m.
+        /// Stiffness of the spring between hand and sheet, N/m.
         stiffness: f64,
     },
-    /// Moves the hand; the answer has the `force` that it feels and the point's `position`. A grab that is not moved for two
-    /// seconds lets go.
+    /// Moves the hand; the answer has the `force` on it and the point's `position`. A grab without
+    /// a move for two seconds is released.
     Pull {
         /// Number of the grab.
         grab: u64,
-        /// Where to, m.
+        /// Position of the hand, m.
         target: [f64; 3],
     },
-    /// Lets go.
+    /// Releases a grab.
     Release {
         /// Number of the grab.
         grab: u64,
@@ -99,17 +101,17 @@ pub enum Command {
 }
 
 impl Command {
-    /// The command as it is sent.
+    /// Serialises the command.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut object = serde_json::to_value(self).unwrap_or_default();
         object["layout"] = LAYOUT.into();
         serde_json::to_vec(&object).unwrap_or_default()
     }
 
-    /// The command in these bytes.
+    /// Deserialises a command.
     ///
     /// # Errors
-    /// When they are none, or of another version: a sentence.
+    /// Invalid JSON, an unknown command or another version, as a sentence.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         if bytes.len() > MOST_BYTES {
             return Err(format!("the command has {} bytes; at most {MOST_BYTES} are read", bytes.len()));
@@ -126,67 +128,68 @@ impl Command {
     }
 }
 
-/// How a game stands.
+/// Status of a game.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Standing {
     /// Name of the scene.
     pub scene: String,
-    /// Engine.
+    /// Time integrator.
     pub engine: String,
-    /// Its step, s.
+    /// Time step, s.
     pub dt: f64,
-    /// Whether time passes.
+    /// Whether the simulation runs.
     pub playing: bool,
     /// Names of the sheets.
     pub sheets: Vec<String>,
-    /// Process that runs the game.
+    /// Process number of the game.
     pub process: u32,
-    /// Events so far.
+    /// Number of events so far.
     pub events: usize,
-    /// Names of the sheets that went unstable: they stand still until a reset, or until a snapshot of when they were sound is restored.
+    /// Names of the unstable sheets. They are frozen until a reset, or until a snapshot from before
+    /// the instability is restored.
     #[serde(default)]
     pub stopped: Vec<String>,
 }
 
-/// A game, as the link drives it.
+/// Interface of a game to the link.
 pub trait Host {
     /// The world.
     fn world(&self) -> &World;
 
-    /// The world, to be changed between steps.
+    /// The world, for changes between steps.
     fn world_mut(&mut self) -> &mut World;
 
-    /// Whether time passes.
+    /// Whether the simulation runs.
     fn playing(&self) -> bool;
 
-    /// Lets time pass, or stops it.
+    /// Continues or pauses the simulation.
     ///
     /// # Errors
-    /// When this game does not let others do that.
+    /// A game without this permission.
     fn play(&mut self, playing: bool) -> Result<(), InputError>;
 
-    /// Takes so many steps and pauses.
+    /// Takes steps, then pauses.
     ///
     /// # Errors
-    /// When this game does not let others do that.
+    /// A game without this permission.
     fn step(&mut self, steps: u32) -> Result<(), InputError> {
         self.play(false)?;
         (0..steps).for_each(|_| self.world_mut().step());
         Ok(())
     }
 
-    /// Sets a parameter; returns the old value.
+    /// Sets a parameter and returns the old value.
     ///
     /// # Errors
-    /// When there is none of that path, or the value is not allowed; nothing is changed then.
+    /// An unknown path or an invalid value; the world is then unchanged.
     fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
         self.world_mut().set(path, value)
     }
 
-    /// Puts the world back to its scene.
+    /// Resets the world to its scene.
     ///
     /// # Errors
-    /// When a file of the scene cannot be read any more, or this game does not let others do that.
+    /// An unreadable file of the scene, or a game without this permission.
     fn reset(&mut self) -> Result<(), InputError> {
         self.world_mut().reset()
     }
@@ -194,6 +197,6 @@ pub trait Host {
     /// Opens a scene file.
     ///
     /// # Errors
-    /// When it is not valid, or this game does not let others do that; the world is then as before.
+    /// An invalid scene, or a game without this permission; the world is then unchanged.
     fn load(&mut self, file: &Path) -> Result<(), InputError>;
 }

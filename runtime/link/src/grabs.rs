@@ -1,4 +1,4 @@
-//! Who holds a sheet: grabs by number, which let go when nobody moves them any more.
+//! Grabs of sheets by number, with automatic release.
 
 use std::time::{Duration, Instant};
 
@@ -6,13 +6,13 @@ use glam::DVec3;
 
 use sheetwork::{InputError, World};
 
-/// A grab that is not moved for so long lets go: its client has gone, or was stopped.
+/// Time without a move after which a grab is released, because its client has gone or was stopped.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 struct Grab {
     number: u64,
     sheet: String,
-    /// Which of the sheet's pulls it is.
+    /// Index among the sheet's pulls.
     index: usize,
     moved: Instant,
 }
@@ -25,7 +25,7 @@ pub struct Grabs {
 }
 
 impl Grabs {
-    /// Takes hold; the number of the grab and where the point is, m.
+    /// Grabs a point and returns the number of the grab and the point's position, m.
     pub fn grab(
         &mut self,
         world: &mut World,
@@ -41,7 +41,7 @@ impl Grabs {
         Ok((self.last, place))
     }
 
-    /// Moves the hand; the force it feels (N) and where the point is, m.
+    /// Moves the hand and returns the force on it (N) and the point's position, m.
     pub fn pull(&mut self, world: &mut World, number: u64, target: DVec3) -> Result<(DVec3, DVec3), InputError> {
         let gone = || InputError::new("grab", format!("{number} holds nothing any more"));
         let grab = self.list.iter_mut().find(|g| g.number == number).ok_or_else(gone)?;
@@ -52,7 +52,7 @@ impl Grabs {
         Ok((-pull.force(&sheet.x), pull.point(&sheet.x)))
     }
 
-    /// Lets go; false where it held nothing.
+    /// Releases a grab; false for an unknown number.
     pub fn release(&mut self, world: &mut World, number: u64) -> bool {
         let Some(at) = self.list.iter().position(|g| g.number == number) else { return false };
         let grab = self.list.remove(at);
@@ -62,7 +62,7 @@ impl Grabs {
         world.sheet_mut(&grab.sheet).is_some_and(|s| s.let_go(grab.index))
     }
 
-    /// Lets go of what nobody has moved for a while.
+    /// Releases grabs without a recent move.
     #[inline]
     pub fn expire(&mut self, world: &mut World) {
         if self.list.is_empty() {
@@ -74,14 +74,14 @@ impl Grabs {
         }
     }
 
-    /// Lets go of everything.
+    /// Releases all grabs.
     pub fn clear(&mut self, world: &mut World) {
         while let Some(number) = self.list.last().map(|g| g.number) {
             self.release(world, number);
         }
     }
 
-    /// Forgets everything: the sheets are others now.
+    /// Discards all grabs without a release, after a replacement of the sheets.
     pub fn forget(&mut self) {
         self.list.clear();
     }

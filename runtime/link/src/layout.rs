@@ -1,32 +1,34 @@
-//! Layout of a frame in shared memory: what the game writes and every reader checks.
+//! Layout of a frame in shared memory.
 //!
-//! A sample is one frame of the whole world: a [`FrameHeader`], a [`SheetHeader`] for each sheet, then the arrays, each at an
-//! offset that its sheet's header gives, in bytes from the start of the sample and a multiple of 64. Offset 0 is an array that
-//! is not there. Numbers are little endian, as the machine has them; positions and all else are SI, temperatures °C.
+//! A sample is one frame of the whole world: a [`FrameHeader`], a [`SheetHeader`] for each sheet,
+//! then the arrays. Each array is at an offset given by its sheet's header, in bytes from the start
+//! of the sample and a multiple of 64. Offset 0 means that the array is absent. Numbers are in
+//! native byte order (little endian), in SI units, temperatures in °C.
 //!
-//! | array | of each mass | unit |
+//! | array | per node | unit |
 //! |---|---|---|
 //! | positions | 3 f32 | m |
 //! | normals | 3 f32, unit vector out of the upper side | 1 |
-//! | strain | f32, mean strain of the edges that meet at it | 1 |
+//! | strain | f32, mean strain of the edges that meet at the node | 1 |
 //! | temperature | f32 | °C |
-//! | contact | u8, 1 where it touched a body in the last step | 1 |
+//! | contact | u8, 1 for contact with a body in the last step | 1 |
 //!
-//! The headers only grow at their end, and say how long they are; anything else that changes makes another [`LAYOUT`]. A
-//! reader trusts no number in a sample: [`FrameView::new`] checks all of them before anything is read.
+//! Headers contain their own length and may grow at their end. Any other change increments
+//! [`LAYOUT`]. A reader trusts no number in a sample: [`FrameView::new`] checks all of them before
+//! access.
 
 /// First bytes of every sample.
 pub const MAGIC: [u8; 8] = *b"sheetlnk";
 /// Version of the layout.
 pub const LAYOUT: u32 = 1;
-/// Units of the arrays, as the header says them.
+/// Units of the arrays, as in the header.
 pub const UNITS: [u8; 32] = *b"m 1 1 degC 1; s; J\0\0\0\0\0\0\0\0\0\0\0\0\0\0";
-/// Arrays begin at multiples of this, bytes.
+/// Alignment of the arrays, bytes.
 pub const ALIGNMENT: usize = 64;
-/// Most sheets in a frame.
+/// Maximum number of sheets in a frame.
 pub const MOST_SHEETS: usize = 4096;
 
-/// What is common to all sheets of a frame.
+/// Values common to all sheets of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct FrameHeader {
@@ -34,37 +36,37 @@ pub struct FrameHeader {
     pub magic: [u8; 8],
     /// [`LAYOUT`].
     pub layout: u32,
-    /// Bytes of this header.
+    /// Size of this header, bytes.
     pub header_bytes: u32,
-    /// Bytes of each sheet's header.
+    /// Size of each sheet's header, bytes.
     pub sheet_bytes: u32,
     /// Number of sheets.
     pub sheets: u32,
-    /// Bytes of the sample.
+    /// Size of the sample, bytes.
     pub bytes: u64,
-    /// Number of the run of the game that wrote it: another after every start.
+    /// Number of the run of the game, different after every start.
     pub epoch: u64,
-    /// Frames written in this epoch before this one; a gap is frames that were missed.
+    /// Number of previous frames in this epoch. A gap means missed frames.
     pub frame: u64,
-    /// Steps the world has taken.
+    /// Number of steps taken.
     pub steps: u64,
     /// Simulated time, s.
     pub time: f64,
-    /// Engine's step, s.
+    /// Time step, s.
     pub dt: f64,
     /// Wall-clock time of the last step or tick, s.
     pub step_time: f64,
-    /// When it was written: CLOCK_MONOTONIC of the machine, ns.
+    /// Time of writing: CLOCK_MONOTONIC of the machine, ns.
     pub written_at: u64,
-    /// 1 where the game plays, 0 where it is paused.
+    /// 1 for a running game, 0 for a paused one.
     pub playing: u32,
-    /// 1 where normals, strain and energies are in it.
+    /// 1 for a frame with normals, strain and energies.
     pub complete: u32,
     /// Number of bodies.
     pub bodies: u32,
-    /// Which topology of this epoch the sheets have: another number where triangles have opened or sheets are others.
+    /// Number of the topology in this epoch. It changes when cells open or sheets change.
     pub topology: u32,
-    /// Where the bodies are: of each 7 f32, its position (m) and its rotation (quaternion x, y, z, w).
+    /// Offset of the body poses, 7 f32 each: position (m) and rotation (quaternion x, y, z, w).
     pub bodies_at: u64,
     /// [`UNITS`].
     pub units: [u8; 32],
@@ -74,33 +76,33 @@ pub struct FrameHeader {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct SheetHeader {
-    /// Name, UTF-8, filled with zeros; cut where it is longer.
+    /// Name, UTF-8, padded with zeros; truncated to the size.
     pub name: [u8; 64],
-    /// Name of its structure, filled with zeros.
+    /// Name of its structure, padded with zeros.
     pub structure: [u8; 32],
-    /// Masses along the length, layers, masses along the width.
+    /// Nodes along the length, layers, nodes along the width.
     pub grid: [u32; 3],
-    /// Number of masses.
+    /// Number of nodes.
     pub masses: u32,
-    /// 0 awake, 1 asleep, 2 unstable and stopped.
+    /// 0 awake, 1 asleep, 2 unstable and frozen.
     pub status: u32,
-    /// Masses that touched a body in the last step.
+    /// Number of nodes in contact with a body in the last step.
     pub contacts: u32,
-    /// Kinetic, elastic, gravity's and total energy, J; NaN where the frame is not complete.
+    /// Kinetic, elastic, potential and total energy, J; NaN in an incomplete frame.
     pub energy: [f64; 4],
-    /// Where the positions are.
+    /// Offset of the positions.
     pub positions: u64,
-    /// Where the normals are.
+    /// Offset of the normals.
     pub normals: u64,
-    /// Where the strain is.
+    /// Offset of the strain.
     pub strain: u64,
-    /// Where the temperature is.
+    /// Offset of the temperature.
     pub temperature: u64,
-    /// Where the contact flags are.
+    /// Offset of the contact flags.
     pub contact: u64,
 }
 
-/// Fills a fixed field with a name, cut at a character.
+/// Fills a fixed field with a name, truncated at a character boundary.
 pub(crate) fn name_field<const N: usize>(name: &str) -> [u8; N] {
     let mut field = [0; N];
     let mut end = name.len().min(N);
@@ -118,12 +120,12 @@ pub(crate) fn name_of(field: &[u8]) -> &str {
 }
 
 impl SheetHeader {
-    /// Its name.
+    /// Name of the sheet.
     pub fn name(&self) -> &str {
         name_of(&self.name)
     }
 
-    /// Its structure's name.
+    /// Name of its structure.
     pub fn structure(&self) -> &str {
         name_of(&self.structure)
     }
@@ -134,14 +136,14 @@ pub(crate) const fn aligned(bytes: usize) -> usize {
     bytes.div_ceil(ALIGNMENT) * ALIGNMENT
 }
 
-/// A frame that was read: checked headers over the bytes of a sample.
+/// A received frame: checked headers over the bytes of a sample.
 #[derive(Clone, Copy)]
 pub struct FrameView<'a> {
     bytes: &'a [u8],
     header: FrameHeader,
 }
 
-/// A sheet of a frame that was read.
+/// A sheet of a received frame.
 #[derive(Clone, Copy)]
 pub struct SheetView<'a> {
     bytes: &'a [u8],
@@ -149,10 +151,11 @@ pub struct SheetView<'a> {
 }
 
 impl<'a> FrameView<'a> {
-    /// Looks at a sample; a sentence about what is wrong with it where it cannot be read.
+    /// Checks a sample.
     ///
     /// # Errors
-    /// When it is too short, of another layout, or names places outside itself.
+    /// A sample that is too short, has another layout, or has offsets outside itself, as a
+    /// sentence.
     pub fn new(bytes: &'a [u8]) -> Result<Self, String> {
         let header: FrameHeader = read(bytes, 0).ok_or_else(|| format!("{} bytes are no frame", bytes.len()))?;
         if header.magic != MAGIC {
@@ -179,7 +182,7 @@ impl<'a> FrameView<'a> {
         Ok(frame)
     }
 
-    /// What is common to all sheets.
+    /// Values common to all sheets.
     pub fn header(&self) -> &FrameHeader {
         &self.header
     }
@@ -206,7 +209,7 @@ impl<'a> FrameView<'a> {
 }
 
 impl<'a> SheetView<'a> {
-    /// What it is and how it fares.
+    /// Header of the sheet.
     pub fn header(&self) -> &SheetHeader {
         &self.header
     }
@@ -216,17 +219,17 @@ impl<'a> SheetView<'a> {
         self.array(self.header.positions).unwrap_or_default()
     }
 
-    /// Normals; empty where the frame is not complete.
+    /// Normals; empty in an incomplete frame.
     pub fn normals(&self) -> &'a [[f32; 3]] {
         self.array(self.header.normals).unwrap_or_default()
     }
 
-    /// Strain; empty where the frame is not complete.
+    /// Strain; empty in an incomplete frame.
     pub fn strain(&self) -> &'a [f32] {
         self.array(self.header.strain).unwrap_or_default()
     }
 
-    /// Temperature, °C; empty where nothing heats.
+    /// Temperature, °C; empty without heat.
     pub fn temperature(&self) -> &'a [f32] {
         self.array(self.header.temperature).unwrap_or_default()
     }
@@ -251,13 +254,13 @@ impl<'a> SheetView<'a> {
         }
     }
 
-    /// As many `T` as there are masses at `offset`.
+    /// An array of one `T` per node at `offset`.
     fn array<T: Plain>(&self, offset: u64) -> Option<&'a [T]> {
         array(self.bytes, offset, self.header.masses as usize)
     }
 }
 
-/// `n` of `T` at `offset`; none where that is 0, not aligned or beyond the end.
+/// `n` values of `T` at `offset`; none for offset 0, a misaligned offset, or one beyond the end.
 pub(crate) fn array<T: Plain>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T]> {
     let at = usize::try_from(offset).ok()?;
     let end = at.checked_add(n.checked_mul(size_of::<T>())?)?;
@@ -265,11 +268,11 @@ pub(crate) fn array<T: Plain>(bytes: &[u8], offset: u64, n: usize) -> Option<&[T
     if !part.as_ptr().cast::<T>().is_aligned() {
         return None;
     }
-    // SAFETY: the range is inside the sample, aligned for T, and any bytes make a T.
+    // SAFETY: the range is inside the sample and aligned for T, and T is valid for any bytes.
     Some(unsafe { std::slice::from_raw_parts(part.as_ptr().cast(), n) })
 }
 
-/// Types that any bytes make.
+/// Types that are valid for any bytes.
 ///
 /// # Safety
 /// Only plain numbers, arrays of them, and `repr(C)` structures of those.
@@ -284,33 +287,34 @@ unsafe impl Plain for [u32; 3] {}
 unsafe impl Plain for [f32; 3] {}
 // SAFETY: an array of plain numbers.
 unsafe impl Plain for [f32; 7] {}
-// SAFETY: `repr(C)`, of plain numbers and arrays of them.
+// SAFETY: `repr(C)`, with plain numbers and arrays of them.
 unsafe impl Plain for FrameHeader {}
-// SAFETY: `repr(C)`, of plain numbers and arrays of them.
+// SAFETY: `repr(C)`, with plain numbers and arrays of them.
 unsafe impl Plain for SheetHeader {}
 
-/// A `T` at byte `at`, wherever that is aligned.
+/// A `T` at byte `at`, without alignment.
 pub(crate) fn read<T: Plain>(bytes: &[u8], at: usize) -> Option<T> {
     let part = bytes.get(at..at.checked_add(size_of::<T>())?)?;
-    // SAFETY: the bytes are there, and any bytes make a T.
+    // SAFETY: the bytes exist, and T is valid for any bytes.
     Some(unsafe { part.as_ptr().cast::<T>().read_unaligned() })
 }
 
-/// The `n` numbers at `offset`, to be written; none where they do not lie in `out`, which a plan that fits never has.
+/// The `n` numbers at `offset` for writing. Empty if they lie outside `out`, which a valid plan
+/// rules out.
 pub(crate) fn take<T: Plain>(out: &mut [u8], offset: u64, n: usize) -> &mut [T] {
     let at = offset as usize;
     let Some(part) = out.get_mut(at..at + n * size_of::<T>()) else { return &mut [] };
     if !part.as_ptr().cast::<T>().is_aligned() {
         return &mut [];
     }
-    // SAFETY: inside `out`, aligned, and any bytes make a T.
+    // SAFETY: inside `out`, aligned, and T is valid for any bytes.
     unsafe { std::slice::from_raw_parts_mut(part.as_mut_ptr().cast(), n) }
 }
 
 /// Copies a header to byte `at`.
 pub(crate) fn put<T: Plain>(out: &mut [u8], at: usize, value: T) {
     if let Some(part) = out.get_mut(at..at + size_of::<T>()) {
-        // SAFETY: as many bytes as a T has; T is made of plain numbers.
+        // SAFETY: the range has the size of T, and T has plain numbers only.
         unsafe { part.as_mut_ptr().cast::<T>().write_unaligned(value) };
     }
 }

@@ -1,23 +1,25 @@
-//! The live link: other processes see a running world in shared memory and turn its knobs.
+//! The live link: other processes read a running world in shared memory and change its parameters.
 //!
-//! A game holds a [`Link`]. After its steps it calls [`Link::exchange`], which answers what other processes asked since the last
-//! time, in the order they asked, and then shows them the world. Others hold a [`Client`]: any number of processes up to twelve, in
-//! Rust, in Python (`runtime/link/python`) or on the command line (`sheetwork watch`, `set`, ...).
+//! A game owns a [`Link`]. After its steps it calls [`Link::exchange`], which answers the commands
+//! received since the last call, in order, and then publishes the world. Up to twelve other
+//! processes own a [`Client`] each, in Rust, in Python (`runtime/link/python`) or on the command
+//! line (`sheetwork watch`, `set`, ...).
 //!
-//! Out go frames ([`layout`]), written straight into shared memory ([iceoryx2](https://iceoryx.io)), and events. In come
-//! commands ([`Command`]), each with an answer. With nobody there nothing is written: the game then pays for looking whether there is.
+//! Output is frames ([`layout`]), written directly into shared memory
+//! ([iceoryx2](https://iceoryx.io)), and events. Input is commands ([`Command`]), each with an
+//! answer. Without readers nothing is written: the cost for the game is then the check for readers.
 //!
-//! | stream | what | for |
+//! | stream | content | purpose |
 //! |---|---|---|
-//! | `frames` | positions, contact flags, temperature | whoever follows the motion |
-//! | `fields` | the same with normals, strain and energies | whoever needs those: they cost time |
-//! | `topology` | which masses make triangles, when that changes | whoever draws |
-//! | `events` | what happened, one JSON object each | logs, triggers |
-//! | `control` | commands and their answers, JSON | knobs |
+//! | `frames` | positions, contact flags, temperature | motion |
+//! | `fields` | frames with normals, strain and energies, which cost time | analysis |
+//! | `topology` | triangles of each sheet, after changes | drawing |
+//! | `events` | one JSON object each | logs, triggers |
+//! | `control` | commands and their answers, JSON | parameters |
 //!
-//! Either end may die at any moment. Readers of a stopped game wait, and see another epoch when it starts again. A game never
-//! waits for a reader: one that is slow or stopped misses frames. What a dead process leaves behind, the next one removes.
-//! Who may attach: [`place`].
+//! Either end may terminate at any moment. Readers of a stopped game wait, and see another epoch
+//! after its restart. A game never waits for a reader: a slow or stopped reader misses frames.
+//! Remains of a terminated process are removed by the next one. Permissions: [`place`].
 
 pub(crate) mod answer;
 pub(crate) mod attached;
@@ -48,13 +50,13 @@ pub use crate::place::LinkPlace;
 pub use crate::reader::{Events, Frame, Frames, Topology};
 pub use crate::server::{Link, LinkStatistics};
 
-/// Variant of iceoryx2: between processes, ports that may move between threads.
+/// Variant of iceoryx2: inter-process, with ports that may move between threads.
 type Ipc = ipc_threadsafe::Service;
 
-/// Most readers of a stream, and most processes that send commands.
+/// Maximum number of readers of a stream, and of processes that send commands.
 pub const MOST_CLIENTS: usize = 12;
 
-/// A frame and a topology of `world` as a game would write them: to try readers on.
+/// A frame and a topology of `world` as a game would write them, for tests of readers.
 pub fn samples(world: &World) -> (Vec<u8>, Vec<u8>) {
     let plan = plan::Plan::new(world);
     let mut frame = vec![0; plan.bytes[1]];
@@ -65,29 +67,29 @@ pub fn samples(world: &World) -> (Vec<u8>, Vec<u8>) {
     (frame, meshes)
 }
 
-/// Why a link, or something asked of it, did not come about.
+/// Errors of a link.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LinkError {
     /// No game serves a link of this name.
     #[error("no game serves the link \"{0}\"{1}")]
     NoGame(String, String),
-    /// Another process serves it already.
+    /// Another process serves the link.
     #[error("another process already serves the link \"{0}\"; give this one another name")]
     Taken(String),
-    /// The game, or this library, refused, and why.
+    /// A rejection by the game or this library, with the reason.
     #[error("{0}")]
     Refused(String),
-    /// The game did not answer in time.
+    /// No answer from the game in time.
     #[error("the game does not answer")]
     Silent,
-    /// The other end is of another version, or no Sheetwork.
+    /// The other end has another version or is not Sheetwork.
     #[error("the other end does not fit: {0}")]
     Unlike(String),
-    /// As many are attached as may be; what no more of them can do.
+    /// The maximum number of processes is attached; the text names the operation.
     #[error("no more than {most} processes may {0} at once, and as many do: end one of them, and try again half a second later",
         most = MOST_CLIENTS)]
     Full(&'static str),
-    /// Shared memory cannot be had: full, or not allowed.
+    /// Shared memory is exhausted or not permitted.
     #[error("shared memory: {0}")]
     Memory(String),
 }
@@ -98,30 +100,30 @@ impl From<LinkError> for sheetwork::InputError {
     }
 }
 
-/// Times that it is looked again, 50 ms apart, whether what is unfinished in shared memory may be removed.
+/// Number of checks, 50 ms apart, for unfinished objects in shared memory before a start.
 const TIDYINGS: usize = 40;
 
-/// Removes what dead processes have left at `place`.
+/// Removes the remains of terminated processes at `place`.
 fn clean_up(node: &Node<Ipc>, place: &LinkPlace) {
     if place.tidy() {
         node.try_cleanup_dead_nodes();
     }
 }
 
-/// Lets iceoryx2 say only what cannot be told otherwise, unless `IOX2_LOG_LEVEL` asks for more.
+/// Limits the log of iceoryx2 to fatal messages, unless `IOX2_LOG_LEVEL` is set.
 fn quiet_log() {
     static ONCE: std::sync::Once = std::sync::Once::new();
     ONCE.call_once(|| set_log_level_from_env_or(LogLevel::Fatal));
 }
 
-/// A node at a place, which removes what dead processes have left there.
+/// Creates a node at a place and removes the remains of terminated processes there.
 fn node_at(place: &LinkPlace, name: &str) -> Result<Node<Ipc>, LinkError> {
     quiet_log();
     place.ready()?;
     if place::free_shared_memory() < stream::MARGIN {
         return Err(LinkError::Memory("/dev/shm is full".into()));
     }
-    // A node that is made cleans up first.
+    // The creation of a node cleans up first.
     for _ in 0..TIDYINGS {
         if place.tidy() {
             break;
@@ -136,7 +138,7 @@ fn node_at(place: &LinkPlace, name: &str) -> Result<Node<Ipc>, LinkError> {
     node.create::<Ipc>().map_err(|e| memory(&e))
 }
 
-/// Nanoseconds of the machine's CLOCK_MONOTONIC, which all its processes share.
+/// CLOCK_MONOTONIC of the machine, common to all its processes, ns.
 pub fn monotonic_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64

@@ -1,8 +1,9 @@
-//! Where a link is: its name, the folder of its files, who may attach.
+//! Place of a link: its name, the folder of its files, and its permissions.
 //!
-//! A link is a name. Its files lie in a folder of the user's own, `/tmp/sheetwork-link-UID`, mode 0700, or the one that the
-//! variable `SHEETWORK_LINK_ROOT` names; its shared memory has mode 0600. So only processes of the same user (and root)
-//! attach. A folder that is someone else's, a symbolic link, or open to others is refused.
+//! A link has a name. Its files are in a folder of the user, `/tmp/sheetwork-link-UID` with mode
+//! 0700, or the folder in the variable `SHEETWORK_LINK_ROOT`; its shared memory has mode 0600. Only
+//! processes of the same user (and root) can attach. A folder of another user, a symbolic link, or
+//! a folder open to others is rejected.
 
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -12,16 +13,17 @@ use iceoryx2::prelude::*;
 
 use crate::LinkError;
 
-/// An object that has no size yet after so long will never have one: it takes its maker microseconds.
+/// Age of an object without a size after which its creator must have terminated; creation takes
+/// microseconds.
 const UNFINISHED: Duration = Duration::from_secs(1);
-/// Variable that names another folder.
+/// Environment variable with another folder.
 pub const ROOT_VARIABLE: &str = "SHEETWORK_LINK_ROOT";
-/// Variable that names the link that is meant when none is given.
+/// Environment variable with the default name of the link.
 pub const NAME_VARIABLE: &str = "SHEETWORK_LINK";
-/// Name of a link that nobody gave a name.
+/// Default name of a link.
 pub const DEFAULT_NAME: &str = "sheetwork";
 
-/// A link's name and folder.
+/// Name and folder of a link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkPlace {
     name: String,
@@ -29,20 +31,21 @@ pub struct LinkPlace {
 }
 
 impl LinkPlace {
-    /// The link of that name in the user's folder; an empty name is `SHEETWORK_LINK`'s, or "sheetwork".
+    /// The link of that name in the user's folder. An empty name stands for `SHEETWORK_LINK`, or
+    /// "sheetwork".
     ///
     /// # Errors
-    /// When the name is not 1 to 32 letters, digits, `-` or `_`.
+    /// A name other than 1 to 32 letters, digits, `-` or `_`.
     pub fn new(name: &str) -> Result<Self, LinkError> {
         let root = std::env::var_os(ROOT_VARIABLE).filter(|r| !r.is_empty());
         let root = root.map_or_else(|| PathBuf::from(format!("/tmp/sheetwork-link-{}", user())), PathBuf::from);
         Self::within(&root, name)
     }
 
-    /// The link of that name in a folder of the caller's choice.
+    /// The link of that name in a given folder.
     ///
     /// # Errors
-    /// When the name is not valid.
+    /// An invalid name.
     pub fn within(root: &Path, name: &str) -> Result<Self, LinkError> {
         let fallback = || std::env::var(NAME_VARIABLE).ok().filter(|n| !n.is_empty());
         let name = match name {
@@ -56,24 +59,24 @@ impl LinkPlace {
         Ok(Self { name, root: root.to_path_buf() })
     }
 
-    /// Its name.
+    /// Name of the link.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The folder of its files.
+    /// Folder of its files.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// Beginning of the names of its objects in /dev/shm: other folders have others, so that they do not meet.
+    /// Prefix of the names of its objects in /dev/shm, different for each folder.
     pub fn prefix(&self) -> String {
         let bytes = self.root.as_os_str().as_encoded_bytes();
         let hash = bytes.iter().fold(0x811c_9dc5_u32, |h, b| (h ^ u32::from(*b)).wrapping_mul(0x0100_0193));
         format!("sheetwork_{hash:08x}_")
     }
 
-    /// Makes the folder if there is none, and checks whose it is.
+    /// Creates the folder if it is missing and checks its owner and mode.
     pub(crate) fn ready(&self) -> Result<(), LinkError> {
         let refused = |why: String| Err(LinkError::Refused(format!("{}: {why}", self.root.display())));
         let made = std::fs::DirBuilder::new().recursive(true).mode(0o700).create(&self.root);
@@ -91,8 +94,9 @@ impl LinkPlace {
         }
     }
 
-    /// Removes objects of shared memory that a process was killed over before they had a size: iceoryx2 waits without end for those to be
-    /// finished when it removes what the dead have left. False where there is one that may yet be: then it must not be asked to.
+    /// Removes shared-memory objects of processes that were killed before they set a size. The
+    /// clean-up of iceoryx2 would wait for these objects without a time limit. Returns false while
+    /// such an object may still be finished; the clean-up must not run then.
     pub(crate) fn tidy(&self) -> bool {
         let prefix = self.prefix();
         let mut finished = true;
@@ -105,14 +109,16 @@ impl LinkPlace {
         finished
     }
 
-    /// iceoryx2's configuration: its own defaults, and not what a file of the machine says, because both ends must agree.
+    /// Configuration of iceoryx2: its built-in defaults, independent of configuration files,
+    /// because both ends must agree.
     pub(crate) fn config(&self) -> Result<Config, LinkError> {
         let bad = |what: &str| LinkError::Refused(format!("{}: {what}", self.root.display()));
         let mut config = Config::default();
         let path = iceoryx2::prelude::Path::new(self.root.as_os_str().as_encoded_bytes());
         config.global.set_root_path(&path.map_err(|_| bad("too long, or not a path"))?);
         config.global.prefix = FileName::new(self.prefix().as_bytes()).map_err(|_| bad("no prefix"))?;
-        // A node that goes would wait without end for what a killed process has left unfinished; see `clean_up`, which tidies first.
+        // The destruction of a node would wait without a time limit for unfinished objects of
+        // killed processes; see `clean_up`, which removes these first.
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         Ok(config)
     }
@@ -124,12 +130,12 @@ impl LinkPlace {
     }
 }
 
-/// The user who runs this process.
+/// Effective user of this process.
 fn user() -> u32 {
     rustix::process::geteuid().as_raw()
 }
 
-/// Free bytes of shared memory; all there can be where that cannot be told.
+/// Free shared memory, bytes; the maximum on systems that do not report it.
 pub(crate) fn free_shared_memory() -> u64 {
     rustix::fs::statvfs("/dev/shm").map_or(u64::MAX, |s| s.f_bavail.saturating_mul(s.f_frsize))
 }

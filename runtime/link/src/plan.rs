@@ -1,12 +1,14 @@
-//! What a world's frames look like: sizes, offsets, which masses are neighbours. Made anew when its sheets change; when one opens, only what
-//! joins its masses follows, and only where someone reads of that.
+//! Plan of a world's frames: sizes, offsets and neighbours of nodes.
+//!
+//! A change of sheets creates a new plan. Opening of cells updates only triangles and edges, and
+//! only for readers of these.
 
 use crate::layout::{ALIGNMENT, FrameHeader, MOST_SHEETS, SheetHeader, aligned, name_field};
 use sheetwork::World;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::sheet::Sheet;
 
-/// An edge to measure strain along.
+/// An edge for the strain of its nodes.
 #[derive(Clone, Copy)]
 pub struct Edge {
     pub a: u32,
@@ -15,44 +17,44 @@ pub struct Edge {
     pub inverse_rest: f64,
 }
 
-/// A sheet's part of the frames.
+/// Plan of one sheet.
 pub struct SheetPlan {
     name: String,
     masses: usize,
     grid: (u32, u32, u32),
     structure: StructureKind,
     heated: bool,
-    /// Header with the offsets of a frame of positions, and of a complete one.
+    /// Headers with the offsets of a frame of positions, and of a complete one.
     pub headers: [SheetHeader; 2],
-    /// Cells along the length and along the width of a sheet that can open.
+    /// Cells along length and width of a sheet with fracture or slits.
     pub cells: (usize, usize),
-    /// Triangles of the whole sheet.
+    /// Number of triangles without open cells.
     most_triangles: usize,
-    /// Edges of the whole sheet.
+    /// Edges without open cells.
     whole: Vec<Edge>,
-    /// What was open when it was last looked, and when the following were made.
+    /// Revision of open cells at the last check, and at the last update of triangles and edges.
     seen: u64,
     opening: Option<u64>,
     /// Triangles of all layers, counter-clockwise seen from the upper side.
     pub triangles: Vec<[u32; 3]>,
     pub edges: Vec<Edge>,
-    /// One over the number of edges that meet at each mass.
+    /// Inverse number of edges at each node.
     pub share: Vec<f32>,
 }
 
-/// The frames of a world.
+/// Plan of a world's frames.
 #[derive(Default)]
 pub struct Plan {
     pub sheets: Vec<SheetPlan>,
     /// Size of a frame of positions, and of a complete one, bytes.
     pub bytes: [usize; 2],
-    /// Number of bodies, and where they are.
+    /// Number of bodies, and offset of their poses.
     pub bodies: usize,
     pub bodies_at: usize,
 }
 
 impl Plan {
-    /// The plan for `world`; what is beyond [`MOST_SHEETS`] sheets is not shown.
+    /// The plan for `world`, limited to [`MOST_SHEETS`] sheets.
     pub fn new(world: &World) -> Self {
         let n = world.sheets().len().min(MOST_SHEETS);
         let bodies_at = aligned(size_of::<FrameHeader>() + n * size_of::<SheetHeader>());
@@ -67,7 +69,7 @@ impl Plan {
         plan
     }
 
-    /// Whether it is still that of `world`, whatever has opened.
+    /// Whether the plan matches `world`, irrespective of open cells.
     pub fn fits(&self, world: &World) -> bool {
         let same = |(plan, sheet): (&SheetPlan, &Sheet)| {
             plan.masses == sheet.masses()
@@ -80,7 +82,7 @@ impl Plan {
         self.sheets.len() == n && self.bodies == bodies_of(world) && self.sheets.iter().zip(world.sheets()).all(same)
     }
 
-    /// Whether something has opened, or closed, since this was last asked.
+    /// Whether cells have opened or closed since the last call.
     pub fn has_opened(&mut self, world: &World) -> bool {
         let mut opened = false;
         for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
@@ -90,7 +92,7 @@ impl Plan {
         opened
     }
 
-    /// Makes triangles and edges those of what is closed now.
+    /// Updates triangles and edges to the closed cells.
     pub fn follow(&mut self, world: &World) {
         for (plan, sheet) in self.sheets.iter_mut().zip(world.sheets()) {
             if plan.opening != Some(sheet.opening_revision()) {
@@ -99,14 +101,14 @@ impl Plan {
         }
     }
 
-    /// Triangles and cells of each sheet when it is whole.
+    /// Number of triangles and cells of each sheet without open cells.
     pub fn largest(&self) -> impl Iterator<Item = (usize, usize)> + Clone {
         self.sheets.iter().map(|s| (s.most_triangles, s.cells.0 * s.cells.1))
     }
 }
 
 impl SheetPlan {
-    /// The plan of a sheet whose arrays begin at `ends`, which it moves on; without its triangles yet.
+    /// Plan of a sheet whose arrays begin at `ends`, without triangles. Advances `ends`.
     fn new(world: &World, index: usize, sheet: &Sheet, ends: &mut [usize; 2]) -> Self {
         let n = sheet.masses();
         let heated = temperature_of(sheet).is_some();
@@ -187,8 +189,8 @@ fn header(sheet: &Sheet) -> SheetHeader {
     }
 }
 
-/// Edges of a whole sheet with their lengths at rest: springs that join masses of one layer; where there are no springs, the sides
-/// of its triangles as it was built.
+/// Edges of a sheet without open cells, with their rest lengths: springs between nodes of one
+/// layer, or the sides of its triangles in the rest shape.
 fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<Edge> {
     let inverse = |rest: f64| if rest > 0.0 { 1.0 / rest } else { 0.0 };
     let springs = sheet.springs();
@@ -205,10 +207,10 @@ fn edges_of(world: &World, index: usize, sheet: &Sheet) -> Vec<Edge> {
     built.edges().into_iter().map(|e| Edge { a: e[0], b: e[1], inverse_rest: inverse(rest(e)) }).collect()
 }
 
-/// Temperature of each mass, °C, of a sheet that has one.
+/// Temperature of each node, °C, of a sheet with temperatures.
 pub fn temperature_of(sheet: &Sheet) -> Option<&[f64]> {
     sheet.temperatures()
 }
 
-/// Samples are this large at least, so that a small scene that grows a little needs no others.
+/// Minimum size of samples (bytes), so that small growth of a small scene needs no reallocation.
 pub const SMALLEST: usize = 64 * ALIGNMENT;

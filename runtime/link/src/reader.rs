@@ -1,6 +1,6 @@
-//! Reading what a game shows: frames, topology, events.
+//! Readers of a game's streams: frames, topology, events.
 //!
-//! A reader looks into shared memory whenever it wants to; the game does not know when. Waiting is looking again every 50 µs.
+//! A reader polls shared memory without the game's involvement. A wait polls every 50 µs.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -16,12 +16,12 @@ use crate::stream::{ByteService, bytes_of, open};
 use crate::topology::{Meshes, SheetMesh};
 use crate::{Ipc, LinkError, clean_up};
 
-/// How often one who waits looks.
+/// Poll interval of a wait.
 pub(crate) const LOOK_EVERY: Duration = Duration::from_micros(50);
-/// After so long without a sign of the game, what dead processes left is looked for.
+/// Time without a sample after which a reader removes the remains of terminated processes.
 const QUIET: Duration = Duration::from_secs(1);
 
-/// A reader's end of a stream, with what it needs to live.
+/// A subscription to a stream, with the objects that it depends on.
 struct Reader {
     port: Subscriber<Ipc, [u64], ()>,
     _service: ByteService,
@@ -44,18 +44,18 @@ impl Reader {
         Ok(Self { port, _service: service, node: Arc::clone(node), place: place.clone() })
     }
 
-    /// Removes what dead processes have left.
+    /// Removes the remains of terminated processes.
     fn clean_up(&self) {
         clean_up(&self.node, &self.place);
     }
 
-    /// The next sample; none where there is none yet.
+    /// The next sample; none if no sample has arrived.
     fn receive(&self) -> Result<Option<Sample<Ipc, [u64], ()>>, LinkError> {
         self.port.receive().map_err(|e| LinkError::Memory(format!("a sample cannot be received: {e:?}")))
     }
 }
 
-/// Frames of a game, as they come.
+/// Subscription to frames.
 pub struct Frames {
     port: Reader,
     last: Option<FrameHeader>,
@@ -65,14 +65,14 @@ pub struct Frames {
     heard: Instant,
 }
 
-/// A frame, where the game wrote it. It holds one of the few places there are: look at it and let it go.
+/// A frame in shared memory. It occupies one of few samples: read it and drop it.
 pub struct Frame {
     sample: Sample<Ipc, [u64], ()>,
     header: FrameHeader,
 }
 
 impl Frame {
-    /// What is common to its sheets.
+    /// Values common to its sheets.
     pub fn header(&self) -> &FrameHeader {
         &self.header
     }
@@ -80,7 +80,7 @@ impl Frame {
     /// The whole frame.
     ///
     /// # Errors
-    /// When the game has gone mad since it was received, and writes to what it gave away.
+    /// A sample that the game has corrupted after sending it.
     pub fn view(&self) -> Result<FrameView<'_>, LinkError> {
         FrameView::new(bytes_of(self.sample.payload())).map_err(LinkError::Unlike)
     }
@@ -92,10 +92,10 @@ impl Frames {
         Ok(Self { port, last: None, missed: 0, restarts: 0, faulty: 0, heard: Instant::now() })
     }
 
-    /// The newest frame since the last call; none where there is none. Those between are passed over.
+    /// The newest frame since the last call; none without a new frame. Older ones are skipped.
     ///
     /// # Errors
-    /// When the newest cannot be read: it is of another layout, or damaged.
+    /// A frame with another layout, or a damaged one.
     pub fn latest(&mut self) -> Result<Option<Frame>, LinkError> {
         let mut newest = None;
         while let Some(frame) = self.next()? {
@@ -104,10 +104,10 @@ impl Frames {
         Ok(newest)
     }
 
-    /// The next frame; none where there is none yet.
+    /// The next frame; none without a new frame.
     ///
     /// # Errors
-    /// When it cannot be read: it is of another layout, or damaged.
+    /// A frame with another layout, or a damaged one.
     #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Result<Option<Frame>, LinkError> {
         let Some(sample) = self.port.receive()? else {
@@ -136,10 +136,10 @@ impl Frames {
         Ok(Some(Frame { sample, header }))
     }
 
-    /// The next frame, waited for.
+    /// Waits for the next frame.
     ///
     /// # Errors
-    /// [`LinkError::Silent`] after `patience`; or it cannot be read.
+    /// [`LinkError::Silent`] after `patience`, or an unreadable frame.
     pub fn wait(&mut self, patience: Duration) -> Result<Frame, LinkError> {
         let start = Instant::now();
         loop {
@@ -153,23 +153,23 @@ impl Frames {
         }
     }
 
-    /// Frames of the present epoch that went by unread.
+    /// Number of missed frames of the present epoch.
     pub fn missed(&self) -> u64 {
         self.missed
     }
 
-    /// Times the game was another than before.
+    /// Number of changes of the epoch.
     pub fn restarts(&self) -> u64 {
         self.restarts
     }
 
-    /// Samples that could not be read.
+    /// Number of unreadable samples.
     pub fn faulty(&self) -> u64 {
         self.faulty
     }
 }
 
-/// Which masses of a game's sheets make triangles, as that changes.
+/// Subscription to the topology of a game's sheets.
 pub struct Topology {
     port: Reader,
     now: Meshes,
@@ -180,11 +180,12 @@ impl Topology {
         Ok(Self { port: Reader::new(node, place, "topology")?, now: Meshes::default() })
     }
 
-    /// Takes up what has come, and says whether that is the topology of the frame with `header`, or a later one of its epoch: triangles
-    /// that have opened since the frame are then missing already. False for a moment after attaching.
+    /// Receives the topology. Returns whether it belongs to the frame with `header` or is a later
+    /// one of its epoch, in which triangles that have opened since the frame are missing. False for
+    /// a moment after attaching.
     ///
     /// # Errors
-    /// When it cannot be read: it is of another layout, or damaged. What there was before stays.
+    /// A sample with another layout, or a damaged one; the previous topology remains.
     pub fn follow(&mut self, header: &FrameHeader) -> Result<bool, LinkError> {
         while let Some(sample) = self.port.receive()? {
             self.now = Meshes::read(bytes_of(sample.payload())).map_err(LinkError::Unlike)?;
@@ -195,7 +196,7 @@ impl Topology {
     /// Waits up to `patience` for the topology of the frame with `header`.
     ///
     /// # Errors
-    /// [`LinkError::Silent`] after that time; or it cannot be read.
+    /// [`LinkError::Silent`] after that time, or an unreadable sample.
     pub fn wait(&mut self, header: &FrameHeader, patience: Duration) -> Result<&[SheetMesh], LinkError> {
         let start = Instant::now();
         while !self.follow(header)? {
@@ -208,23 +209,23 @@ impl Topology {
         Ok(&self.now.sheets)
     }
 
-    /// The topology of all sheets, in the order that frames have them, as far as it has come.
+    /// Topology of all sheets, in the order of the frames; empty before the first sample.
     pub fn sheets(&self) -> &[SheetMesh] {
         &self.now.sheets
     }
 
-    /// The topology of the sheet of that name.
+    /// Topology of the sheet of that name.
     pub fn sheet(&self, name: &str) -> Option<&SheetMesh> {
         self.now.sheets.iter().find(|s| s.name == name)
     }
 
-    /// Which topology of its epoch it is; 0 before any came.
+    /// Version of the topology in its epoch; 0 before the first sample.
     pub fn version(&self) -> u32 {
         self.now.version
     }
 }
 
-/// Events of a game, as they come.
+/// Subscription to events.
 pub struct Events {
     port: Reader,
 }
@@ -234,10 +235,10 @@ impl Events {
         Ok(Self { port: Reader::new(node, place, "events")? })
     }
 
-    /// The next event, a JSON object; none where there is none yet. What cannot be read is passed over.
+    /// The next event, a JSON object; none without a new event. Unreadable samples are skipped.
     ///
     /// # Errors
-    /// When shared memory cannot be read.
+    /// Unreadable shared memory.
     #[allow(clippy::should_implement_trait)]
     pub fn next(&mut self) -> Result<Option<Map<String, Value>>, LinkError> {
         loop {

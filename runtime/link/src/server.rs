@@ -24,45 +24,45 @@ use sheetwork::World;
 use sheetwork::islands::event::Event;
 use sheetwork::sheet::Status;
 
-/// How often what dead processes left is looked for.
+/// Interval between removals of the remains of terminated processes.
 const HOUSEKEEPING: Duration = Duration::from_millis(500);
-/// How long the end of a link waits for its housekeeping to end.
+/// Time limit for the end of the housekeeping thread when a link is dropped.
 const LONGEST_END: Duration = Duration::from_secs(2);
-/// Most commands in one exchange: a flood of them is spread over the steps.
+/// Maximum number of commands in one exchange; more are spread over the steps.
 const MOST_COMMANDS: usize = 64;
-/// A world that stands still is shown again after so long, ns.
+/// Interval between frames of a resting world, ns.
 const STILL_SHOWN_NS: u64 = 100_000_000;
-/// Calls from one count to the next of those who hear of events, where it is only for what to look for, and of readers, where it is likely that
-/// there are none.
+/// Calls between two counts: of readers of events, which decide on buckling detection, and of
+/// readers of frames while there are none.
 const COUNTED_EVERY: u32 = 16;
-/// Longest event, bytes.
+/// Maximum size of an event, bytes.
 const EVENT_BYTES: usize = 1024;
-/// How often a start is tried again while a predecessor is being removed.
+/// Maximum number of attempts to start while a predecessor is being removed.
 const ATTEMPTS: usize = 20;
 
 /// Service of commands and answers.
 pub(crate) type Control = Factory<Ipc, [u8], (), [u8], ()>;
 
-/// What a link has done since it began.
+/// Statistics of a link since its start.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkStatistics {
-    /// Readers of frames, of fields, of events and of topology now.
+    /// Present number of readers of frames, fields, events and topology.
     pub readers: [usize; 4],
-    /// Processes that may send commands now.
+    /// Present number of processes that may send commands.
     pub clients: usize,
-    /// Frames written, positions and complete ones.
+    /// Frames written, with positions only or complete.
     pub frames: u64,
-    /// Times there was a frame and nobody to read it: nothing was written.
+    /// Frames not written for lack of readers.
     pub unheard: u64,
-    /// Frames and events that were not written for want of shared memory.
+    /// Frames and events not written for lack of shared memory.
     pub dropped: u64,
     /// Events written.
     pub events: u64,
     /// Bytes written.
     pub bytes: u64,
-    /// Commands that were done.
+    /// Executed commands.
     pub accepted: u64,
-    /// Commands that were refused.
+    /// Rejected commands.
     pub refused: u64,
 }
 
@@ -80,42 +80,44 @@ pub struct Link {
     desk: Desk,
     clients: usize,
     frame: u64,
-    /// Steps and time of the last frame, and when that was, ns.
+    /// Steps and time of the last frame, and time of its writing, ns.
     steps: Option<(u64, f64)>,
     written_at: u64,
-    /// Readers of frames, fields and topology then.
+    /// Readers of frames, fields and topology at the last frame.
     readers: [usize; 3],
-    /// Number of the present topology, and of that which was sent.
+    /// Version of the present topology, and of the last one sent.
     version: u32,
     sent: u32,
     events_seen: usize,
-    /// Whether buckling is looked for because someone hears of events; calls since readers were last counted for that.
+    /// Whether the link has enabled buckling detection for a reader of events; calls since the last
+    /// count of these readers.
     watches: bool,
     uncounted: u32,
-    /// Calls since readers were last looked for where there are none.
+    /// Calls since the last count of readers while there are none.
     unlooked: u32,
     unheard: u64,
     accepted: u64,
     refused: u64,
-    /// Ends the housekeeping when it is dropped.
+    /// Ends the housekeeping when dropped.
     housekeeping: (Option<Sender<()>>, Option<JoinHandle<()>>),
-    /// Last, so that the ports are gone before it.
+    /// Last field, so that the ports are dropped before it.
     node: Arc<Node<Ipc>>,
 }
 
 impl Link {
-    /// Serves `world` at `place`. What a predecessor that died left behind is removed; readers that waited for another go on
-    /// with this one.
+    /// Serves `world` at `place`. Removes the remains of a terminated predecessor; its readers
+    /// continue with this link.
     ///
     /// # Errors
-    /// When another process serves a link of that name, when there is no shared memory, or the folder is not this user's.
+    /// A link of that name served by another process, no shared memory, or a folder of another
+    /// user.
     pub fn new(place: &LinkPlace, world: &World) -> Result<Self, LinkError> {
         let node = Arc::new(node_at(place, "sheetwork game")?);
         let mut attempt = 0;
         loop {
             match Self::on(place, world, &node) {
                 Err(LinkError::Taken(_) | LinkError::Memory(_)) if attempt < ATTEMPTS => {
-                    // Someone who died a moment ago is not yet told from someone who lives.
+                    // A process that died a moment ago may still count as alive.
                     attempt += 1;
                     if place.tidy() {
                         node.blocking_cleanup_dead_nodes(Duration::from_millis(50));
@@ -169,14 +171,14 @@ impl Link {
         })
     }
 
-    /// Between two steps: answers what was asked, then shows the world if it has moved. `step_time` is what the last step or tick
-    /// took, s. Never waits.
+    /// Answers commands, then publishes the world if it has moved; to be called between two steps.
+    /// `step_time` is the duration of the last step or tick, s. Never blocks.
     pub fn exchange(&mut self, host: &mut dyn Host, step_time: f64) {
         self.answer(host);
         self.publish(host.world(), step_time, host.playing());
     }
 
-    /// Lets the world look for buckling while someone hears of events, unless the game does so anyway.
+    /// Enables buckling detection while events have a reader, unless the game enables it.
     fn watch_for_those_who_hear(&mut self, host: &mut dyn Host) {
         self.uncounted += 1;
         if self.uncounted < COUNTED_EVERY {
@@ -190,7 +192,8 @@ impl Link {
         }
     }
 
-    /// Answers what was asked since the last time. May be called more often than there are steps, for those who pull.
+    /// Answers the commands received since the last call. May be called more often than once a
+    /// step, for haptic clients.
     pub fn answer(&mut self, host: &mut dyn Host) {
         self.desk.grabs.expire(host.world_mut());
         self.watch_for_those_who_hear(host);
@@ -226,7 +229,7 @@ impl Link {
                 continue;
             }
             if let Ok(sample) = request.loan_slice_uninit(bytes.len()) {
-                // Whoever asked may be gone.
+                // The client may have terminated.
                 let _ = sample.write_from_slice(&bytes).send();
             }
         }
@@ -247,14 +250,14 @@ impl Link {
         if bytes.len() <= ANSWER_BYTES {
             return bytes;
         }
-        // Only an error or a name that someone made that long.
+        // An error or a name of excessive length.
         let text: String = answer["error"].as_str().unwrap_or("the answer is too long").chars().take(2000).collect();
         let short = json!({ "ok": answer["ok"], "epoch": self.epoch, "error": text });
         serde_json::to_vec(&short).unwrap_or_default()
     }
 
-    /// Shows the world to whoever reads, if it has moved since the last time; a world that stands still is shown ten times a
-    /// second. `step_time` is what the last step or tick took, s.
+    /// Publishes the world to the readers if it has moved since the last call; a resting world ten
+    /// times a second. `step_time` is the duration of the last step or tick, s.
     pub fn publish(&mut self, world: &World, step_time: f64, playing: bool) {
         if world.events().len() != self.events_seen {
             self.tell(world);
@@ -296,8 +299,9 @@ impl Link {
         }
     }
 
-    /// Readers of frames, fields and topology. Whoever reads attaches as one who may command first: where there is none of those and nobody
-    /// read the last time, readers are looked for only now and then, because after a step each look is a way to memory.
+    /// Readers of frames, fields and topology. Readers attach as commanding clients first. Without
+    /// such clients and without readers at the last call, readers are counted at intervals only,
+    /// because after a step each count misses the CPU cache.
     fn count_readers(&mut self) -> [usize; 3] {
         self.unlooked = (self.unlooked + 1) % COUNTED_EVERY;
         if self.readers == [0; 3] && self.unlooked != 0 && !self.is_commanded() {
@@ -306,7 +310,7 @@ impl Link {
         [self.frames.readers(), self.fields.readers(), self.topology.readers()]
     }
 
-    /// Sends the topology if it has changed; otherwise only those get it who are new.
+    /// Sends a changed topology to all readers, and an unchanged one to new readers.
     fn show_topology(&mut self, world: &World, readers: usize) {
         if self.sent == self.version {
             self.topology.welcome(readers);
@@ -319,17 +323,17 @@ impl Link {
         }
     }
 
-    /// Whether a world that stands still is to be shown again.
+    /// Whether a resting world is due for another frame.
     fn idle_is_due(&self) -> bool {
         monotonic_ns().saturating_sub(self.written_at) > STILL_SHOWN_NS
     }
 
-    /// Tells the link that the sheets are others, though they may look like those before.
+    /// Invalidates the plan after a replacement of the sheets by similar ones.
     pub fn look_again(&mut self) {
         self.plan = Plan::default();
     }
 
-    /// Makes the plan fit the world; false where there is no memory for it.
+    /// Updates the plan to the world; false without memory for it.
     fn fit(&mut self, world: &World) -> bool {
         if self.plan.fits(world) {
             self.version += u32::from(self.plan.has_opened(world));
@@ -351,10 +355,10 @@ impl Link {
         resized
     }
 
-    /// Sends what has happened since the last time.
+    /// Sends the events since the last call.
     fn tell(&mut self, world: &World) {
         let events = world.events();
-        // A reset or a restored snapshot has fewer.
+        // A reset or a restored snapshot has fewer events.
         let from = self.events_seen.min(events.len());
         self.events_seen = events.len();
         let readers = self.events.readers();
@@ -371,28 +375,28 @@ impl Link {
         }
     }
 
-    /// Sleeps for `duration`; false when the process was asked to end, by SIGINT or SIGTERM. From the first call on those no
-    /// longer end the process: for programs that do nothing but serve, so that they can clean up.
+    /// Sleeps for `duration`; false after SIGINT or SIGTERM. From the first call on these signals
+    /// no longer end the process, so that a serving program can clean up.
     pub fn sleep(&self, duration: Duration) -> bool {
         self.node.wait(duration).is_ok()
     }
 
-    /// Whether someone may send commands: whoever pulls wants to be answered more often than there are steps.
+    /// Whether a client may send commands. Haptic clients need answers more often than once a step.
     pub fn is_commanded(&self) -> bool {
         self.control.dynamic_config().number_of_clients() > 0
     }
 
-    /// Where it is.
+    /// Place of the link.
     pub fn place(&self) -> &LinkPlace {
         &self.place
     }
 
-    /// Number of this run: no other run of a game has the same.
+    /// Number of this run, unique among runs.
     pub fn epoch(&self) -> u64 {
         self.epoch
     }
 
-    /// Who is attached. Asks the system for their names: not to be called in every step.
+    /// Attached processes. Reads their names from the system; too slow for every step.
     pub fn attached(&self) -> Vec<Attached> {
         let mut list = Vec::new();
         self.control.dynamic_config().list_clients(|client| {
@@ -407,7 +411,7 @@ impl Link {
         list
     }
 
-    /// What it has done since it began.
+    /// Statistics since the start.
     pub fn statistics(&self) -> LinkStatistics {
         LinkStatistics {
             readers: [self.frames.readers(), self.fields.readers(), self.events.readers(), self.topology.readers()],
@@ -427,7 +431,8 @@ impl Drop for Link {
     fn drop(&mut self) {
         self.housekeeping.0 = None;
         let Some(thread) = self.housekeeping.1.take() else { return };
-        // Never for long: it may be at what another process does not finish.
+        // Bounded wait: the thread may be blocked by an object that another process has not
+        // finished.
         let start = Instant::now();
         while !thread.is_finished() && start.elapsed() < LONGEST_END {
             std::thread::sleep(Duration::from_millis(1));
@@ -438,7 +443,7 @@ impl Drop for Link {
     }
 }
 
-/// Opens the service of commands, or makes it.
+/// Opens or creates the service of commands.
 pub(crate) fn control(node: &Node<Ipc>, place: &LinkPlace, create: bool) -> Result<Control, LinkError> {
     use iceoryx2::service::builder::request_response::RequestResponseOpenError as OpenError;
     let name = place.service("control")?;
@@ -464,15 +469,15 @@ pub(crate) fn control(node: &Node<Ipc>, place: &LinkPlace, create: bool) -> Resu
     })
 }
 
-/// A number that no other run has: the time of the start and the process.
+/// A unique number of this run, from start time and process.
 fn epoch() -> u64 {
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
-    // 53 bits, so that every language can hold it: seconds, and a mixture of process and nanoseconds.
+    // 53 bits, exact in every language: seconds, and a hash of process and nanoseconds.
     let mixed = u64::from(std::process::id()).wrapping_mul(0x9e37_79b9) ^ u64::from(now.subsec_nanos());
     ((now.as_secs() & 0xffff_ffff) << 20) | (mixed & 0xf_ffff)
 }
 
-/// A thread that removes what dead processes leave behind, so that no step has to.
+/// Starts a thread that removes the remains of terminated processes, so that no step has to.
 fn keep_house(node: &Arc<Node<Ipc>>, place: &LinkPlace) -> (Option<Sender<()>>, Option<JoinHandle<()>>) {
     let (end, ended) = channel::<()>();
     let (node, place) = (Arc::clone(node), place.clone());
@@ -481,16 +486,16 @@ fn keep_house(node: &Arc<Node<Ipc>>, place: &LinkPlace) -> (Option<Sender<()>>, 
         while ended.recv_timeout(HOUSEKEEPING) == Err(Timeout) {
             clean_up(&node, &place);
         }
-        // The last one out.
+        // Final removal.
         clean_up(&node, &place);
     };
-    // Without the thread a dead reader stays counted until the next start.
+    // Without the thread a terminated reader is counted until the next start.
     let thread = std::thread::Builder::new().name("sheetwork link".into()).spawn(work).ok();
     (Some(end), thread)
 }
 
-/// An event as it is sent: the event, its number, the sheet's energy (J) and the place (m): of the masses that touch, of the mass that was
-/// fastest, or of the centre of mass.
+/// Serialises an event with its number, the sheet's energy (J) and a place (m): of the nodes in
+/// contact, of the fastest node, or of the centre of mass.
 fn event_bytes(epoch: u64, index: usize, event: &Event, world: &World) -> Vec<u8> {
     let mut object = serde_json::to_value(event).unwrap_or_default();
     object["epoch"] = epoch.into();

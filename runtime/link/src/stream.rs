@@ -1,7 +1,9 @@
-//! A stream out of the game: a service, its publisher, and memory that is there before it is written to.
+//! An output stream of the game: a service, its publisher, and shared memory that is reserved
+//! before it is written.
 //!
-//! Shared memory is only taken when it is first touched, and where there is none left then, the process is killed. So a
-//! stream touches what its readers need when they come, after looking that there is enough, and writes to nothing else.
+//! The system allocates shared memory at the first access, and kills the process if none is left. A
+//! stream therefore checks the free memory when readers attach, touches the samples that they need,
+//! and writes to no others.
 
 use std::mem::MaybeUninit;
 
@@ -15,41 +17,42 @@ use crate::place::LinkPlace;
 use crate::place::free_shared_memory;
 use crate::{Ipc, LinkError, MOST_CLIENTS};
 
-/// Shared memory that is left alone, bytes: what iceoryx2 itself needs for a new reader is far below it.
+/// Shared memory left free, bytes; far above the need of iceoryx2 for a new reader.
 pub const MARGIN: u64 = 4 << 20;
 /// Bytes of a word.
 const WORD: usize = size_of::<u64>();
-/// Samples a reader may hold.
+/// Maximum number of samples that a reader holds.
 pub const BORROWED: usize = 2;
-/// Processes that may have a service open: readers, the game, and some that are about to be removed.
+/// Maximum number of processes of a service: readers, the game, and some that are about to be
+/// removed.
 const NODES: usize = 2 * MOST_CLIENTS + 2;
 
-/// A service of bytes, eight together: so they are aligned.
+/// A service of bytes in aligned words of eight.
 pub type ByteService = Factory<Ipc, [u64], ()>;
 
-/// What a stream keeps for its readers.
+/// Queue sizes of a stream.
 #[derive(Clone, Copy, Debug)]
 pub struct Queue {
-    /// Samples a reader may be behind before it misses some.
+    /// Samples that a reader may lag behind before it misses some.
     pub behind: usize,
-    /// Samples that one who comes later gets.
+    /// Samples for a reader that attaches later.
     pub history: usize,
 }
 
-/// Of frames and of fields.
+/// Queue of frames and of fields.
 pub const FRAMES: Queue = Queue { behind: 4, history: 0 };
-/// Of events.
+/// Queue of events.
 pub const EVENTS: Queue = Queue { behind: 64, history: 0 };
-/// Of topology: the newest is all that counts.
+/// Queue of topology; only the newest sample is valid.
 pub const TOPOLOGY: Queue = Queue { behind: 1, history: 1 };
 
-/// The service of stream `what`, which a game has made.
+/// Opens the service of stream `what`, which a game has created.
 pub fn open(node: &Node<Ipc>, place: &LinkPlace, what: &str) -> Result<ByteService, LinkError> {
     let name = place.service(what)?;
     node.service_builder(&name).publish_subscribe::<[u64]>().open().map_err(|e| not_opened(place, &e))
 }
 
-/// The service of stream `what`, made if there is none yet.
+/// Opens or creates the service of stream `what`.
 fn make(node: &Node<Ipc>, place: &LinkPlace, what: &str, queue: Queue) -> Result<ByteService, LinkError> {
     let name = place.service(what)?;
     let builder = node.service_builder(&name).publish_subscribe::<[u64]>();
@@ -79,21 +82,21 @@ fn not_opened(place: &LinkPlace, error: &PublishSubscribeOpenError) -> LinkError
     }
 }
 
-/// One stream, at the game's end.
+/// The game's end of a stream.
 pub struct Stream {
     service: ByteService,
     publisher: Option<Publisher<Ipc, [u64], ()>>,
-    /// Samples a reader can hold up, and those that are held besides: the last ones, one that is written, one to spare.
+    /// Samples per reader, and further samples: the history, one being written, and one spare.
     each: usize,
     own: usize,
-    /// Largest sample, bytes.
+    /// Maximum size of a sample, bytes.
     capacity: usize,
-    /// Readers that there were the last time, and for how many memory is there.
+    /// Number of readers at the last call, and number of readers with reserved memory.
     readers: usize,
     ready_for: usize,
     /// Samples written.
     pub written: u64,
-    /// Samples not written because there was no memory for them.
+    /// Samples not written for lack of memory.
     pub dropped: u64,
     /// Bytes written.
     pub bytes: u64,
@@ -124,7 +127,7 @@ impl Stream {
         Ok(stream)
     }
 
-    /// Makes room for samples of up to `capacity` bytes; readers need not attach again.
+    /// Resizes samples to `capacity` bytes; readers stay attached.
     pub fn resize(&mut self, place: &LinkPlace, capacity: usize) -> Result<(), LinkError> {
         use iceoryx2::port::publisher::PublisherCreateError::ExceedsMaxSupportedPublishers;
         if capacity <= self.capacity && self.publisher.is_some() {
@@ -147,13 +150,14 @@ impl Stream {
         Ok(())
     }
 
-    /// How many read it.
+    /// Number of readers.
     #[inline]
     pub fn readers(&self) -> usize {
         self.service.dynamic_config().number_of_subscribers()
     }
 
-    /// Writes a sample of `bytes` bytes, rounded up to eight, for the readers there are, by `fill`. False where it was not written.
+    /// Writes a sample of `bytes` bytes, rounded up to eight, for the present readers, with `fill`.
+    /// False without memory.
     pub fn write(&mut self, readers: usize, bytes: usize, fill: impl FnOnce(&mut [u8])) -> bool {
         let sent = self.ready(readers) && self.send(bytes, fill);
         if sent {
@@ -165,10 +169,10 @@ impl Stream {
         sent
     }
 
-    /// Gives what is kept to those who came since, without writing anything.
+    /// Sends the history to new readers without a new sample.
     pub fn welcome(&mut self, readers: usize) {
         if let (true, Some(publisher)) = (self.ready(readers), &self.publisher) {
-            // Whom it cannot reach is tried again the next time.
+            // Readers that cannot be reached are retried at the next call.
             let _ = publisher.update_connections();
         }
     }
@@ -187,12 +191,13 @@ impl Stream {
         let Some(publisher) = &self.publisher else { return false };
         let Ok(mut sample) = publisher.loan_slice_uninit(bytes.div_ceil(WORD)) else { return false };
         fill(initialised(sample.payload_mut()));
-        // SAFETY: the memory was touched before, and `fill` has written what readers look at.
+        // SAFETY: the memory was touched before, and `fill` has written the part that readers
+        // access.
         let sample = unsafe { sample.assume_init() };
         sample.send().is_ok()
     }
 
-    /// Whether the memory for so many readers is there; takes it if it can be had.
+    /// Reserves memory for `readers` readers; false without enough memory.
     fn ready(&mut self, readers: usize) -> bool {
         if readers == self.readers && readers <= self.ready_for {
             return true;
@@ -210,8 +215,8 @@ impl Stream {
         true
     }
 
-    /// Takes `chunks` samples at once, writes to all of them, and gives them back: free samples are handed out last in, first
-    /// out, so that these are the ones in use from then on.
+    /// Loans `chunks` samples at once, writes to all of them and returns them. Free samples are
+    /// reused last in, first out, so these are in use from then on.
     fn touch(&self, chunks: usize) {
         let Some(publisher) = &self.publisher else { return };
         let mut held = Vec::with_capacity(chunks);
@@ -226,12 +231,12 @@ impl Stream {
 /// Words of shared memory as bytes.
 fn initialised(words: &mut [MaybeUninit<u64>]) -> &mut [u8] {
     let bytes = size_of_val(words);
-    // SAFETY: pages of shared memory are zero until someone writes to them: there are no uninitialised bytes in them.
+    // SAFETY: pages of shared memory are zero before the first write, so all bytes are initialised.
     unsafe { std::slice::from_raw_parts_mut(words.as_mut_ptr().cast(), bytes) }
 }
 
-/// Words that were read as bytes.
+/// Received words as bytes.
 pub fn bytes_of(words: &[u64]) -> &[u8] {
-    // SAFETY: a u64 is eight bytes, and a byte has no alignment.
+    // SAFETY: a u64 is eight bytes, and a byte has alignment 1.
     unsafe { std::slice::from_raw_parts(words.as_ptr().cast(), size_of_val(words)) }
 }

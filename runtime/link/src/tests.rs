@@ -1,4 +1,4 @@
-//! The layout: what is written is read, and nothing else is.
+//! Round trip of the layout, and rejection of damaged samples.
 
 use crate::layout::{FrameView, LAYOUT};
 use crate::plan::Plan;
@@ -17,7 +17,7 @@ fn world() -> World {
     World::new(&scene.expect("valid")).expect("valid")
 }
 
-/// A frame in memory that is aligned as a sample's is.
+/// A frame in memory with the alignment of a sample.
 #[repr(align(64))]
 struct Aligned([u8; 1 << 16]);
 
@@ -77,7 +77,7 @@ fn samples_cut_short_or_damaged_are_refused_or_harmless() {
         };
         view.sheets().map(each).sum()
     };
-    // Every byte of the headers, with every bit turned, one after the other.
+    // Every single-bit error of the headers.
     for at in 0..(144 + 2 * 192) {
         for bit in 0..8 {
             memory.0[at] ^= 1 << bit;

@@ -1,8 +1,9 @@
-//! Which masses make triangles: what a sheet is drawn by, sent when it changes.
+//! Triangles of sheets for drawing, sent after changes.
 //!
-//! A sample of the stream `topology` is a [`TopologyHeader`], a [`SheetTopology`] for each sheet of a frame, in the same order, then arrays as a
-//! frame has them. Its `version` is that of the frames it belongs to: they say it in their headers. The service keeps the last sample for
-//! who comes later. A sheet that tears has fewer triangles from then on; its masses stay.
+//! A sample of the stream `topology` is a [`TopologyHeader`], a [`SheetTopology`] for each sheet of
+//! a frame, in the same order, then arrays as in a frame. Frames name the `version` of their
+//! topology in their headers. The service keeps the last sample for readers that attach later. A
+//! fractured sheet has fewer triangles and the same nodes.
 
 use crate::layout::{ALIGNMENT, LAYOUT, MOST_SHEETS, Plain, aligned, array, name_field, name_of, put, read, take};
 use crate::plan::Plan;
@@ -11,7 +12,7 @@ use sheetwork::World;
 /// First bytes of every sample of topology.
 pub const TOPOLOGY_MAGIC: [u8; 8] = *b"sheettop";
 
-/// What is common to all sheets.
+/// Values common to all sheets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct TopologyHeader {
@@ -19,19 +20,19 @@ pub struct TopologyHeader {
     pub magic: [u8; 8],
     /// [`LAYOUT`].
     pub layout: u32,
-    /// Bytes of this header.
+    /// Size of this header, bytes.
     pub header_bytes: u32,
-    /// Bytes of each sheet's header.
+    /// Size of each sheet's header, bytes.
     pub sheet_bytes: u32,
     /// Number of sheets.
     pub sheets: u32,
-    /// Bytes of the sample.
+    /// Size of the sample, bytes.
     pub bytes: u64,
     /// Number of the run of the game.
     pub epoch: u64,
-    /// Counts the changes of topology in this epoch, from 1.
+    /// Number of the topology in this epoch, from 1.
     pub version: u32,
-    /// Nothing yet: 0.
+    /// Reserved: 0.
     pub reserved: u32,
 }
 
@@ -39,65 +40,66 @@ pub struct TopologyHeader {
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(C)]
 pub struct SheetTopology {
-    /// Name, UTF-8, filled with zeros; cut where it is longer.
+    /// Name, UTF-8, padded with zeros; truncated to the size.
     pub name: [u8; 64],
-    /// Number of masses.
+    /// Number of nodes.
     pub masses: u32,
     /// Number of triangles.
     pub triangles: u32,
-    /// Where they are: of each 3 u32, its masses, counter-clockwise seen from the upper side.
+    /// Offset of the triangles, 3 u32 each: node indices, counter-clockwise seen from the upper
+    /// side.
     pub triangles_at: u64,
-    /// Cells along the length and along the width of a sheet that can open.
+    /// Cells along length and width of a sheet with fracture or slits.
     pub cells: [u32; 2],
-    /// Where they are: of each u8, 1 where it is open, side by side along the length and then along the width; 0 of a sheet that
-    /// cannot open.
+    /// Offset of the cells, one u8 each, 1 for an open cell, along the length first; 0 for a sheet
+    /// without open cells.
     pub cells_at: u64,
 }
 
-// SAFETY: `repr(C)`, of plain numbers and arrays of them, without gaps.
+// SAFETY: `repr(C)`, with plain numbers and arrays of them, without gaps.
 unsafe impl Plain for TopologyHeader {}
-// SAFETY: `repr(C)`, of plain numbers and arrays of them, without gaps.
+// SAFETY: `repr(C)`, with plain numbers and arrays of them, without gaps.
 unsafe impl Plain for SheetTopology {}
 
-/// Which masses of a sheet make triangles, as a reader has it.
+/// Triangles of a sheet, as received.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SheetMesh {
-    /// Name of the sheet, cut where it is longer than 64 bytes.
+    /// Name of the sheet, truncated to 64 bytes.
     pub name: String,
-    /// Number of masses.
+    /// Number of nodes.
     pub masses: usize,
-    /// Triangles of all layers that are left, counter-clockwise seen from the upper side.
+    /// Triangles of the closed cells of all layers, counter-clockwise seen from the upper side.
     pub triangles: Vec<[u32; 3]>,
-    /// Cells along the length and along the width of a sheet that can open; none otherwise.
+    /// Cells along length and width of a sheet with fracture or slits; zero otherwise.
     pub cells: (usize, usize),
-    /// Of each cell, whether it is open.
+    /// Whether each cell is open.
     pub open: Vec<bool>,
 }
 
-/// The topology of all sheets, as a reader has it.
+/// Topology of all sheets, as received.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Meshes {
-    /// Number of the run of the game; 0 before any came.
+    /// Number of the run of the game; 0 before the first sample.
     pub epoch: u64,
-    /// Which topology of that run it is.
+    /// Version of the topology in that run.
     pub version: u32,
-    /// Of each sheet, in the order that frames have them.
+    /// Topology of each sheet, in the order of the frames.
     pub sheets: Vec<SheetMesh>,
 }
 
-/// Bytes of a sample for sheets with so many triangles and cells.
+/// Size (bytes) of a sample for sheets with these numbers of triangles and cells.
 fn size(sheets: impl Iterator<Item = (usize, usize)> + Clone) -> usize {
     let heads = size_of::<TopologyHeader>() + sheets.clone().count() * size_of::<SheetTopology>();
     let arrays = sheets.map(|(triangles, cells)| aligned(triangles * size_of::<[u32; 3]>()) + aligned(cells));
     aligned(heads) + arrays.sum::<usize>()
 }
 
-/// Bytes of the sample of `plan`'s sheets as they are now.
+/// Size (bytes) of the sample of `plan`'s sheets in their present state.
 pub fn bytes(plan: &Plan) -> usize {
     size(plan.sheets.iter().map(|s| (s.triangles.len(), s.cells.0 * s.cells.1)))
 }
 
-/// Most bytes that a sample of these sheets has: that of all of them whole.
+/// Maximum size (bytes) of a sample of these sheets: without open cells.
 pub fn most_bytes(plan: &Plan) -> usize {
     size(plan.largest())
 }
@@ -140,10 +142,11 @@ pub fn write(plan: &Plan, world: &World, (epoch, version): (u64, u32), out: &mut
 }
 
 impl Meshes {
-    /// Reads a sample; a sentence about what is wrong with it where it cannot be read. No number of it is trusted.
+    /// Reads a sample and checks every number in it.
     ///
     /// # Errors
-    /// When it is too short, of another layout, names places outside itself, or masses that are not there.
+    /// A sample that is too short, has another layout, or has offsets or node indices out of range,
+    /// as a sentence.
     pub fn read(bytes: &[u8]) -> Result<Self, String> {
         let header: TopologyHeader = read(bytes, 0).ok_or_else(|| format!("{} bytes are no topology", bytes.len()))?;
         if header.magic != TOPOLOGY_MAGIC {

@@ -1,7 +1,8 @@
-//! Writing a frame into the memory of a sample.
+//! Writer of a frame into the memory of a sample.
 //!
-//! Normals are those of the triangles around a mass, larger ones counting for more. Strain is the mean of (L - L₀)/L₀ over
-//! the edges that meet at a mass. Energies, normals and strain are only worked out for a complete frame.
+//! A normal is the area-weighted mean of the normals of the triangles at a node. Strain is the mean
+//! of (L - L₀)/L₀ over the edges at a node. Energies, normals and strain are computed for complete
+//! frames only.
 
 use glam::Vec3;
 use multiversion::multiversion;
@@ -12,7 +13,7 @@ use sheetwork::World;
 use sheetwork::math::Vectors;
 use sheetwork::sheet::{Sheet, Status};
 
-/// What a frame says besides the world.
+/// Values of a frame in addition to the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Moment {
     pub epoch: u64,
@@ -69,7 +70,7 @@ pub fn frame(plan: &Plan, world: &World, moment: &Moment, complete: bool, out: &
     }
 }
 
-/// Writes the arrays of a sheet; how many of its masses touch a body.
+/// Writes the arrays of a sheet and returns the number of its nodes in contact with a body.
 fn arrays(plan: &SheetPlan, sheet: &Sheet, header: &SheetHeader, out: &mut [u8]) -> u32 {
     let n = sheet.masses();
     let mut contacts = 0;

@@ -1,7 +1,7 @@
-//! Cost of finding contacts, a call, for a sheet of 21 by 21 masses (0.25 m, 0.5 mm thick).
+//! Cost of collision detection per call, for a sheet of 21 by 21 nodes (0.25 m, 0.5 mm thick).
 //!
-//! `cargo bench -p sheetwork --bench contact`. `begin` is what a step pays once; the others are single calls of `find`, of
-//! which a stage makes a few.
+//! `cargo bench -p sheetwork --bench contact`. `begin` is the cost once per step; the others are
+//! single calls of `find`, of which a stage makes a few.
 
 use divan::Bencher;
 use glam::{DQuat, DVec3};
@@ -66,7 +66,7 @@ fn onto(bencher: Bencher, shape: &SharedShape, depth: f64, height: f64) {
     find(bencher, &[motion(0, &skin, &start, &end)], &[body]);
 }
 
-/// All masses over the top.
+/// All nodes over the top.
 #[divan::bench]
 fn on_a_large_box(bencher: Bencher) {
     onto(bencher, &SharedShape::cuboid(0.2, 0.05, 0.2), 0.05, 0.0);
@@ -101,7 +101,7 @@ fn on_another_sheet(bencher: Bencher) {
     find(bencher, &[motion(0, &skin, &x, &x), motion(1, &skin, &start, &end)], &[]);
 }
 
-/// Curved too much to be known not to meet itself.
+/// Curvature beyond the bound that excludes self-contact.
 #[divan::bench]
 fn rolled(bencher: Bencher) {
     let (skin, x) = sheet();
@@ -109,7 +109,7 @@ fn rolled(bencher: Bencher) {
     find(bencher, &[motion(0, &skin, &rolled, &rolled)], &[]);
 }
 
-/// What a step pays once.
+/// Cost once per step.
 #[divan::bench]
 fn begin(bencher: Bencher) {
     let (skin, x) = sheet();

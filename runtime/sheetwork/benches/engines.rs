@@ -1,8 +1,8 @@
-//! Cost of a step and of a spring, for every engine and structure.
+//! Cost of a step and of a spring, for every integrator and structure.
 //!
-//! `cargo bench -p sheetwork --bench engines`. Rates are printed by divan as items a second: springs evaluated in `springs`
-//! (its inverse is the time a spring evaluation takes), masses stepped in `step` (its inverse is the time a particle-step
-//! takes), simulated microseconds in `scene` (its inverse, times a million, is real time over CPU time).
+//! `cargo bench -p sheetwork --bench engines`. divan prints rates as items per second: spring
+//! evaluations in `springs`, stepped nodes in `step`, simulated microseconds in `scene`. The
+//! inverse of the last, times a million, is real time over CPU time.
 
 use std::path::Path;
 
@@ -10,9 +10,10 @@ use divan::Bencher;
 use divan::counter::ItemsCount;
 use sheetwork::World;
 use sheetwork::elements::spring::SpringScratch;
-use sheetwork::integrators::{EngineKind, TABLE as ENGINES};
+use sheetwork::integrators::TABLE as ENGINES;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::{StructureKind, TABLE as STRUCTURES};
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Scene, SheetSpec};
 use sheetwork::sheet::Sheet;
 
@@ -28,7 +29,7 @@ fn engines() -> impl Iterator<Item = EngineKind> {
     ENGINES.iter().map(|e| e.kind)
 }
 
-/// A free sheet of the thesis's material, 11 or 21 masses a side, with a little motion in it.
+/// A free sheet of the thesis's material with a small motion, 11 or 21 nodes per side.
 fn scene(structure: StructureKind, engine: EngineKind, side: u32) -> Scene {
     let layers = structure.info().layers.1.min(2);
     let sheet = SheetSpec { structure, grid: (side, layers, side), node_mass: Some(4e-5), ..SheetSpec::default() };
@@ -46,7 +47,7 @@ fn springs(bencher: Bencher, structure: StructureKind) {
     });
 }
 
-/// One step of every engine, TRiMM 11x2x11.
+/// One step of every integrator, TRiMM 11x2x11.
 #[divan::bench(args = engines())]
 fn step(bencher: Bencher, engine: EngineKind) {
     let mut world = World::new(&scene(StructureKind::Trimm, engine, 11)).expect("valid");
@@ -60,7 +61,7 @@ fn step_of(bencher: Bencher, structure: StructureKind) {
     bencher.counter(ItemsCount::new(world.sheets()[0].masses())).bench_local(|| world.step());
 }
 
-/// One step of the wedge scene, the sheet lying on the wedge and kept awake.
+/// One step of the wedge scene, with the sheet at rest on the wedge and sleeping disabled.
 #[divan::bench]
 fn wedge(bencher: Bencher) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/wedge.ron");

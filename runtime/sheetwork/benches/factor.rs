@@ -1,16 +1,17 @@
-//! Factorisation and solution of a sheet's matrix: faer beside our own factor on every path this processor has.
+//! Factorisation and solution of a sheet's matrix: faer beside the library's own factor with every
+//! vector instruction set of this processor.
 //!
-//! `cargo bench -p sheetwork --bench factor [-- NAME]`. Every factor of a case is run in turn, many rounds, and the least
-//! time of each counts, so that other load on the machine falls on all alike. Times are CPU time of the thread: of
-//! factorisation and one solution in one call, of each alone, and of one half solution of a contact's load. `ratio` is
-//! faer's `both` over the row's.
+//! `cargo bench -p sheetwork --bench factor [-- NAME]`. All factors of a case run in turn over many
+//! rounds, and the minimum time of each counts, so that other load of the machine affects all
+//! equally. Times are CPU times of the thread: factorisation and solution in one call, each alone,
+//! and one half solution of a contact's load. `ratio` is faer's `both` over the row's.
 
 use std::time::Instant;
 
 use cpu_time::ThreadTime;
 use sheetwork::linear::{Backend, Factor, HalfSolutions, Loads, Path, Pattern, analyse, analyse_for};
 
-/// Masses in layers on a square grid, joined to those at `reach` columns and rows.
+/// Nodes in layers on a square grid, joined to those at the offsets `reach` (columns, rows).
 struct Sheet {
     name: &'static str,
     side: i32,
@@ -20,7 +21,7 @@ struct Sheet {
 
 /// The staggered shell: a diamond of 13 points.
 const SHELL: &[(i32, i32)] = &[(0, 1), (1, 0), (1, 1), (1, -1), (2, 0), (0, 2)];
-/// Two layers, a mass joined to all around it in both.
+/// Two layers, each node joined to all neighbours in both.
 const LATTICE: &[(i32, i32)] = &[(0, 0), (0, 1), (1, 0), (1, 1), (1, -1)];
 
 const SHEETS: [Sheet; 6] = [
@@ -51,7 +52,7 @@ impl Sheet {
     }
 }
 
-/// Values of a positive definite matrix: a diagonal that outweighs its row.
+/// Values of a positive definite, diagonally dominant matrix.
 fn values(pattern: &Pattern) -> Vec<f64> {
     let mut values: Vec<f64> = (0..9 * pattern.blocks()).map(|i| ((i * 7919) % 1009) as f64 / 1009.0 - 0.5).collect();
     for column in 0..pattern.size() {
@@ -66,7 +67,7 @@ fn values(pattern: &Pattern) -> Vec<f64> {
     values
 }
 
-/// Loads on four neighbouring masses, as contacts give them.
+/// Loads on four neighbouring nodes, as from contact constraints.
 fn contacts(masses: u32, side: u32) -> Loads {
     let mut loads = Loads::default();
     for i in 0..64 {
@@ -76,7 +77,7 @@ fn contacts(masses: u32, side: u32) -> Loads {
     loads
 }
 
-/// Least times, ms: of factorisation with solution in one, of each alone, and of one half solution.
+/// Minimum times, ms: factorisation and solution in one call, each alone, and one half solution.
 #[derive(Clone, Copy)]
 struct Times {
     both: f64,
@@ -89,7 +90,7 @@ impl Times {
     const NONE: Self = Self { both: f64::MAX, factorise: f64::MAX, solve: f64::MAX, half: f64::MAX };
 }
 
-/// Replaces `least` by the time of `work`, ms, where that is less.
+/// Replaces `least` by the time of `work` (ms) if that is smaller.
 fn clock(least: &mut f64, work: impl FnOnce()) {
     let start = ThreadTime::now();
     work();
@@ -98,7 +99,7 @@ fn clock(least: &mut f64, work: impl FnOnce()) {
 
 fn round(factor: &mut dyn Factor, values: &[f64], b: &mut [f64], loads: &Loads, least: &mut Times) {
     let mut halves = HalfSolutions::default();
-    // More than once, with the caches warm as in a sheet's step.
+    // Several times, with warm caches as in a sheet's step.
     for _ in 0..4 {
         b.fill(1.0);
         clock(&mut least.both, || factor.factorize_and_solve(values, b).expect("positive definite"));

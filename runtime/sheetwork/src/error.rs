@@ -1,45 +1,47 @@
-//! What goes wrong with input, said so that its author can mend it.
+//! Errors of input, with the information needed to correct it.
 //!
-//! Every reader and every setter of the crate refuses bad input with an [`InputError`]: which file and line, which
-//! field, what value, and what would have been accepted, with its unit. Nothing is changed by a refused input.
+//! Every reader and every setter of the crate rejects invalid input with an [`InputError`]: file,
+//! line, field, value, and accepted values with their unit. Rejected input changes nothing.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Input that was refused, and why.
+/// Rejected input and the reason.
 ///
-/// Displays as `file:line: field: problem`; parts that do not apply (a value set by program has no file) are left out.
+/// Displays as `file:line: field: problem`; parts that do not apply (a value set by a program has
+/// no file) are omitted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct InputError {
-    /// File the input came from, if it came from one.
+    /// File of the input; `None` for a value set by a program.
     pub file: Option<PathBuf>,
     /// Line in that file, counted from 1.
     pub line: Option<usize>,
-    /// Dotted path of the field, for example `sheets.0.material.young`; empty when no field is to blame.
+    /// Dotted path of the field, for example `sheets.0.material.young`; empty for an error of no
+    /// field.
     pub field: String,
-    /// What is wrong: the value found and what is accepted, with unit and range.
+    /// Reason: the value found and the accepted values, with unit and range.
     pub problem: String,
 }
 
 impl InputError {
-    /// An error about `field` (may be empty) without a place in a file yet.
+    /// Error of `field` (may be empty), without file and line.
     pub fn new(field: impl Into<String>, problem: impl Into<String>) -> Self {
         Self { file: None, line: None, field: field.into(), problem: problem.into() }
     }
 
-    /// The same error, placed in `file`.
+    /// Set the file of the error.
     pub fn in_file(mut self, file: &Path) -> Self {
         self.file = Some(file.to_path_buf());
         self
     }
 
-    /// The same error, placed at `line` (from 1).
+    /// Set the line of the error, counted from 1.
     pub fn at_line(mut self, line: usize) -> Self {
         self.line = Some(line);
         self
     }
 
-    /// The error of a file that cannot be read or written.
+    /// Error of a file that cannot be read or written.
     pub fn io(file: &Path, error: &std::io::Error) -> Self {
         Self::new("", format!("cannot be opened: {error}")).in_file(file)
     }
@@ -65,10 +67,11 @@ impl fmt::Display for InputError {
 
 impl std::error::Error for InputError {}
 
-/// The value is finite and inside `min..=max`, or an error that names the field, value, unit and range.
+/// Check that a value is finite and within `min..=max`. The error names field, value, unit and
+/// range.
 ///
 /// # Errors
-/// When `value` is not finite or outside the range.
+/// If `value` is not finite or is outside the range.
 pub fn check_range(field: &str, value: f64, min: f64, max: f64, unit: &str) -> Result<(), InputError> {
     if value.is_finite() && value >= min && value <= max {
         return Ok(());
@@ -78,7 +81,7 @@ pub fn check_range(field: &str, value: f64, min: f64, max: f64, unit: &str) -> R
     Err(InputError::new(field, format!("{value}{unit} is outside {min} to {max}{unit}")))
 }
 
-/// A number as people write it: with an exponent where the plain digits would be mostly zeros.
+/// Text of a number, with an exponent if plain digits would be mostly zeros.
 fn short(value: f64) -> String {
     let size = value.abs();
     if size != 0.0 && size.is_finite() && !(1e-3..1e6).contains(&size) {

@@ -1,6 +1,6 @@
-//! Stiff thin sheets in real time: the simulation, without graphics, window or ECS.
+//! Simulation of thin, stiff sheets in real time, without graphics, window or ECS.
 //!
-//! Read a [`Scene`](scene::Scene), make a [`World`], step it, look at its sheets:
+//! Read a [`Scene`](scene::Scene), build a [`World`], step it, read its sheets:
 //!
 //! ```
 //! use sheetwork::{World, scene::Scene};
@@ -16,9 +16,13 @@
 //! # Ok::<(), sheetwork::InputError>(())
 //! ```
 //!
-//! Data flows one way: `scene` (what is described) → `sheet` (what it is; `lattice` how it is connected) → `element` (what
-//! pulls) → `engine` (how time passes) → `contact` (what it touches) → state out; `heat` says how warm it is. `step` has the
-//! order. Everything is SI (temperatures are °C) and `f64`; the same input gives the same bits on any number of threads.
+//! Each module imports only modules above it in this order: `math`, `mesh`, `scene`, `material`,
+//! `elements`, `linear`, `integrators`, `sheet`, `rigid`, `collision`, `contact`, `thermal`,
+//! `islands`, `world`. [`scene`] describes a simulation, [`sheet`] holds model and state of a
+//! sheet, [`elements`] its forces, [`integrators`] advance time, [`contact`] computes contact
+//! forces, [`thermal`] temperatures, [`islands`] steps sheets that may touch together, and
+//! [`world`] owns all of them. Units are SI (temperatures in °C), numbers `f64`; the same input
+//! gives the same bits on any number of threads.
 
 pub mod collision;
 pub mod contact;

@@ -1,27 +1,30 @@
-//! Which part of a step is under way, for who wants to know how long each takes.
+//! Phases of a step, for the measurement of their durations.
 //!
-//! The core has no clock: it tells a [`Watch`] where it begins and ends something, and the watch may look at one. Without a watch, which is
-//! how every world begins, that is a look at an empty option in some ten places of a step. What a watch does is no part of the result.
+//! The library has no clock: it notifies a [`Watch`] at the start and at the end of each phase, and
+//! the observer may read one. Without an observer, the default, a notification is a test of an
+//! empty option in about ten places of a step. An observer does not affect results.
 
 use std::sync::Arc;
 
-/// A part of a step.
+/// Phase of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Phase {
-    /// Sheets move as their own forces have it: elements, engine, linear solves; and all that is none of the others.
+    /// Motion of sheets by internal forces: elements, integrator, linear solves, and all that
+    /// belongs to no other phase.
     Motion,
-    /// What may touch is looked for. Masses of explicit engines answer what stands in the same sweep, which counts here.
+    /// Collision detection. Explicit integrators resolve node contacts with static bodies in the
+    /// same pass, which counts here.
     Detection,
-    /// Contact is solved for.
+    /// Contact solver.
     Contact,
-    /// Heat flows.
+    /// Heat.
     Heat,
-    /// Bodies move among themselves.
+    /// Motion of rigid bodies among themselves.
     Rigid,
 }
 
 impl Phase {
-    /// All of them with their names.
+    /// All phases with their names.
     pub const ALL: [(Self, &'static str); 5] = [
         (Self::Motion, "motion"),
         (Self::Detection, "detection"),
@@ -31,22 +34,22 @@ impl Phase {
     ];
 }
 
-/// Is told when a part of a step begins and ends. Parts lie within one another; on a thread the last one that began ends first. Sheets that
-/// are stepped side by side tell it from several threads.
+/// Observer of the phases of a step. Phases are nested, properly within each thread; sheets stepped
+/// in parallel notify from several threads.
 pub trait Watch: Send + Sync {
-    /// A part begins.
+    /// Notification of the start of a phase.
     fn begin(&self, phase: Phase);
 
-    /// It ends.
+    /// Notification of the end of a phase.
     fn end(&self, phase: Phase);
 }
 
-/// A watch, where there is one.
+/// An optional step observer.
 #[derive(Clone, Default)]
 pub(crate) struct Watched(pub Option<Arc<dyn Watch>>);
 
 impl Watched {
-    /// Does `work`, which is `phase`.
+    /// Run `work` as part of `phase`.
     pub fn within<T>(&self, phase: Phase, work: impl FnOnce() -> T) -> T {
         let Some(watch) = &self.0 else { return work() };
         watch.begin(phase);

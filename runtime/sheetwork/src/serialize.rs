@@ -1,21 +1,22 @@
-//! State as bytes: what snapshots are written with ([`Keeper`]) and read from ([`Taker`]). Little endian; numbers keep all their bits.
+//! Serialisation of state to bytes ([`Keeper`]) and from bytes ([`Taker`]), for snapshots.
 //!
-//! Whoever has state that carries over from step to step has a `keep` and a `take` beside it, which write and read the same things in the
-//! same order. What is read is of a file whose checksum fits and of a world of the same make, and is checked all the same: counts and
-//! indices that cannot be are a [`Cut`].
+//! Little endian; numbers keep all bits. Each type whose state carries over between steps has a
+//! function that writes it and one that reads it in the same order. The bytes come from a file with
+//! a valid checksum and from a world of the same structure; counts and indices are checked
+//! nevertheless, and invalid ones are a [`Cut`].
 
 use glam::{DQuat, DVec3};
 
 use crate::math::Vectors;
 
-/// The bytes end too early, or say what cannot be.
+/// Error of deserialisation: the bytes end early or contain an invalid value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cut;
 
-/// What reading gives.
+/// Result of deserialisation.
 pub type Taken<T = ()> = Result<T, Cut>;
 
-/// Writes state.
+/// Writer of state.
 #[derive(Default)]
 pub struct Keeper {
     pub bytes: Vec<u8>,
@@ -30,7 +31,7 @@ impl Keeper {
         self.bytes.push(u8::from(value));
     }
 
-    /// A whole number: the smaller, the fewer bytes.
+    /// Write an unsigned integer in LEB128, with fewer bytes for smaller values.
     pub fn count(&mut self, value: u64) {
         let mut rest = value;
         while rest >= 0x80 {
@@ -61,13 +62,13 @@ impl Keeper {
         self.blob(value.as_bytes());
     }
 
-    /// Bytes after their count.
+    /// Write the number of bytes, then the bytes.
     pub fn blob(&mut self, bytes: &[u8]) {
         self.count(bytes.len() as u64);
         self.bytes.extend_from_slice(bytes);
     }
 
-    /// Numbers, of which the reader knows how many there are.
+    /// Write numbers without their count, which the reader knows.
     pub fn numbers(&mut self, values: &[f64]) {
         let from = self.bytes.len();
         self.bytes.resize(from + 8 * values.len(), 0);
@@ -76,7 +77,7 @@ impl Keeper {
         }
     }
 
-    /// The same of single precision.
+    /// Write single-precision numbers without their count.
     pub fn singles(&mut self, values: &[f32]) {
         let from = self.bytes.len();
         self.bytes.resize(from + 4 * values.len(), 0);
@@ -85,7 +86,7 @@ impl Keeper {
         }
     }
 
-    /// Numbers of which many may be zero: a bit says of each whether it is.
+    /// Write numbers of which many may be zero: one bit for each number states whether it follows.
     pub fn sparse(&mut self, values: &[f64]) {
         for eight in values.chunks(8) {
             let at = self.bytes.len();
@@ -99,7 +100,7 @@ impl Keeper {
         }
     }
 
-    /// A list of numbers and how many they are.
+    /// Write the count of numbers, then the numbers.
     pub fn list(&mut self, values: &[f64]) {
         self.count(values.len() as u64);
         self.numbers(values);
@@ -109,13 +110,13 @@ impl Keeper {
         values.axes().into_iter().for_each(|axis| self.numbers(axis));
     }
 
-    /// Vectors and how many they are.
+    /// Write the count of vectors, then the vectors.
     pub fn vector_list(&mut self, values: &Vectors) {
         self.count(values.len() as u64);
         self.vectors(values);
     }
 
-    /// Yes and no, eight in a byte, after their count.
+    /// Write the count of flags, then the flags, eight per byte.
     pub fn flags(&mut self, values: &[bool]) {
         self.count(values.len() as u64);
         for eight in values.chunks(8) {
@@ -124,7 +125,7 @@ impl Keeper {
     }
 }
 
-/// Reads state.
+/// Reader of state.
 pub struct Taker<'a> {
     rest: &'a [u8],
 }
@@ -134,7 +135,7 @@ impl<'a> Taker<'a> {
         Self { rest: bytes }
     }
 
-    /// Whether all has been read.
+    /// Whether all bytes have been read.
     pub fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
@@ -172,25 +173,26 @@ impl<'a> Taker<'a> {
         }
     }
 
-    /// A count of things that take `least` bytes each or more: no more than there can be.
+    /// Read a count of elements that take at least `least` bytes each; an error if the remaining
+    /// bytes do not suffice.
     pub fn length(&mut self, least: usize) -> Taken<usize> {
         let count = usize::try_from(self.count()?).map_err(|_| Cut)?;
         if count.checked_mul(least).is_some_and(|bytes| bytes <= self.rest.len()) { Ok(count) } else { Err(Cut) }
     }
 
-    /// A count that is below `end`.
+    /// Read an index below `end`.
     pub fn index(&mut self, end: usize) -> Taken<u32> {
         let index = self.count()?;
         if index < end as u64 { u32::try_from(index).map_err(|_| Cut) } else { Err(Cut) }
     }
 
-    /// Four bytes as they are.
+    /// Read four bytes, little endian.
     pub fn sum(&mut self) -> Taken<u32> {
         let bytes = self.some(4)?.first_chunk().ok_or(Cut)?;
         Ok(u32::from_le_bytes(*bytes))
     }
 
-    /// A whole number of 32 bits.
+    /// Read an unsigned integer below 2³².
     pub fn small(&mut self) -> Taken<u32> {
         u32::try_from(self.count()?).map_err(|_| Cut)
     }
@@ -253,7 +255,7 @@ impl<'a> Taker<'a> {
         Ok(values)
     }
 
-    /// A list into one of the same length.
+    /// Read a list into a slice of the same length.
     pub fn same_list(&mut self, to: &mut [f64]) -> Taken {
         if self.count()? != to.len() as u64 {
             return Err(Cut);
@@ -265,7 +267,7 @@ impl<'a> Taker<'a> {
         to.axes_mut().into_iter().try_for_each(|axis| self.numbers(axis))
     }
 
-    /// Vectors, none or as many as there are masses.
+    /// Read vectors, either none or one per node.
     pub fn vector_list(&mut self, to: &mut Vectors, masses: usize) -> Taken {
         let count = self.length(24)?;
         if count != 0 && count != masses {
@@ -331,7 +333,7 @@ mod tests {
         assert_eq!(Taker::new(&[2]).flag(), Err(Cut));
         assert_eq!(Taker::new(&[9, 1, 2]).blob(), Err(Cut));
         assert_eq!(Taker::new(&[1, 0xff]).text(), Err(Cut));
-        // More than memory holds.
+        // A count larger than memory.
         assert_eq!(Taker::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).list(), Err(Cut));
         assert_eq!(Taker::new(&[5]).index(5), Err(Cut));
         assert_eq!(Taker::new(&[0xff, 0xff, 0xff, 0xff, 0x7f]).flags(&mut Vec::new()), Err(Cut));

@@ -1,4 +1,4 @@
-//! Bodies that move freely, and sheets glued to bodies, through the world that users have.
+//! Dynamic bodies, and sheets attached to bodies, through the public interface of the world.
 
 use glam::{DQuat, DVec3};
 use sheetwork::World;
@@ -9,7 +9,8 @@ fn world(text: &str) -> World {
     World::new(&Scene::parse(text).expect("valid")).expect("valid")
 }
 
-/// A strip held by a body called "arm", as on a stiff bracket, at its left edge; `sheet` and `arm` are more of their fields.
+/// A strip attached at its left edge to a body "arm", as to a stiff bracket; `sheet` and `arm` are
+/// further fields of the two.
 fn held(engine: &str, sheet: &str, arm: &str) -> World {
     world(&format!(
         "(engine: \"{engine}\", dt: 0.002, gravity: (0, -0.981, 0), sheets: [(name: \"strip\", pins: [(region: Left, body: \"arm\")], {sheet})],
@@ -53,7 +54,7 @@ fn a_sheet_goes_where_a_sent_body_takes_it_and_falls_when_it_is_removed() {
     assert!(world.move_body("arm", DVec3::new(-0.1, 0.2001, 0.0), DQuat::IDENTITY));
     world.step();
     assert!((world.sheets()[0].x.get(0) - before).distance(DVec3::Y * 1e-4) < 1e-15);
-    // The bodies after it are counted anew, and those before it are not touched.
+    // Bodies after the removed one get new indices; those before it keep theirs.
     assert!(world.remove_body("arm"));
     assert!((0..world.sheets()[0].masses()).all(|i| !world.sheets()[0].is_held(i)));
     let height = world.sheets()[0].centre_of_mass().y;

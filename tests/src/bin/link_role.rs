@@ -1,5 +1,5 @@
-//! What tests of the live link meet in another process: `link_role ROLE`, its link and what else it is told in the environment. It fails as
-//! a test does, by a panic.
+//! Roles of another process in tests of the live link: `link_role ROLE`, with the link and other
+//! settings in the environment. A failure is a panic.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -14,9 +14,9 @@ use sheetwork_link::layout::FrameHeader;
 use sheetwork_link::place::LinkPlace;
 use sheetwork_tests::game::{Game, strip};
 
-/// Longest that a process lives whose test has died.
+/// Maximum life of a process whose test has died.
 const LONGEST: Duration = Duration::from_secs(600);
-/// How long to wait for anything: a machine with much else to do must not fail a test.
+/// Time limit of every wait, long enough for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 fn main() -> ExitCode {
@@ -38,7 +38,7 @@ fn place() -> LinkPlace {
     LinkPlace::new("").expect("named in the environment")
 }
 
-/// A game at 240 Hz, or as fast as it can with SHEETWORK_FAST.
+/// A game at 240 Hz, or at full speed with SHEETWORK_FAST.
 fn game() {
     let mut game = Game::new(&strip());
     game.playing = std::env::var_os("SHEETWORK_PAUSED").is_none();
@@ -57,7 +57,7 @@ fn game() {
     }
 }
 
-/// A reader of SHEETWORK_FRAMES frames, or for ever.
+/// A reader of SHEETWORK_FRAMES frames, unlimited by default.
 fn reader() {
     let wanted = std::env::var("SHEETWORK_FRAMES").ok().and_then(|n| n.parse().ok()).unwrap_or(u64::MAX);
     let client = Client::attach_within(&place(), PATIENCE).expect("a game");
@@ -78,7 +78,7 @@ fn reader() {
     }
 }
 
-/// Tries to attach; well when it is refused.
+/// Tries to attach and requires rejection.
 fn intruder() {
     let refused = Client::attach(&place()).err().expect("refused");
     assert!(matches!(refused, LinkError::Refused(_)), "{refused}");
@@ -124,7 +124,7 @@ fn liar() {
 
 type Path_ = iceoryx2::prelude::Path;
 
-/// A game and its reader with 8 MiB of shared memory, which someone fills and empties again.
+/// A game and its reader with 8 MiB of shared memory, which is filled and emptied again.
 fn crowded() {
     let mut game = Game::new(&strip());
     let mut link = Link::new(&place(), &game.world).expect("there is room at first");
@@ -142,7 +142,7 @@ fn crowded() {
     let mut file = std::fs::File::create(full).expect("made");
     while std::io::Write::write_all(&mut file, &[1; 4096]).is_ok() {}
     drop(file);
-    // Those who are there go on, in memory that is theirs; those who come are not served; nobody dies.
+    // Existing readers continue in reserved memory; new ones are rejected; no process dies.
     steps(&mut link, 1000);
     assert!(frames.latest().expect("sound").is_some(), "memory that was taken is written to");
     assert!(matches!(Client::attach(&place()).err(), Some(LinkError::Memory(_))));

@@ -1,4 +1,5 @@
-//! Knobs: what is allowed is done by the next step, what is not is refused with a reason and changes nothing.
+//! Parameters over the link: valid changes take effect in the next step; invalid ones are rejected
+//! with a reason and have no effect.
 
 use sheetwork_link::Client;
 use sheetwork_link::Command;
@@ -36,7 +37,7 @@ fn parameters_are_listed_set_in_order_and_refused_with_reasons() {
         assert!(matches!(&refused, LinkError::Refused(why) if why.contains(says)), "{path} = {value}: {refused}");
     }
     assert_eq!(client.get("sheets.strip.material.young").expect("answers").value, "2000000000");
-    // The next step already has it: with gravity turned round the free edge goes up.
+    // The change acts in the next step: with reversed gravity the free edge rises.
     let mut frames = client.frames(false).expect("a place");
     let height = |f: &sheetwork_link::Frame| f.view().expect("sound").sheets().next().expect("one").positions()[8][1];
     let before = until(&mut frames, |f| Some(height(f)));
@@ -77,7 +78,8 @@ fn switches_are_booleans_and_a_wrong_path_is_told_the_nearest() {
     }
 }
 
-/// An engine that these sheets do not bear: they are stopped and named, whatever is set, until they are put back.
+/// An integrator that is unstable on these sheets. They are frozen and named until a reset or
+/// restore.
 #[test]
 fn a_sheet_that_went_unstable_is_named_until_reset_or_restore() {
     let place = Place::new("unstable");
@@ -96,7 +98,7 @@ fn a_sheet_that_went_unstable_is_named_until_reset_or_restore() {
         let answer = client.send(&Command::Step { steps: 300 }).expect("done");
         assert_eq!(stopped(answer), serde_json::json!(["strip"]));
         assert_eq!(client.status().expect("answers").stopped, ["strip"]);
-        // The old engine alone does not bring it back, and says so.
+        // The previous integrator alone does not restore the sheet, and the answer reports it.
         let set = Command::Set { path: "engine".into(), value: "tr-bdf2".into() };
         assert_eq!(stopped(client.send(&set).expect("accepted")), serde_json::json!(["strip"]));
         let stood = tip(&client);
@@ -133,7 +135,7 @@ fn commands_play_step_reset_keep_and_restore() {
     let status = client.status().expect("answers");
     assert_eq!(status.scene, sheetwork_tests::shipped("wedge").name);
     assert_eq!(sheetwork::scene::Scene::parse(&client.scene().expect("answers")).expect("valid").name, status.scene);
-    // Another scene has other frames: the reader goes on with them.
+    // Another scene has other frames; the reader continues with them.
     client.send(&Command::Step { steps: 1 }).expect("done");
     let masses =
         |f: &sheetwork_link::Frame| f.view().expect("sound").sheets().map(|s| s.positions().len()).sum::<usize>();

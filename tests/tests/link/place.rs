@@ -8,13 +8,13 @@ use sheetwork_link::Client;
 use sheetwork_link::Frames;
 use sheetwork_link::place::LinkPlace;
 
-/// How long to wait for anything: a machine with much else to do must not fail a test.
+/// Time limit of every wait, long enough for a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What a test meets in another process.
+/// Program of the roles of other processes.
 pub const ROLES: &str = env!("CARGO_BIN_EXE_link_role");
 
-/// A link of a test's own.
+/// The link of one test.
 pub struct Place {
     folder: PathBuf,
     pub link: LinkPlace,
@@ -28,7 +28,7 @@ impl Place {
         Self { folder, link }
     }
 
-    /// The program of roles in this one; what else it is told is in the environment.
+    /// Starts the role program in this folder, with further settings in the environment.
     pub fn start(&self, role: &str, more: &[(&str, &str)]) -> Process {
         self.start_by(Command::new(ROLES), role, more)
     }
@@ -46,7 +46,8 @@ impl Place {
         client
     }
 
-    /// Objects of this link in shared memory, but for iceoryx2's counter of nodes, which stays.
+    /// Number of objects of this link in shared memory, without iceoryx2's permanent counter of
+    /// nodes.
     pub fn objects(&self) -> usize {
         let prefix = self.link.prefix();
         let all = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
@@ -57,7 +58,7 @@ impl Place {
 
 impl Drop for Place {
     fn drop(&mut self) {
-        // What a killed process left: the objects of this folder's prefix, and the folder.
+        // Remains of killed processes: objects with this folder's prefix, and the folder.
         let prefix = self.link.prefix();
         for entry in std::fs::read_dir("/dev/shm").into_iter().flatten().flatten() {
             if entry.file_name().to_string_lossy().starts_with(&prefix) {
@@ -68,23 +69,23 @@ impl Drop for Place {
     }
 }
 
-/// Another process; killed at the end of its test.
+/// Another process, killed at the end of its test.
 pub struct Process(pub Child);
 
 impl Process {
-    /// kill -9.
+    /// Sends SIGKILL.
     pub fn kill(&mut self) {
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 
-    /// Any signal, by its name.
+    /// Sends any signal, by its name.
     pub fn signal(&self, name: &str) {
         let done = Command::new("kill").args([&format!("-{name}"), &self.0.id().to_string()]).status();
         assert!(done.expect("kill runs").success(), "kill -{name}");
     }
 
-    /// Waits for it to end by itself; whether it did well.
+    /// Waits for the end of the process; whether it succeeded.
     pub fn ended_well(&mut self) -> bool {
         let start = Instant::now();
         while start.elapsed() < PATIENCE {
@@ -96,7 +97,7 @@ impl Process {
         false
     }
 
-    /// Pages of memory that are its own now, and bytes of it.
+    /// Present private memory, bytes.
     pub fn resident(&self) -> u64 {
         let text = std::fs::read_to_string(format!("/proc/{}/smaps_rollup", self.0.id())).unwrap_or_default();
         let line = text.lines().find(|l| l.starts_with("Pss_Anon:")).unwrap_or_default();
@@ -110,7 +111,7 @@ impl Drop for Process {
     }
 }
 
-/// Waits for frames until one has `wanted`.
+/// Waits for a frame for which `wanted` returns a value.
 pub fn until<T>(frames: &mut Frames, mut wanted: impl FnMut(&sheetwork_link::Frame) -> Option<T>) -> T {
     let start = Instant::now();
     while start.elapsed() < PATIENCE {

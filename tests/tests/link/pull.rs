@@ -1,4 +1,4 @@
-//! A hand on a sheet: what it feels is what statics says, from this process and from another.
+//! Grabs: the force on the hand equals statics, from this process and from another.
 
 use glam::DVec3;
 use sheetwork::World;
@@ -17,7 +17,7 @@ fn a_sheet_that_hangs_on_a_hand_weighs_what_it_weighs() {
     let mut world = free();
     let weight = world.sheets()[0].total_mass() * 9.81;
     let sheet = &mut world.sheets_mut()[0];
-    // Between masses, so that all three of a triangle bear a part.
+    // Between nodes, so that all three nodes of a triangle carry a part.
     let first = sheet.grab((0.48, 0.55), 500.0).expect("taken");
     let begin = sheet.pulls()[first].target;
     for bad in [DVec3::NAN, DVec3::splat(1e9)] {
@@ -26,7 +26,8 @@ fn a_sheet_that_hangs_on_a_hand_weighs_what_it_weighs() {
     assert!(sheet.grab((1.5, 0.0), 1.0).is_err() && sheet.grab((0.5, 0.5), f64::NAN).is_err());
     world.set_dt(1.0 / 240.0).expect("allowed");
     world.advance(2.0);
-    // It swings, and nothing brakes that: what the hand bears is the weight and the change of momentum, m g + m Δv / T.
+    // The sheet swings without damping: the mean force on the hand is the weight plus the change of
+    // momentum, m g + m Δv / T.
     let momentum = |world: &World| world.sheets()[0].momentum();
     let before = momentum(&world);
     let mut borne = DVec3::ZERO;
@@ -42,7 +43,7 @@ fn a_sheet_that_hangs_on_a_hand_weighs_what_it_weighs() {
     assert!(mean.distance(expected) < 2e-3 * weight, "{mean} N, and {expected} N by momentum");
     let sheet = &world.sheets()[0];
     assert!(begin.y - sheet.pulls()[first].point(&sheet.x).y < 3.0 * weight / 500.0);
-    // A stiff hand in one step: the point is where the hand is.
+    // A stiff spring within one step: the point is at the hand.
     let sheet = &mut world.sheets_mut()[0];
     let second = sheet.grab((0.1, 0.1), 1e7).expect("taken");
     let place = sheet.pulls()[second].target + DVec3::new(0.0, 1e-3, 0.0);
@@ -80,7 +81,7 @@ fn another_process_pulls_feels_and_is_let_go_when_it_dies() {
     let felt = felt.expect("pulled");
     assert!(felt.position[1] > begin[1] && felt.force[1] < 0.0, "the hand is pulled down, the sheet up: {felt:?}");
     assert!(client.pull(grab, [f64::NAN, 0.0, 0.0]).is_err() && client.pull(grab + 1, [0.0; 3]).is_err());
-    // Nobody moves it any more.
+    // Longer than the time limit of a grab.
     std::thread::sleep(std::time::Duration::from_millis(2600));
     assert!(client.pull(grab, [0.0; 3]).is_err(), "it has let go");
 }

@@ -1,5 +1,6 @@
-//! The Python client against a game in Rust. Needs Python with iceoryx2 and numpy: SHEETWORK_PYTHON, the system's, or a
-//! virtual environment that is made in the target folder; skipped with a message where none can be had.
+//! The Python client against a game in Rust. Needs Python with iceoryx2 and numpy:
+//! SHEETWORK_PYTHON, the system's, or a virtual environment created in the target folder. Skipped
+//! with a message without one.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,4 +1,5 @@
-//! Reading: what comes is what the world has, to any number of readers, without an allocation, for as long as one likes.
+//! Readers: received data equals the world's, for any number of readers, without allocation and
+//! without growth.
 
 use std::time::{Duration, Instant};
 
@@ -37,7 +38,7 @@ fn a_reader_sees_the_world_and_a_game_alone_writes_nothing() {
         assert_eq!(seen.header().energy[3] == energy.total, complete);
         assert!(frames.next().expect("sound").is_none());
     }
-    // Nothing has happened; then something does.
+    // No event at first; then the sheet becomes unstable.
     assert!(events.next().expect("readable").is_none());
     game.world.sheets_mut()[0].v.set(44, glam::DVec3::splat(f64::NAN));
     game.world.step();
@@ -71,7 +72,7 @@ fn looking_for_readers_allocates_nothing_and_publishing_no_more_than_iceoryx2_do
         counted += measure(|| steps(&mut game, &mut link)).count_total;
         read += u32::from(lean.latest().expect("sound").is_some()) + u32::from(full.latest().expect("sound").is_some());
     }
-    // One for each sample is iceoryx2's own, which keeps the lock of what it lends there.
+    // One allocation per sample is iceoryx2's own, for the bookkeeping of loaned samples.
     assert_eq!((counted, read, link.statistics().frames - before), (200, 200, 200));
 }
 
@@ -123,11 +124,11 @@ fn a_soak_grows_neither_memory_nor_objects() {
     let mut frames = client.frames(false).expect("a place");
     let begin = Instant::now();
     let (mut warm, mut count) = (None, 0_u64);
-    // A machine that is busy may take longer for the frames that are asked.
+    // A busy machine may take longer for the required frames.
     while begin.elapsed().as_secs_f64() < seconds || (count <= 100 && begin.elapsed() < PATIENCE) {
         count += u64::from(frames.latest().expect("sound").is_some());
         if count % 50 == 0 {
-            // Others come and go meanwhile.
+            // Other readers attach and detach meanwhile.
             drop(client.frames(true).expect("a place"));
             client.set("gravity", "(0, -9.81, 0)").expect("accepted");
         }

@@ -1,4 +1,5 @@
-//! Watching changes nothing, and commands do what the same changes made by the game itself do: to the bit, on any number of threads.
+//! Observation has no effect on a run, and commands equal the same changes by the game itself: bit
+//! for bit, on any number of threads.
 
 use std::thread;
 
@@ -10,7 +11,7 @@ use super::place::Place;
 
 const STEPS: u32 = 60;
 
-/// What is set after so many steps.
+/// Parameter changes by step.
 const CHANGES: &[(u32, &str, &str)] = &[
     (7, "gravity", "(1, -4, 0)"),
     (20, "sheets.strip.material.young", "1e9"),

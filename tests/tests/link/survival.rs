@@ -1,4 +1,5 @@
-//! Either end dies, stops or lies: the other goes on, and the next attach succeeds.
+//! Process failures: either end is killed, stopped or sends invalid data; the other continues, and
+//! the next attach succeeds.
 
 use std::io::{BufRead, BufReader};
 use std::process::Command;
@@ -10,12 +11,12 @@ use sheetwork_tests::Random;
 
 use super::place::{PATIENCE, Place, Process, ROLES, until};
 
-/// How often to kill.
+/// Number of kills.
 fn kills() -> u32 {
     std::env::var("SHEETWORK_LINK_KILLS").ok().and_then(|n| n.parse().ok()).unwrap_or(8)
 }
 
-/// A random time of up to `most`.
+/// A random duration of up to `most`.
 fn moment(random: &mut Random, most: Duration) -> Duration {
     most.mul_f64(0.5 + 0.5 * random.signed().clamp(-1.0, 1.0))
 }
@@ -35,7 +36,7 @@ fn readers_are_killed_at_any_moment_and_the_game_goes_on() {
         until(&mut frames, |f| (f.header().epoch == before.epoch && f.header().steps > before.steps + 5).then_some(()));
         client.status().expect("answers");
     }
-    // All their places are free again.
+    // All reader slots are free again.
     let mut last = place.start("reader", &[("SHEETWORK_FRAMES", "3")]);
     assert!(last.ended_well());
     let start = Instant::now();
@@ -63,7 +64,7 @@ fn games_are_killed_at_any_moment_and_their_reader_goes_on_with_the_next() {
         let answer = fresh.send(&sheetwork_link::Command::Status).expect("the next attach succeeds");
         assert_eq!(answer["epoch"].as_u64(), Some(epoch));
     }
-    // A game that is only stopped is not taken for dead, and goes on.
+    // A stopped game does not count as terminated, and continues.
     game.signal("STOP");
     let mut hasty = Client::attach(&place.link).expect("attaches");
     hasty.set_patience(Duration::from_millis(100));
@@ -85,7 +86,8 @@ fn what_a_killed_game_left_is_gone_after_the_next_one_ends() {
     assert!(matches!(Client::attach(&place.link).err(), Some(LinkError::NoGame(..))));
 }
 
-/// Killed between making an object and giving it a size, a process leaves what iceoryx2 alone would wait for without end.
+/// A process killed between the creation of an object and the setting of its size leaves an object
+/// for which iceoryx2 alone would wait without a time limit.
 #[test]
 fn an_object_that_was_never_finished_holds_nobody_up() {
     let place = Place::new("unfinished");
@@ -115,7 +117,7 @@ fn an_object_that_was_never_finished_holds_nobody_up() {
     assert_eq!(place.objects(), 0);
 }
 
-/// Whether a process says a line, up to that line.
+/// Whether a process prints a line; reads up to that line.
 fn heard_first(child: &mut Process, wanted: &str) -> bool {
     let Some(out) = child.0.stdout.take() else { return false };
     BufReader::new(out).lines().map_while(Result::ok).any(|line| line.contains(wanted))
@@ -158,10 +160,10 @@ fn shared_memory_that_fills_up_kills_nobody() {
     assert!(child.ended_well() && survived);
 }
 
-/// Whether a process says a line.
+/// Whether a process prints a line.
 fn heard(child: &mut Process, wanted: &str) -> bool {
     let Some(out) = child.0.stdout.take() else { return false };
-    // To the end: it must not write to nobody.
+    // Reads to the end, because the process must not write to a closed pipe.
     BufReader::new(out).lines().map_while(Result::ok).filter(|line| line.contains(wanted)).count() > 0
 }
 
@@ -176,12 +178,13 @@ fn another_user_cannot_attach() {
     assert_eq!(mode(place.link.root()), 0o700);
     for entry in std::fs::read_dir("/dev/shm").expect("there").flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        // iceoryx2's counter of nodes, 16 bytes, is everyone's; nothing can be read from it.
+        // iceoryx2's counter of nodes, 16 bytes, is accessible to all users and holds no data of
+        // the link.
         if name.starts_with(&place.link.prefix()) && !name.ends_with(".global_mgmt") {
             assert_eq!(mode(&entry.path()) & 0o077, 0, "{:?}", entry.path());
         }
     }
-    // As nobody, from a copy that nobody may read.
+    // As user `nobody`, from a copy of the program that this user may read.
     let copy = std::env::temp_dir().join(format!("sheetwork-intruder-{}", std::process::id()));
     std::fs::copy(ROLES, &copy).expect("copied");
     std::fs::set_permissions(&copy, std::fs::Permissions::from_mode(0o755)).expect("set");
@@ -194,7 +197,7 @@ fn another_user_cannot_attach() {
         eprintln!("skipped: to be another user needs the rights of root");
     }
     let _ = std::fs::remove_file(copy);
-    // And a folder that is open to others is not used.
+    // A folder open to others is rejected.
     std::fs::set_permissions(place.link.root(), std::fs::Permissions::from_mode(0o755)).expect("set");
     assert!(matches!(Client::attach(&place.link).err(), Some(LinkError::Refused(_))));
 }

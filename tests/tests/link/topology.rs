@@ -1,4 +1,5 @@
-//! Triangles: what a sheet is drawn by is sent once, to who comes later too, and again when it has torn.
+//! Topology over the link: triangles are sent once, also to later readers, and again after
+//! fracture.
 
 use std::time::Duration;
 
@@ -9,7 +10,7 @@ use sheetwork_link::Link;
 use super::place::{PATIENCE, Place};
 use sheetwork_tests::game::{Game, strip};
 
-/// A strip of paper whose end is drawn away until it tears.
+/// A strip of paper that is pulled at one end until it fractures.
 fn drawn() -> Scene {
     Scene::parse(
         r#"(name: "drawn", dt: 0.004, engine: "tr-bdf2", gravity: (0, 0, 0), sheets: [(name: "strip", structure: "shell", grid: (9, 1, 5),
@@ -37,11 +38,11 @@ fn triangles_come_once_and_to_who_takes_anothers_place() {
     assert_eq!((mesh.masses, mesh.triangles.len(), mesh.open.len(), topology.sheets().len()), (45, 64, 0, 1));
     drop(frame);
     drop(frames);
-    // Nothing more is written for who has it.
+    // No further sample for readers that have the topology.
     let written = link.statistics().bytes;
     (0..50).for_each(|_| step(&mut link));
     assert_eq!(link.statistics().bytes, written);
-    // As many readers as before, but another.
+    // A different reader, with the number of readers unchanged.
     drop(topology);
     let (mut frames, mut topology) = (client.frames(false).expect("reads"), client.topology().expect("reads"));
     step(&mut link);
@@ -72,7 +73,7 @@ fn what_tears_is_told_and_what_is_reset_is_whole() {
         assert_eq!(mesh.cells, (8, 4));
         let drawn = sheet.surface(0, 1).expect("drawn").mesh(&sheet.x);
         assert_eq!(mesh.triangles, drawn.indices, "step {step}");
-        // What is cut is no strain.
+        // Cut edges do not contribute to strain.
         let view = frame.view().expect("sound");
         assert!(view.sheet("strip").expect("there").strain().iter().all(|e| e.abs() < 0.2), "step {step}");
         versions.push((topology.version(), sheet.open_count()));

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use bevy::math::{DQuat, DVec3};
 use bevy::prelude::*;
-use sheetwork::integrators::EngineKind;
 use sheetwork::rigid::RigidView;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Air, Scene};
 use sheetwork::{InputError, World as Sheets};
 

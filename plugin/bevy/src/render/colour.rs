@@ -13,7 +13,7 @@ use sheetwork::World;
 use sheetwork::scene::HeatMode;
 use sheetwork::sheet::Sheet as SheetInWorld;
 use sheetwork::sheet::surface::Surface;
-use sheetwork::thermal::ZERO_CELSIUS;
+use sheetwork::units::temperature::ZERO_CELSIUS;
 
 use super::measure;
 

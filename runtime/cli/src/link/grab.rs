@@ -1,4 +1,4 @@
-//! `sheetwork grab`: a hand that takes hold of a point of a sheet, moves it, and says what it feels.
+//! `sheetwork grab`: grabs a point of a sheet, moves it, and reports the force on the hand.
 
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -13,33 +13,33 @@ use crate::link::Target;
 use sheetwork_rigs::output::{print_json, print_line};
 use sheetwork_rigs::quantities::{number, stiffness, time};
 
-/// Takes hold of a material point of a running game's sheet and moves it.
+/// Grabs a material point of a running game's sheet and moves it.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Grab {
     #[command(flatten)]
     target: Target,
-    /// The sheet.
+    /// Name of the sheet.
     sheet: String,
-    /// Place along the length, 0 to 1.
+    /// Material coordinate along the length, 0 to 1.
     #[arg(value_parser = number)]
     u: f64,
-    /// Place along the width, 0 to 1.
+    /// Material coordinate along the width, 0 to 1.
     #[arg(value_parser = number)]
     v: f64,
-    /// How far to move it, m: x,y,z.
+    /// Displacement of the hand, m: x,y,z.
     #[arg(long, default_value = "0,0.05,0", value_parser = vector)]
     by: [f64; 3],
-    /// How long to take for that, s; then it holds still.
+    /// Duration of the displacement, s; the hand then stays in place.
     #[arg(long, default_value = "1", value_parser = time)]
     over: f64,
-    /// How long to hold on altogether, s.
+    /// Total duration of the grab, s.
     #[arg(long, default_value = "2", value_parser = time)]
     seconds: f64,
-    /// Of the spring between hand and sheet, N/m.
+    /// Stiffness of the spring between hand and sheet, N/m.
     #[arg(long, default_value = "100", value_parser = stiffness)]
     stiffness: f64,
-    /// Times a second that the hand moves and feels, up to 1000.
+    /// Updates of the hand per second, up to 1000.
     #[arg(long, default_value = "500", value_parser = number)]
     rate: f64,
     /// Print every force: time_s, force (N), position (m).

@@ -1,4 +1,4 @@
-//! `sheetwork params`, `get`, `set` and `tell`: the knobs of a running game.
+//! `sheetwork params`, `get`, `set` and `tell`: parameters and commands of a running game.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,12 +12,12 @@ use sheetwork_link::RemoteParameter;
 use crate::link::{Target, tell_of_stopped};
 use sheetwork_rigs::output::{print_json, print_line};
 
-/// All parameters of a running game.
+/// Lists all parameters of a running game.
 #[derive(Args)]
 pub struct Parameters {
     #[command(flatten)]
     target: Target,
-    /// Only those whose path has this in it.
+    /// Show only parameters whose path contains this text.
     filter: Option<String>,
     /// Print JSON and nothing else.
     #[arg(long)]
@@ -63,12 +63,12 @@ fn short(value: f64) -> String {
     if plain { value.to_string() } else { format!("{value:e}") }
 }
 
-/// One parameter of a running game.
+/// Shows one parameter of a running game.
 #[derive(Args)]
 pub struct Get {
     #[command(flatten)]
     target: Target,
-    /// Its path, as `sheetwork params` lists them.
+    /// Path of the parameter, as listed by `sheetwork params`.
     path: String,
     /// Print JSON and nothing else.
     #[arg(long)]
@@ -87,15 +87,15 @@ impl Get {
     }
 }
 
-/// Sets a parameter of a running game, from its next step on.
+/// Sets a parameter of a running game, in effect from its next step.
 #[derive(Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Set {
     #[command(flatten)]
     target: Target,
-    /// Its path, as `sheetwork params` lists them.
+    /// Path of the parameter, as listed by `sheetwork params`.
     path: String,
-    /// The value, as a scene file has it.
+    /// Value, as in a scene file.
     value: String,
     /// Print JSON and nothing else.
     #[arg(long)]
@@ -117,7 +117,7 @@ impl Set {
     }
 }
 
-/// Commands a running game.
+/// Sends a command to a running game.
 #[derive(Args)]
 pub struct Tell {
     #[command(flatten)]
@@ -128,34 +128,34 @@ pub struct Tell {
 
 #[derive(Subcommand)]
 enum What {
-    /// How it stands, as JSON.
+    /// Print the game's status as JSON.
     Status,
-    /// Let time pass.
+    /// Continue the simulation.
     Play,
-    /// Stop time.
+    /// Pause the simulation.
     Pause,
-    /// Take steps and pause.
+    /// Take steps, then pause.
     Step {
-        /// How many.
+        /// Number of steps.
         #[arg(default_value_t = 1)]
         steps: u32,
     },
-    /// Put everything back to the scene.
+    /// Reset the world to its scene.
     Reset,
     /// Open a scene file.
     Load {
-        /// The file.
+        /// Path of the file.
         file: PathBuf,
     },
-    /// Keep the state in the game's memory.
+    /// Store a snapshot in the game's memory.
     Snapshot {
-        /// A name for it.
+        /// Name of the snapshot.
         #[arg(default_value = "")]
         name: String,
     },
-    /// Go back to a state that was kept.
+    /// Restore a stored snapshot.
     Restore {
-        /// Its name.
+        /// Name of the snapshot.
         #[arg(default_value = "")]
         name: String,
     },
@@ -170,7 +170,7 @@ impl Tell {
             What::Step { steps } => Command::Step { steps },
             What::Reset => Command::Reset,
             What::Load { file } => {
-                // The game's folder is another than this one's.
+                // The game's working folder may differ from that of this process.
                 let whole = std::path::absolute(&file).map_err(|e| InputError::io(&file, &e))?;
                 Command::Load { file: whole.display().to_string() }
             }

@@ -1,4 +1,4 @@
-//! The live link on the command line: a game to attach to, and what attaches.
+//! Commands of the live link: selection of a game, and its clients.
 
 pub(crate) mod grab;
 pub(crate) mod knobs;
@@ -18,7 +18,7 @@ pub use crate::link::record::Record;
 pub use crate::link::serve::Serve;
 pub use crate::link::watch::Watch;
 
-/// Tells, on standard error, of sheets that an answer says are stopped.
+/// Prints to standard error the sheets that an answer lists as unstable.
 fn tell_of_stopped(answer: &serde_json::Map<String, serde_json::Value>) {
     let names = answer.get("stopped").and_then(serde_json::Value::as_array);
     for name in names.into_iter().flatten().filter_map(serde_json::Value::as_str) {
@@ -28,13 +28,13 @@ fn tell_of_stopped(answer: &serde_json::Map<String, serde_json::Value>) {
     }
 }
 
-/// Which game is meant.
+/// Selection of a game.
 #[derive(Args)]
 struct Target {
-    /// Name of the link; SHEETWORK_LINK, or "sheetwork", if left out.
+    /// Name of the link; SHEETWORK_LINK, or "sheetwork", by default.
     #[arg(long, default_value = "")]
     link: String,
-    /// Wait up to so long for a game to be there, s.
+    /// Time limit of the wait for a game, s.
     #[arg(long, default_value = "0", value_parser = time)]
     wait: f64,
 }

@@ -1,4 +1,5 @@
-//! `sheetwork record`: what a running game shows, to a recording: places, temperatures, what has torn.
+//! `sheetwork record`: writes positions, temperatures and fracture of a running game to a
+//! recording.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -8,7 +9,7 @@ use clap::Args;
 use glam::{Quat, Vec3};
 use serde_json::json;
 use sheetwork::scene::{HeatMode, Scene};
-use sheetwork::world::recording::{Frame, Header, Recorder, Warmth};
+use sheetwork::world::recording::{Frame, Header, RecordedTemperature, Recorder};
 use sheetwork::{InputError, check_range};
 use sheetwork_link::Topology;
 use sheetwork_link::layout::FrameView;
@@ -17,7 +18,7 @@ use crate::link::Target;
 use sheetwork_rigs::output::{print_json, print_line};
 use sheetwork_rigs::quantities::{number, time};
 
-/// How long to wait for a first frame.
+/// Time limit of the wait for a frame.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Records a running game.
@@ -25,12 +26,12 @@ const PATIENCE: Duration = Duration::from_secs(5);
 pub struct Record {
     #[command(flatten)]
     target: Target,
-    /// The file to write.
+    /// File to write.
     file: PathBuf,
-    /// How long, s of real time.
+    /// Duration, s of real time.
     #[arg(long, default_value = "10", value_parser = time)]
     seconds: f64,
-    /// Frames a simulated second; what comes faster is left out.
+    /// Frames per simulated second; additional frames are skipped.
     #[arg(long, default_value = "60", value_parser = number)]
     rate: f64,
     /// Print JSON and nothing else.
@@ -44,7 +45,7 @@ impl Record {
         check_range("--rate", self.rate, 1e-3, 1e5, "1/s")?;
         let client = self.target.attach()?;
         let (scene, source) = (client.status()?.scene, client.scene()?);
-        // By the thesis's formulas sheets have no temperatures that would say anything.
+        // In the thesis's heat model sheet temperatures have no meaning.
         let by_thesis = |scene: Scene| matches!(scene.heat_mode, HeatMode::Thesis { .. });
         let warm = !Scene::parse(&source).is_ok_and(by_thesis);
         let mut frames = client.frames(false)?;
@@ -65,7 +66,7 @@ impl Record {
                 ended = "the game has another scene now";
                 break;
             }
-            // Time that runs backwards is a reset: the recording goes on with it.
+            // A backward jump of time is a reset; the recording continues.
             if time >= due || time < due - 2.0 / self.rate {
                 topology.wait(view.header(), PATIENCE)?;
                 recorder.append(&copied(&view, &topology, warm))?;
@@ -91,8 +92,8 @@ impl Record {
 
 fn copied(view: &FrameView, topology: &Topology, warm: bool) -> Frame {
     let warmth = |celsius: &[f32]| match celsius {
-        [_, ..] if warm => Warmth::Mean(celsius.to_vec()),
-        _ => Warmth::Unknown,
+        [_, ..] if warm => RecordedTemperature::Mean(celsius.to_vec()),
+        _ => RecordedTemperature::Unknown,
     };
     let whole = |open: &[bool]| !open.contains(&true);
     let meshes = topology.sheets().iter();

@@ -1,4 +1,4 @@
-//! `sheetwork serve`: a scene in real time, for others to watch and to command.
+//! `sheetwork serve`: runs a scene in real time, for clients to observe and control.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -15,28 +15,29 @@ use crate::overridden;
 use sheetwork_rigs::output::print_line;
 use sheetwork_rigs::quantities::{number, time};
 
-/// Time that is made up for at most, s: after a stop of the process the scene goes on, it does not leap.
+/// Maximum simulated time that one pass catches up, s. After a stop of the process the scene
+/// continues without a leap.
 const MOST_OWED: f64 = 0.1;
-/// How often commands are looked for between steps: where someone may send some, and where not.
+/// Interval between polls for commands, with and without a commanding client.
 const LOOK: [Duration; 2] = [Duration::from_micros(250), Duration::from_millis(2)];
 
 #[derive(Args)]
 pub struct Serve {
     /// Scene file (RON).
     scene: PathBuf,
-    /// Name of the link; SHEETWORK_LINK, or "sheetwork", if left out.
+    /// Name of the link; SHEETWORK_LINK, or "sheetwork", by default.
     #[arg(long, default_value = "")]
     link: String,
     /// Set any field of the scene: PATH=VALUE. May be repeated.
     #[arg(long = "set", value_name = "PATH=VALUE")]
     overrides: Vec<String>,
-    /// Simulated seconds a real second.
+    /// Simulated seconds per real second.
     #[arg(long, default_value = "1", value_parser = number)]
     speed: f64,
-    /// Begin paused.
+    /// Start paused.
     #[arg(long)]
     paused: bool,
-    /// End after so long, s of real time; otherwise on Ctrl-C.
+    /// Duration, s of real time; unlimited by default, until Ctrl-C.
     #[arg(long, value_parser = time)]
     seconds: Option<f64>,
     /// Threads to step sheets on.
@@ -49,7 +50,7 @@ struct Game {
     world: World,
     threads: usize,
     playing: bool,
-    /// Simulated time that has not been made yet, s.
+    /// Simulated time due but not yet stepped, s.
     owed: f64,
 }
 

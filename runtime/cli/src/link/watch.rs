@@ -1,4 +1,4 @@
-//! `sheetwork watch`: a running game in a terminal, or as lines of CSV or JSON.
+//! `sheetwork watch`: shows a running game in a terminal, or as lines of CSV or JSON.
 
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
@@ -17,7 +17,7 @@ use crate::link::Target;
 use sheetwork_rigs::output::print_line;
 use sheetwork_rigs::quantities::time;
 
-/// How often the terminal is drawn anew; where it is none, it is added to.
+/// Refresh interval of a terminal, and interval of output to anything else.
 const DRAWN_EVERY: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(1)];
 /// Characters of a sparkline.
 const SPARK: usize = 40;
@@ -25,32 +25,32 @@ const SPARK: usize = 40;
 const COLUMNS: &str = "epoch,frame,time_s,step_time_s,sheet,status,contacts,lowest_m,mean_m,highest_m,\
                        kinetic_j,elastic_j,gravity_j,total_j,coldest_c,mean_c,hottest_c";
 
-/// Watches a running game.
+/// Shows a running game.
 #[derive(Args)]
 pub struct Watch {
     #[command(flatten)]
     target: Target,
-    /// Only this sheet.
+    /// Show only this sheet.
     #[arg(long)]
     sheet: Option<String>,
-    /// Energies too: the game works them out for every frame that is read.
+    /// Show energies too, which the game computes for every frame read.
     #[arg(long)]
     energy: bool,
-    /// One line of CSV for every sheet of every frame.
+    /// Print one line of CSV for every sheet of every frame.
     #[arg(long)]
     csv: bool,
-    /// One JSON object for every frame, in a line; events too.
+    /// Print one JSON object per line for every frame and every event.
     #[arg(long, conflicts_with = "csv")]
     json: bool,
-    /// End after so many frames.
+    /// Stop after this number of frames.
     #[arg(long)]
     frames: Option<u64>,
-    /// End after so long, s; otherwise on Ctrl-C.
+    /// Duration, s; unlimited by default, until Ctrl-C.
     #[arg(long, value_parser = time)]
     seconds: Option<f64>,
 }
 
-/// What is shown of a sheet.
+/// Displayed values of a sheet.
 struct Row {
     name: String,
     status: &'static str,
@@ -58,11 +58,11 @@ struct Row {
     /// Lowest, mean and highest y, m.
     heights: [f64; 3],
     energy: [f64; 4],
-    /// Coldest, mean and hottest, °C, of a sheet that has temperatures.
+    /// Lowest, mean and highest temperature, °C, of a sheet with temperatures.
     celsius: Option<[f64; 3]>,
 }
 
-/// Least, mean and most of some values.
+/// Minimum, mean and maximum.
 fn spread(values: impl Iterator<Item = f64>) -> [f64; 3] {
     let (mut low, mut sum, mut high, mut count) = (f64::INFINITY, 0.0, f64::NEG_INFINITY, 0_u32);
     for value in values {
@@ -128,7 +128,8 @@ impl Watch {
         late || self.frames.is_some_and(|n| frames >= n)
     }
 
-    /// Every frame as lines, until the reader, the game's silence or a limit ends it.
+    /// Prints every frame as lines, until the reader closes, the game is silent, or a limit is
+    /// reached.
     fn lines(&self, client: &Client) -> Result<ExitCode, InputError> {
         let mut frames = client.frames(self.energy)?;
         let mut events = client.events()?;
@@ -168,7 +169,7 @@ impl Watch {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// The view for people.
+    /// Refreshes the terminal view.
     fn view(&self, client: &Client) -> Result<ExitCode, InputError> {
         let mut frames = client.frames(self.energy)?;
         let mut events = client.events()?;
@@ -202,7 +203,7 @@ impl Watch {
     }
 }
 
-/// The terminal.
+/// Terminal view.
 struct Screen {
     title: String,
     live: bool,
@@ -210,7 +211,7 @@ struct Screen {
     /// Mean heights, energies and highest temperatures of each sheet, oldest first.
     history: BTreeMap<String, [Vec<f64>; 3]>,
     events: Vec<String>,
-    /// Arrivals in the present second, and frames a second in the last.
+    /// Start and count of the present second's arrivals, and frames per second in the last second.
     arrived: (Instant, u32),
     rate: f64,
     heard: Instant,
@@ -287,7 +288,7 @@ impl Screen {
         lines.extend(std::iter::once(String::new()).chain(self.events.iter().cloned()));
         let mut text = String::new();
         if self.live && self.lines > 0 {
-            // Back to the first line, and each line cleared as it is written.
+            // Cursor to the first line; each line is cleared as it is written.
             text = format!("\x1b[{}A", self.lines);
         }
         let clear = if self.live { "\x1b[K" } else { "" };
@@ -300,7 +301,7 @@ impl Screen {
     }
 }
 
-/// Values as a row of blocks, lowest to highest.
+/// Values as a row of block characters, scaled to their range.
 fn spark(values: &[f64]) -> String {
     const BLOCKS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));

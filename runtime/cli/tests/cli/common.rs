@@ -1,4 +1,4 @@
-//! Running the program in a folder of its own.
+//! Runs the program in a temporary folder.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -11,7 +11,7 @@ pub struct Place {
 }
 
 impl Place {
-    /// A fresh one; `name` is the test's own.
+    /// A new folder; `name` is unique to the test.
     pub fn new(name: &str) -> Self {
         let folder = std::env::temp_dir().join(format!("sheetwork-cli-{name}-{}", std::process::id()));
         let _ = std::fs::remove_dir_all(&folder);
@@ -19,7 +19,7 @@ impl Place {
         Self { folder }
     }
 
-    /// A path in it.
+    /// A path in the folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
@@ -30,7 +30,7 @@ impl Place {
         name
     }
 
-    /// Runs the program here.
+    /// Runs the program in the folder.
     pub fn run(&self, arguments: &[&str]) -> Ran {
         let output = Command::new(env!("CARGO_BIN_EXE_sheetwork"))
             .args(arguments)
@@ -46,7 +46,7 @@ impl Place {
         ran
     }
 
-    /// Runs the program, which must succeed, and reads the JSON that must be all its output.
+    /// Runs the program, requires success, and parses its whole output as JSON.
     pub fn json(&self, arguments: &[&str]) -> Value {
         let ran = self.run(arguments);
         assert_eq!(ran.status, Some(0), "{arguments:?}: {}", ran.err);
@@ -54,7 +54,7 @@ impl Place {
         ran.json()
     }
 
-    /// Runs the program, which must refuse its input with status 2 and a message that has all `parts`.
+    /// Runs the program and requires exit status 2 with a message that contains all `parts`.
     pub fn refused(&self, arguments: &[&str], parts: &[&str]) {
         let ran = self.run(arguments);
         assert_eq!(ran.status, Some(2), "{arguments:?}: {}{}", ran.out, ran.err);
@@ -71,7 +71,7 @@ impl Drop for Place {
     }
 }
 
-/// What the program did.
+/// Exit status and output of the program.
 pub struct Ran {
     pub status: Option<i32>,
     pub out: String,
@@ -84,7 +84,7 @@ impl Ran {
     }
 }
 
-/// Names of the fields of an object, in order.
+/// Names of an object's fields, in order.
 pub fn keys(value: &Value) -> Vec<&str> {
     value.as_object().expect("an object").keys().map(String::as_str).collect()
 }

@@ -1,4 +1,4 @@
-//! Bad input: status 2, and a message that names file, line, field, value, unit and range.
+//! Invalid input: exit status 2, and a message that names file, line, field, value, unit and range.
 
 use super::common::Place;
 
@@ -90,7 +90,7 @@ fn faults_of_a_sheet_file_are_named() {
     refused("*", &|_| "Q".to_owned(), &["unknown record \"Q\""]);
 }
 
-/// A cube of 2 cm, one face a line.
+/// A cube of 2 cm, one face per line.
 const CUBE: [&str; 6] = [
     "V -1 -1 1\nV 1 -1 1\nV 1 1 1\nV -1 1 1\nF\n",
     "V 1 -1 -1\nV -1 -1 -1\nV -1 1 -1\nV 1 1 -1\nF\n",

@@ -2,7 +2,7 @@
 
 use super::common::{Place, keys};
 
-/// Structure, grid, masses, springs; the thesis's own first.
+/// Structure, grid, nodes, springs; those of the thesis first.
 const COUNTS: &[(&str, &str, u64, u64)] = &[
     ("samm", "5x3x4", 52, 175),
     ("samm", "11x2x11", 221, 800),
@@ -149,7 +149,7 @@ fn a_material_is_reported_with_what_its_structure_delivers() {
     let place = Place::new("material");
     let found = place.json(&["material", "hips", "--structure", "double-diagonal", "--grid", "21x21", "--json"]);
     let value = |key: &str| found[key].as_f64().unwrap_or_else(|| panic!("{key}"));
-    // D = E t³/(12 (1-ν²)) of 2 GPa, 0.5 mm, ν 0.38.
+    // D = E t³/(12 (1-ν²)) for 2 GPa, 0.5 mm, ν 0.38.
     assert!((value("plate_stiffness_n_m") - 0.0243494).abs() < 1e-6);
     assert!((value("areal_mass_kg_m2") - 0.5225).abs() < 1e-9);
     assert!((value("gravito_bending_length_m") - 0.168).abs() < 5e-4);

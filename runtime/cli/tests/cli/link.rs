@@ -1,4 +1,4 @@
-//! The live link on the command line: one process serves, others watch and command it.
+//! The live link on the command line: one process serves, others observe and control it.
 
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::common::{Place, Ran, keys};
 
-/// A folder with a game in it, which ends with the test.
+/// A folder with a running game, which ends with the test.
 struct Served {
     place: Place,
     root: PathBuf,
@@ -46,7 +46,7 @@ impl Drop for Served {
     fn drop(&mut self) {
         let _ = self.game.kill();
         let _ = self.game.wait();
-        // A last one cleans up what the killed game left in shared memory.
+        // A short game removes the shared memory of the killed one.
         self.run(&["serve", "assets/scenes/wedge.ron", "--seconds", "0"]);
     }
 }
@@ -119,7 +119,9 @@ fn what_is_heated_is_switched_watched_and_recorded_with_its_temperatures() {
     assert!(served.json(&["record", "w.swr", "--seconds", "0.5", "--json"])["frames"].as_u64() > Some(1));
     let (header, frames) = sheetwork::world::recording::read(&served.place.path("w.swr")).expect("a recording");
     let last = frames.last().expect("frames");
-    assert!(matches!(last.warmth_of(0), sheetwork::world::recording::Warmth::Mean(t) if t.len() == header.masses[0]));
+    assert!(
+        matches!(last.warmth_of(0), sheetwork::world::recording::RecordedTemperature::Mean(t) if t.len() == header.masses[0])
+    );
 }
 
 #[test]

@@ -1,10 +1,10 @@
-//! `measure`: the keys of the contract, the numbers of each case, and its flags.
+//! `measure`: JSON keys, numbers and flags of each rig.
 
 use serde_json::Value;
 
 use super::common::{Place, keys};
 
-/// Keys that every case has.
+/// Keys common to all rigs.
 const COMMON: [&str; 11] = [
     "case",
     "structure",
@@ -19,7 +19,7 @@ const COMMON: [&str; 11] = [
     "status",
 ];
 
-/// Flags that make a case fast.
+/// Flags that make a rig fast.
 const FAST: [&str; 5] = ["--json", "--young", "1e5", "--grid", "5x5"];
 
 fn measure(place: &Place, case: &str, flags: &[&str]) -> Value {
@@ -105,9 +105,9 @@ fn orders_and_limits_are_those_of_the_list() {
         let name = row["name"].as_str().expect("a name");
         let found = measure(&place, "oscillator", &["--engine", name]);
         assert!((number(&found, "order") - number(row, "order")).abs() < 0.2, "{name}: {found}");
-        // An adaptive engine shortens its steps before any limit.
+        // An adaptive integrator shortens its steps before any limit.
         if row["implicit"] == true {
-            // No step is too long for it; JSON has no infinity.
+            // The limit is infinite, which JSON cannot represent.
             assert!(found["stability_limit"].is_null() && row["stability_limit"].is_null(), "{name}: {found}");
         } else if row["adaptive"] == false {
             let (limit, tabled) = (number(&found, "stability_limit"), number(row, "stability_limit"));

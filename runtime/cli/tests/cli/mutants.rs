@@ -1,4 +1,4 @@
-//! Damaged files: read or refused, by the library and by the program, and never a panic.
+//! Damaged files: accepted or rejected by library and program, without a panic.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use sheetwork::scene::{Scene, heater, pol, sht};
 
 use super::common::Place;
 
-/// A small generator of pseudo-random numbers (xorshift), the same at every run.
+/// A small pseudo-random generator (xorshift) with a fixed seed.
 struct Dice(u64);
 
 impl Dice {
@@ -19,7 +19,7 @@ impl Dice {
     }
 }
 
-/// Pieces that break or change a scene, a sheet or a polyhedron.
+/// Fragments that break or change a scene, a sheet or a polyhedron.
 const PIECES: &[&str] = &[
     "NaN",
     "-1",
@@ -71,7 +71,7 @@ fn damaged(text: &str, dice: &mut Dice) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// Replaces a number by one of the pieces.
+/// Replaces a digit by one of the fragments.
 fn digit(bytes: &mut Vec<u8>, dice: &mut Dice) {
     let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
     if let Some(at) = digits.get(dice.below(digits.len())) {
@@ -79,7 +79,7 @@ fn digit(bytes: &mut Vec<u8>, dice: &mut Dice) {
     }
 }
 
-/// Grids that a damaged digit made huge take long to build and show nothing new.
+/// Excludes huge grids from a damaged digit, which take long to build.
 fn is_small(scene: &Scene) -> bool {
     scene.sheets.iter().all(|s| u64::from(s.grid.0) * u64::from(s.grid.1) * u64::from(s.grid.2) < 100_000)
 }

@@ -1,4 +1,4 @@
-//! `run`: report, overrides, files it writes.
+//! `run`: report, overrides, and written files.
 
 use serde_json::Value;
 use sheetwork::scene::Scene;
@@ -181,7 +181,7 @@ fn every_command_of_the_assets_readme_runs() {
     assert!(place.path("leaf.sht").exists() && place.path("dome.swr").exists());
 }
 
-/// A command line cut as a shell does, with double quotes only.
+/// Splits a command line as a shell does, with double quotes only.
 fn words(line: &str) -> Vec<String> {
     let (mut words, mut quoted) = (vec![String::new()], false);
     for c in line.chars() {

@@ -1,8 +1,8 @@
-//! The thesis's answers come to what it prints.
+//! Statistics of the thesis's answers equal its printed tables.
 
 use super::common::Place;
 
-/// What the thesis prints: test, sheet, what, then a value a question.
+/// Printed values of the thesis: test, sheet, statistic, then one value per question.
 const PRINTED: &str = include_str!("study_printed.csv");
 
 const THESIS: &str = "assets/study/thesis.csv";
@@ -27,7 +27,7 @@ fn the_thesis_s_answers_come_to_what_it_prints() {
             let sheet = named(&question["sheets"], "sheet", parts[1]);
             let value = if parts[2] == "p" { &sheet["against"]["p"] } else { &sheet[parts[2]] };
             let (value, wanted) = (value.as_f64().expect("a number"), printed.parse::<f64>().expect("a number"));
-            // As many digits as it prints: the last of six may be rounded.
+            // The thesis prints six digits, the last one rounded.
             let last = 10_f64.powi(wanted.log10().floor() as i32 - 5).max(1e-5);
             assert!((value - wanted).abs() <= 0.5001 * last, "{line} {key}: {value} is not {wanted}");
             seen += 1;

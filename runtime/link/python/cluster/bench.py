@@ -1,10 +1,10 @@
-"""Spreads a `sheetwork bench` campaign over a Dask cluster, shard by shard, and merges what comes back.
+"""Distributes the shards of a `sheetwork bench` campaign over a Dask cluster and merges them.
 
     python runtime/link/python/cluster/bench.py --local 4 --shards 32 stability
     python runtime/link/python/cluster/bench.py --scheduler tcp://head:8786 --shards 200 --binary /opt/sheetwork stability
 
-The binary is on every worker, at the same path. Which worker runs what, and what is run again because a worker has died, is
-Dask's to decide. Wants `dask[distributed]`.
+The binary is on every worker, at the same path. Dask assigns shards to workers and repeats those
+of failed workers. Needs `dask[distributed]`.
 """
 
 import argparse
@@ -21,7 +21,7 @@ except ImportError:
 
 
 def run_shard(binary, campaign, extra, index, count):
-    """Runs shard `index` of `count` where it is called, and returns the name and the text of the file it writes."""
+    """Runs shard `index` of `count` on the worker; returns the name and text of its file."""
     with tempfile.TemporaryDirectory() as folder:
         command = [binary, "bench", campaign, *extra, "--shard", f"{index}/{count}", "--out", folder]
         done = subprocess.run(command, capture_output=True, text=True)
@@ -32,10 +32,12 @@ def run_shard(binary, campaign, extra, index, count):
 
 
 def spread(client, binary, campaign, extra, shards, out, retries=3):
-    """Runs all shards on the cluster of `client` and writes their files to the folder `out`, as they come in."""
+    """Runs all shards on the cluster of `client` and writes their files to the folder `out`, as
+    they arrive.
+    """
     out = pathlib.Path(out)
     out.mkdir(parents=True, exist_ok=True)
-    # A shard is not a function of its arguments alone: the binary may be another one next time.
+    # The result depends on the binary in addition to the arguments, so it must not be cached.
     futures = client.map(
         lambda index: run_shard(binary, campaign, extra, index, shards),
         range(1, shards + 1),
@@ -51,7 +53,7 @@ def spread(client, binary, campaign, extra, shards, out, retries=3):
 
 
 def merge(binary, campaign, out):
-    """Makes table, CSV and pictures of the files in `out`."""
+    """Creates table, CSV and pictures from the files in `out`."""
     subprocess.run([binary, "bench", campaign, "--merge", str(out), "--out", str(out)], check=True)
 
 

@@ -1,11 +1,12 @@
-"""Finds the stiffness at which a sheet of a running game droops as far as a measured one.
+"""Finds the Young's modulus at which a sheet of a running game droops by a measured amount.
 
     sheetwork serve assets/scenes/cantilever_sheet.ron &
     python calibrate.py --droop 0.02          # m below the highest point, at rest
 
-The droop of a clamped sheet falls as its stiffness rises, nearly as a power of it. So the stiffness is looked for by the secant
-method (regula falsi, Illinois variant) on logarithms, between two stiffnesses that enclose it. After each change the game is stepped from
-here until the droop no longer changes, with more damping than the sheet has, which does not change where it comes to rest.
+The droop of a clamped sheet decreases with its stiffness, approximately as a power of it. The
+search is a secant method (regula falsi, Illinois variant) on logarithms, between two enclosing
+moduli. After each change this program steps the game until the droop is constant, with additional
+damping, which does not affect the equilibrium.
 """
 
 import argparse
@@ -15,7 +16,7 @@ import sheetwork
 
 
 def droop_at(game, sheet, young, patience):
-    """The droop (m) at rest with this Young's modulus (Pa)."""
+    """Droop (m) at rest with this Young's modulus (Pa)."""
     game.set(f"sheets.{sheet}.material.young", young)
     dt = game.status()["dt"]
     burst = max(1, round(0.25 / dt))
@@ -33,7 +34,9 @@ def droop_at(game, sheet, young, patience):
 
 
 def calibrate(game, sheet, wanted, low, high, tolerance=1e-3, patience=20.0, say=print):
-    """Young's modulus (Pa) between `low` and `high` at which the sheet droops by `wanted` (m), to `tolerance` of it."""
+    """Young's modulus (Pa) between `low` and `high` at which the sheet droops by `wanted` (m), to a
+    relative `tolerance`.
+    """
 
     def miss(exponent):
         droop = droop_at(game, sheet, math.exp(exponent), patience)
@@ -51,7 +54,7 @@ def calibrate(game, sheet, wanted, low, high, tolerance=1e-3, patience=20.0, say
         fc = miss(c)
         if abs(fc) <= tolerance:
             break
-        # An end that stays twice running counts half, so that it moves too.
+        # An end that is kept twice in a row counts half, so that it moves too.
         if fc > 0:
             a, fa = c, fc
             fb, kept = (fb / 2, 1) if kept == 1 else (fb, 1)

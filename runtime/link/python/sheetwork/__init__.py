@@ -1,10 +1,10 @@
-"""The live link to a running Sheetwork game: see its sheets in shared memory, turn its knobs.
+"""Live link to a running Sheetwork game: access to sheets in shared memory and to parameters.
 
     with sheetwork.attach() as game:
         for frame in game.frames(seconds=1):
             print(frame.time, frame.sheets[0].positions[:, 1].min())
 
-Lengths are m, times s, forces N, temperatures degrees Celsius. The protocol is described in docs/link.md of the project.
+Units: m, s, N, degrees Celsius. The protocol is described in docs/link.md of the project.
 """
 
 from .client import (

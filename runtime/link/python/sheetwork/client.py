@@ -1,4 +1,4 @@
-"""Attaching to a game, commands, frames and events."""
+"""Connection to a game: commands, frames and events."""
 
 import ctypes
 import json
@@ -19,7 +19,7 @@ _MOST_BYTES = 16 << 10
 
 
 class LinkError(Exception):
-    """What went wrong with a link."""
+    """An error of a link."""
 
 
 class NoGame(LinkError):
@@ -27,26 +27,26 @@ class NoGame(LinkError):
 
 
 class Refused(LinkError):
-    """The game refused, and this is its reason."""
+    """The game rejected a command, with the reason."""
 
 
 class Silent(LinkError):
-    """The game does not answer."""
+    """No answer from the game in time."""
 
 
 class Full(LinkError):
-    """As many processes are attached as may be."""
+    """The maximum number of processes is attached."""
 
 
 class Unlike(LinkError):
-    """The other end is of another version, or no Sheetwork."""
+    """The other end has another version or is not Sheetwork."""
 
 
 def attach(name="", root=None, wait=0.0):
     """Attaches to the game that serves the link `name` (SHEETWORK_LINK, or "sheetwork", if empty).
 
-    `root` is the folder of its files (SHEETWORK_LINK_ROOT, or the user's own), `wait` how long to wait for a game, s.
-    Raises NoGame, Full, Refused or Unlike.
+    `root` is the folder of its files (SHEETWORK_LINK_ROOT, or the user's own), `wait` the time
+    limit of the wait for a game, s. Raises NoGame, Full, Refused or Unlike.
     """
     end = time.monotonic() + wait
     while True:
@@ -77,7 +77,9 @@ def _prefix(root):
 
 
 def _tidy(root):
-    """Removes objects that a process was killed over before they had a size: iceoryx2 would wait for them without end."""
+    """Removes objects of processes that were killed before they set a size. iceoryx2 would wait for
+    these without a time limit.
+    """
     prefix = _prefix(root)
     for _ in range(40):
         unfinished = False
@@ -98,7 +100,7 @@ def _tidy(root):
 
 
 def _text(value):
-    """A value as a scene file has it."""
+    """A value as in a scene file."""
     if isinstance(value, str):
         return value
     if isinstance(value, (bool, np.bool_)):
@@ -109,21 +111,22 @@ def _text(value):
 
 
 def _bytes_of(sample, size=1):
-    """The bytes of a sample or answer of elements of `size` bytes."""
+    """Bytes of a sample or answer of elements of `size` bytes."""
     return ctypes.string_at(sample.payload_ptr, sample.header.number_of_elements * size)
 
 
 class Game:
-    """A hold on a running game. Use it in a `with` statement, or close it."""
+    """A connection to a running game. Use it in a `with` statement, or close it."""
 
     def __init__(self, name="", root=None):
         iox2.set_log_level(iox2.LogLevel.Fatal)
         self.name = name or os.environ.get("SHEETWORK_LINK") or "sheetwork"
-        #: How long to wait for an answer, s.
+        #: Time limit of the wait for an answer, s.
         self.patience = 2.0
         self.missed = 0
         self.restarts = 0
-        #: Names of the sheets that, by the last answer, went unstable and stand still until a reset or a restore.
+        #: Names of the sheets that are unstable by the last answer, frozen until a reset or a
+        #: restore.
         self.stopped = []
         self._last = None
         root, exists = _folder(root)
@@ -133,7 +136,7 @@ class Game:
         config.global_cfg.root_path = iox2.Path.new(root)
         config.global_cfg.prefix = iox2.FileName.new(_prefix(root))
         self._root = root
-        # A node that is made cleans up first.
+        # The creation of a node cleans up first.
         _tidy(root)
         builder = iox2.NodeBuilder.new().config(config).signal_handling_mode(iox2.SignalHandlingMode.Disabled)
         self._node = builder.create(iox2.ServiceType.Ipc)
@@ -161,14 +164,14 @@ class Game:
         self.close()
 
     def close(self):
-        """Lets go of the game."""
+        """Detaches from the game."""
         client, self._client = self._client, None
         if client is not None:
             client.delete()
         self._control = self._node = None
 
     def _clean_up(self):
-        """Removes what dead processes have left."""
+        """Removes the remains of terminated processes."""
         if _tidy(self._root):
             self._node.try_cleanup_dead_nodes()
 
@@ -185,7 +188,9 @@ class Game:
         return Unlike(f"the other end does not fit: {error}")
 
     def send(self, op, **arguments):
-        """Sends a command and returns its answer, a dictionary. Raises Refused with the reason, or Silent."""
+        """Sends a command and returns its answer, a dictionary. Raises Refused with the reason, or
+        Silent.
+        """
         data = json.dumps({"layout": LAYOUT, "op": op, **arguments}).encode()
         if len(data) > _MOST_BYTES:
             raise Refused(f"the command has {len(data)} bytes; at most {_MOST_BYTES} go")
@@ -210,11 +215,13 @@ class Game:
             time.sleep(_LOOK_EVERY)
 
     def status(self):
-        """How the game stands: scene, engine, dt, playing, sheets, process, events, stopped."""
+        """Status of the game: scene, engine, dt, playing, sheets, process, events, stopped."""
         return self.send("status")
 
     def parameters(self):
-        """Every parameter of the running world: a list of dictionaries with path, value, unit, kind, min, max."""
+        """All parameters of the running world: a list of dictionaries with path, value, unit, kind,
+        min, max.
+        """
         found, start = [], 0
         while start is not None:
             part = self.send("params", **{"from": start})
@@ -224,7 +231,7 @@ class Game:
         return found
 
     def get(self, path):
-        """A parameter's value: a number, a tuple, True or False, or text."""
+        """Value of a parameter: a number, a tuple, True or False, or text."""
         found = self.send("get", path=path)
         if found["kind"] == "boolean":
             return found["value"] == "true"
@@ -236,40 +243,42 @@ class Game:
             return found["value"]
 
     def set(self, path, value):
-        """Sets a parameter, in effect from the next step: a number, three of them, True or False, or text. Returns the old value as
-        text. Raises Refused."""
+        """Sets a parameter, in effect from the next step, and returns the old value as text.
+
+        The value is a number, three numbers, True or False, or text. Raises Refused.
+        """
         return self.send("set", path=path, value=_text(value))["old"]
 
     def play(self):
-        """Lets time pass."""
+        """Continues the simulation."""
         self.send("play")
 
     def pause(self):
-        """Stops time."""
+        """Pauses the simulation."""
         self.send("pause")
 
     def step(self, steps=1):
-        """Takes steps and pauses; returns the simulated time, s."""
+        """Takes steps, then pauses; returns the simulated time, s."""
         return self.send("step", steps=steps)["time"]
 
     def reset(self):
-        """Puts everything back to the scene."""
+        """Resets the world to its scene."""
         self.send("reset")
 
     def load(self, file):
-        """Opens a scene file of the game's machine."""
+        """Opens a scene file on the game's machine."""
         self.send("load", file=os.path.abspath(file))
 
     def snapshot(self, name=""):
-        """Keeps the state in the game's memory."""
+        """Stores a snapshot in the game's memory."""
         self.send("snapshot", name=name)
 
     def restore(self, name=""):
-        """Goes back to a state that was kept."""
+        """Restores a stored snapshot."""
         self.send("restore", name=name)
 
     def scene(self):
-        """The scene that the game runs, as text."""
+        """The scene of the game, as text."""
         text, start = "", 0
         while start is not None:
             part = self.send("scene", **{"from": start})
@@ -279,7 +288,7 @@ class Game:
         return text
 
     def grab(self, sheet, u, v, stiffness=100.0):
-        """Takes hold of the material point (u, v), each 0 to 1, by a spring of `stiffness` N/m."""
+        """Grabs the material point (u, v), each 0 to 1, with a spring of `stiffness` N/m."""
         answer = self.send("grab", sheet=sheet, u=float(u), v=float(v), stiffness=float(stiffness))
         return Grab(self, answer["grab"], answer["position"])
 
@@ -294,12 +303,13 @@ class Game:
             raise _full(error, f"read a game's {what}") from None
 
     def frames(self, complete=False, seconds=None, count=None, newest=True, triangles=False):
-        """Frames as they come, until `seconds` have passed or `count` came.
+        """Yields frames until `seconds` have passed or `count` frames have come.
 
-        With `newest` those that were overtaken are passed over. With `triangles` sheets have `triangles` and `open`: as they tear,
-        triangles are fewer. A frame's arrays look into shared memory until the next is asked
-        for, and are its own from then on. An array that is kept by itself goes on holding one of a reader's few places there: copy it.
-        Raises Unlike where a frame cannot be read.
+        With `newest` older frames are skipped. With `triangles` sheets have `triangles` and `open`;
+        a fractured sheet has fewer triangles. The arrays of a frame are views into shared memory
+        until the next frame is requested, and copies from then on. An array kept by itself
+        continues to occupy one of the reader's few samples: copy it. Raises Unlike for an
+        unreadable frame.
         """
         service, port = self._subscribe("fields" if complete else "frames")
         meshes = _Meshes(self) if triangles else None
@@ -329,7 +339,7 @@ class Game:
                 try:
                     yield frame
                 finally:
-                    # Whoever still has it has it for good.
+                    # Later use of the frame is on copies.
                     _kept(frame)
         finally:
             port.delete()
@@ -340,7 +350,8 @@ class Game:
     def _frame(self, sample):
         kind = ctypes.c_uint8 * (8 * sample.header.number_of_elements)
         memory = kind.from_address(sample.payload_ptr)
-        # The place in shared memory is held as long as any array looks at it: never less, which would kill Python.
+        # The sample is released when the last array on it is collected; an earlier release would
+        # crash Python.
         weakref.finalize(memory, sample.delete)
         data = np.frombuffer(memory, dtype=np.uint8)
         data.flags.writeable = False
@@ -364,7 +375,9 @@ class Game:
         raise Silent("no frame came")
 
     def events(self, seconds=None):
-        """What happens from now on: dictionaries with time_s, kind, sheet, body, place_m, energy_j."""
+        """Yields events from now on: dictionaries with time_s, kind, sheet, body, place_m,
+        energy_j.
+        """
         service, port = self._subscribe("events")
         end = None if seconds is None else time.monotonic() + seconds
         try:
@@ -382,14 +395,14 @@ class Game:
 
 
 class _Meshes:
-    """The topology of a game's sheets, as it changes."""
+    """Topology of a game's sheets."""
 
     def __init__(self, game):
         self._service, self._port = game._subscribe("topology")
         self._now = None
 
     def give(self, frame):
-        """Gives the sheets of `frame` their triangles; False where they have not come yet."""
+        """Sets the triangles of the sheets of `frame`; False if they have not arrived."""
         while True:
             sample = self._port.receive()
             if sample is None:
@@ -413,7 +426,7 @@ class _Meshes:
 
 
 def _full(error, what):
-    """What an error of a port that cannot be made means."""
+    """Exception for an error in the creation of a port."""
     if "ExceedsMax" in str(error):
         text = f"no more than 12 processes may {what} at once, and as many do: end one of them, and try again half a second later"
         return Full(text)
@@ -421,7 +434,7 @@ def _full(error, what):
 
 
 def _received(port):
-    """What has come, or None."""
+    """The next sample, or None."""
     try:
         return port.receive()
     except iox2.ReceiveError as error:
@@ -431,7 +444,7 @@ def _received(port):
 
 
 def _kept(frame):
-    """The frame with arrays of its own, so that it outlives its place in shared memory."""
+    """Copies the frame's arrays, so that it outlives its sample in shared memory."""
     for sheet in frame.sheets:
         for name in ("positions", "normals", "strain", "temperature", "contact"):
             array = getattr(sheet, name)
@@ -442,20 +455,22 @@ def _kept(frame):
 
 
 class Grab:
-    """A hand on a sheet."""
+    """A grab of a sheet."""
 
     def __init__(self, game, number, position):
         self._game, self._number = game, number
-        #: Where the point was when it was taken, m.
+        #: Position of the point when it was grabbed, m.
         self.position = tuple(position)
 
     def pull(self, target):
-        """Moves the hand to `target` (m); the force it feels (N) and where the point is (m)."""
+        """Moves the hand to `target` (m); returns the force on it (N) and the position of the point
+        (m).
+        """
         answer = self._game.send("pull", grab=self._number, target=[float(c) for c in target])
         return tuple(answer["force"]), tuple(answer["position"])
 
     def release(self):
-        """Lets go."""
+        """Releases the grab."""
         self._game.send("release", grab=self._number)
 
     def __enter__(self):

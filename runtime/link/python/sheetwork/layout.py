@@ -1,4 +1,4 @@
-"""Layout of a frame in shared memory. Every number in a sample is checked before anything is read from it."""
+"""Layout of a frame in shared memory. Every number in a sample is checked before access."""
 
 import numpy as np
 
@@ -78,7 +78,9 @@ STATUS = ("awake", "asleep", "unstable", "frozen")
 
 
 def _array(data, offset, count, kind, width):
-    """`count` rows of `width` numbers at byte `offset`; None where that is 0 or outside."""
+    """`count` rows of `width` numbers at byte `offset`; None for offset 0 or one outside the
+    sample.
+    """
     kind = np.dtype(kind)
     size = count * width * kind.itemsize
     if offset == 0 or offset % kind.itemsize or offset + size > data.size:
@@ -88,41 +90,44 @@ def _array(data, offset, count, kind, width):
 
 
 class Sheet:
-    """A sheet of a frame: views into shared memory, its own arrays once the next frame is asked for."""
+    """A sheet of a frame: views into shared memory, copies once the next frame is requested."""
 
     def __init__(self, data, header):
         n = int(header["masses"])
         self.name = bytes(header["name"]).decode("utf-8", "replace")
         self.structure = bytes(header["structure"]).decode("utf-8", "replace")
-        #: Masses along the length, layers, masses along the width.
+        #: Nodes along the length, layers, nodes along the width.
         self.grid = tuple(int(i) for i in header["grid"])
         status = int(header["status"])
         self.status = STATUS[status] if status < len(STATUS) else "?"
-        #: Number of masses that touched a body in the last step.
+        #: Number of nodes in contact with a body in the last step.
         self.contacts = int(header["contacts"])
-        #: Kinetic, elastic, gravity's and total energy, J; None where the frame is not complete.
+        #: Kinetic, elastic, potential ("gravity") and total energy, J; None in an incomplete
+        #: frame.
         energy = [float(e) for e in header["energy"]]
         self.energy = None if energy[3] != energy[3] else dict(zip(("kinetic", "elastic", "gravity", "total"), energy))
         #: n x 3, m.
         self.positions = _array(data, int(header["positions"]), n, "<f4", 3)
-        #: n x 3, unit vectors; None where the frame is not complete.
+        #: n x 3, unit vectors; None in an incomplete frame.
         self.normals = _array(data, int(header["normals"]), n, "<f4", 3)
-        #: n; None where the frame is not complete.
+        #: n; None in an incomplete frame.
         self.strain = _array(data, int(header["strain"]), n, "<f4", 1)
-        #: n, degrees Celsius; None where nothing heats.
+        #: n, degrees Celsius; None without heat.
         self.temperature = _array(data, int(header["temperature"]), n, "<f4", 1)
-        #: n, 1 where a mass touched a body in the last step.
+        #: n, 1 for a node in contact with a body in the last step.
         self.contact = _array(data, int(header["contact"]), n, "u1", 1)
-        #: m x 3, masses of each triangle that has not opened; None where the frame was asked for without.
+        #: m x 3, node indices of the triangles of closed cells; None in a frame requested
+        #: without.
         self.triangles = None
-        #: Along the length x along the width, True where a cell is open; None where the frame was asked for without, or the sheet cannot open.
+        #: Length x width, True for an open cell; None in a frame requested without, or of a sheet
+        #: without fracture and slits.
         self.open = None
         if self.positions is None:
             raise ValueError("the positions of a sheet lie outside the sample")
 
 
 def _opened(data, whole, part, magic, what):
-    """Header of a sample and those of its sheets, when they are what they say."""
+    """Checked header of a sample, and those of its sheets."""
     if data.size < whole.itemsize:
         raise ValueError(f"{data.size} bytes are no {what}")
     header = data[: whole.itemsize].view(whole)[0]
@@ -138,7 +143,9 @@ def _opened(data, whole, part, magic, what):
 
 
 class Frame:
-    """A frame of the whole world: it looks into shared memory until the next is asked for, and keeps copies then."""
+    """A frame of the whole world: views into shared memory, copies once the next frame is
+    requested.
+    """
 
     def __init__(self, data):
         header, heads = _opened(data, FRAME, SHEET, MAGIC, "frame")
@@ -149,12 +156,12 @@ class Frame:
         self.dt = float(header["dt"])
         #: Wall-clock time of the game's last step, s.
         self.step_time = float(header["step_time"])
-        #: CLOCK_MONOTONIC when it was written, ns: `time.monotonic_ns()` is the same clock.
+        #: CLOCK_MONOTONIC at the time of writing, ns: `time.monotonic_ns()` is the same clock.
         self.written_at = int(header["written_at"])
         self.playing = bool(header["playing"])
-        #: Whether normals, strain and energies are in it.
+        #: Whether the frame has normals, strain and energies.
         self.complete = bool(header["complete"])
-        #: Which topology of this epoch the sheets have.
+        #: Number of the topology in this epoch.
         self.topology = int(header["topology"])
         #: Position (m) and rotation (quaternion x, y, z, w) of each body.
         bodies = _array(data, int(header["bodies_at"]), int(header["bodies"]), "<f4", 7)
@@ -162,18 +169,19 @@ class Frame:
         self.sheets = [Sheet(data, head) for head in heads]
 
     def sheet(self, name):
-        """The sheet of that name; None where there is none."""
+        """The sheet of that name; None for an unknown name."""
         return next((s for s in self.sheets if s.name == name), None)
 
 
 class Topology:
-    """Which masses of the sheets make triangles: arrays of its own."""
+    """Triangles of the sheets, as copies."""
 
     def __init__(self, data):
         header, heads = _opened(data, TOPOLOGY, SHEET_TOPOLOGY, TOPOLOGY_MAGIC, "topology")
         self.epoch = int(header["epoch"])
         self.version = int(header["version"])
-        #: Of each sheet, in the order of a frame's: its triangles, and which of its cells are open (None of one that cannot).
+        #: Triangles and open cells of each sheet, in the order of a frame; None in place of cells
+        #: of a sheet without fracture and slits.
         self.sheets = [_mesh(data, head) for head in heads]
 
 

@@ -1,4 +1,5 @@
-//! A drawing surface in units of the SVG: lines, texts, outlines. The same calls draw a bitmap at a larger scale.
+//! Drawing surface in units of the SVG: lines, texts, outlines. A bitmap uses the same calls at a
+//! larger scale.
 
 use std::path::Path;
 
@@ -13,46 +14,46 @@ use plotters::style::{FontStyle, ShapeStyle, TextStyle, register_font};
 use sheetwork::InputError;
 
 const FONT: &str = "sans-serif";
-/// Pixels of the bitmap, and steps of the SVG's grid, a unit.
+/// Bitmap pixels per unit, and subdivisions of the SVG grid per unit.
 const SCALE: u32 = 2;
 const FINE: u32 = 8;
 
-/// Ink of texts and axes.
+/// Colour of texts and axes.
 pub const INK: RGBColor = RGBColor(36, 41, 47);
 
-/// What drawing gives.
+/// Result of a drawing call.
 pub type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
-/// Where a text stands from its point; always centred in height.
+/// Horizontal anchor of a text; vertically it is centred.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Anchor {
     Left,
     Centre,
     Right,
-    /// Centred, read from below.
+    /// Centred, rotated to read upwards.
     Upwards,
 }
 
-/// What can be drawn on any surface.
+/// A drawing for any surface.
 pub trait Picture {
     /// Width and height, units.
     fn size(&self) -> (u32, u32);
 
-    /// Draws it.
+    /// Draws the picture.
     ///
     /// # Errors
-    /// What the surface says.
+    /// Errors of the surface.
     fn draw<B: DrawingBackend>(&self, canvas: &Canvas<B>) -> Drawn<B>;
 }
 
 /// Writes a picture as SVG.
 ///
 /// # Errors
-/// When it cannot be written.
+/// Failure to write.
 pub fn svg(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
     prepare_font()?;
     let (width, height) = picture.size();
-    // The backend knows whole numbers only: drawn on a finer grid than it is shown on, or discs would have corners.
+    // The backend has integer coordinates only. A finer grid than the shown one keeps discs round.
     let fine = (FINE * width, FINE * height);
     let mut text = String::new();
     let canvas = Canvas { area: SVGBackend::with_string(&mut text, fine).into_drawing_area(), scale: FINE.into() };
@@ -62,10 +63,10 @@ pub fn svg(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
     std::fs::write(path, text.replacen(&drawn, &shown, 1)).map_err(|e| InputError::io(path, &e))
 }
 
-/// Writes a picture as a bitmap, PNG.
+/// Writes a picture as a PNG bitmap.
 ///
 /// # Errors
-/// When it cannot be written.
+/// Failure to write.
 pub fn png(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
     prepare_font()?;
     let (width, height) = picture.size();
@@ -82,16 +83,16 @@ pub fn png(path: &Path, picture: &impl Picture) -> Result<(), InputError> {
     written.map_err(|e| InputError::new("", e.to_string()).in_file(path))
 }
 
-/// A surface, and the pixels of a unit.
+/// A surface, and its pixels per unit.
 pub struct Canvas<B: DrawingBackend> {
     pub area: DrawingArea<B, Shift>,
     pub scale: f64,
 }
 
-/// Makes text measurable and, in a bitmap, drawable, without a font of the system.
+/// Registers the built-in font, so that text needs no system font.
 ///
 /// # Errors
-/// When the font that came with the build cannot be read.
+/// An unreadable built-in font.
 fn prepare_font() -> Result<(), InputError> {
     let font = epaint_default_fonts::UBUNTU_LIGHT;
     register_font(FONT, FontStyle::Normal, font).map_err(|_| InputError::new("font", "cannot be read"))
@@ -108,7 +109,7 @@ impl<B: DrawingBackend> Canvas<B> {
         self.area.draw(&PathElement::new(points, self.pen(colour, width)))
     }
 
-    /// A line of dashes.
+    /// A dashed line.
     pub fn dashes(&self, (a, b): ((f64, f64), (f64, f64)), colour: RGBColor) -> Drawn<B> {
         let count = ((b.0 - a.0).hypot(b.1 - a.1) / 8.0).ceil().max(1.0);
         let along = |k: f64| (a.0 + (b.0 - a.0) * k / count, a.1 + (b.1 - a.1) * k / count);

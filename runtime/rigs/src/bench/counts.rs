@@ -1,7 +1,9 @@
-//! `sheetwork bench counts`: how many instructions a step takes with each feature off, on and unused, and at work.
+//! `sheetwork bench counts`: instructions of a step with each feature off, enabled but unused, and
+//! active.
 //!
-//! This program runs itself under callgrind, twice for each case: the difference of the two counts is that of the steps which the one takes more.
-//! Counts repeat, where times do not: a check against a file of them holds each to one part in a hundred.
+//! The program runs itself under callgrind, twice for each case with different numbers of steps;
+//! the difference is the count of the additional steps. Unlike times, counts are reproducible: a
+//! check against a file allows 1 %.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -11,10 +13,10 @@ use clap::Args;
 use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Map, Value, json};
-use sheetwork::integrators::EngineKind;
 use sheetwork::linear::Path;
 use sheetwork::mesh::structure::StructureKind;
 use sheetwork::profiler::{Phase, Watch};
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw, WhenUnstable,
 };
@@ -26,37 +28,39 @@ use crate::bench::hot_box::hot_box;
 use crate::bench::link::Game;
 use crate::output::{print_json, print_line};
 
-/// Steps of the shorter run, and by how many the longer is longer.
+/// Steps of the shorter run, and additional steps of the longer run.
 const FIRST: u32 = 4;
 const MORE: u32 = 16;
-/// The same where the world sleeps: its steps take so few that what two runs differ by before them (up to 5000) would count.
+/// Additional steps of a sleeping world, whose steps take so few instructions that the difference
+/// in set-up between two runs (up to 5000) would matter.
 const MORE_ASLEEP: u32 = 1600;
-/// How this program was built.
+/// Build profile.
 const BUILD: &str = if cfg!(debug_assertions) { "dev" } else { "release" };
-/// By how much a count may be off from one that is checked against.
+/// Relative tolerance of a check.
 const MARGIN: f64 = 0.01;
-/// The same in instructions, for cases that have so few that a call more or less is beyond that.
+/// Absolute tolerance of a check, instructions, for cases in which a single call exceeds the
+/// relative tolerance.
 const FEW: f64 = 100.0;
 
 #[derive(Args)]
 pub struct Counts {
-    /// Cases by name, all if none.
+    /// Cases by name; all by default.
     cases: Vec<String>,
-    /// Hold the counts to those of a file that --renew wrote, each within 1 %.
+    /// Compare the counts with those of a file written by --renew, with a tolerance of 1 %.
     #[arg(long, value_name = "FILE")]
     check: Option<PathBuf>,
-    /// Write the counts to the file of --check in place of holding them to it.
+    /// Write the counts to the file of --check in place of the comparison.
     #[arg(long)]
     renew: bool,
     /// Print JSON and nothing else.
     #[arg(long)]
     json: bool,
-    /// Take so many steps of the case, and no more: what runs under callgrind.
+    /// Take this many steps of the case only: the run under callgrind.
     #[arg(long, hide = true)]
     steps: Option<u32>,
 }
 
-/// A case: a scene, and what is done with its world before each step.
+/// A case: a scene, and an action on its world before each step.
 struct Case {
     name: &'static str,
     about: &'static str,
@@ -65,7 +69,7 @@ struct Case {
     each: fn(&mut Rig),
 }
 
-/// What a case has at hand.
+/// State of a case.
 struct Rig {
     game: Game,
     bytes: Vec<u8>,
@@ -74,7 +78,7 @@ struct Rig {
 
 fn nothing(_: &mut Rig) {}
 
-/// A link that nobody reads; there is none where it cannot be served.
+/// Exchange with a link without readers; no action where the link cannot be served.
 fn exchange(rig: &mut Rig) {
     if rig.link.is_none() {
         let name = format!("counts-{}", std::process::id());
@@ -161,7 +165,7 @@ const CASES: &[Case] = &[
     },
 ];
 
-/// One who is told, and makes nothing of it.
+/// A step observer without effect.
 struct Nobody;
 
 impl Watch for Nobody {
@@ -253,7 +257,8 @@ impl Counts {
         Ok(if missed.is_empty() { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }
 
-    /// What is off from the file that is checked against; counts are of one compiler, one profile and one set of vector instructions.
+    /// Deviations from the reference file. Counts depend on compiler, profile and vector
+    /// instructions.
     fn held(&self, found: &Map<String, Value>, kernels: &str) -> Result<Vec<String>, InputError> {
         let Some(file) = &self.check else { return Ok(Vec::new()) };
         let compiler = compiler();
@@ -285,7 +290,7 @@ impl Counts {
     }
 }
 
-/// The compiler there is, which is taken to be the one that this was built with.
+/// Version of the installed compiler, assumed to be that of the build.
 fn compiler() -> String {
     let output = Command::new("rustc").arg("--version").output();
     output.map_or_else(|_| "no compiler".to_owned(), |o| String::from_utf8_lossy(&o.stdout).trim().to_owned())
@@ -296,7 +301,7 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
     let mut world = World::new(&(case.scene)())?;
     world.set_sleep(case.sleep);
     if case.sleep {
-        // Both runs alike: what is counted is what comes after.
+        // Equal in both runs; counting starts after these steps.
         (0..60).for_each(|_| world.step());
     }
     let mut rig = Rig { game: Game(world), bytes: Vec::new(), link: None };
@@ -307,8 +312,9 @@ fn run(case: &Case, steps: u32) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Instructions of a run of `steps` steps, and the vector instructions that it had. Only those of the thread that steps: what keeps house for a
-/// link goes by the clock, and under callgrind a step takes long.
+/// Instructions of a run of `steps` steps, and its vector instruction set. Only the stepping thread
+/// counts: the housekeeping thread of a link follows the clock, and under callgrind a step takes
+/// long.
 fn counted(name: &str, steps: u32) -> Result<(f64, String), InputError> {
     let own = std::env::current_exe().map_err(|e| InputError::new("counts", e.to_string()))?;
     let folder = std::env::temp_dir().join(format!("sheetwork-counts-{}", std::process::id()));
@@ -319,7 +325,7 @@ fn counted(name: &str, steps: u32) -> Result<(f64, String), InputError> {
         .arg(own)
         .args(["bench", "counts", name, "--steps", &steps.to_string()])
         .output();
-    // One file a thread, from 01 on.
+    // One file per thread, numbered from 01.
     let first = std::fs::read_to_string(folder.join("thread-01")).unwrap_or_default();
     let _ = std::fs::remove_dir_all(&folder);
     let output = output.map_err(|e| InputError::new("valgrind", e.to_string()))?;

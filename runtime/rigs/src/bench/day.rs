@@ -1,9 +1,15 @@
 //! `sheetwork bench day`: one sheet for a day of simulated time, kicked, heated and cooled.
 //!
-//! A strip that hangs from its clamped end is kicked every ten seconds, each mass its own way; an oven is on for the first five minutes of every
-//! ten. From one kick to the next energy may rise by what expansion brings alone; what the strip holds in all may not grow beyond what it came to in the first part (what
-//! stiffens while it swings keeps some stress, which is bounded); it hangs where it hung; memory is what it was after the first part. The day is
-//! told hour by hour.
+//! A strip that hangs from its clamped end gets a random velocity of every node each ten seconds.
+//! An oven is on for the first five minutes of every ten. Limits:
+//!
+//! - Between kicks the energy rises by thermal expansion only.
+//! - The total energy stays below that of the first part. A strip that stiffens during its swing
+//!   keeps some stress, which is bounded.
+//! - The tip hangs at its initial position.
+//! - Memory stays at its value after the first part.
+//!
+//! Progress is printed for each hour.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -12,8 +18,8 @@ use clap::Args;
 use glam::DVec3;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{MaterialChoice, OvenSpec, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
@@ -21,14 +27,16 @@ use crate::bench::memory;
 use crate::output::{print_json, print_line};
 use crate::quantities::number;
 
-/// Time between kicks, s, and how fast they are at most, m/s.
+/// Time between kicks (s) and largest velocity component of a kick (m/s).
 const KICK_EVERY: u64 = 10;
 const KICK: f64 = 1.0;
-/// Time from one warming to the next, s, and the temperature, °C.
+/// Period of the oven (s) and its temperature (°C).
 const CYCLE: u64 = 600;
 const WARM: f64 = 90.0;
-/// Energy may be greater than in the first part by this factor, rise between kicks by this part of what a kick brings (a strip that is
-/// clamped and expands stores some; without warmth it is rounding), and the tip be elsewhere by this part of the strip's length.
+/// Limits relative to the first part. `BOUND`: factor on its largest energy. `RISE`: energy rise
+/// between kicks as a fraction of the energy of a kick; a clamped strip that expands stores some
+/// energy, and without heat the rise is rounding. `DRIFT`: displacement of the tip as a fraction of
+/// the strip's length.
 const BOUND: f64 = 1.1;
 const RISE: f64 = 0.05;
 const DRIFT: f64 = 0.01;
@@ -39,10 +47,10 @@ pub struct Day {
     /// Simulated time, h; 0.2 to 1e4.
     #[arg(long, default_value = "24", value_parser = number)]
     hours: f64,
-    /// Engine.
+    /// Time integrator.
     #[arg(long, default_value = "tr-bdf2")]
     engine: EngineKind,
-    /// Masses along the strip, 3 to 1000; half as many across it.
+    /// Nodes along the strip, 3 to 1000; half as many across it.
     #[arg(long, default_value_t = 9)]
     masses: u32,
     /// Print JSON and nothing else.
@@ -50,19 +58,19 @@ pub struct Day {
     json: bool,
 }
 
-/// What is seen over a part of the time.
+/// Statistics over a part of the time.
 #[derive(Clone, Copy)]
 struct Seen {
-    /// Most mechanical energy above that of the first rest, J.
+    /// Largest mechanical energy above that of the first equilibrium, J.
     most: f64,
-    /// What the largest kick brought, J, and the largest rise of energy between two kicks, J.
+    /// Energy of the largest kick, J, and largest energy rise between two kicks, J.
     kick: f64,
     rise: f64,
-    /// Lowest and highest place of the tip before a warming, m.
+    /// Lowest and highest position of the tip before a heating phase, m.
     tip: (f64, f64),
-    /// Warmest mass, °C.
+    /// Largest node temperature, °C.
     warmest: f64,
-    /// Memory at its end, bytes.
+    /// Memory at the end of the part, bytes.
     memory: u64,
 }
 
@@ -125,7 +133,7 @@ impl Day {
         })
     }
 
-    /// What the day comes to. The first of its parts is what the others are held against.
+    /// Result of the day. The first part is the reference of the others.
     fn judge(&self, world: &World, all: &[Seen], seconds: f64) -> Result<ExitCode, InputError> {
         let Some((first, later)) = all.split_first() else { return Ok(ExitCode::SUCCESS) };
         let energy = later.iter().map(|s| s.most / first.most).fold(1.0, f64::max);
@@ -161,7 +169,8 @@ impl Day {
             size: (LENGTH, 0.5 * LENGTH),
             material: MaterialChoice::Named("hips".into()),
             pins: vec![PinSpec::clamped(Region::Left)],
-            // Hanging down: what stiffens keeps its stress, and a strip that lies would sag further with every warming.
+            // Hanging: material that stiffens keeps its stress, and a horizontal strip would sag
+            // further in every heating phase.
             placement: Placement { rotation: DVec3::new(0.0, 0.0, -90.0), ..Placement::default() },
             damping_ratio: Some(0.02),
             ..SheetSpec::default()
@@ -178,7 +187,8 @@ impl Day {
     }
 }
 
-/// One warming and cooling, energies above `rest` (J); the name of the sheet if it went unstable.
+/// One period of the oven, energies above `rest` (J). Returns the name of a sheet that became
+/// unstable.
 fn cycle_of(world: &mut World, rest: f64, draw: &mut u64, seen: &mut Seen) -> Result<Option<String>, InputError> {
     let mut before = world.energy().total;
     for second in 0..CYCLE {
@@ -189,7 +199,7 @@ fn cycle_of(world: &mut World, rest: f64, draw: &mut u64, seen: &mut Seen) -> Re
             }
             world.set_oven(Some(OvenSpec { temperature: WARM, on: second == 0, ..OvenSpec::default() }))?;
         }
-        // The last kicks before a warming are left out, so that it hangs still.
+        // No kicks in the last minute before a heating phase, so that the strip hangs at rest.
         if second % KICK_EVERY == 0 && second + 6 * KICK_EVERY < CYCLE {
             kick(world, draw);
             let after = world.energy().total;
@@ -213,7 +223,7 @@ fn cycle_of(world: &mut World, rest: f64, draw: &mut u64, seen: &mut Seen) -> Re
     Ok(None)
 }
 
-/// Sends every mass that is free its own way (splitmix64).
+/// Adds a random velocity to every dynamic node (splitmix64).
 fn kick(world: &mut World, draw: &mut u64) {
     let mut next = || {
         *draw = draw.wrapping_add(0x9e37_79b9_7f4a_7c15);

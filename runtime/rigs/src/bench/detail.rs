@@ -1,9 +1,11 @@
-//! `sheetwork bench detail`: whether a budget is kept.
+//! `sheetwork bench detail`: adherence to a budget of the level of detail.
 //!
-//! Sheets that swing are stepped in three worlds, a step of the one and then a step of the next, so that what else the machine does meets all: without
-//! levels; with levels and no budget, all near, which is what levels cost where nothing changes; and with levels and a budget in real time, which
-//! is made one of the model's by what steps have taken so far, as the plugin does. `--calibrate` measures a linear solve, and an evaluation of forces, by the
-//! number of masses: the constants of the model.
+//! Swinging sheets are stepped in three worlds, one step of each in turn, so that other load of the
+//! machine affects all equally: without levels; with levels and without a budget, all near, which
+//! shows the cost of levels without changes; and with levels and a real-time budget. The real-time
+//! budget is converted to one of the cost model by the measured step times, as in the plugin.
+//! `--calibrate` measures a linear solve and a force evaluation by number of nodes: the constants
+//! of the cost model.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -12,37 +14,37 @@ use clap::Args;
 use cpu_time::ThreadTime;
 use glam::DVec3;
 use serde_json::json;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{DetailSpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
 use crate::output::{print_json, print_line};
 
-/// A frame, s.
+/// Duration of a frame, s.
 const FRAME: f64 = 1.0 / 60.0;
-/// Steps without levels that are seen before there is a budget.
+/// Steps without levels before a budget applies.
 const SEEN: usize = 60;
-/// Part of what is new in the mean of what a step takes.
+/// Weight of a new value in the running mean of step times.
 const NEW: f64 = 0.05;
-/// Part of the run that the budget is given to be reached in.
+/// Fraction of the run for reaching the budget.
 const BEGIN: f64 = 0.25;
 
 #[derive(Args)]
 pub struct Detail {
-    /// Sheets that swing.
+    /// Number of swinging sheets.
     #[arg(long, default_value_t = 16)]
     sheets: u32,
-    /// Masses along each side on the finest level; the others have half and a quarter of the cells.
+    /// Nodes along each side at the finest level; the others have half and a quarter of the cells.
     #[arg(long, default_value_t = 21)]
     grid: u32,
-    /// Budget, as a part of what a step takes without levels.
+    /// Budget, as a fraction of the time of a step without levels.
     #[arg(long, default_value_t = 0.4)]
     budget: f64,
     /// Simulated time, s.
     #[arg(long, default_value_t = 10.0)]
     seconds: f64,
-    /// Measure what a solve takes, and nothing else.
+    /// Measure the cost of a solve only.
     #[arg(long)]
     calibrate: bool,
     /// Print JSON and nothing else.
@@ -50,7 +52,7 @@ pub struct Detail {
     json: bool,
 }
 
-/// Times of the steps of a world, ms.
+/// Step times of a world, ms.
 #[derive(Default)]
 struct Times(Vec<f64>);
 
@@ -63,7 +65,7 @@ impl Times {
         taken
     }
 
-    /// Those after the beginning.
+    /// Step times after the start-up.
     fn later(&self) -> &[f64] {
         &self.0[(BEGIN * self.0.len() as f64) as usize..]
     }
@@ -72,7 +74,7 @@ impl Times {
         self.later().iter().sum::<f64>() / self.later().len().max(1) as f64
     }
 
-    /// That which a part of them stays below.
+    /// Quantile of the step times.
     fn part(&self, part: f64) -> f64 {
         let mut all = self.later().to_vec();
         all.sort_by(f64::total_cmp);
@@ -169,14 +171,14 @@ impl Detail {
         ))
     }
 
-    /// What a solve takes by the number of masses, and what the model says.
+    /// Measures the cost of a solve by number of nodes, beside the cost model.
     fn calibrate(&self) -> Result<ExitCode, InputError> {
         let mut rows = Vec::new();
         for (engine, dt) in [(EngineKind::TrBdf2, FRAME), (EngineKind::Verlet, 1e-7)] {
             for n in [6, 11, 16, 21, 31, 41] {
                 let mut sail = self.sail(0, n, false);
                 if let (MaterialChoice::Inline(material), false) = (&mut sail.material, engine.info().implicit) {
-                    // So soft that the engine bears the step on every grid.
+                    // Young's modulus low enough for a stable step on every grid.
                     material.young = 3e4;
                 }
                 let scene = Scene { engine, dt, sheets: vec![sail], ..Scene::default() };
@@ -209,7 +211,7 @@ impl Detail {
         Scene { engine: EngineKind::TrBdf2, dt: FRAME, sheets, ..Scene::default() }
     }
 
-    /// A shell that is clamped at one edge.
+    /// A shell clamped at one edge.
     fn sail(&self, i: u32, grid: u32, levels: bool) -> SheetSpec {
         let material = Material { young: 3e9, poisson: 0.35, density: 1050.0, thickness: 5e-4, ..Material::default() };
         let position = DVec3::new(f64::from(i % 8), 0.0, f64::from(i / 8)) * 0.5;

@@ -1,4 +1,5 @@
-//! `sheetwork bench drops`: sheets of random material, size and pose thrown at random bodies; how many go unstable or through.
+//! `sheetwork bench drops`: instabilities and passages through bodies among sheets of random
+//! material, size and pose thrown at random bodies.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,14 +9,14 @@ use clap::Args;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
 use sheetwork::InputError;
-use sheetwork::integrators::EngineKind;
+use sheetwork::scene::EngineKind;
 
 use crate::bench::shard;
 use crate::output::{print_json, print_line};
 
 #[derive(Args)]
 pub struct Drops {
-    /// How many sheets.
+    /// Number of sheets.
     #[arg(long, default_value = "10000")]
     count: u64,
     /// Run only every N-th draw from the I-th on, 1 to N.
@@ -24,10 +25,10 @@ pub struct Drops {
     /// Seed of the draws.
     #[arg(long, default_value = "0")]
     seed: u64,
-    /// Draw number to begin with.
+    /// Number of the first draw.
     #[arg(long, default_value = "0")]
     first: u64,
-    /// Engine, an implicit one.
+    /// Implicit integrator.
     #[arg(long, default_value = "tr-bdf2")]
     engine: EngineKind,
     /// Folder for drops.csv, or drops-I-of-N.csv.

@@ -1,12 +1,12 @@
-//! The efficient (Pareto) front: the configurations that nothing beats in both cost and error.
+//! The Pareto front: configurations for which no other is better in both cost and error.
 
 use crate::bench::point::Point;
 
-/// Positions in `points` of those that count and that no other is both cheaper and more exact than, cheapest first.
+/// Indices in `points` of valid points on the front, cheapest first.
 pub fn front(points: &[&Point]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len()).filter(|&i| points[i].counts()).collect();
     let key = |i: usize| (points[i].cpu_ms_per_simulated_s, points[i].error.unwrap_or(f64::INFINITY));
-    // Ties in cost keep the more exact one first, so that the others fall out below.
+    // At equal cost the smaller error comes first, so that the others are removed below.
     order.sort_by(|&a, &b| {
         let ((cost_a, error_a), (cost_b, error_b)) = (key(a), key(b));
         cost_a.total_cmp(&cost_b).then(error_a.total_cmp(&error_b)).then(a.cmp(&b))
@@ -22,9 +22,9 @@ pub fn front(points: &[&Point]) -> Vec<usize> {
 
 #[cfg(test)]
 pub mod tests {
-    use crate::bench::*;
+    use super::*;
 
-    /// A point with this cost, ms, and this error.
+    /// A point with this cost (ms) and this error.
     pub fn point(cost: f64, error: f64) -> Point {
         Point {
             case: "cantilever".into(),

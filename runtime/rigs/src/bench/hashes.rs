@@ -1,5 +1,5 @@
-//! `sheetwork bench hashes`: what every scene comes to, as a number that is another when a bit is: to be compared between builds, threads and
-//! machines.
+//! `sheetwork bench hashes`: a hash of the final state of every scene, to compare builds, threads
+//! and machines bit for bit.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -11,17 +11,17 @@ use sheetwork::{InputError, World, check_range};
 use crate::bench::shard;
 use crate::output::print_line;
 
-/// Digits of a hash.
+/// Number of digits of a hash.
 const DIGITS: usize = 16;
 
 #[derive(Args)]
 pub struct Hashes {
-    /// Scenes by name, all of the folder if none.
+    /// Scenes by name; all of the folder by default.
     scenes: Vec<String>,
     /// Folder of the scenes.
     #[arg(long, default_value = "assets/scenes")]
     folder: PathBuf,
-    /// Steps of each.
+    /// Steps of each scene.
     #[arg(long, default_value_t = 60)]
     steps: u32,
     /// Threads to step sheets on.
@@ -30,10 +30,10 @@ pub struct Hashes {
     /// Run only every N-th scene from the I-th on, 1 to N.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(usize, usize)>,
-    /// Another `sheetwork`, of another build: it is asked for the same, and what differs is named.
+    /// Another build of `sheetwork`, which computes the same hashes; differences are listed.
     #[arg(long, value_name = "PROGRAM")]
     against: Option<PathBuf>,
-    /// Threads that the other steps on, if not as many.
+    /// Threads of the other build, if different.
     #[arg(long, requires = "against")]
     their_threads: Option<usize>,
 }
@@ -70,7 +70,7 @@ impl Hashes {
         Ok(world.state_hash())
     }
 
-    /// What another build says of a scene.
+    /// Hash of a scene from another build.
     fn asked(&self, program: &PathBuf, name: &str) -> Result<String, InputError> {
         let threads = self.their_threads.unwrap_or(self.threads);
         let output = Command::new(program)
@@ -85,7 +85,7 @@ impl Hashes {
             return Err(InputError::new("--against", format!("{} does not answer: {said}", program.display())));
         }
         let theirs = String::from_utf8_lossy(&output.stdout).trim().to_owned();
-        // Else what is no such program would only be another hash.
+        // Rejects the output of a program other than `sheetwork`.
         if is_hash_of(&theirs, name) {
             Ok(theirs)
         } else {
@@ -94,7 +94,7 @@ impl Hashes {
     }
 }
 
-/// Whether a line is what this program says of the scene `name`.
+/// Whether a line is this program's output for the scene `name`.
 fn is_hash_of(line: &str, name: &str) -> bool {
     let hash = line.strip_prefix(name).and_then(|rest| rest.strip_prefix(' ')).unwrap_or_default();
     hash.len() == DIGITS && hash.bytes().all(|b| b.is_ascii_hexdigit())

@@ -1,16 +1,17 @@
-//! `sheetwork bench heat`: what heat adds to a step.
+//! `sheetwork bench heat`: cost of heat in a step.
 //!
-//! The sheet of the benchmarks (0.25 m, 0.5 mm, 3 GPa, clamped along one edge, falling from flat) is stepped with and without a heater
-//! of six hot faces, a few steps of the one and then as many of the other, so that what else the machine does meets both. CPU time;
-//! medians over the rounds. The first round is left out: a heater then looks at every shadow there is.
+//! The sheet of the benchmarks (0.25 m, 0.5 mm, 3 GPa, clamped along one edge, falling from flat)
+//! is stepped without and with a heater of six hot faces. Ten steps of each alternate, so that
+//! other load of the machine affects both equally. The results are medians of CPU time over the
+//! rounds. The first round is excluded, because a heater then computes all shadows.
 
 use std::process::ExitCode;
 
 use clap::Args;
 use cpu_time::ProcessTime;
 use serde_json::json;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
@@ -19,15 +20,15 @@ use crate::output::{print_json, print_line};
 
 /// Steps of a round.
 const STEPS: u32 = 10;
-/// Rounds from flat to where the sheet is let fall again.
+/// Rounds between resets to flat.
 const FALL: u32 = 12;
 
 #[derive(Args)]
 pub struct HeatBench {
-    /// Masses along length and width.
+    /// Nodes along length and width.
     #[arg(long, default_value_t = 21)]
     masses: u32,
-    /// Rounds of ten steps each way.
+    /// Rounds of ten steps of each world.
     #[arg(long, default_value_t = 240)]
     rounds: u32,
     /// Print JSON and nothing else.
@@ -69,7 +70,7 @@ impl HeatBench {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// CPU time of a step without and with what `change` makes of the scene, µs.
+    /// CPU time of a step without and with the effect of `change` on the scene, µs.
     fn step_time(&self, change: impl Fn(&mut Scene)) -> Result<(f64, f64), InputError> {
         let cold = self.scene();
         let mut warm = cold.clone();

@@ -3,7 +3,8 @@
 use glam::DVec3;
 use sheetwork::scene::{HeaterSpec, HotFaceSpec, Placement};
 
-/// A box of 10 cm by 2 cm by 10 cm with its middle 10 cm above the origin, its faces at 300 °C with an emissivity of 0.9.
+/// A box of 10 cm by 2 cm by 10 cm with its centre 10 cm above the origin, its faces at 300 °C with
+/// an emissivity of 0.9.
 pub fn hot_box() -> HeaterSpec {
     HeaterSpec {
         size: Some(DVec3::new(0.1, 0.02, 0.1)),

@@ -1,28 +1,29 @@
-//! How wrong a case's answer is: the quantity of each case and its deviation from the reference, as a fraction.
+//! Error of a rig's result: the quantity of each rig and its deviation from the reference, as a
+//! fraction.
 //!
-//! Where a case has two answers, depth and time of the first extreme, the worse one counts.
+//! For a rig with two quantities, depth and time of the first extreme, the larger error counts.
 
 use serde_json::Value;
 
-/// A value to be met, by the key in the case's JSON.
+/// A reference value, by the key in the rig's JSON.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
-    /// Key of the case's JSON.
+    /// Key of the rig's JSON.
     pub quantity: &'static str,
-    /// Its true value, in the unit its name ends in.
+    /// Reference value, in the unit at the end of the key.
     pub value: f64,
-    /// Deviations up to this fraction say nothing.
+    /// Uncertainty of the reference as a fraction; smaller deviations count as zero.
     pub uncertain: f64,
 }
 
 impl Target {
-    /// A value that is known as well as numbers are.
+    /// A value without uncertainty.
     pub fn exact(quantity: &'static str, value: f64) -> Self {
         Self { quantity, value, uncertain: 0.0 }
     }
 }
 
-/// What was judged, and how wrong it is.
+/// A quantity and its error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     pub quantity: &'static str,
@@ -31,7 +32,7 @@ pub struct Verdict {
     pub error: Option<f64>,
 }
 
-/// The quantities each case is judged by; none for a case that is not.
+/// Quantities that define the error of each rig; none for a rig without error.
 pub fn quantities(case: &str) -> &'static [&'static str] {
     match case {
         "cantilever" => &["drop_m"],
@@ -42,7 +43,7 @@ pub fn quantities(case: &str) -> &'static [&'static str] {
     }
 }
 
-/// Holds what a case found against its targets.
+/// Compares a rig's result with its targets.
 pub fn judge(case: &str, found: &Value, targets: &[Target]) -> Verdict {
     let mut worst: Option<(f64, Verdict)> = None;
     for &quantity in quantities(case) {
@@ -51,7 +52,7 @@ pub fn judge(case: &str, found: &Value, targets: &[Target]) -> Verdict {
         let reference = target.map(|t| t.value);
         let error = measured.zip(reference).map(|(m, r)| (m / r - 1.0).abs()).filter(|e| e.is_finite());
         let verdict = Verdict { quantity, measured, reference, error };
-        // No answer is worse than any; one within what is known of the reference is as good as none.
+        // A missing result is the largest error. A deviation within the uncertainty counts as zero.
         let says = |e: &f64| *e > target.map_or(0.0, |t| t.uncertain);
         let size = error.map_or(f64::INFINITY, |e| Some(e).filter(says).unwrap_or(0.0));
         if worst.as_ref().is_none_or(|(most, _)| size > *most) {
@@ -61,7 +62,7 @@ pub fn judge(case: &str, found: &Value, targets: &[Target]) -> Verdict {
     worst.map(|(_, verdict)| verdict).unwrap_or(Verdict { quantity: "", measured: None, reference: None, error: None })
 }
 
-/// A number, or the first of a list of them.
+/// A number, or the first number of a list.
 pub fn number(value: &Value) -> Option<f64> {
     value.as_f64().or_else(|| value.get(0).and_then(Value::as_f64))
 }

@@ -1,4 +1,5 @@
-//! `sheetwork bench kicks`: sheets of random material, size and pose, every mass kicked its own way; how many go unstable.
+//! `sheetwork bench kicks`: instabilities among sheets of random material, size and pose with a
+//! random velocity of every node.
 
 use std::process::ExitCode;
 
@@ -13,16 +14,16 @@ use crate::quantities::time;
 
 #[derive(Args)]
 pub struct Kicks {
-    /// How many sheets.
+    /// Number of sheets.
     #[arg(long, default_value = "1000")]
     runs: u64,
     /// Number of the first draw.
     #[arg(long, default_value = "0")]
     first: u64,
-    /// Structures to draw from, with commas between.
+    /// Structures to draw from, comma-separated.
     #[arg(long, default_value = "shell", value_delimiter = ',')]
     structures: Vec<StructureKind>,
-    /// Simulated time of each, s.
+    /// Simulated time of each sheet, s.
     #[arg(long, default_value = "2", value_parser = time)]
     seconds: f64,
     /// Print JSON and nothing else.

@@ -1,9 +1,10 @@
-//! `sheetwork bench link`: what the live link costs the game, and how soon another process sees a frame.
+//! `sheetwork bench link`: cost of the live link for the game, and latency of a frame for another
+//! process.
 //!
-//! A world of so many masses is stepped in real time and published. The cost is that of [`Link::exchange`] alone: of looking for commands
-//! (`look`), and of publishing. Another
-//! process of this program reads, and measures from when a frame was written to when it has it; it looks every 50 µs, as all
-//! readers do, or all the time (`--spin`).
+//! A world with the given number of nodes is stepped in real time and published. The cost is that
+//! of [`Link::exchange`] alone: polling for commands (`look`), and publishing. Another process of
+//! this program reads and measures the time from the writing of a frame to its arrival; it polls
+//! every 50 µs, as all readers do, or continuously (`--spin`).
 
 use std::io::Write;
 use std::path::Path;
@@ -25,27 +26,27 @@ use crate::quantities::{number, time};
 
 #[derive(Args)]
 pub struct LinkBench {
-    /// Masses of the sheet.
+    /// Number of nodes of the sheet.
     #[arg(long, default_value_t = 20_000)]
     vertices: u32,
-    /// Frames a second.
+    /// Frames per second.
     #[arg(long, default_value = "240", value_parser = number)]
     rate: f64,
-    /// How long each part lasts, s.
+    /// Duration of each part, s.
     #[arg(long, default_value = "5", value_parser = time)]
     seconds: f64,
-    /// Let the reader look all the time.
+    /// Let the reader poll continuously.
     #[arg(long)]
     spin: bool,
     /// Print JSON and nothing else.
     #[arg(long)]
     json: bool,
-    /// Be the reader, of frames or of fields.
+    /// Role of a reader process, of frames or of fields.
     #[arg(long, hide = true)]
     reader: Option<String>,
 }
 
-/// A world that is stepped by the benchmark alone.
+/// A world that only the benchmark steps.
 pub(crate) struct Game(pub(crate) World);
 
 impl Host for Game {
@@ -139,13 +140,13 @@ impl LinkBench {
         Ok(result)
     }
 
-    /// Steps in real time for a while; what the exchanges took.
+    /// Steps in real time and measures the exchanges.
     fn part(&self, game: &mut Game, link: &mut Link) -> Value {
         let (start, mut due) = (Instant::now(), Duration::ZERO);
         let mut took = [Vec::new(), Vec::new(), Vec::new()];
         while start.elapsed().as_secs_f64() < self.seconds {
             game.0.step();
-            // As `Link::exchange` does.
+            // The sequence of `Link::exchange`.
             let now = Instant::now();
             link.answer(game);
             let between = Instant::now();
@@ -164,7 +165,7 @@ impl LinkBench {
     fn start(&self, root: &Path, what: &str) -> Result<Child, InputError> {
         let program = std::env::current_exe().map_err(|e| InputError::new("reader", e.to_string()))?;
         let mut command = Command::new(program);
-        // It ends before the game does.
+        // The reader ends before the game.
         let seconds = (0.8 * self.seconds).to_string();
         command.args(["bench", "link", "--reader", what, "--seconds", &seconds]).env(ROOT_VARIABLE, root);
         if self.spin {
@@ -173,7 +174,7 @@ impl LinkBench {
         command.stdout(Stdio::piped()).spawn().map_err(|e| InputError::new("reader", e.to_string()))
     }
 
-    /// The reader's part.
+    /// Runs the reader.
     fn read(&self, complete: bool) -> Result<ExitCode, InputError> {
         let client = Client::attach(&LinkPlace::new("bench")?)?;
         let mut frames = client.frames(complete)?;
@@ -192,7 +193,7 @@ impl LinkBench {
     }
 }
 
-/// Tenth percentile, median, 99th percentile and largest of times in s, as µs.
+/// Tenth percentile, median, 99th percentile and maximum of times in s, as µs.
 fn summary(mut times: Vec<f64>) -> Value {
     times.sort_by(f64::total_cmp);
     let at = |part: f64| {

@@ -1,8 +1,9 @@
-//! `sheetwork bench many`: what a frame costs that has many sheets in it.
+//! `sheetwork bench many`: cost of a frame with many sheets.
 //!
-//! A thousand small shells lie on a floor, asleep: alone, and with one more that moves. A hundred clamped shells that swing are stepped by one
-//! thread and by two, a step of the one and then a step of the other, so that what else the machine does meets both. Wall time, the least of
-//! all rounds: the machine may be busy.
+//! A thousand small shells sleep on a floor: alone, and with one more that moves. A hundred
+//! swinging clamped shells are stepped by one thread and by several, one step of each in turn, so
+//! that other load of the machine affects both equally. The results are the minimum wall-clock
+//! times over all rounds.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -10,8 +11,8 @@ use std::time::Instant;
 use clap::Args;
 use glam::DVec3;
 use serde_json::json;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, Material, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw,
 };
@@ -19,23 +20,23 @@ use sheetwork::{InputError, World, check_range};
 
 use crate::output::{print_json, print_line};
 
-/// A frame, s.
+/// Duration of a frame, s.
 const FRAME: f64 = 1.0 / 60.0;
-/// Longest that sheets may take to come to rest, s of simulated time.
+/// Time limit for sheets to come to rest, s of simulated time.
 const REST: f64 = 20.0;
 
 #[derive(Args)]
 pub struct Many {
-    /// Sheets at rest.
+    /// Number of sheets at rest.
     #[arg(long, default_value_t = 1000)]
     resting: u32,
-    /// Sheets that move.
+    /// Number of sheets that move.
     #[arg(long, default_value_t = 100)]
     moving: u32,
-    /// Threads that are held against one.
+    /// Number of threads to compare with one.
     #[arg(long, default_value_t = 2)]
     threads: u32,
-    /// Rounds.
+    /// Number of rounds.
     #[arg(long, default_value_t = 200)]
     rounds: u32,
     /// Print JSON and nothing else.
@@ -63,7 +64,7 @@ impl Many {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// The least wall time of a frame of each world, ms.
+    /// Minimum wall-clock time of a frame of each world, ms.
     fn least(&self, worlds: &mut [&mut World]) -> Vec<f64> {
         let mut least = vec![f64::INFINITY; worlds.len()];
         for _ in 0..self.rounds {
@@ -99,7 +100,7 @@ fn empty() -> Scene {
     Scene { engine: EngineKind::TrBdf2, dt: FRAME, ..Scene::default() }
 }
 
-/// Place number `i` in a square of many, `apart` m from the next.
+/// Position number `i` in a square array with spacing `apart` (m).
 fn at(i: u32, apart: f64) -> DVec3 {
     DVec3::new(f64::from(i % 32), 0.0, f64::from(i / 32)) * apart
 }
@@ -125,16 +126,16 @@ fn resting(count: u32) -> Scene {
     Scene { sheets: (0..count).map(lying).collect(), bodies: vec![floor], ..empty() }
 }
 
-/// A shell that is clamped at one edge.
+/// A shell clamped at one edge.
 fn swinging(i: u32, position: DVec3) -> SheetSpec {
     let spec = shell(format!("sail {i}"), 11, 0.25, position);
     SheetSpec { pins: vec![PinSpec::clamped(Region::Left)], damping_ratio: Some(0.005), ..spec }
 }
 
-/// Steps until all sleep.
+/// Steps until all sheets sleep.
 ///
 /// # Errors
-/// When they do not come to rest.
+/// Sheets that do not come to rest.
 fn settle(world: &mut World) -> Result<(), InputError> {
     while !world.is_quiet() {
         if world.time() > REST {

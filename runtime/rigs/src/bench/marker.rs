@@ -1,4 +1,5 @@
-//! How points look: colour by structure or peer, shape by engine or by what the peer was told; peers have shapes of their own.
+//! Markers of points: colour by structure or peer, shape by integrator or settings of the peer.
+//! Peers have shapes of their own.
 
 use plotters::style::RGBColor;
 
@@ -20,7 +21,8 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Corners about the origin, of a marker of radius `r`, units of the drawing; all have about the same area.
+    /// Corners about the origin of a marker of radius `r`, units of the drawing; all shapes have
+    /// about the same area.
     pub fn outline(self, r: f64) -> Vec<(f64, f64)> {
         let ring = |corners: u32, radius: &dyn Fn(u32) -> f64, turn: f64| {
             let angle = move |k: u32| std::f64::consts::TAU * (f64::from(k) + turn) / f64::from(corners);
@@ -57,7 +59,7 @@ impl Shape {
     }
 }
 
-/// Colour and shape.
+/// Colour and shape of a marker.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look {
     pub colour: RGBColor,
@@ -66,7 +68,8 @@ pub struct Look {
 
 const GREY: RGBColor = RGBColor(87, 96, 106);
 
-/// Colours that stay apart for colour-blind eyes (Okabe and Ito 2008), darkened for a white ground.
+/// Colours that colour-blind readers can distinguish (Okabe and Ito 2008), darkened for a white
+/// background.
 const STRUCTURES: &[(&str, RGBColor)] = &[
     ("shell", RGBColor(0, 92, 170)),
     ("double-diagonal", RGBColor(0, 140, 100)),
@@ -84,13 +87,14 @@ const ENGINES: &[(&str, Shape)] = &[
 const PEERS: &[RGBColor] = &[RGBColor(205, 80, 0), RGBColor(170, 50, 140), RGBColor(90, 90, 90)];
 const PEER_SHAPES: &[Shape] = &[Shape::TriangleUp, Shape::TriangleDown, Shape::Star, Shape::Kite, Shape::Bar];
 
-/// One line of the legend.
+/// One entry of the legend.
 pub struct Entry {
     pub name: String,
     pub look: Look,
 }
 
-/// What the legend explains: structures, engines, peers, each in the order of its table or of appearance.
+/// Entries of the legend: structures, integrators, peers, each in the order of its table or of
+/// appearance.
 pub struct Looks {
     pub structures: Vec<Entry>,
     pub engines: Vec<Entry>,
@@ -98,7 +102,7 @@ pub struct Looks {
 }
 
 impl Looks {
-    /// Of all that occurs in `points`.
+    /// Entries for everything that occurs in `points`.
     pub fn of(points: &[Point]) -> Self {
         let ours = |key: fn(&Point) -> &str, name: &str| points.iter().any(|p| !p.peer && key(p) == name);
         let structures = STRUCTURES.iter().filter(|(name, _)| ours(|p| &p.structure, name));
@@ -125,14 +129,14 @@ impl Looks {
         }
     }
 
-    /// Lines of the legend that have entries.
+    /// Rows of the legend with entries.
     pub fn rows(&self) -> impl Iterator<Item = (&'static str, &[Entry])> {
         let rows: [(_, &[Entry]); 3] =
             [("structure", &self.structures), ("engine", &self.engines), ("peers", &self.peers)];
         rows.into_iter().filter(|(_, entries)| !entries.is_empty())
     }
 
-    /// How a point looks.
+    /// Marker of a point.
     pub fn look(&self, point: &Point) -> Look {
         let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).map(|e| e.look);
         if point.peer {
@@ -144,7 +148,7 @@ impl Looks {
     }
 }
 
-/// A peer's name in the legend.
+/// Name of a peer in the legend.
 fn of_peer(point: &Point) -> String {
     format!("{}: {}", point.structure, point.engine)
 }

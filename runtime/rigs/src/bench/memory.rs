@@ -1,9 +1,9 @@
-//! Memory of this process, as the system counts it.
+//! Memory of this process as the system reports it.
 
-/// Memory that counts as no growth, bytes: pages that the allocator had not touched yet.
+/// Growth that is tolerated, bytes: pages that the allocator had not touched before.
 pub const ROOM: u64 = 256 << 10;
 
-/// This process's own memory now, bytes; 0 where the system does not tell.
+/// Present private memory of this process, bytes; 0 on systems that do not report it.
 pub fn own() -> u64 {
     let text = std::fs::read_to_string("/proc/self/smaps_rollup").unwrap_or_default();
     let line = text.lines().find(|l| l.starts_with("Pss_Anon:")).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! `sheetwork bench`: long campaigns that end in tables, files and plots.
+//! `sheetwork bench`: long campaigns with tables, files and plots as results.
 
 pub(crate) mod canvas;
 pub(crate) mod counts;
@@ -41,43 +41,48 @@ pub struct Bench {
 
 #[derive(Subcommand)]
 enum Campaign {
-    /// Run time against error: structures, engines, grids and steps on four cases with known answers.
+    /// Run time against error: structures, integrators, grids and steps on four rigs with known
+    /// answers.
     Pareto(pareto::Pareto),
-    /// Robustness: sheets of random material, size and pose, every mass kicked its own way.
+    /// Robustness: sheets of random material, size and pose with a random velocity of every node.
     Kicks(kicks::Kicks),
     /// Robustness of contact: sheets of random material, size and pose thrown at random bodies.
     Drops(drops::Drops),
-    /// Many sheets: a frame of a thousand at rest, and what a second thread is worth to a hundred that move.
+    /// Many sheets: the cost of a frame with a thousand at rest, and the speed-up of a second
+    /// thread with a hundred that move.
     Many(many::Many),
-    /// Level of detail: whether a budget is kept, and what levels cost where nothing changes.
+    /// Level of detail: adherence to a budget, and the cost of levels without changes.
     Detail(detail::Detail),
-    /// Where engines break: the longest step that sheets bear, over stiffness, mass, damping, structure and more, beside what is predicted.
+    /// Stability limits of integrators: the longest stable step over stiffness, mass, damping,
+    /// structure and more, beside the predicted one.
     Stability(stability::Stability),
-    /// Whether every scene goes on from a snapshot to the bit, and what snapshots cost.
+    /// Bit-exact continuation of every scene from a snapshot, and the cost of snapshots.
     Rollback(rollback::Rollback),
-    /// Instructions of a step, with each feature off, on and unused, and at work.
+    /// Instructions of a step, with each feature off, enabled but unused, and active.
     Counts(counts::Counts),
-    /// What every scene comes to, bit for bit: to compare builds, threads and machines.
+    /// Hashes of the final state of every scene, to compare builds, threads and machines.
     Hashes(hashes::Hashes),
-    /// Damaged input of every kind: read or refused, and never a panic.
+    /// Damaged input of every kind: accepted or rejected, without a panic.
     Fuzz(fuzz::Fuzz),
-    /// A day of one sheet that is kicked, heated and cooled: energy, place and memory hour by hour.
+    /// A day of one sheet that is kicked, heated and cooled: energy, position and memory by the
+    /// hour.
     Day(day::Day),
-    /// Random scenes, a second each: none panics, and which go unstable.
+    /// Random scenes of a second each: panics, and instabilities counted.
     Scenes(scenes::Scenes),
-    /// What heat adds to a step: a room that is not at 20 °C, and a heater of six faces.
+    /// Cost of heat in a step: a room that is not at 20 °C, and a heater of six faces.
     Heat(heat::HeatBench),
-    /// The live link: what publishing costs the game, and how soon another process sees it.
+    /// The live link: cost of publishing for the game, and latency for another process.
     Link(link::LinkBench),
-    /// The live link for long: an hour's frames at speed, with processes that come, go and are killed.
+    /// Endurance of the live link: the frames of an hour at speed, with processes that attach,
+    /// detach and are killed.
     Soak(soak::Soak),
 }
 
 impl Bench {
-    /// Runs the campaign; exit status 1 where a limit was missed.
+    /// Runs the campaign; exit status 1 when a limit is exceeded.
     ///
     /// # Errors
-    /// Bad flags, and files that cannot be written.
+    /// Invalid flags, and files that cannot be written.
     pub fn execute(self) -> Result<ExitCode, InputError> {
         match self.campaign {
             Campaign::Pareto(pareto) => pareto.execute(),
@@ -99,7 +104,7 @@ impl Bench {
     }
 }
 
-/// `I/N`, counted from 1.
+/// Parses `I/N`, counted from 1.
 fn shard(text: &str) -> Result<(usize, usize), String> {
     let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     parts.filter(|&(i, n)| 1 <= i && i <= n).ok_or_else(|| format!("\"{text}\" is not I/N with 1 <= I <= N"))

@@ -1,4 +1,5 @@
-//! `sheetwork bench pareto`: runs the sweep, or merges what shards of it have run, and writes table, CSV and plot.
+//! `sheetwork bench pareto`: runs the sweep, or merges the results of its shards, and writes table,
+//! CSV and plot.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -19,16 +20,17 @@ pub struct Pareto {
     /// Folder for pareto.csv, .md, .svg and .png.
     #[arg(long, default_value = "sheetwork-out/pareto")]
     out: PathBuf,
-    /// Peers' points, JSON lines as `tests/peers/run.sh FILE` writes them on the same machine; may be repeated.
+    /// Points of peers, JSON lines as written by `tests/peers/run.sh FILE` on the same machine; may
+    /// be repeated.
     #[arg(long, value_name = "FILE.jsonl", conflicts_with = "shard")]
     peers: Vec<PathBuf>,
-    /// Run only every N-th configuration from the I-th on, 1 to N, and write only pareto-I-of-N.csv.
+    /// Run only every N-th configuration from the I-th on, 1 to N; write only pareto-I-of-N.csv.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(usize, usize)>,
-    /// Run nothing: read the CSV files in these folders, written by shards.
+    /// Run nothing: read the CSV files that shards wrote to these folders.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["shard", "quick"])]
     merge: Vec<PathBuf>,
-    /// A few configurations of each kind, to see that it works.
+    /// A few configurations of each kind, as a smoke test.
     #[arg(long)]
     quick: bool,
 }
@@ -51,7 +53,7 @@ impl Pareto {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Runs every configuration, or those of the shard.
+    /// Runs all configurations, or those of the shard.
     fn run(&self, references: &mut References) -> Result<Vec<Point>, InputError> {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let mine: Vec<_> = plan(self.quick).into_iter().skip(which - 1).step_by(of).collect();
@@ -84,7 +86,8 @@ impl Pareto {
     }
 }
 
-/// The points in all CSV files of the folders, in the order of their names; of a configuration that was run twice, the first.
+/// Points of all CSV files of the folders, in the order of file names. The first result of a
+/// configuration counts.
 fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
     let mut points = Vec::new();
     for folder in folders {

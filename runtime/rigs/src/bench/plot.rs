@@ -1,6 +1,8 @@
-//! The plot of the benchmark: error against CPU time, both logarithmic, a panel a case, with the efficient front.
+//! Plot of the benchmark: error against CPU time on logarithmic axes, one panel per rig, with the
+//! Pareto front.
 //!
-//! Hollow is what never came to rest; numbers are the masses along the sheet. SVG for the README, and a bitmap drawn by the same code.
+//! Hollow markers are runs that did not come to rest. Numbers are the nodes along the sheet. One
+//! drawing is written as SVG for the README and as a bitmap.
 
 use plotters::prelude::{DrawingBackend, RGBColor, WHITE};
 
@@ -13,16 +15,16 @@ use crate::bench::sweep::CASES;
 /// Size of a panel with its axes, and height of the legend, units.
 const PANEL: (f64, f64) = (480.0, 380.0);
 const LEGEND: f64 = 172.0;
-/// Left border of the axes and the legend, and distance of the legend's lines.
+/// Left border of the axes and the legend, and line spacing of the legend, units.
 const LEFT: f64 = 70.0;
 const LINE: f64 = 23.0;
-/// Sizes of titles, texts and numbers beside markers, height of a line, units.
+/// Sizes of titles, texts and numbers beside markers, units.
 const TITLE: f64 = 18.0;
 const TEXT: f64 = 15.5;
 const SMALL: f64 = 13.0;
-/// CPU time of a second in real time, ms.
+/// CPU time (ms) per simulated second of a real-time simulation.
 const REAL_TIME: f64 = 1000.0;
-/// Errors beyond these, in percent, are drawn at the border.
+/// Range of drawn errors, percent; errors outside are drawn at the border.
 const ERRORS: (f64, f64) = (1e-3, 100.0);
 const RADIUS: f64 = 4.2;
 
@@ -30,7 +32,7 @@ const FAINT: RGBColor = RGBColor(230, 233, 237);
 const LATE: RGBColor = RGBColor(248, 244, 240);
 const FRONT: RGBColor = RGBColor(110, 118, 129);
 
-/// Points, to be drawn.
+/// Points to draw.
 pub struct Plot<'a>(pub &'a [Point]);
 
 impl Picture for Plot<'_> {
@@ -43,7 +45,7 @@ impl Picture for Plot<'_> {
     }
 }
 
-/// The cases that have points, in their order.
+/// Rigs with points, in their order.
 fn cases(points: &[Point]) -> Vec<&'static str> {
     CASES.iter().copied().filter(|case| points.iter().any(|p| p.case == *case)).collect()
 }
@@ -84,7 +86,7 @@ struct Panel {
     right: f64,
     top: f64,
     bottom: f64,
-    /// Decades of the cost in ms and of the error in percent.
+    /// Decades of the cost (ms) and of the error (percent).
     cost: (f64, f64),
     error: (f64, f64),
 }
@@ -146,7 +148,7 @@ impl Panel {
 
     fn points<B: DrawingBackend>(&self, canvas: &Canvas<B>, points: &[&Point], looks: &Looks) -> Drawn<B> {
         let best = front(points);
-        // A staircase: to be more exact one pays for the next step of it.
+        // The front is a staircase: a smaller error costs the next step of it.
         let mut stairs: Vec<(f64, f64)> = Vec::new();
         for (x, y) in best.iter().map(|&i| self.at(points[i])) {
             if let Some(&(_, before)) = stairs.last() {
@@ -155,7 +157,7 @@ impl Panel {
             stairs.push((x, y));
         }
         canvas.line(&stairs, FRONT, 1.6)?;
-        // Peers last, so that they are never hidden; the front above the rest of ours.
+        // Peers are drawn last, on top; the front is above the remaining points.
         let rank = |i: usize| if points[i].peer { 2 } else { u8::from(best.contains(&i)) };
         let mut order: Vec<usize> = (0..points.len()).collect();
         order.sort_by_key(|&i| rank(i));
@@ -167,7 +169,7 @@ impl Panel {
         for &i in order.iter().filter(|&&i| rank(i) > 0) {
             let (x, y) = self.at(points[i]);
             let colour = looks.look(points[i]).colour;
-            // Ours below and left of the staircase, peers above.
+            // Labels of own points are below and left of the staircase, labels of peers above.
             let (at, anchor) =
                 if points[i].peer { ((x + 7.0, y - 8.0), Anchor::Left) } else { ((x - 6.0, y + 9.0), Anchor::Right) };
             canvas.text(points[i].side(), at, SMALL, anchor, colour)?;
@@ -176,7 +178,7 @@ impl Panel {
     }
 }
 
-/// The error in percent, within what is drawn.
+/// Error in percent, limited to the drawn range.
 fn percent(point: &Point) -> f64 {
     (100.0 * point.error.unwrap_or(f64::INFINITY)).clamp(ERRORS.0, ERRORS.1)
 }
@@ -193,7 +195,7 @@ fn pale(RGBColor(r, g, b): RGBColor) -> RGBColor {
     RGBColor(mix(r), mix(g), mix(b))
 }
 
-/// A marker with a white rim, or, hollow, with a rim of its colour.
+/// A marker with a white rim, or a hollow one with a rim of its colour.
 fn marker<B: DrawingBackend>(canvas: &Canvas<B>, (x, y): (f64, f64), look: Look, hollow: bool) -> Drawn<B> {
     let outline = |share: f64| -> Vec<_> {
         look.shape.outline(share * RADIUS).into_iter().map(|(dx, dy)| (x + dx, y + dy)).collect()

@@ -1,4 +1,5 @@
-//! One measured configuration of the run-time-against-error benchmark, and its files: CSV of ours, JSON lines of peers.
+//! One measured configuration of the run-time-against-error benchmark, and its files: CSV of this
+//! library, JSON lines of peers.
 
 use std::path::Path;
 
@@ -9,72 +10,73 @@ use sheetwork::InputError;
 use crate::bench::judge::judge;
 use crate::bench::reference::References;
 
-/// One configuration: what it cost and how wrong it was.
+/// A configuration with its cost and its error.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Case, as `sheetwork measure` names it.
+    /// Rig, as named by `sheetwork measure`.
     pub case: String,
-    /// Structure, or the name of the peer.
+    /// Structure, or name of the peer.
     pub structure: String,
-    /// Engine, or what the peer was told.
+    /// Time integrator, or settings of the peer.
     pub engine: String,
-    /// Masses along length and width, as `21x21`.
+    /// Nodes along length and width, as in `21x21`.
     pub grid: String,
     /// Step, s.
     pub dt_s: f64,
-    /// Poisson's ratio asked for.
+    /// Requested Poisson's ratio.
     pub poisson: f64,
-    /// CPU time of the stepping for a second of simulated time, ms.
+    /// CPU time of the steps per second of simulated time, ms.
     pub cpu_ms_per_simulated_s: f64,
-    /// Deviation from the reference as a fraction of it; none where nothing came out.
+    /// Deviation from the reference as a fraction of it; none without a result.
     pub error: Option<f64>,
-    /// What was measured: the key in the case's JSON.
+    /// Measured quantity: the key in the rig's JSON.
     pub quantity: String,
-    /// Its value, in the unit its name ends in.
+    /// Measured value, in the unit at the end of the quantity's name.
     pub measured: Option<f64>,
-    /// The value it is held against.
+    /// Reference value.
     pub reference: Option<f64>,
-    /// Whether the sheet came to rest, where the case waits for it.
+    /// Whether the sheet came to rest, for a rig that waits for rest.
     pub settled: Option<bool>,
-    /// "ok", or why not.
+    /// "ok", or the reason of a failure.
     pub status: String,
-    /// Whether this is somebody else's engine.
+    /// Whether the point belongs to a peer.
     pub peer: bool,
 }
 
 impl Point {
-    /// Whether this is the same configuration as `other`, whatever came out.
+    /// Whether `other` is the same configuration, irrespective of results.
     pub fn same(&self, other: &Self) -> bool {
         let key = |p: &Self| (p.peer, p.dt_s.to_bits(), p.poisson.to_bits());
         let names = |p: &Self| [p.case.clone(), p.structure.clone(), p.engine.clone(), p.grid.clone()];
         key(self) == key(other) && names(self) == names(other)
     }
 
-    /// Whether it may stand on the efficient front: it came to rest where it should, and is not wrong by all there is.
+    /// Whether the point may be on the Pareto front: a successful run that came to rest where
+    /// required, with an error below 100 %.
     pub fn counts(&self) -> bool {
         self.status == "ok" && self.settled != Some(false) && self.error.is_some_and(|e| e < 1.0)
     }
 
-    /// Masses along the length.
+    /// Nodes along the length.
     pub fn side(&self) -> &str {
         self.grid.split('x').next().unwrap_or(&self.grid)
     }
 }
 
-/// Reads a CSV file of points.
+/// Reads points from a CSV file.
 ///
 /// # Errors
-/// When it cannot be read, or a line is not a point.
+/// An unreadable file, or a line that is not a point.
 pub fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
     let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let mut reader = csv::Reader::from_path(path).map_err(failed)?;
     reader.deserialize().map(|row| row.map_err(failed)).collect()
 }
 
-/// Writes points to a CSV file, one a line under a line of names.
+/// Writes points to a CSV file with a header line.
 ///
 /// # Errors
-/// When it cannot be written.
+/// Failure to write.
 pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
     let failed = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let mut writer = csv::Writer::from_path(path).map_err(failed)?;
@@ -84,10 +86,11 @@ pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
     writer.flush().map_err(|e| failed(e.into()))
 }
 
-/// Reads the JSON lines that `tests/peers/run.sh` writes. Peers are told Poisson's ratio 0, and judged as we are.
+/// Reads the JSON lines of `tests/peers/run.sh`. Peers use Poisson's ratio 0 and the same
+/// references.
 ///
 /// # Errors
-/// When the file cannot be read, or a line lacks what a point needs.
+/// An unreadable file, or a line with missing values.
 pub fn read_peers(path: &Path, references: &mut References) -> Result<Vec<Point>, InputError> {
     let text = std::fs::read_to_string(path).map_err(|e| InputError::io(path, &e))?;
     let mut points = Vec::new();

@@ -1,14 +1,17 @@
-//! What the cases of the benchmark are held against.
+//! Reference values of the benchmark.
 //!
-//! Where Poisson's ratio is 0 a square sheet clamped along one edge bends as a strip does, and the answers are not ours:
-//! - cantilever: the heavy elastica, B θ'' = -q (L - s) cos θ, θ(0) = 0, θ'(L) = 0 (Romero et al., ACM TOG 40(4), 2021, sec. 3);
+//! At Poisson's ratio 0 a square sheet clamped along one edge bends as a strip, and the references
+//! are independent of this library:
+//! - cantilever: the heavy elastica, B θ'' = -q (L - s) cos θ, θ(0) = 0, θ'(L) = 0 (Romero et al.,
+//!   ACM TOG 40(4), 2021, sec. 3);
 //! - frequency: the cantilever beam, ω = 1.8751041² √(B / μ) / L² (Euler-Bernoulli);
-//! - release: the inextensible elastica in motion, as a chain of rigid links with hinges, of second order in their length;
-//!   it shares nothing with the sheet.
+//! - release: the inextensible elastica in motion, as a chain of rigid links with hinges, of second
+//!   order in their length and without code shared with the sheet.
 //!
-//! B = E t³ / 12 bending stiffness per width, N·m; μ = ρ t mass per area, kg/m²; q = μ g, Pa; L length, m; s arc length from the clamp.
-//! Everywhere else, for structures whose Poisson ratio is 1/3 and for the pedestal, the reference is our own shell on the finest grid
-//! at the finest step: it says how far a configuration is from that, not from the truth.
+//! B = E t³ / 12 bending stiffness per width, N·m; μ = ρ t mass per area, kg/m²; q = μ g, Pa; L
+//! length, m; s arc length from the clamp. For structures with Poisson's ratio 1/3 and for the
+//! pedestal, the reference is this library's shell on the finest grid at the finest step. The error
+//! is then a deviation from that solution.
 
 use serde_json::Value;
 use sheetwork::InputError;
@@ -19,22 +22,22 @@ use crate::measure::{Setup, measure};
 use crate::bench::judge::{Target, number, quantities};
 use crate::bench::sweep::setup;
 
-/// References already worked out, by case and Poisson's ratio.
+/// Computed references, by rig and Poisson's ratio.
 pub struct References {
     quick: bool,
     known: Vec<(String, f64, Vec<Target>)>,
 }
 
 impl References {
-    /// None yet; `quick` takes a coarser finest grid where it is slow.
+    /// An empty set; `quick` uses a coarser finest grid for slow rigs.
     pub fn new(quick: bool) -> Self {
         Self { quick, known: Vec::new() }
     }
 
-    /// The targets of a case.
+    /// Targets of a rig.
     ///
     /// # Errors
-    /// When the case cannot be run on the finest grid, and that is what it is held against.
+    /// Failure of the reference run on the finest grid.
     pub fn get(&mut self, case: &str, poisson: f64) -> Result<Vec<Target>, InputError> {
         if let Some((_, _, targets)) = self.known.iter().find(|(c, p, _)| c == case && *p == poisson) {
             return Ok(targets.clone());
@@ -48,7 +51,7 @@ impl References {
     }
 }
 
-/// The answer of a strip, where the case and Poisson's ratio have one.
+/// Targets of a strip, for a rig and Poisson's ratio with a strip solution.
 fn strip(case: &str, poisson: f64) -> Option<Vec<Target>> {
     if poisson != 0.0 {
         return None;
@@ -65,8 +68,9 @@ fn strip(case: &str, poisson: f64) -> Option<Vec<Target>> {
         }
         "release" => {
             let (coarse, fine) = (strip.first_extreme(48)?, strip.first_extreme(96)?);
-            // Depth is of second order: a third of what halving the links changed is left. The tip is all but still there and
-            // its high modes move the time about by a thousandth, at any number of links.
+            // The depth is of second order, so the remaining error is a third of the change under
+            // halving of the links. The tip is nearly at rest at the extreme, and its high modes
+            // shift the time by a thousandth at any number of links.
             let depth = fine.0 + (fine.0 - coarse.0) / 3.0;
             Some(vec![
                 Target::exact("first_extreme_m", depth),
@@ -77,9 +81,9 @@ fn strip(case: &str, poisson: f64) -> Option<Vec<Target>> {
     }
 }
 
-/// What our own shell says on the finest grid.
+/// Targets from the shell on the finest grid.
 fn finest(case: &str, poisson: f64, quick: bool) -> Result<Vec<Target>, InputError> {
-    // At rest the step does not matter; the frequency is that of the linearised sheet, without a step.
+    // Equilibria are independent of the step, and the frequency is that of the linearised sheet.
     let (side, dt) = match (case, quick) {
         ("release", false) => (61, 1.0 / 960.0),
         ("release", true) => (31, 1.0 / 480.0),
@@ -102,7 +106,7 @@ struct Strip {
     gravity: f64,
 }
 
-/// Angles and rates of turn of the links, rad and rad/s.
+/// Angles (rad) and angular velocities (rad/s) of the links.
 type Motion = [Vec<f64>; 2];
 
 impl Strip {
@@ -121,12 +125,13 @@ impl Strip {
         self.mass * self.gravity
     }
 
-    /// Drop, m, and time, s, of the tip's first extreme, let go from straight, of a chain of `links`.
+    /// Drop (m) and time (s) of the tip's first extreme after release from straight, for a chain of
+    /// `links`.
     fn first_extreme(&self, links: usize) -> Option<(f64, f64)> {
         let chain = Chain::of(self, links);
         let mut motion: Motion = [vec![0.0; links], vec![0.0; links]];
         let (mut drop, mut speed) = chain.tip(&motion);
-        // The slowest strip turns within two of its periods.
+        // The slowest strip reaches its extreme within two of its periods.
         let period = std::f64::consts::TAU * (self.mass / self.bending).sqrt() * self.length.powi(2) / 3.516;
         let steps = (2.0 * period / chain.step) as u64;
         for step in 0..steps {
@@ -143,12 +148,13 @@ impl Strip {
     }
 }
 
-/// Rigid links of equal length, masses at their ends, hinges between them; the clamp holds half a link more.
+/// Rigid links of equal length with point masses at their ends and hinges between them. The clamp
+/// contributes half a link.
 struct Chain {
     link: f64,
     hinge: f64,
     gravity: f64,
-    /// Mass at the far end of each link, kg/m.
+    /// Point mass at the far end of each link, kg/m.
     mass: Vec<f64>,
     step: f64,
 }
@@ -157,7 +163,8 @@ impl Chain {
     fn of(strip: &Strip, links: usize) -> Self {
         let link = strip.length / links as f64;
         let mass = (0..links).map(|k| strip.mass * link * if k + 1 == links { 0.5 } else { 1.0 }).collect();
-        // The highest mode turns neighbours against each other: ω ≤ 4 √(B/μ) / l². RK4 is stable to 2.8 and exact enough at 1.5.
+        // In the highest mode neighbours rotate in opposite directions: ω ≤ 4 √(B/μ) / l². RK4 is
+        // stable up to 2.8 and accurate enough at 1.5.
         let step = 1.5 * link * link / (4.0 * (strip.bending / strip.mass).sqrt());
         Self { link, hinge: strip.bending / link, gravity: strip.gravity, mass, step }
     }
@@ -185,8 +192,9 @@ impl Chain {
         moved(&mean, h)
     }
 
-    /// Rates and accelerations of the angles. The pull T of the links keeps their length, u_j·(a_j - a_{j-1}) = -l θ_j'² with
-    /// m_j a_j = f_j - T_j u_j + T_{j+1} u_{j+1}: a tridiagonal system; f is the weight and the couples of the hinges.
+    /// Rates and accelerations of the angles. The link forces T keep their length, u_j·(a_j -
+    /// a_{j-1}) = -l θ_j'² with m_j a_j = f_j - T_j u_j + T_{j+1} u_{j+1}: a tridiagonal system,
+    /// where f is the weight plus the couples of the hinges.
     fn rate(&self, [angle, rate]: &Motion) -> Motion {
         let links = angle.len();
         let along: Vec<[f64; 2]> = angle.iter().map(|a| [a.cos(), a.sin()]).collect();
@@ -221,7 +229,7 @@ impl Chain {
         [rate.clone(), (0..links).map(turn).collect()]
     }
 
-    /// Weight, and the hinges' moments as couples on the ends of the links.
+    /// Weight, and hinge moments as couples on the ends of the links.
     fn forces(&self, angle: &[f64], along: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let links = angle.len();
         let mut force: Vec<[f64; 2]> = self.mass.iter().map(|m| [0.0, m * self.gravity]).collect();
@@ -247,8 +255,9 @@ mod tests {
 
     #[test]
     fn a_light_strip_swings_to_twice_its_droop_in_half_its_period() {
-        // So little gravity that the beam is linear. Of its modes the first has all but 1.5 % of the droop q L⁴ / 8 B; with the
-        // tip's displacement 1 - cos ω₁ t of it, the first extreme is at twice the droop and at π / ω₁, give or take the others.
+        // Gravity is small, so the beam is linear. The first mode has all but 1.5 % of the droop q
+        // L⁴ / 8 B and a tip displacement of 1 - cos ω₁ t times it. The first extreme is near twice
+        // the droop, at about π / ω₁.
         let strip = Strip { length: 0.25, bending: 0.03125, mass: 0.525, gravity: 1e-3 };
         let (drop, time) = strip.first_extreme(40).expect("it turns");
         let droop = strip.weight() * strip.length.powi(4) / (8.0 * strip.bending);

@@ -1,8 +1,10 @@
-//! `sheetwork bench rollback`: whether every scene of a folder goes on from a snapshot to the bit, and what snapshots cost.
+//! `sheetwork bench rollback`: bit-exact continuation of every scene of a folder from a snapshot,
+//! and the cost of snapshots.
 //!
-//! Each scene is stepped for a while, saved, and stepped on; then the same world goes back to what was saved, and a new world of the scene
-//! takes it up, and both are stepped as far. A scene passes where both end in the same bytes as the first run did, which hold all that
-//! a step depends on. Costs are medians of CPU time.
+//! Each scene is stepped, saved and stepped on. Then the same world restores the snapshot, a new
+//! world of the scene restores it too, and both take the same steps. A scene passes when all states
+//! are byte-identical; a state holds everything that a step depends on. Costs are medians of CPU
+//! time.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,37 +13,37 @@ use clap::Args;
 use cpu_time::ProcessTime;
 use indicatif::ProgressBar;
 use serde_json::{Value, json};
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{BodySpec, MaterialChoice, PinSpec, Placement, Region, Scene, Shape, SheetSpec, SpringLaw};
 use sheetwork::{InputError, World, check_range};
 
 use crate::bench::shard;
 use crate::output::{print_json, print_line};
 
-/// Times that a cost is measured, and that of going back.
+/// Repetitions of a cost measurement, and of a rollback.
 const TIMES: usize = 201;
 const TIMES_AGAIN: usize = 31;
-/// How far a game goes back, s: eight frames of 60 a second.
+/// Length of a rollback, s: eight frames at 60 Hz.
 const LATE: f64 = 8.0 / 60.0;
 
 #[derive(Args)]
 pub struct Rollback {
-    /// Scenes by name, all of the folder if none.
+    /// Scenes by name; all of the folder by default.
     scenes: Vec<String>,
     /// Folder of the scenes.
     #[arg(long, default_value = "assets/scenes")]
     folder: PathBuf,
-    /// Steps before the snapshot, and after it.
+    /// Steps before the snapshot.
     #[arg(long, default_value_t = 100)]
     first: u32,
-    /// See --first.
+    /// Steps after the snapshot.
     #[arg(long, default_value_t = 600)]
     steps: u32,
     /// Run only every N-th scene from the I-th on, 1 to N.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(usize, usize)>,
-    /// Measure what snapshots cost, and run no scenes.
+    /// Measure the cost of snapshots only.
     #[arg(long)]
     cost: bool,
     /// Print JSON and nothing else.
@@ -112,7 +114,7 @@ impl Rollback {
         (self.steps as usize).div_ceil(20).max(1)
     }
 
-    /// Steps a world, and saves it now and then.
+    /// Steps a world and saves it at intervals.
     fn run(&self, world: &mut World) -> Vec<Vec<u8>> {
         let mut states = Vec::new();
         for step in 1..=self.steps as usize {
@@ -144,7 +146,7 @@ impl Rollback {
             let ticks = (LATE / scene.dt).round() as u32;
             let mut room = Vec::new();
             let again = median_of(TIMES_AGAIN, || {
-                // It is saved at each step, as a game does that may have to go back once more.
+                // A snapshot at each step, as in a game that may have to roll back again.
                 let _ = world.load(&bytes);
                 for _ in 0..ticks {
                     world.save_into(&mut room);
@@ -193,7 +195,7 @@ pub fn scenes_of(folder: &Path) -> Result<Vec<String>, InputError> {
     Ok(names)
 }
 
-/// What costs are measured of, each after so many steps.
+/// Scenes of the cost measurement, with their steps.
 fn costly() -> Vec<(&'static str, Scene, u32)> {
     let shell = |pins: Vec<PinSpec>| SheetSpec {
         structure: StructureKind::Shell,
@@ -245,7 +247,7 @@ fn median(work: impl FnMut()) -> f64 {
     median_of(TIMES, work)
 }
 
-/// The same, of so many times.
+/// Median CPU time of `work` over `count` repetitions, µs.
 fn median_of(count: usize, mut work: impl FnMut()) -> f64 {
     let mut times = Vec::with_capacity(count);
     for _ in 0..count {

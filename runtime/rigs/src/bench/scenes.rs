@@ -1,6 +1,6 @@
-//! `sheetwork bench scenes`: scenes drawn at random from all that a scene can have, each run for a while: none may panic or hold a number
-//! that is none, and which went unstable is counted. The same seed and number give the same scene, whose text is kept where something
-//! happened.
+//! `sheetwork bench scenes`: random scenes over all features of a scene, each run for a while. A
+//! scene must not panic or hold a non-finite number, and instabilities are counted. Seed and number
+//! determine the scene; the text of failing scenes is written to a folder.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -28,16 +28,16 @@ use crate::quantities::time;
 
 #[derive(Args)]
 pub struct Scenes {
-    /// How many scenes.
+    /// Number of scenes.
     #[arg(long, default_value_t = 1000)]
     count: u64,
-    /// Simulated time of each, s.
+    /// Simulated time of each scene, s.
     #[arg(long, default_value = "1", value_parser = time)]
     seconds: f64,
-    /// Most masses to a side of a sheet; fewer make scenes cheaper.
+    /// Maximum number of nodes along a side of a sheet; fewer make scenes cheaper.
     #[arg(long, default_value_t = 11, value_name = "N")]
     side: u32,
-    /// CPU time after which a scene is left as it is and counted as cut short, s.
+    /// CPU time after which a scene is cut short, s.
     #[arg(long, default_value = "20", value_parser = time)]
     patience: f64,
     /// Run only every N-th draw from the I-th on, 1 to N.
@@ -46,13 +46,13 @@ pub struct Scenes {
     /// Seed of the draws.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Draw number to begin with.
+    /// Number of the first draw.
     #[arg(long, default_value_t = 0)]
     first: u64,
-    /// What is to be done with a sheet that is about to go unstable, in every scene; something but `stop` at random unless told otherwise.
+    /// Recovery policy of every sheet. The default is a random one other than `stop`.
     #[arg(long, value_name = "POLICY")]
     when_unstable: Option<WhenUnstable>,
-    /// Folder for the scenes that panicked, went unstable or were cut short.
+    /// Folder for the scenes that panicked, became unstable or were cut short.
     #[arg(long, default_value = "sheetwork-out/scenes")]
     out: PathBuf,
     /// Print JSON and nothing else.
@@ -60,7 +60,7 @@ pub struct Scenes {
     json: bool,
 }
 
-/// What is drawn from for sheets that go unstable.
+/// Recovery policies to draw from.
 const POLICIES: [WhenUnstable; 4] = [
     WhenUnstable::ReduceStep { parts: 64 },
     WhenUnstable::Implicit,
@@ -68,7 +68,7 @@ const POLICIES: [WhenUnstable; 4] = [
     WhenUnstable::Limit { strain: 0.1 },
 ];
 
-/// How a scene ended.
+/// Outcome of a scene.
 enum End {
     Well,
     Contained,
@@ -135,7 +135,7 @@ impl Scenes {
     }
 
     fn run(&self, scene: &Scene) -> End {
-        // Through its text, as a file would come.
+        // Round trip through text, as from a file.
         let again = scene.to_text().and_then(|text| Scene::parse(&text));
         let mut world = match again.and_then(|scene| World::new(&scene)) {
             Ok(world) => world,
@@ -173,13 +173,15 @@ impl Scenes {
     }
 }
 
-/// Energy of motion and strain beyond which a sheet has it from nowhere, over that of [`could_have`]. Scenes are drawn without regard to what lies within
-/// what: a sheet that begins in a body, or across another, may be thrown out of it with this much.
+/// Kinetic plus elastic energy of a sheet that counts as an energy error, as a factor on
+/// [`could_have`]. Random scenes may start with interpenetration, whose depenetration releases up
+/// to this energy.
 const MOST: f64 = 100.0;
-/// Speed that whatever is led or pulled is taken to have, m/s.
+/// Assumed speed of kinematic bodies and nodes, m/s.
 const LED: f64 = 3.0;
 
-/// What a sheet of a world could have by what there is, by falling for `seconds`, by wind and by what leads it, J.
+/// Energy (J) available to a sheet: initial energy, a fall of `seconds`, wind, and kinematic
+/// motion.
 fn could_have(world: &World, seconds: f64) -> f64 {
     let g = world.gravity().length();
     let sheets: f64 = world.sheets().iter().map(sheetwork::sheet::Sheet::total_mass).sum();
@@ -192,7 +194,7 @@ fn could_have(world: &World, seconds: f64) -> f64 {
     there + moving + (sheets + bodies) * fall + sheets * (fastest + world.air().wind.length_squared())
 }
 
-/// Random draws (splitmix64), the same for the same seed and number.
+/// Pseudo-random numbers (splitmix64), determined by seed and number.
 struct Draws(u64);
 
 impl Draws {
@@ -212,7 +214,7 @@ impl Draws {
         (self.next() % end.max(1) as u64) as usize
     }
 
-    /// Whether something that happens once in `n` times does.
+    /// True with probability 1/n.
     fn once_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }
@@ -221,7 +223,7 @@ impl Draws {
         low + (high - low) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// Even in its logarithm.
+    /// Uniform in the logarithm.
     fn scale(&mut self, low: f64, high: f64) -> f64 {
         self.within(low.ln(), high.ln()).exp()
     }
@@ -235,9 +237,10 @@ impl Draws {
     }
 }
 
-/// A scene: one to three sheets of at most `side` masses to a side, bodies, air and heat, with an engine and a step that its sheets can be asked to bear.
+/// A random scene: one to three sheets of at most `side` nodes along a side, bodies, air and heat,
+/// with an integrator and a step that suit its sheets.
 fn drawn(draws: &mut Draws, side: u32) -> Scene {
-    // An explicit engine is for soft sheets; its step is the scene's own risk.
+    // Explicit integrators get soft sheets; their step may be unstable.
     let implicit = !draws.once_in(4);
     let engines: Vec<_> = ENGINES.iter().filter(|e| e.implicit == implicit && !e.adaptive).collect();
     let engine = draws.pick(&engines).kind;

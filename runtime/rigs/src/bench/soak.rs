@@ -1,9 +1,10 @@
-//! `sheetwork bench soak`: the live link for long.
+//! `sheetwork bench soak`: endurance of the live link.
 //!
-//! A small sheet is stepped and published as fast as it goes, as many times as an hour at 240 Hz has frames, unless told otherwise. Another process
-//! of this program reads all the while; a second comes, reads all streams, turns a knob and goes, again and again, and is killed twenty times
-//! on the way. What the game's memory and its objects in shared memory are is taken before anybody comes, after a tenth of the frames and
-//! at the end: between those two neither may grow.
+//! A small sheet is stepped and published at full speed for as many frames as an hour at 240 Hz has
+//! (default). A second process of this program reads throughout. A third attaches, reads all
+//! streams, sets a parameter and detaches, in a loop, and is killed twenty times. The game's memory
+//! and its objects in shared memory are recorded before any reader attaches, after a tenth of the
+//! frames, and at the end; between the last two neither may grow.
 
 use std::path::Path;
 use std::process::{Child, Command, ExitCode, Stdio};
@@ -22,9 +23,9 @@ use crate::bench::link::Game;
 use crate::bench::memory;
 use crate::output::{print_json, print_line};
 
-/// Times that the second process is killed.
+/// Number of times that the visiting process is killed.
 const KILLS: u64 = 20;
-/// Objects that counts as none: a reader may be coming or going.
+/// Tolerance on the number of shared-memory objects, for a reader that is attaching or detaching.
 const OBJECTS: usize = 12;
 /// Name of the link.
 const NAME: &str = "soak";
@@ -37,12 +38,12 @@ pub struct Soak {
     /// Print JSON and nothing else.
     #[arg(long)]
     json: bool,
-    /// Be a reader: one that stays, or one that comes and goes.
+    /// Role of a reader process: one that stays, or one that attaches and detaches.
     #[arg(long, hide = true)]
     reader: Option<String>,
 }
 
-/// What is not to grow.
+/// Resources that must not grow.
 #[derive(Clone, Copy)]
 struct Held {
     memory: u64,
@@ -50,7 +51,7 @@ struct Held {
 }
 
 impl Held {
-    /// This process's own memory now, bytes, and the link's objects in shared memory.
+    /// Present memory of this process (bytes), and objects of the link in shared memory.
     fn now(place: &LinkPlace) -> Self {
         let memory = memory::own();
         let prefix = place.prefix();
@@ -88,7 +89,7 @@ impl Soak {
         Ok(if grown { ExitCode::from(1) } else { ExitCode::SUCCESS })
     }
 
-    /// The game's part; what came of it, and whether something has grown.
+    /// Runs the game; returns its report, and whether a resource has grown.
     fn run(&self, root: &Path) -> Result<(Value, bool), InputError> {
         let mut game = Game(World::new(&scene())?);
         game.0.set_sleep(false);
@@ -151,11 +152,11 @@ fn scene() -> Scene {
         pins,
         ..SheetSpec::default()
     };
-    let engine = sheetwork::integrators::EngineKind::TrBdf2;
+    let engine = sheetwork::scene::EngineKind::TrBdf2;
     Scene { name: "soak".into(), engine, sheets: vec![sheet], dt: 1.0 / 240.0, ..Scene::default() }
 }
 
-/// A reader in a process of its own, which is killed in the end.
+/// A reader process, killed on drop.
 struct Process(Child);
 
 impl Process {
@@ -167,7 +168,7 @@ impl Process {
         command.spawn().map(Self).map_err(failed)
     }
 
-    /// Whether it has not failed.
+    /// Checks that the process is running.
     fn check(&mut self) -> Result<(), InputError> {
         match self.0.try_wait() {
             Ok(None) => Ok(()),
@@ -183,7 +184,7 @@ impl Drop for Process {
     }
 }
 
-/// One who reads frames until it is killed.
+/// Reads frames until killed.
 fn stay() -> Result<ExitCode, InputError> {
     let client = Client::attach_within(&LinkPlace::new(NAME)?, Duration::from_secs(10))?;
     let mut frames = client.frames(false)?;
@@ -195,7 +196,7 @@ fn stay() -> Result<ExitCode, InputError> {
     }
 }
 
-/// One who comes, looks at everything, turns a knob, and goes, until it is killed.
+/// Attaches, reads all streams, sets a parameter and detaches, in a loop until killed.
 fn visit() -> Result<ExitCode, InputError> {
     let place = LinkPlace::new(NAME)?;
     for visit in 0_u64.. {

@@ -1,36 +1,39 @@
-//! What the benchmark of run time against error runs: structures x engines x grids x steps on each case.
+//! Configurations of the benchmark of run time against error: structures x integrators x grids x
+//! steps on each rig.
 //!
-//! The sheet is the one peers are given: 0.25 m square, 0.5 mm, 3 GPa, 1050 kg/m³. The shell is asked for Poisson's ratio 0, where
-//! the references are not ours; lattices of springs are isotropic at 1/3 only, and are asked for that.
+//! The sheet is the one that peers simulate: 0.25 m square, 0.5 mm thick, 3 GPa, 1050 kg/m³. The
+//! shell has Poisson's ratio 0, for which independent references exist. Lattices of springs are
+//! isotropic at 1/3 only and have that ratio.
 
 use crate::measure::{Setup, TABLE, measure};
 use sheetwork::InputError;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::Material;
 
 use crate::bench::judge::judge;
 use crate::bench::point::Point;
 use crate::bench::reference::References;
 
-/// The cases, in the order of the panels.
+/// Rigs, in the order of the panels.
 pub const CASES: &[&str] = &["cantilever", "release", "frequency", "pedestal"];
 
 const SPRINGS: f64 = 1.0 / 3.0;
 
-/// One configuration to be run.
+/// One configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Configuration {
     case: &'static str,
     structure: StructureKind,
     engine: EngineKind,
     side: u32,
-    /// Step, s; none for the largest that is stable.
+    /// Step, s; none for the largest stable one.
     dt: Option<f64>,
     poisson: f64,
 }
 
-/// The sheet of the benchmark: the shell, implicit, damped to a third of critical so that it settles soon.
+/// The sheet of the benchmark: a shell with an implicit integrator, damped at 0.35 of critical so
+/// that it settles soon.
 pub fn setup(poisson: f64) -> Setup {
     let defaults = Setup::default();
     Setup {
@@ -42,14 +45,14 @@ pub fn setup(poisson: f64) -> Setup {
         width: 0.25,
         gravity: 9.81,
         damping_ratio: 0.35,
-        // A fifth of the side: its border lies on a line of every grid here.
+        // A fifth of the side: its border lies on a line of every grid of the sweep.
         patch: 0.05,
         dynamic: false,
         ..defaults
     }
 }
 
-/// Everything that is run, cases outermost; `quick` takes a few of each.
+/// All configurations, ordered by rig; `quick` selects a few of each kind.
 pub fn plan(quick: bool) -> Vec<Configuration> {
     use EngineKind::{BackwardEuler, Bdf2, Rk4, TrBdf2, Verlet};
     use StructureKind::{DoubleDiagonal, Samm, Shell, Slamm, Trimm};
@@ -91,10 +94,10 @@ pub fn plan(quick: bool) -> Vec<Configuration> {
 }
 
 impl Configuration {
-    /// Runs it and holds it against its reference.
+    /// Runs the configuration and compares it with its reference.
     ///
     /// # Errors
-    /// When there is no reference to hold it against; what goes wrong with the run itself is in the point's status.
+    /// A missing reference. Errors of the run itself are in the point's status.
     pub fn run(&self, references: &mut References) -> Result<Point, InputError> {
         let targets = references.get(self.case, self.poisson)?;
         let found = measure(self.case, &self.setup())
@@ -118,7 +121,7 @@ impl Configuration {
         })
     }
 
-    /// One line that says which it is.
+    /// Description in one line.
     pub fn name(&self) -> String {
         let Self { case, structure, engine, side, .. } = self;
         let step = self.dt.map_or_else(|| "largest stable step".into(), |dt| format!("1/{:.0} s", 1.0 / dt));
@@ -133,7 +136,7 @@ impl Configuration {
             engine: self.engine,
             grid: (self.side, self.side),
             dt: self.dt,
-            // Stepped, not solved for equilibrium: what is asked is what stepping costs.
+            // Dynamic, because the benchmark measures the cost of steps.
             dynamic: true,
             ..setup(self.poisson)
         }

@@ -1,4 +1,4 @@
-//! The Markdown table of the benchmark: for every case what stands on the efficient front, and every peer.
+//! Markdown table of the benchmark: the Pareto front of every rig, and every peer.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use crate::bench::front::front;
 use crate::bench::point::Point;
 use crate::bench::sweep::CASES;
 
-/// Tables of all cases, one under the other.
+/// Tables of all rigs.
 pub fn markdown(points: &[Point]) -> String {
     let mut text = String::new();
     for case in CASES {
@@ -17,7 +17,7 @@ pub fn markdown(points: &[Point]) -> String {
         let best = front(&of_case);
         let mut rows: Vec<usize> = (0..of_case.len()).filter(|&i| of_case[i].peer || best.contains(&i)).collect();
         rows.sort_by(|&a, &b| of_case[a].cpu_ms_per_simulated_s.total_cmp(&of_case[b].cpu_ms_per_simulated_s));
-        // Writing to a string cannot fail.
+        // Writing to a string is infallible.
         let _ = write!(
             text,
             "## {case}\n\n{} configurations; on the front: {}.\n\n\
@@ -51,19 +51,19 @@ fn row(point: &Point, best: bool) -> String {
     )
 }
 
-/// A fraction in percent, two digits.
+/// A fraction in percent, two significant digits.
 pub fn percent(fraction: f64) -> String {
     format!("{} %", significant(100.0 * fraction))
 }
 
-/// A step as a fraction of a second where it is one.
+/// A step as a fraction of a second for an integer rate, else in milliseconds.
 fn step(dt: f64) -> String {
     let rate = 1.0 / dt;
     let whole = (rate - rate.round()).abs() < 1e-6 * rate && rate < 2000.0;
     if whole { format!("1/{rate:.0} s") } else { format!("{} ms", significant(1e3 * dt)) }
 }
 
-/// Two digits, or all before the point.
+/// Two significant digits, or all digits before the decimal point.
 fn significant(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();

@@ -29,7 +29,7 @@ fn run(setup: &Setup) -> Result<Outcome, InputError> {
     let mut scene = Setup { damping_ratio: 0.0, ..setup.clone() }.scene();
     scene.sheets[0].pins.push(PinSpec::clamped(Region::Left));
     let mut free = setup.world(&scene)?;
-    // The same strip constrained to its plane, for the equilibrium before buckling.
+    // A copy of the strip constrained to its plane, for the equilibrium before buckling.
     let mut flat = scene.clone();
     flat.sheets[0].pins.push(PinSpec { axes: (false, true, false), ..PinSpec::held(Region::All) });
     let mut flat = setup.world(&flat)?;

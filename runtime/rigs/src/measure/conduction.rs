@@ -1,7 +1,7 @@
 //! Heat conduction along an insulated sheet after a temperature jump at one edge.
 //!
-//! The profile is (T - T₀)/(T₁ - T₀) along the middle row at a Fourier number κ τ/L². The energy
-//! error is the change of heat content over further steps in which all edges are insulated.
+//! The profile is (T - T₀)/(T₁ - T₀) along the middle row at a Fourier number κ τ/L². `heat_lost`
+//! is the relative change of heat content over further steps in which all edges are insulated.
 
 use serde_json::json;
 
@@ -9,7 +9,7 @@ use crate::measure::thermal::outcome;
 use crate::measure::{Case, Outcome, Setup};
 use sheetwork::InputError;
 use sheetwork::sheet::Sheet;
-use sheetwork::thermal::stepper::{Exchange, Stepper};
+use sheetwork::sheet::temperature::conduction::{Exchange, Stepper};
 
 pub(crate) const CASE: Case = Case {
     name: "conduction",

@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::measure::thermal::HeatRig;
 use crate::measure::{Case, Outcome, Setup};
 use sheetwork::InputError;
-use sheetwork::thermal::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
+use sheetwork::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 
 pub(crate) const CASE: Case = Case {
     name: "cooling",

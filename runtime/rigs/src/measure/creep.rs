@@ -16,7 +16,7 @@ use crate::measure::{Case, Edge, Outcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::elements::creep::Shift;
 use sheetwork::scene::{Material, MaterialChoice, Region};
-use sheetwork::thermal::Softening;
+use sheetwork::sheet::temperature::Softening;
 
 pub(crate) const CASE: Case = Case {
     name: "creep",

@@ -14,8 +14,8 @@ use crate::measure::watch::Watch;
 use crate::measure::{Runner, body, plane};
 use sheetwork::InputError;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::material::LIBRARY;
 use sheetwork::scene::polyhedron::pyramid::pyramid;
 use sheetwork::scene::{

@@ -9,8 +9,8 @@ use glam::DVec3;
 use crate::measure::draw::Draw;
 use sheetwork::InputError;
 use sheetwork::World;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::material::LIBRARY;
 use sheetwork::scene::{MaterialChoice, PinSpec, Placement, Region, Scene, SheetSpec};
 

@@ -20,11 +20,12 @@ use glam::{DMat3, DVec3};
 
 use sheetwork::InputError;
 use sheetwork::World;
+use sheetwork::integrators::Forces;
 use sheetwork::integrators::implicit::newton::STILL;
-use sheetwork::integrators::{EngineKind, Forces};
 use sheetwork::islands::event::EventKind;
 use sheetwork::math::Vectors;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     BodySpec, Material, MaterialChoice, OvenSpec, Placement, Scene, Shape, SheetSpec, WhenUnstable,
 };
@@ -110,7 +111,7 @@ const HARDEST: f64 = 1e3;
 /// Ratio of unstable to stable value at which the search ends.
 const NEAR: f64 = 1.005;
 
-/// Damping ratio of a shell's slowest bending mode that gives its fastest mode a ratio of about 1.
+/// Damping ratio of a shell's slowest bending mode over the resulting ratio of its fastest mode.
 const OF_SLOWEST: f64 = 0.011;
 
 impl Setting {

@@ -12,8 +12,8 @@ use serde_json::json;
 use crate::measure::harmonic::Harmonic;
 use crate::measure::{Case, Outcome, Setup};
 use sheetwork::InputError;
-use sheetwork::integrators::EngineKind;
 use sheetwork::math::Vectors;
+use sheetwork::scene::EngineKind;
 
 pub(crate) const CASE: Case =
     Case { name: "oscillator", about: "order and stability limit of an engine: --engine NAME", contact: false, run };

@@ -5,9 +5,9 @@ use glam::DVec3;
 use crate::measure::thermal::Thermal;
 use sheetwork::World;
 use sheetwork::collision::overlap::half_thickness;
-use sheetwork::integrators::EngineKind;
 use sheetwork::mesh::outline::OutlineSpec;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 use sheetwork::scene::{
     Air, Burgers, ContactDefaults, Material, MaterialChoice, PinSpec, Region, Scene, SheetSpec, SpringLaw,
 };

@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::measure::{Case, Edge, Outcome, Runner, Setup};
 use sheetwork::InputError;
 use sheetwork::scene::{Material, MaterialChoice, Region};
-use sheetwork::thermal::Softening;
+use sheetwork::sheet::temperature::Softening;
 
 pub(crate) const CASE: Case = Case {
     name: "softening",

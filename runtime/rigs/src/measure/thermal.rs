@@ -6,8 +6,9 @@ use serde_json::{Map, Value};
 use crate::measure::{Outcome, Setup};
 use sheetwork::scene::Scene;
 use sheetwork::sheet::Sheet;
+use sheetwork::thermal::Room;
 use sheetwork::thermal::source::Source;
-use sheetwork::thermal::{COLDEST, HOTTEST, Room};
+use sheetwork::units::temperature::{COLDEST, HOTTEST};
 use sheetwork::{InputError, check_range};
 
 /// The situation of the thermal rigs. Each rig uses a part of the fields.

@@ -10,8 +10,8 @@ use serde_json::{Map, Value, json};
 use sheetwork::World;
 use sheetwork::collision::overlap;
 use sheetwork::collision::overlap::{Frame, Solid};
-use sheetwork::islands::SLEEP_SPEED;
 use sheetwork::math::Vectors;
+use sheetwork::scene::sleep::SLEEP;
 use sheetwork::sheet::Status;
 
 /// Shortest time between two observations, s. Explicit integrators take thousands of steps in this
@@ -97,7 +97,7 @@ impl Watch {
     }
 
     fn see_rest(&mut self, world: &World, since: f64) {
-        let furthest = SLEEP_SPEED * since;
+        let furthest = SLEEP.speed * since;
         let still =
             world.sheets().iter().zip(&self.places).all(|(s, before)| {
                 s.x.iter().zip(before.iter()).all(|(a, b)| a.distance_squared(b) < furthest * furthest)

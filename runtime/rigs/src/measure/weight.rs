@@ -25,7 +25,7 @@ pub(crate) const CASE: Case = Case {
     run,
 };
 
-/// Time limit to come to rest, and duration of the force measurement, s.
+/// Time before the force measurement, for the sheet to come to rest, and its duration, s.
 const SETTLING: f64 = 5.0;
 const MEASURED: f64 = 0.25;
 /// Mass of the box, kg, and its height as a fraction of its side.

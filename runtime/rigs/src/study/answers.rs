@@ -1,4 +1,4 @@
-//! The table of answers: read with every mistake named by its line, and written.
+//! Table of answers: reader with line and column of every error, and writer.
 
 use std::io::{Read, Write};
 use std::path::Path;
@@ -6,32 +6,32 @@ use std::path::Path;
 use crate::study::{LAST_QUESTIONS, OVERALL, QUESTIONS, SHEETS, TESTS};
 use sheetwork::InputError;
 
-/// What one subject answered for one sheet of one test.
+/// Answers of one subject for one sheet of one test.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Rating {
-    /// Who.
+    /// Subject.
     pub subject: String,
-    /// The how manieth that was shown, from 1, where that is known.
+    /// Position of the sheet in the session, from 1, if known.
     pub order: Option<u32>,
-    /// Which test.
+    /// Test.
     pub test: String,
-    /// Which sheet.
+    /// Sheet.
     pub sheet: String,
     /// 1 to 9, or none.
     pub answers: [Option<u8>; QUESTIONS.len()],
 }
 
 impl Rating {
-    /// The sum of what was answered.
+    /// Sum of the given answers.
     pub fn total(&self) -> f64 {
         self.answers.iter().flatten().map(|a| f64::from(*a)).sum()
     }
 }
 
-/// What one subject answered at the end.
+/// Answers of one subject at the end of the session.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Overall {
-    /// Who.
+    /// Subject.
     pub subject: String,
     /// 1 to 9, or none.
     pub answers: [Option<u8>; LAST_QUESTIONS.len()],
@@ -40,13 +40,13 @@ pub struct Overall {
 /// All answers of a study.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Answers {
-    /// Sheet by sheet.
+    /// Answers for each sheet.
     pub ratings: Vec<Rating>,
-    /// At the end.
+    /// Answers at the end.
     pub overall: Vec<Overall>,
 }
 
-/// Columns before those of the questions.
+/// Columns before the questions.
 const HEAD: [&str; 4] = ["subject", "order", "test", "sheet"];
 
 fn keys() -> impl Iterator<Item = &'static str> {
@@ -54,16 +54,16 @@ fn keys() -> impl Iterator<Item = &'static str> {
 }
 
 impl Answers {
-    /// Reads a table.
+    /// Reads a table from a file.
     ///
     /// # Errors
-    /// When the file cannot be read, lacks a column, or a value of it is not one that there is.
+    /// An unreadable file, a missing column, or an invalid value.
     pub fn read(file: &Path) -> Result<Self, InputError> {
         let open = std::fs::File::open(file).map_err(|e| InputError::io(file, &e))?;
         Self::parse(open).map_err(|e| e.in_file(file))
     }
 
-    /// The same from anything that can be read.
+    /// Reads a table from any reader.
     ///
     /// # Errors
     /// As [`Answers::read`].
@@ -129,7 +129,7 @@ impl Answers {
         Ok(())
     }
 
-    /// Everybody who answered, in the order of the table.
+    /// All subjects, in the order of the table.
     pub fn subjects(&self) -> Vec<&str> {
         let mut all: Vec<&str> = Vec::new();
         let named = self.ratings.iter().map(|r| &r.subject).chain(self.overall.iter().map(|o| &o.subject));
@@ -141,10 +141,10 @@ impl Answers {
         all
     }
 
-    /// Takes in the answers of others.
+    /// Adds the answers of another table.
     ///
     /// # Errors
-    /// When a subject is in both.
+    /// A subject that is in both tables.
     pub fn join(&mut self, other: Self) -> Result<(), InputError> {
         if let Some(twice) = other.subjects().into_iter().find(|s| self.subjects().contains(s)) {
             return Err(InputError::new("subject", format!("{twice} is in two of the tables")));
@@ -157,7 +157,7 @@ impl Answers {
     /// Writes the table.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// Failure to write.
     pub fn write(&self, to: impl Write) -> Result<(), InputError> {
         let failed = |e: csv::Error| InputError::new("", e.to_string());
         let text = |answers: &[Option<u8>]| -> Vec<String> {
@@ -182,7 +182,7 @@ impl Answers {
     }
 }
 
-/// An answer: 1 to 9, or none.
+/// Parses an answer: 1 to 9, or none.
 fn answer(key: &str, text: &str) -> Result<Option<u8>, InputError> {
     if text.is_empty() || text.eq_ignore_ascii_case("n/a") {
         return Ok(None);

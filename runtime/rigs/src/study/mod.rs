@@ -1,9 +1,11 @@
-//! A study of how sheets look: what people answer who watch them blind, as a table in a file, and what it comes to.
+//! User study of the appearance of sheets: the table of blind answers and its statistics.
 //!
-//! It is that of the thesis (its chapter 6 and appendices C and D): three tests, in each the same drop with several sheets, one after the
-//! other and without their names; eight questions after each, five of accuracy and three of speed, and two at the end of all. Answers are 1
-//! (poor) to 9 (good), or none. The file is CSV with a line for each sheet that was seen and one with the test `overall` for the end of a
-//! subject's session; `assets/study/thesis.csv` has the thesis's own answers.
+//! The design is that of the thesis (chapter 6, appendices C and D). Each of three tests shows the
+//! same drop with several sheets, one after the other and without their names. Eight questions
+//! follow each sheet, five on accuracy and three on speed; two more follow at the end. Answers are
+//! 1 (poor) to 9 (good), or none. The file is CSV with a line for each sheet seen and one line with
+//! the test `overall` for the end of a subject's session; `assets/study/thesis.csv` has the answers
+//! of the thesis.
 
 pub(crate) mod answers;
 pub(crate) mod statistics;
@@ -13,16 +15,16 @@ pub use crate::study::statistics::{Paired, Summary, paired, summary};
 
 use serde::Serialize;
 
-/// A question: its key in the table, what is asked, and what 1 and 9 stand for.
+/// A question: key in the table, text, and meaning of 1 and 9.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Question {
-    /// `A1` to `C2`, as the thesis counts them.
+    /// `A1` to `C2`, as numbered in the thesis.
     pub key: &'static str,
-    /// What is asked.
+    /// Text of the question.
     pub asks: &'static str,
-    /// What 1 is.
+    /// Meaning of 1.
     pub low: &'static str,
-    /// What 9 is.
+    /// Meaning of 9.
     pub high: &'static str,
 }
 
@@ -30,7 +32,7 @@ const fn question(key: &'static str, asks: &'static str, low: &'static str, high
     Question { key, asks, low, high }
 }
 
-/// What is asked after each sheet.
+/// Questions after each sheet.
 pub const QUESTIONS: [Question; 8] = [
     question("A1", "How it gives way when it first touches", "poor", "good"),
     question("A2", "How it stretches", "inadequate", "convincing"),
@@ -42,69 +44,70 @@ pub const QUESTIONS: [Question; 8] = [
     question("B3", "Accuracy as a whole", "wrong", "accurate"),
 ];
 
-/// What is asked at the end.
+/// Questions at the end.
 pub const LAST_QUESTIONS: [Question; 2] = [
     question("C1", "The sheets as a whole beside real ones", "negative", "positive"),
     question("C2", "How the sheets are drawn", "poor", "good"),
 ];
 
-/// The tests, in the thesis's order.
+/// Tests, in the order of the thesis.
 pub const TESTS: [&str; 3] = ["cube", "wedge1", "wedge2"];
 
-/// The sheets: the thesis's four, and the shell.
+/// Sheets: the four of the thesis, and the shell.
 pub const SHEETS: [&str; 5] = ["slamm", "trimm", "provot3d", "provot2d", "shell"];
 
-/// The test of the line that ends a subject's session.
+/// Test name of the line that ends a subject's session.
 pub const OVERALL: &str = "overall";
 
-/// The sheet that others are compared with unless told otherwise: the thesis's.
+/// Default sheet of comparison, from the thesis.
 pub const AGAINST: &str = "provot2d";
 
-/// What a study comes to.
+/// Results of a study.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Findings {
-    /// How many people answered.
+    /// Number of subjects.
     pub subjects: usize,
-    /// The sheet that others are compared with.
+    /// Sheet of comparison.
     pub against: String,
-    /// Test by test.
+    /// Results of each test.
     pub tests: Vec<TestFindings>,
-    /// The questions at the end.
+    /// Results of the questions at the end.
     pub overall: Vec<QuestionFindings>,
 }
 
-/// What one test comes to.
+/// Results of one test.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TestFindings {
-    /// Which.
+    /// Test.
     pub test: String,
-    /// Question by question; `Total` is the sum of what a subject answered.
+    /// Results of each question; `Total` is the sum of a subject's answers.
     pub questions: Vec<QuestionFindings>,
 }
 
-/// What the answers to one question come to.
+/// Results of one question.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct QuestionFindings {
-    /// Its key, or `Total`.
+    /// Key of the question, or `Total`.
     pub question: String,
-    /// Sheet by sheet; one without a name for a question at the end.
+    /// Results of each sheet; a single unnamed one for a question at the end.
     pub sheets: Vec<SheetFindings>,
 }
 
-/// What the answers of one question for one sheet come to.
+/// Results of one question for one sheet.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SheetFindings {
-    /// Which sheet.
+    /// Sheet.
     pub sheet: String,
-    /// Mean, deviation, median; none where nobody answered.
+    /// Mean, deviation and median; none without answers.
     #[serde(flatten)]
     pub summary: Option<Summary>,
-    /// Against the sheet that it is compared with, over those who answered for both; none for that one itself, and where it says nothing.
+    /// Comparison with the reference sheet over subjects who answered for both. None for the
+    /// reference sheet itself and where the test is undefined.
     pub against: Option<Paired>,
 }
 
 impl Answers {
-    /// What they come to, sheets compared with `against`.
+    /// Computes the results, with `against` as the sheet of comparison.
     pub fn findings(&self, against: &str) -> Findings {
         let tests = TESTS.iter().filter(|t| self.ratings.iter().any(|r| r.test == **t));
         let overall = LAST_QUESTIONS.iter().enumerate().map(|(q, question)| {

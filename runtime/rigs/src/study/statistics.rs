@@ -1,37 +1,38 @@
-//! Mean, deviation, median, and Student's t for pairs.
+//! Mean, standard deviation, median, and paired Student's t test.
 //!
-//! The deviation is that of the answers themselves (divided by n), and p is one-sided: the chance of a mean difference as large as this in this
-//! direction if there were none. Both are what the thesis prints.
+//! The deviation is the population deviation (divided by n). p is one-sided: the probability of a
+//! mean difference at least this large in this direction under the null hypothesis. Both follow the
+//! thesis.
 
 use serde::Serialize;
 
-/// What a row of numbers comes to.
+/// Summary of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Summary {
-    /// How many.
+    /// Sample size.
     pub n: usize,
-    /// Their mean.
+    /// Mean.
     pub mean: f64,
-    /// Their standard deviation, of themselves and not of what they are a sample of.
+    /// Population standard deviation.
     pub deviation: f64,
-    /// The middle one, or the mean of the two in the middle.
+    /// Median; the mean of the middle two for an even size.
     pub median: f64,
 }
 
-/// Pairs compared.
+/// Result of a paired test.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Paired {
-    /// How many pairs.
+    /// Number of pairs.
     pub n: usize,
-    /// Mean difference, the first of a pair less the second.
+    /// Mean difference, first minus second of each pair.
     pub difference: f64,
-    /// The mean difference over its standard error.
+    /// Mean difference over its standard error.
     pub t: f64,
     /// One-sided p.
     pub p: f64,
 }
 
-/// Mean, deviation and median of `values`; none of none.
+/// Mean, deviation and median of `values`; none for an empty slice.
 pub fn summary(values: &[f64]) -> Option<Summary> {
     let n = values.len();
     let mut sorted = values.to_vec();
@@ -42,7 +43,7 @@ pub fn summary(values: &[f64]) -> Option<Summary> {
     Some(Summary { n, mean, deviation, median })
 }
 
-/// Student's t of `pairs`; none of fewer than two, or where all differ by the same.
+/// Paired Student's t test; none for fewer than two pairs or equal differences.
 pub fn paired(pairs: &[(f64, f64)]) -> Option<Paired> {
     let n = pairs.len();
     let differences = || pairs.iter().map(|(a, b)| a - b);
@@ -56,13 +57,13 @@ pub fn paired(pairs: &[(f64, f64)]) -> Option<Paired> {
     Some(Paired { n, difference, t, p: beyond(t, n as u32 - 1) })
 }
 
-/// Chance that Student's t of `freedom` degrees is beyond |t| on one side. A finite sum of powers of cos θ, with tan θ = t/√ν (Abramowitz and
-/// Stegun 26.7.3 and 26.7.4).
+/// Probability that Student's t of `freedom` degrees exceeds |t|. A finite sum of powers of cos θ,
+/// with tan θ = t/√ν (Abramowitz and Stegun 26.7.3 and 26.7.4).
 fn beyond(t: f64, freedom: u32) -> f64 {
     let angle = (t.abs() / f64::from(freedom).sqrt()).atan();
     let (sin, cos) = angle.sin_cos();
     let odd = freedom % 2;
-    // Terms cos^(2k + odd) with coefficients that follow from one another.
+    // Terms cos^(2k + odd) with recursive coefficients.
     let mut term = if odd == 1 { cos } else { 1.0 };
     let mut sum = 0.0;
     let mut power = odd;
@@ -81,7 +82,7 @@ mod tests {
 
     #[test]
     fn students_table_is_met() {
-        // t beyond which lies the part p, on one side, for so many degrees of freedom.
+        // Degrees of freedom, t, and one-sided probability beyond t.
         let table = [
             (1, 6.313_751_515, 0.05),
             (2, 4.302_652_73, 0.025),

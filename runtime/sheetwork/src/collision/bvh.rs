@@ -1,7 +1,8 @@
-//! Boxes in the world and Parry's tree of boxes over the triangles of a sheet.
+//! Bounding boxes, and Parry's bounding volume hierarchy over the triangles of a sheet.
 //!
-//! A triangle's box holds it at the start and at the end of the stage, and with it all of the way between, since its masses
-//! move along straight lines. Parry's boxes are in single precision; they are widened by what that loses.
+//! The box of a triangle contains its positions at the start and at the end of the stage. It
+//! therefore contains all positions between, since nodes move along straight lines. Parry's boxes
+//! have single precision and are widened by the rounding error. Lengths in m.
 
 use glam::{DMat3, DVec3, Vec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
@@ -14,7 +15,7 @@ use crate::math::RigidFrame;
 use crate::math::Vectors;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 
-/// A box with sides along the axes, m; the default holds nothing.
+/// An axis-aligned box, m; the default is empty.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cuboid {
     pub low: DVec3,
@@ -38,18 +39,18 @@ impl Cuboid {
         x.bounds().map_or_else(Self::default, Self::from)
     }
 
-    /// The box that a sheet sweeps in the stage, seen from what drifts along.
+    /// Box that a sheet sweeps in the stage, relative to the moving reference frame.
     pub fn swept(sheet: &SheetMotion, drift: &Drift) -> Self {
         let end = Self::of(sheet.end);
         Self::of(sheet.start).joined(&Self { low: end.low - drift.end, high: end.high - drift.end })
     }
 
-    /// The box around a solid at a place.
+    /// Bounding box of a part of a collider with this frame.
     pub fn of_solid(solid: &Solid, frame: &RigidFrame) -> Self {
         Self::from(solid.bounds()).placed(frame)
     }
 
-    /// The box in the world around a box of a frame.
+    /// World bounding box of a box given in `frame`.
     pub fn placed(&self, frame: &RigidFrame) -> Self {
         if !(self.low.is_finite() && self.high.is_finite()) {
             return *self;
@@ -81,10 +82,10 @@ impl Cuboid {
     }
 }
 
-/// How far what sheets are seen from goes between the start of a stage and its base, and its end, m.
+/// Displacement of the reference frame from the start of a stage to its base and to its end, m.
 ///
-/// Whether two sheets meet is the same seen from whatever moves steadily: sheets that fall together sweep next to nothing as
-/// seen from one another.
+/// Overlap of swept boxes is tested in a frame that follows the mean motion: sheets that fall
+/// together sweep almost no volume relative to each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Drift {
     pub base: DVec3,
@@ -92,7 +93,7 @@ pub(crate) struct Drift {
 }
 
 impl Drift {
-    /// The mean motion of some sheets.
+    /// Mean motion of some sheets.
     pub fn of<'a>(sheets: impl Iterator<Item = &'a SheetMotion<'a>>) -> Self {
         let (mut sum, mut count) = (Self::default(), 0);
         for sheet in sheets {
@@ -106,33 +107,35 @@ impl Drift {
     }
 }
 
-/// The triangles of a sheet by where they are in a stage, and the normals they have at its base.
+/// Bounding volume hierarchy over the triangles of a sheet in a stage, and its normals at the base.
 pub(crate) struct SkinTree {
     id: u32,
     revision: u64,
     tree: Bvh,
-    /// What the boxes are seen from, and how much they are grown (m); `None` when they are of another stage.
+    /// Reference frame and growth (m) of the boxes; `None` if they belong to another stage.
     fresh: Option<(Drift, f64)>,
     has_ridges: bool,
-    /// Box of each mass over the stage.
+    /// Box of each node over the stage.
     boxes: Vec<Cuboid>,
     /// Box of each triangle over the stage.
     triangle_boxes: Vec<Cuboid>,
-    /// Furthest that any mass goes between the start, the base and the end, as seen from what drifts along, m.
+    /// Upper bound (m) of the motion of any node within the stage, in the reference frame.
     pub travel: f64,
-    /// Middles of the triangles, m.
+    /// Centroids of the triangles, m.
     middles: Vec<DVec3>,
-    /// Area vectors of the triangles (twice the area along the normal), world, m².
+    /// Area vectors of the triangles (normal times twice the area), world axes, m².
     areas: Vec<DVec3>,
-    /// Sum of the area vectors of the triangles at each mass, world, m².
+    /// Sum of the area vectors of the triangles at each node, world axes, m².
     mass_areas: Vec<DVec3>,
-    /// How far each edge stands out of the line between the middles of its triangles, world, m; none at the border.
+    /// Height of each edge above the line between the centroids of its triangles, world axes, m;
+    /// zero at the border.
     ridges: Vec<DVec3>,
-    /// Where the masses were, seen from the first, when the sheet was found flat; empty when it was not.
+    /// Positions of the nodes relative to the first when the sheet was found flat, m; empty if it
+    /// was not.
     flat_at: Vec<Vec3>,
     /// Least height of a triangle at rest, m.
     height: f64,
-    /// Whether it is of several layers.
+    /// Whether the sheet has several layers.
     pub stack: bool,
 }
 
@@ -161,7 +164,7 @@ impl SkinTree {
         }
     }
 
-    /// Number of the sheet that it is of.
+    /// Identifier of the sheet.
     pub fn of(&self) -> u32 {
         self.id
     }
@@ -175,7 +178,7 @@ impl SkinTree {
         (self.fresh, self.has_ridges) = (None, false);
     }
 
-    /// Brings boxes (seen from `drift`, grown by `room`, m) and normals to where the sheet is.
+    /// Update the boxes (relative to `drift`, grown by `room`, m) and the normals.
     pub fn refresh(&mut self, sheet: &SheetMotion, drift: &Drift, room: f64) {
         let before = self.fresh.replace((*drift, room));
         if before == self.fresh {
@@ -188,7 +191,8 @@ impl SkinTree {
             furthest = furthest.max(p.distance_squared(q)).max(p.distance_squared(base));
             *around = Cuboid { low: p.min(q).min(base) - by, high: p.max(q).max(base) + by };
         }
-        // To the end by way of the start, from wherever the base is: twice the longer of both ways is enough.
+        // The path from the base to the end by way of the start is at most twice the longer of its
+        // parts.
         self.travel = 2.0 * furthest.sqrt();
         for (i, t) in sheet.skin.triangles().iter().enumerate() {
             let [a, b, c] = t.masses.map(|m| &self.boxes[m as usize]);
@@ -202,7 +206,7 @@ impl SkinTree {
         }
     }
 
-    /// Brings the normals to where the sheet is.
+    /// Update the normals to the base.
     fn turn(&mut self, sheet: &SheetMotion) {
         self.mass_areas.fill(DVec3::ZERO);
         for (area, t) in self.areas.iter_mut().zip(sheet.skin.triangles()) {
@@ -211,7 +215,8 @@ impl SkinTree {
         }
     }
 
-    /// Brings the ridges to where the sheet is, once a call; where it `bends`, of each the one at the end where that stands out further.
+    /// Update the ridges to the base, once per call of detection. With `bends`, the ridge at the
+    /// end replaces that at the base where it is higher.
     pub fn refresh_ridges(&mut self, sheet: &SheetMotion, bends: bool) {
         if std::mem::replace(&mut self.has_ridges, true) {
             return;
@@ -226,7 +231,7 @@ impl SkinTree {
         }
     }
 
-    /// Calls `take` with each ridge and what it is where the masses are at `x`.
+    /// Call `take` with each stored ridge and its value for the positions `x`.
     fn each_ridge(&mut self, skin: &Skin, x: &Vectors, take: impl Fn(&mut DVec3, DVec3)) {
         for (middle, t) in self.middles.iter_mut().zip(skin.triangles()) {
             *middle = t.masses.iter().map(|i| x.get(*i as usize)).sum::<DVec3>() / 3.0;
@@ -235,23 +240,24 @@ impl SkinTree {
             let [a, b] = edge.masses.map(|i| x.get(i as usize));
             let [s, t] = edge.triangles.map(|t| self.middles[t as usize]);
             let (along, aside) = (b - a, s + t - 2.0 * a);
-            // The middle of a triangle is a third of its height from the edge; over two triangles that fall away by h₁ and h₂
-            // the edge stands out by (h₁ + h₂)/4 over the line between the middles of their other sides.
+            // The centroid of a triangle is a third of its height from the edge. Over two triangles
+            // that fall away by h₁ and h₂ the edge stands out by (h₁ + h₂)/4 above the line between
+            // the midpoints of the other sides.
             take(ridge, 0.75 * (aside - along * (aside.dot(along) / along.length_squared())));
         }
     }
 
-    /// How far an edge inside the sheet stands out, and which way it is hollow, m.
+    /// Height of an inner edge above its triangles, directed to the concave side, m.
     pub fn ridge(&self, edge: u32) -> DVec3 {
         self.ridges[edge as usize]
     }
 
-    /// Unit normal of the sheet at a mass at the base, world; zero where no triangle is.
+    /// Unit normal of the sheet at a node at the base, world axes; zero without triangles.
     pub fn mass_normal(&self, i: usize) -> DVec3 {
         self.mass_areas[i].normalize_or_zero()
     }
 
-    /// Box of a mass over the stage, grown as the triangles' are.
+    /// Box of a node over the stage, with the same growth as those of the triangles.
     #[inline]
     pub fn box_of_mass(&self, i: u32) -> &Cuboid {
         &self.boxes[i as usize]
@@ -263,7 +269,7 @@ impl SkinTree {
         &self.triangle_boxes[t as usize]
     }
 
-    /// Remembers whether the sheet is flat as it lies: all normals within 30° of one direction.
+    /// Determine whether the sheet is flat: all normals within 30° of their mean.
     pub fn look_whether_flat(&mut self, skin: &Skin, x: &Vectors) {
         if self.is_as_it_was_flat(x) {
             return;
@@ -275,14 +281,14 @@ impl SkinTree {
         }
     }
 
-    /// Keeps for a snapshot what a step takes over from those before it.
+    /// Serialise the state that carries over between steps.
     pub fn keep(&self, to: &mut Keeper) {
         to.count(u64::from(self.id));
         to.count(self.flat_at.len() as u64);
         self.flat_at.iter().for_each(|p| to.singles(&p.to_array()));
     }
 
-    /// The tree of sheet number `id`, with what was kept; `skin` finds the surface of a sheet by its number.
+    /// Deserialise the tree of a sheet; `skin` returns its collision surface by identifier.
     pub fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
         let id = from.small()?;
         let mut tree = Self::new(id, skin(id).ok_or(Cut)?);
@@ -298,7 +304,7 @@ impl SkinTree {
         Ok(tree)
     }
 
-    /// Whether it was found flat at the start of the step.
+    /// Whether the sheet was flat at the start of the step.
     pub fn looks_flat(&self) -> bool {
         !self.flat_at.is_empty()
     }
@@ -308,8 +314,8 @@ impl SkinTree {
         self.height
     }
 
-    /// Whether no triangle turns by more than 45° from one direction in the stage. A rectangle of which that is true is a
-    /// graph over a plane and cannot meet itself.
+    /// Whether all normals stay within 45° of their mean at the start and at the end of the stage.
+    /// A rectangle for which this holds is a height graph over a plane and has no self-contact.
     pub fn stays_flat(&self, sheet: &SheetMotion) -> bool {
         if self.flat_at.is_empty() {
             return false;
@@ -317,8 +323,8 @@ impl SkinTree {
         [sheet.start, sheet.end].into_iter().all(|x| self.is_as_it_was_flat(x) || is_flat(sheet.skin, x, 0.5))
     }
 
-    /// Whether it was found flat and its masses have hardly shifted against each other since: masses that shift by δ turn a
-    /// triangle of height h by 2 δ/h at most, by 11° here.
+    /// Whether the sheet was found flat and its nodes have moved little relative to each other: a
+    /// shift δ of the nodes turns a triangle of height h by at most 2 δ/h, here 0.1 rad.
     fn is_as_it_was_flat(&self, x: &Vectors) -> bool {
         if self.flat_at.is_empty() || self.flat_at.len() != x.len() {
             return false;
@@ -328,31 +334,32 @@ impl SkinTree {
         self.flat_at.iter().enumerate().all(|m| moved(m) <= allowed * allowed)
     }
 
-    /// Numbers of the triangles whose boxes meet `around`.
+    /// Indices of the triangles whose boxes overlap `around`.
     pub fn triangles_in(&self, around: &Cuboid) -> impl Iterator<Item = u32> + '_ {
         let around = around.single();
         self.tree.leaves(move |node| around.intersects(&node.aabb()))
     }
 
-    /// Pairs of triangles of this sheet and another, which sweeps `around`, whose boxes meet. One tree is asked for each
-    /// triangle: Parry's walk of two trees at once would allocate where they are deep.
+    /// Pairs of triangles with overlapping boxes, of this sheet and another that sweeps `around`.
+    /// The tree is queried for each triangle: Parry's traversal of two trees allocates memory for
+    /// deep trees.
     pub fn pairs_with<'a>(&'a self, other: &'a Self, around: Cuboid) -> impl Iterator<Item = (u32, u32)> + 'a {
         let own = self.triangle_boxes.iter().zip(0_u32..).filter(move |(cuboid, _)| cuboid.meets(&around));
         own.flat_map(|(cuboid, p)| other.triangles_in(cuboid).map(move |q| (p, q)))
     }
 
-    /// Calls `visit` with pairs of triangles of this sheet whose boxes meet, each once.
+    /// Call `visit` once for each pair of triangles of this sheet with overlapping boxes.
     pub fn own_pairs(&self, workspace: &mut BvhWorkspace, mut visit: impl FnMut(u32, u32)) {
         self.tree.traverse_bvtt_single_tree::<false>(workspace, &mut visit);
     }
 
-    /// Mean normal of the triangles of an edge, world.
+    /// Mean normal of the triangles at an edge, world axes.
     pub fn edge_normal(&self, triangles: [u32; 2]) -> DVec3 {
         let sum: DVec3 = triangles.into_iter().filter(|t| *t != NONE).map(|t| self.areas[t as usize]).sum();
         sum.normalize_or_zero()
     }
 
-    /// Unit normals of the triangles at an edge; at the border that of the one there is, twice.
+    /// Unit normals of the triangles at an edge; at the border that of the only one, twice.
     pub fn edge_normals(&self, [first, second]: [u32; 2]) -> [DVec3; 2] {
         [first, if second == NONE { first } else { second }].map(|t| self.areas[t as usize].normalize_or_zero())
     }
@@ -364,7 +371,8 @@ fn area_of(x: &Vectors, masses: [u32; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Middles of the triangles at an edge, seen from a point of it, square to it, at the base, m.
+/// Vectors from an edge to the centroids of its triangles, perpendicular to the edge, at the base,
+/// m.
 pub(crate) fn flanks<'a>(sheet: &SheetMotion<'a>, edge: &SkinEdge) -> impl Iterator<Item = DVec3> + use<'a> {
     let (base, skin) = (sheet.base, sheet.skin);
     let [a, b] = edge.masses.map(|i| base.get(i as usize));
@@ -376,7 +384,7 @@ pub(crate) fn flanks<'a>(sheet: &SheetMotion<'a>, edge: &SkinEdge) -> impl Itera
     })
 }
 
-/// Whether the normals of all triangles make an angle with their mean whose squared cosine is more than `cosine_squared`.
+/// Whether the squared cosine between each triangle normal and their mean exceeds `cosine_squared`.
 fn is_flat(skin: &Skin, x: &Vectors, cosine_squared: f64) -> bool {
     let areas = || skin.triangles().iter().map(|t| area_of(x, t.masses));
     let mean = areas().sum::<DVec3>().normalize_or_zero();

@@ -1,53 +1,53 @@
-//! The contact surface of a sheet: triangles between masses, the edges between them, and the distance from them at which
-//! the material ends.
+//! Collision surface of a sheet: triangles between nodes, their edges, and the contact offset.
 //!
-//! A sheet that follows its material is met at half its thickness on each side of its one layer. Lattices of several layers
-//! are met at the masses of their lowest and highest layers. The triangles are those that are drawn: across a cell that is twisted
-//! the other diagonal is another surface, by millimetres where the grid is coarse. What a feature touches is the same however the triangles are
-//! numbered: every edge and every mass belongs to one triangle, so that a pair of features is looked at once in all pairs
-//! of triangles (Curtis, Tamstorf, Manocha, Fast collision detection for deformable models using representative-triangles,
-//! 2008).
+//! A single layer with the stiffness of its material touches at half its thickness on each side,
+//! other lattices at the minimum contact offset from their lowest and highest layers. The triangles
+//! equal those of the rendered mesh: in a twisted cell the other diagonal defines another surface,
+//! millimetres away on coarse grids. Contacts do not depend on the numbering of the triangles:
+//! every edge and every node is owned by one triangle, so that each pair of features is tested once
+//! among all pairs of triangles (Curtis, Tamstorf, Manocha, Fast collision detection for deformable
+//! models using representative-triangles, 2008). Lengths in m.
 
 use glam::DVec3;
 
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 
-/// Stands for no triangle and for no feature.
+/// Index that stands for no triangle and no feature.
 pub const NONE: u32 = u32::MAX;
 
-/// An edge of the surface.
+/// An edge of a collision surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SkinEdge {
-    /// Its masses, the lower number first.
+    /// Nodes, the lower index first.
     pub masses: [u32; 2],
-    /// The triangles it is a side of; the second is [`NONE`] on the border.
+    /// Adjacent triangles; the second is [`NONE`] on the border.
     pub triangles: [u32; 2],
 }
 
 impl SkinEdge {
-    /// Whether the surface ends here.
+    /// Whether the edge lies on the border of the surface.
     pub fn is_border(&self) -> bool {
         self.triangles[1] == NONE
     }
 }
 
-/// A triangle with the edges it consists of and the features that belong to it.
+/// A triangle with its edges and the features that it owns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinTriangle {
-    /// Its masses, counter-clockwise seen from the upper side.
+    /// Nodes, counter-clockwise seen from the upper side.
     pub masses: [u32; 3],
-    /// Its edges: from the first mass to the second, and so on.
+    /// Edges, beginning with that from the first node to the second.
     pub edges: [u32; 3],
-    /// Which of its masses belong to it.
+    /// Whether each of the nodes is owned by this triangle.
     pub owns_mass: [bool; 3],
-    /// Which of its edges belong to it.
+    /// Whether each of the edges is owned by this triangle.
     pub owns_edge: [bool; 3],
     /// Longest side at rest, m.
     pub size: f64,
 }
 
-/// The contact surface of a sheet.
+/// Collision surface of a sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skin {
     triangles: Vec<SkinTriangle>,
@@ -57,15 +57,15 @@ pub struct Skin {
     offset: f64,
     rectangle: bool,
     stack: bool,
-    /// Masses that are gone and touch nothing; empty where none is.
+    /// Whether each node is detached and has no contact; empty if no cell is open.
     gone: Vec<bool>,
-    /// Counts changes of the triangles.
+    /// Number of changes of the triangles.
     revision: u64,
     make: u32,
 }
 
 impl Skin {
-    /// Of a sheet as it lies when it is built, which is taken for its rest.
+    /// Collision surface of a sheet in its present state, which is taken as its rest state.
     pub fn of(sheet: &Sheet) -> Self {
         let offset = sheet.contact_offset();
         match &sheet.triangles {
@@ -81,7 +81,7 @@ impl Skin {
         }
     }
 
-    /// Takes it that what is open of the sheet it is of, and no more, is no part of the surface.
+    /// Rebuild the surface without the open cells of its sheet.
     pub fn open(&mut self, sheet: &Sheet) {
         let mut rest = Vectors::default();
         self.rest.iter().for_each(|p| rest.push(*p));
@@ -97,24 +97,25 @@ impl Skin {
         }
     }
 
-    /// Whether mass `i` is gone: it touches nothing.
+    /// Whether node `i` is detached (has no closed cell) and has no contact.
     #[inline]
     pub fn is_gone(&self, i: usize) -> bool {
         self.gone.get(i).is_some_and(|gone| *gone)
     }
 
-    /// A sum of what it was made of: how the sheet lay at rest, and at which distance it is met.
+    /// Checksum of the rest positions and the contact offset.
     pub(crate) fn make(&self) -> u32 {
         self.make
     }
 
-    /// Counts changes of the triangles.
+    /// Number of changes of the triangles.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// From triangles over masses whose rest positions are `rest` (m), met at `offset` (m, 0 or more) from the triangles.
-    /// `rectangle` says that the surface is one rectangle. Triangles of masses that do not exist are left out.
+    /// Surface from triangles over nodes with the rest positions `rest` (m) and the contact offset
+    /// `offset` (m, at least 0). `rectangle` states that the surface is one rectangle. Triangles
+    /// with an index out of range are omitted.
     pub fn new(triangles: &[[u32; 3]], rest: &Vectors, offset: f64, rectangle: bool) -> Self {
         let count = rest.len() as u32;
         let triangles: Vec<[u32; 3]> = triangles.iter().copied().filter(|t| t.iter().all(|i| *i < count)).collect();
@@ -138,27 +139,27 @@ impl Skin {
         Self { triangles, edges, border, offset, rectangle, rest, stack: false, gone: Vec::new(), revision: 0, make }
     }
 
-    /// Its triangles.
+    /// Triangles.
     pub fn triangles(&self) -> &[SkinTriangle] {
         &self.triangles
     }
 
-    /// Its edges, each once.
+    /// Edges, each once.
     pub fn edges(&self) -> &[SkinEdge] {
         &self.edges
     }
 
-    /// How many masses the sheet has; all of them can touch a body.
+    /// Number of nodes of the sheet.
     pub fn masses(&self) -> usize {
         self.rest.len()
     }
 
-    /// Whether mass `i` lies on the border; false when there is no such mass.
+    /// Whether node `i` lies on the border; false for an index out of range.
     pub fn on_border(&self, i: u32) -> bool {
         self.border.get(i as usize).copied().unwrap_or(false)
     }
 
-    /// Distance from the triangles at which it touches, m.
+    /// Contact offset: distance from the triangles at which the surface touches, m.
     pub fn offset(&self) -> f64 {
         self.offset
     }
@@ -168,12 +169,12 @@ impl Skin {
         self.rectangle
     }
 
-    /// Whether it is the outer layers of several.
+    /// Whether the surface consists of the outer layers of a lattice with several layers.
     pub fn is_stack(&self) -> bool {
         self.stack
     }
 
-    /// Middle of a triangle at rest, m.
+    /// Centroid of a triangle at rest, m.
     pub(crate) fn middle(&self, triangle: &SkinTriangle) -> DVec3 {
         triangle.masses.iter().map(|i| self.rest[*i as usize]).sum::<DVec3>() / 3.0
     }
@@ -187,7 +188,7 @@ impl Skin {
         heights.fold(f64::INFINITY, f64::min)
     }
 
-    /// Distance of two masses at rest, m; 0 when there is no such mass.
+    /// Distance of two nodes at rest, m; 0 for an index out of range.
     #[inline]
     pub fn rest_distance(&self, i: u32, j: u32) -> f64 {
         match (self.rest.get(i as usize), self.rest.get(j as usize)) {
@@ -204,14 +205,14 @@ fn make_of(rest: &[DVec3], offset: f64) -> u32 {
     sum.finalize()
 }
 
-/// Triangles of the lowest and of the highest layer that are closed.
+/// Triangles of closed cells of the lowest and the highest layer.
 fn outer_triangles(sheet: &Sheet) -> Vec<[u32; 3]> {
     let count = sheet.layers.len();
     let outer = sheet.layers.iter().enumerate().filter(|(i, _)| *i == 0 || *i + 1 == count);
     sheet.closed_triangles(outer.flat_map(|(_, layer)| layer.triangles()).collect())
 }
 
-/// The sides of `triangles`, each once, and which of them each triangle has.
+/// Sides of `triangles`, each once, and the indices of the sides of each triangle.
 fn edges_of(triangles: &[[u32; 3]]) -> (Vec<SkinEdge>, Vec<[u32; 3]>) {
     let mut sides: Vec<([u32; 2], usize, usize)> = Vec::with_capacity(3 * triangles.len());
     for (t, m) in triangles.iter().enumerate() {
@@ -225,7 +226,8 @@ fn edges_of(triangles: &[[u32; 3]]) -> (Vec<SkinEdge>, Vec<[u32; 3]>) {
     let mut of_triangle = vec![[NONE; 3]; triangles.len()];
     for (masses, t, side) in sides {
         match edges.last_mut() {
-            // A third triangle at one edge would be no surface; it is joined to the first two.
+            // A third triangle at one edge replaces the second, since the surface is not a manifold
+            // there.
             Some(last) if last.masses == masses => last.triangles[1] = t as u32,
             _ => edges.push(SkinEdge { masses, triangles: [t as u32, NONE] }),
         }
@@ -257,7 +259,7 @@ mod tests {
         let skin = grid(5, 4);
         let (v, f) = (20, skin.triangles().len());
         assert_eq!(f, 24);
-        // v - e + f = 1 of a disc.
+        // v - e + f = 1 for a disc.
         assert_eq!(skin.edges().len(), v + f - 1);
         assert_eq!(skin.edges().iter().filter(|e| e.is_border()).count(), 2 * (4 + 3));
         let owned = |f: fn(&SkinTriangle) -> [bool; 3]| -> usize {

@@ -1,75 +1,77 @@
-//! What touches what: the rows of a contact problem.
+//! Contact constraints, the interface between collision detection and the contact solver.
 //!
-//! A contact joins a point of a sheet (a combination of masses) to a point of a body or of a sheet. With n the unit normal
-//! from b to a and o the distance at which the surfaces touch, its gap is
+//! A constraint joins a point of a sheet (a combination of nodes) to a point of a body or of a
+//! sheet. With n the unit normal from b to a and o the contact offset, its gap is
 //!
 //!   g = n·(x_a - x_b) - o   (m)
 //!
-//! and contact wants g ≥ 0. Detection makes rows and knows nothing of stiffness; the solver knows nothing of shapes.
+//! and the contact condition is g ≥ 0. Detection creates constraints independently of stiffness;
+//! the solver is independent of shapes.
 
 use glam::DVec3;
 
-/// A point of a sheet: up to three masses with weights that sum to 1; entries that are not used have weight 0.
+/// A point of a sheet: up to three nodes with weights that sum to 1. Unused entries have weight 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SheetPoint {
-    /// The masses.
+    /// Node indices.
     pub masses: [u32; 3],
-    /// Their weights.
+    /// Weights of the nodes.
     pub weights: [f64; 3],
 }
 
 impl SheetPoint {
-    /// Mass `i` itself.
+    /// The point at node `i`.
     pub fn mass(i: u32) -> Self {
         Self { masses: [i; 3], weights: [1.0, 0.0, 0.0] }
     }
 
-    /// The masses that count, with their weights.
+    /// Nodes with nonzero weight, and their weights.
     pub fn terms(&self) -> impl Iterator<Item = (u32, f64)> + '_ {
         self.masses.iter().copied().zip(self.weights).filter(|(_, w)| *w != 0.0)
     }
 
-    /// Its place when the masses are at `x`, m.
+    /// Position of the point with the nodes at `x`, m.
     pub fn of(&self, x: &crate::math::Vectors) -> DVec3 {
         self.terms().map(|(i, w)| x.get(i as usize) * w).sum()
     }
 }
 
-/// One side of a contact.
+/// One side of a contact constraint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Side {
-    /// A point of sheet number `sheet` of the problem.
+    /// A point of a sheet.
     Sheet {
-        /// Which sheet.
+        /// Index of the sheet in the detection input.
         sheet: u32,
-        /// Where on it.
+        /// Point on the sheet.
         point: SheetPoint,
     },
-    /// A point of body number `body` of the problem.
+    /// A point of a body.
     Body {
-        /// Which body.
+        /// Index of the body in the detection input.
         body: u32,
-        /// Where on it, in the frame of the body, m.
+        /// Point in the frame of the body, m.
         local: DVec3,
     },
 }
 
-/// What names a contact from one iteration, stage and step to the next: impulses are remembered by it, and equal violations
-/// are put in order by it. Two features, each as a number unique among the features of the problem.
+/// Key of a contact constraint, constant over iterations, stages and steps. The contact cache
+/// stores forces by key, and constraints with equal violation are ordered by key. It consists of
+/// the keys of two features, each unique in the detection input.
 pub type Key = [u64; 2];
 
-/// A contact that is there or may be within the stage.
+/// A contact constraint that is active or may become active within the stage.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
-    /// The side that the normal points to.
+    /// Side to which the normal points.
     pub a: Side,
-    /// The side that the normal comes from.
+    /// Side from which the normal points.
     pub b: Side,
-    /// Direction from b to a, unit, in the world.
+    /// Unit normal from b to a, world axes.
     pub normal: DVec3,
-    /// Distance along the normal at which the two touch, m.
+    /// Distance along the normal at which the two sides touch, m.
     pub offset: f64,
-    /// Its name.
+    /// Key of the constraint.
     pub key: Key,
     /// Coulomb friction coefficient of the pair.
     pub friction: f64,

@@ -1,4 +1,5 @@
-//! Collision detection: collision surfaces, broad phase, narrow phase, continuous collision detection.
+//! Collision detection: collision surfaces, broad phase, narrow phase, continuous collision
+//! detection.
 
 pub(crate) mod bvh;
 pub mod collision_surface;

@@ -1,10 +1,12 @@
-//! How deep surfaces are in each other: a measure to judge contact by, not a part of it.
+//! Penetration depth of surfaces, a measure to verify contact with; contact does not use it.
 //!
-//! The depth of a point in a convex solid is its distance to the nearest face, min over faces k of (c_k - n_k·x). Where face
-//! k is the nearest is a convex polygon of each triangle of the sheet, cut out by the planes of equal distance; there the
-//! depth is linear and greatest at a corner, so that the depth of the whole surface is found without sampling, body edges and
-//! corners that reach through between masses included. Of a ball the depth is greatest at the triangle's point nearest to
-//! the centre, of a half space at a mass. Solids that are not convex are sampled. Lengths in m.
+//! The depth of a point x in a convex solid is its distance from the nearest face, min over faces k
+//! of (c_k - n_k·x). The part of a triangle for which face k is the nearest is a convex polygon,
+//! bounded by the planes of equal distance. The depth is linear in it and greatest at a corner, so
+//! that the depth of the whole surface is exact without sampling, including body edges and corners
+//! that reach through between nodes. The depth in a ball is greatest at the triangle's point
+//! nearest to the centre, that in a half space at a node. Solids that are not convex are sampled.
+//! Lengths in m.
 
 use glam::DVec3;
 
@@ -14,11 +16,12 @@ use crate::collision::geometry::{point_triangle, segment_segment};
 use crate::math::RigidFrame;
 use crate::math::Vectors;
 
-/// Sides into which a triangle's are cut where depths are sampled.
+/// Subdivisions of a triangle side where depths are sampled.
 const SAMPLES: u32 = 16;
 
-/// Greatest depth of the surface of a sheet (masses at `x`) in a body, m; 0 when it is outside. With `thickness` the
-/// surface of the material counts, half the thickness from the triangles; else the triangles themselves.
+/// Greatest depth (m) of the surface of a sheet (nodes at `x`) in a body; 0 if it is outside. With
+/// `thickness` the surface of the material is meant, one contact offset from the triangles;
+/// otherwise the triangles themselves.
 pub fn into_body(skin: &Skin, x: &Vectors, features: &Features, frame: &RigidFrame, thickness: bool) -> f64 {
     let offset = if thickness { skin.offset() } else { 0.0 };
     let local: Vec<DVec3> = x.iter().map(|p| frame.local(p)).collect();
@@ -43,10 +46,10 @@ fn combined([a, b, c]: [DVec3; 3], w: [f64; 3]) -> DVec3 {
     a * w[0] + b * w[1] + c * w[2]
 }
 
-/// Greatest depth of a triangle in a convex solid.
+/// Greatest depth of a triangle in a convex solid, m.
 fn depth_in_convex(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
     let faces = mesh.faces();
-    // In front of one face as a whole it is outside.
+    // A triangle entirely in front of one face is outside.
     if faces.iter().any(|f| triangle.iter().all(|p| f.height(*p) >= offset)) {
         return 0.0;
     }
@@ -67,8 +70,8 @@ fn depth_in_convex(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
     deepest
 }
 
-/// Keeps the part of a convex polygon where `inside`, a linear function, is not negative (Sutherland and Hodgman, Reentrant
-/// polygon clipping, 1974).
+/// Clip a convex polygon to the half space where the linear function `inside` is at least 0
+/// (Sutherland and Hodgman, Reentrant polygon clipping, 1974). `room` is a buffer.
 fn clip(polygon: &mut Vec<DVec3>, room: &mut Vec<DVec3>, inside: impl Fn(DVec3) -> f64) {
     room.clear();
     for (i, p) in polygon.iter().enumerate() {
@@ -84,7 +87,7 @@ fn clip(polygon: &mut Vec<DVec3>, room: &mut Vec<DVec3>, inside: impl Fn(DVec3) 
     std::mem::swap(polygon, room);
 }
 
-/// Greatest depth of points of a triangle in any solid.
+/// Greatest depth of sampled points of a triangle in any solid, m.
 fn sampled_depth(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
     let (low, high) = mesh.bounds();
     let room = DVec3::splat(offset);
@@ -106,9 +109,9 @@ fn sampled_depth(mesh: &Mesh, triangle: [DVec3; 3], offset: f64) -> f64 {
     deepest
 }
 
-/// How far the surfaces of two sheets are nearer to each other than the sum of their half thicknesses, m; 0 when they are
-/// not. Of one sheet with itself (`same`), features that are neighbours at rest are left out. Surfaces that cross overlap by
-/// all of the sum.
+/// Overlap of two sheets (m): the sum of their contact offsets minus the distance of their
+/// surfaces; 0 if they are apart, the whole sum if they intersect. Between parts of one sheet
+/// (`same`), features that are neighbours at rest are excluded.
 pub fn of_sheets((a, x): (&Skin, &Vectors), (b, y): (&Skin, &Vectors), same: bool) -> f64 {
     let touching = a.offset() + b.offset();
     let mut nearest = touching;
@@ -138,7 +141,7 @@ fn neighbours(skin: &Skin, p: [u32; 3], q: [u32; 3], reach: f64) -> bool {
     p.iter().any(|i| q.iter().any(|j| skin.rest_distance(*i, *j) < reach))
 }
 
-/// Distance of two triangles, m; 0 when they cross.
+/// Distance of two triangles, m; 0 if they intersect.
 fn distance(p: [DVec3; 3], q: [DVec3; 3]) -> f64 {
     let mut nearest = f64::INFINITY;
     for i in 0..3 {
@@ -156,7 +159,7 @@ fn distance(p: [DVec3; 3], q: [DVec3; 3]) -> f64 {
     nearest
 }
 
-/// Whether the segment from `a` to `b` goes through a triangle.
+/// Whether the segment from `a` to `b` pierces a triangle.
 fn pierces(a: DVec3, b: DVec3, [p, q, r]: [DVec3; 3]) -> bool {
     let n = (q - p).cross(r - p);
     let (before, after) = ((a - p).dot(n), (b - p).dot(n));
@@ -187,7 +190,8 @@ mod tests {
     }
 
     proptest! {
-        /// Against sampling: no sampled point is deeper, and some is nearly as deep.
+        /// Comparison with sampling: no sampled point is deeper, and some sampled point is nearly
+        /// as deep.
         #[test]
         fn the_depth_in_a_box_is_that_of_the_deepest_point(a in point(), b in point(), c in point()) {
             let features = Features::of(SharedShape::cuboid(1.0, 0.5, 0.75).0.as_ref());
@@ -211,7 +215,8 @@ mod tests {
     #[test]
     fn a_rim_between_masses_shows_in_the_depth() {
         let features = Features::of(SharedShape::cuboid(1.0, 1.0, 1.0).0.as_ref());
-        // A triangle that cuts off a rim: masses outside, the middle of a side 0.1 inside along both faces.
+        // A triangle that cuts across a rim: nodes outside, the middle of a side 0.1 inside along
+        // both faces.
         let (skin, x) = one([DVec3::new(0.8, 1.0, 0.0), DVec3::new(1.0, 0.8, 0.0), DVec3::new(2.0, 2.0, 0.0)], 0.01);
         assert!((into_body(&skin, &x, &features, &HERE, false) - 0.1).abs() < 1e-7);
         assert!((into_body(&skin, &x, &features, &HERE, true) - 0.11).abs() < 1e-7);
@@ -232,7 +237,7 @@ mod tests {
 
     #[test]
     fn a_hollow_solid_is_sampled() {
-        // A cube with its top pushed in to a point at its middle.
+        // A cube whose top is pushed in to a point at its centre.
         let mut vertices: Vec<DVec3> = Vec::new();
         for y in [0.0, 1.0] {
             vertices.extend([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, z)| DVec3::new(x, y, z)));
@@ -249,7 +254,7 @@ mod tests {
             let (skin, x) = one(points, 0.0);
             into_body(&skin, &x, &features, &HERE, false)
         };
-        // Nearest are the base, and then nothing: above the hollow it is outside.
+        // At 0.2 the base is nearest; at 0.8 the triangle is in the hollow, outside the solid.
         assert!((at(0.2) - 0.2).abs() < 1e-6);
         assert_eq!(at(0.8), 0.0);
     }
@@ -262,7 +267,7 @@ mod tests {
         let overlap = |h: f64| of_sheets((&a, &x), (&over(h).0, &over(h).1), false);
         assert_eq!(overlap(0.1), 0.0);
         assert!((overlap(0.07) - 0.01).abs() < 1e-12);
-        // A mass through the middle: all of it.
+        // A node through the middle: the overlap is the whole sum.
         let (b, y) = one([DVec3::new(0.0, -1.0, 0.0), DVec3::new(0.1, 1.0, 0.0), DVec3::new(-0.1, 1.0, 0.0)], 0.03);
         assert!((of_sheets((&a, &x), (&b, &y), false) - 0.08).abs() < 1e-12);
         assert_eq!(of_sheets((&a, &x), (&a, &x), true), 0.0);

@@ -24,151 +24,24 @@ use glam::DVec3;
 use crate::collision::constraint::{Contact, SheetPoint, Side};
 use crate::contact::stage::Scratch;
 use crate::contact::step_bodies::Surroundings;
-use crate::math::Vectors;
 use crate::scene::Tack;
-use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::REFERENCE;
 
-/// Acceleration (m/s²) that a bond bears without an earlier load: of the node, and of a body that
-/// hangs on it.
+/// Acceleration of a node (m/s²) that a bond bears without an earlier load.
 const RESERVE: f64 = 200.0;
+/// Acceleration of a body that hangs on the sheet (m/s²) that its bonds bear without an earlier
+/// load.
 const RESERVE_OF_BODY: f64 = 20.0;
 /// Largest ratio of the bond force to the load in the last step.
 const GROWTH: f64 = 2.0;
 
-/// Bonds of a sheet and their forces.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Stuck {
-    /// Bond force on each node, N, of this step and the last one.
-    pull: Vectors,
-    was_pull: Vectors,
-    /// Bond forces on dynamic bodies: index in [`Surroundings`], force (N), point in the body's
-    /// frame (m).
-    on_bodies: Vec<(u32, DVec3, DVec3)>,
-    /// Whether each node has a bond, in this step and the last one.
-    held: Vec<bool>,
-    was_held: Vec<bool>,
-    /// Direction from each node to its first contact, and number of contacts on that side and on
-    /// the other one.
-    towards: Vec<DVec3>,
-    count: Vec<[u32; 2]>,
-    /// Applied forces without the bond forces, to restore them after the step.
-    applied: Vectors,
-    /// Number of nodes with a bond.
-    bonds: usize,
-}
-
-impl Stuck {
-    /// Serialise the bonds.
-    pub fn keep(&self, to: &mut Keeper) {
-        to.vector_list(&self.pull);
-        to.vector_list(&self.was_pull);
-        to.count(self.on_bodies.len() as u64);
-        for (body, force, at) in &self.on_bodies {
-            to.count(u64::from(*body));
-            to.vector(*force);
-            to.vector(*at);
-        }
-        to.flags(&self.held);
-        to.flags(&self.was_held);
-        to.count(self.bonds as u64);
-    }
-
-    /// Deserialise the bonds of a sheet with `masses` nodes.
-    pub fn taken(from: &mut Taker, masses: usize) -> Taken<Self> {
-        let mut stuck = Self::default();
-        from.vector_list(&mut stuck.pull, masses)?;
-        from.vector_list(&mut stuck.was_pull, masses)?;
-        for _ in 0..from.length(49)? {
-            stuck.on_bodies.push((from.small()?, from.vector()?, from.vector()?));
-        }
-        from.flags(&mut stuck.held)?;
-        from.flags(&mut stuck.was_held)?;
-        stuck.bonds = from.length(0)?;
-        if [stuck.pull.len(), stuck.was_pull.len(), stuck.held.len(), stuck.was_held.len()] != [masses; 4] {
-            return Err(Cut);
-        }
-        (stuck.count, stuck.towards) = (vec![[0; 2]; masses], vec![DVec3::ZERO; masses]);
-        stuck.applied = Vectors::zeros(masses);
-        Ok(stuck)
-    }
-
-    fn begin(&mut self, masses: usize) {
-        if self.held.len() != masses {
-            *self = Self { pull: Vectors::zeros(masses), held: vec![false; masses], ..Self::default() };
-            (self.was_held, self.count) = (vec![false; masses], vec![[0; 2]; masses]);
-            self.towards = vec![DVec3::ZERO; masses];
-            (self.applied, self.was_pull) = (Vectors::zeros(masses), Vectors::zeros(masses));
-        }
-        std::mem::swap(&mut self.held, &mut self.was_held);
-        std::mem::swap(&mut self.pull, &mut self.was_pull);
-        self.held.fill(false);
-        self.count.fill([0; 2]);
-        self.pull.clear();
-        self.on_bodies.clear();
-        self.bonds = 0;
-    }
-
-    /// Count a contact of node `i` in direction `towards`.
-    fn has_contact(&mut self, i: u32, towards: DVec3) {
-        let i = i as usize;
-        if self.count[i] == [0; 2] {
-            self.towards[i] = towards;
-        }
-        self.count[i][usize::from(self.towards[i].dot(towards) < 0.0)] += 1;
-    }
-
-    /// Number of contacts of node `i` on the side of direction `towards`.
-    fn contacts(&self, i: u32, towards: DVec3) -> u32 {
-        let i = i as usize;
-        self.count[i][usize::from(self.count[i] != [0; 2] && self.towards[i].dot(towards) < 0.0)]
-    }
-}
-
-impl Sheet {
-    /// Number of nodes of the sheet with a bond.
-    pub fn bonds(&self) -> usize {
-        self.work.stuck.as_ref().map_or(0, |s| s.bonds)
-    }
-
-    /// Add the bond forces to the applied forces.
-    pub(crate) fn hold_on(&mut self) {
-        if let Some(stuck) = &mut self.work.stuck {
-            stuck.applied.copy_from(&self.applied);
-            self.applied.add_scaled(1.0, &stuck.pull);
-        }
-    }
-
-    /// Restore the applied forces without the bond forces.
-    pub(crate) fn hold_no_more(&mut self) {
-        if let Some(stuck) = &self.work.stuck {
-            self.applied.copy_from(&stuck.applied);
-        }
-    }
-
-    /// Remove all bonds.
-    pub(crate) fn unstick(&mut self) {
-        let masses = self.masses();
-        if let Some(stuck) = &mut self.work.stuck {
-            stuck.begin(masses);
-        }
-    }
-
-    /// Temperature of node `i`, °C.
-    fn celsius(&self, i: u32) -> f64 {
-        let of_mass = self.temperatures().and_then(|t| t.get(i as usize).copied());
-        of_mass.or_else(|| self.temperature()).unwrap_or(REFERENCE)
-    }
-
-    /// Adhesion strength at a point of the sheet, Pa; 0 if it is too cold. `stuck` selects the
-    /// lower temperature limit of existing bonds.
-    fn strength(&self, point: &SheetPoint, stuck: bool) -> f64 {
-        let Some(Tack { strength, above, lets_go_below }) = self.tack() else { return 0.0 };
-        let celsius: f64 = point.terms().map(|(i, w)| w * self.celsius(i)).sum();
-        let holds = stuck && lets_go_below.is_none_or(|limit| celsius >= limit);
-        if celsius >= above || holds { strength } else { 0.0 }
-    }
+/// Adhesion strength at a point of the sheet, Pa; 0 if it is too cold. `stuck` selects the
+/// lower temperature limit of existing bonds.
+fn strength(sheet: &Sheet, point: &SheetPoint, stuck: bool) -> f64 {
+    let Some(Tack { strength, above, lets_go_below }) = sheet.tack() else { return 0.0 };
+    let celsius: f64 = point.terms().map(|(i, w)| w * sheet.celsius(i)).sum();
+    let holds = stuck && lets_go_below.is_none_or(|limit| celsius >= limit);
+    if celsius >= above || holds { strength } else { 0.0 }
 }
 
 /// Call `push` for every bond force of `members` on a dynamic body, with the body's index, force
@@ -208,16 +81,16 @@ pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, ar
         let own = &sheets[members[sheet as usize] as usize];
         let Some(stuck) = &own.work.stuck else { return };
         let was = stuck.was_held[mass as usize];
-        let (mut strength, mut share) = (own.strength(&point, was), 1.0);
+        let (mut most_stress, mut share) = (strength(own, &point, was), 1.0);
         if let Some((other, place)) = other_sheet(contact) {
             let other = &sheets[members[other as usize] as usize];
-            strength = strength.max(other.strength(&place, was));
+            most_stress = most_stress.max(strength(other, &place, was));
             // This contact also represents nodes of the other sheet that have no contact of their
             // own.
             let silent = |i: u32| other.work.stuck.as_ref().is_some_and(|s| s.contacts(i, -towards(contact)) == 0);
             share = 0.5 * (1.0 + place.terms().filter(|(i, _)| silent(*i)).map(|(_, w)| w).sum::<f64>());
         }
-        if strength <= 0.0 {
+        if most_stress <= 0.0 {
             return;
         }
         let mut need = RESERVE * own.mass(mass as usize);
@@ -231,7 +104,7 @@ pub(crate) fn stick(sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, ar
         let parts = f64::from(stuck.contacts(mass, towards(contact)).max(1));
         let before = stuck.was_pull.get(mass as usize).length() / parts;
         need = (need / parts).max(GROWTH * borne(scratch, contact, before));
-        let most = strength * share * own.area_of(mass) / parts;
+        let most = most_stress * share * own.area_of(mass) / parts;
         pull(sheets, members, contact, need.min(most), bodies, around);
         if let Some(stuck) = &mut sheets[members[sheet as usize] as usize].work.stuck {
             stuck.bonds += usize::from(!std::mem::replace(&mut stuck.held[mass as usize], true));

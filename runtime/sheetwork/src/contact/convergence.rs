@@ -11,22 +11,24 @@ use glam::DVec3;
 use crate::collision::constraint::{Contact, Side};
 use crate::contact::solver::delassus::Group;
 
-/// Displacement (m) of all nodes below which a stage needs no further detection, and its value with
-/// several sheets, which would otherwise creep into each other.
+/// Displacement (m) of all nodes below which a stage of a single sheet needs no further detection.
 const STILL: f64 = 2e-5;
+/// Displacement (m) of all nodes below which a stage of several sheets needs no further detection.
+/// It is smaller because sheets would otherwise creep into each other.
 const STILL_TOGETHER: f64 = 2e-6;
 
-/// Penetration tolerance (m) of a single sheet in the first [`SPARE`] iterations, and after that or
-/// after stagnation.
+/// Penetration tolerance (m) of a single sheet in the first [`SPARE`] iterations.
 const FINE: f64 = 1e-5;
+/// Penetration tolerance (m) of a single sheet in later iterations or after stagnation.
 const ENOUGH: f64 = 6e-5;
 /// Penetration tolerance (m) with several sheets, of which some are always in motion.
 const TOGETHER: f64 = 2e-4;
 
-/// Bounds for the penetration of two sheets, as fractions of the contact offset: its value, and its
-/// growth in the stage. Deeper contacts may exit on the opposite side; growth would add up from
-/// step to step.
+/// Penetration of two sheets, as a fraction of the contact offset, above which they may exit on the
+/// opposite side.
 const CROSSED: f64 = 0.3;
+/// Growth of the penetration of two sheets in a stage, as a fraction of the contact offset, that
+/// would add up from step to step.
 const DEEPER: f64 = 0.2;
 
 /// Iterations with the finer tolerance.

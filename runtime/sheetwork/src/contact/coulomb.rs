@@ -55,6 +55,7 @@ pub fn solve(a: &DMat3, b: DVec3, law: Law, before: DVec3) -> DVec3 {
     sliding(a, b, friction, before, frictionless.x).unwrap_or_else(|| bisect(a, b, friction, frictionless.x))
 }
 
+/// Force (N) for u = 0; `None` if the block is nearly singular.
 fn stuck(a: &DMat3, b: DVec3) -> Option<DVec3> {
     // Near-singular blocks are left to the other cases.
     let scale = a.x_axis.x.max(a.y_axis.y).max(a.z_axis.z);
@@ -66,6 +67,8 @@ fn stuck(a: &DMat3, b: DVec3) -> Option<DVec3> {
     })
 }
 
+/// Force (N) in slip, by fixed-point iteration from `before`; `None` if it does not converge to a
+/// closed contact.
 fn sliding(a: &DMat3, b: DVec3, friction: f64, before: DVec3, frictionless: f64) -> Option<DVec3> {
     let mut p = DVec3::new(before.x.max(1e-3 * frictionless), before.y, before.z);
     let stiff = a.y_axis.y.max(a.z_axis.z);
@@ -175,7 +178,7 @@ impl Disc {
 pub(crate) fn principal(a: f64, b: f64, c: f64) -> (DMat2, DVec2) {
     let (mean, half) = (0.5 * (a + c), 0.5 * (a - c));
     let radius = half.hypot(b);
-    // Of two equivalent formulas, the one without cancellation is used.
+    // The two formulas are equivalent; the one without cancellation is used.
     let first = if radius == 0.0 {
         DVec2::X
     } else if half >= 0.0 {

@@ -110,11 +110,11 @@ impl Found {
         self.retain(|contact| !holds(contact));
     }
 
-    /// Of two opposite contacts at the same place that cannot both open, remove the one with the
-    /// deeper penetration at the start of the stage. Examples are a needle touched from within, the
-    /// underside of a body on a floor, and an edge of a fold seen from behind. If only one of them
-    /// has a cached force, the other is removed, because rotation of the sheet makes the depth at
-    /// the start unreliable.
+    /// Resolve pairs of opposite contacts at the same place that cannot both open: the one with the
+    /// deeper penetration at the start of the stage is removed. Examples are a needle touched from
+    /// within, the underside of a body on a floor, and an edge of a fold seen from behind. If only
+    /// one of them has a cached force, the other is removed, because rotation of the sheet makes
+    /// the depth at the start unreliable.
     pub fn leave_out_opposed(&mut self, group: &Group, memory: &Memory) {
         // With several sheets an unconverged solution is accepted, and a search among thousands of
         // contacts is expensive.

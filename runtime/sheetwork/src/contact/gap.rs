@@ -19,8 +19,9 @@ use crate::math::Vectors;
 /// Gaps of all contacts of an outer iteration, m.
 #[derive(Default)]
 pub(crate) struct Gaps {
-    /// Gap after the free motion, and gap with the forces of the last solve.
+    /// Gap after the free motion.
     pub free: Vec<f64>,
+    /// Gap with the forces of the last solve.
     pub now: Vec<f64>,
     /// Gap at the start of the stage, along the present normal.
     pub start: Vec<f64>,
@@ -61,7 +62,9 @@ impl Gaps {
 /// Instant of the stage: its start, or its end after the free motion.
 #[derive(Clone, Copy)]
 pub(crate) enum At {
+    /// At the start of the stage.
     Start,
+    /// At the end of the stage, after the free motion.
     Free,
 }
 
@@ -94,6 +97,8 @@ pub(crate) fn jumped(group: &Group, side: &Side) -> DVec3 {
     by_contact(group, side, |jump| &jump.dv, |mover, arm| mover.kick + mover.twist.cross(arm))
 }
 
+/// Change of a side by contact, from the sheet's response `of_sheet` or the body's response
+/// `of_body` at an arm (m).
 fn by_contact(
     group: &Group,
     side: &Side,
@@ -102,7 +107,7 @@ fn by_contact(
 ) -> DVec3 {
     match side {
         Side::Sheet { sheet, point } => {
-            let unit = &group.sheet(*sheet).work.unit;
+            let unit = group.unit(*sheet);
             if unit.is_touched() { point.of(of_sheet(&unit.jump)) } else { DVec3::ZERO }
         }
         Side::Body { body, local } => {

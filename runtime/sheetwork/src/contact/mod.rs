@@ -6,7 +6,8 @@
 //!
 //!   0 ≤ g ⊥ p_n ≥ 0,   |p_t| ≤ μ p_n,   p_t = -μ p_n u_t/|u_t| in slip.
 //!
-//! One stage of an implicit integrator, for one island:
+//! `islands/implicit_step` steps an island with implicit integrators. For each stage of the
+//! integrator it runs:
 //!
 //! 1. Free motion: each sheet solves its linearised stage problem without contact.
 //! 2. Detection (`collision`): contacts that the free motion may close, with keys that identify
@@ -15,35 +16,41 @@
 //!    tangent matrix of sheets and bodies, h (s) the weight of the stage and J the contact
 //!    Jacobian. Penetration is removed; friction acts against the tangential displacement of the
 //!    stage.
-//! 4. The iterate moves by free motion plus δ. Steps 1 to 4 are the outer iteration
+//! 4. Update: the iterate moves by free motion plus δ. Steps 1 to 4 are the outer iteration
 //!    (`outer_iteration`). It ends when the strain is the predicted one and no surface penetrates
 //!    another (`convergence`).
-//! 5. Velocity solve: the same system for the contacts that are closed, with restitution.
+//! 5. Velocity solve: the same matrix for the contacts that are closed, with restitution.
 //!
-//! `stage` chooses the contact solver in one function, `positions_by_newton`:
+//! If the outer iteration fails, `islands/implicit_step` bisects the step, and at the shortest
+//! substep falls back to rigid motion or freezes the island.
+//!
+//! All data of these phases is in one struct, `stage::Scratch`. Its `solve_positions` chooses the
+//! contact solver:
 //!
 //! | solver | unknowns | used when |
 //! |---|---|---|
 //! | `solver/dual` | contact forces | the working set is small compared to the nodes |
-//! | `solver/primal` | displacements | many contacts |
+//! | `solver/primal` | displacements | there are many contacts |
 //! | `solver/alart_curnier` | contact forces | the dual solver stagnates, up to 128 contacts |
-//! | `solver/node_sweeps` (PGS) | contact forces | explicit integrators; last fallback of a single sheet |
+//! | `solver/node_sweeps` | contact forces | integrators are explicit; last fallback of one sheet |
 //!
 //! Dual and primal solver share one method, `solver/augmented_lagrangian`: a semismooth Newton
 //! method in either set of unknowns, with an interior point method for the primal one when many
-//! contacts change state.
+//! contacts change state. `solver/node_sweeps` is projected Gauss-Seidel (PGS). Every solver starts
+//! from the contact cache (`warm_start`) and leaves displacements and velocity jumps in the sheets
+//! and in the solver bodies (`solver_body`).
 //!
-//! A friction law enters in `coulomb` (one contact), `solver/augmented_lagrangian/contact_state`
-//! (projection and derivative), `solver/alart_curnier` (residual and derivative), `solver/pgs`
-//! (projection) and `solver/augmented_lagrangian/interior_point` (smoothed law).
+//! To add a friction law, extend `coulomb::Law` and follow its uses: `coulomb` solves one
+//! contact, `solver/augmented_lagrangian/contact_state` projects a force and differentiates the
+//! projection, `solver/augmented_lagrangian/interior_point` smooths the law, `solver/alart_curnier`
+//! forms residual and derivative, `solver/pgs` projects a force.
 //!
 //! With explicit integrators, nodes meet kinematic and static bodies one by one, without a solver
-//! (`node`; thesis 4.6 and appendix B). Their other contacts go through the PGS solver with H =
-//! M/h².
+//! (`node`; thesis 4.6 and appendix B). Their other contacts go through PGS with H = M/h².
 //!
-//! `adhesion` adds the tensile forces of hot sheets as applied forces. `warm_start` stores contact
-//! forces between solves. Contact knows positions, velocities, masses and the tangent matrix of a
-//! sheet, not its elements.
+//! `adhesion` adds the tensile forces of hot sheets as applied forces. `attachment` corrects the
+//! spin of bodies with attached sheets. Contact knows positions, velocities, masses and the tangent
+//! matrix of a sheet, not its elements.
 //!
 //! Rapier works in `f32` in the frame of each body. Positions are transformed to that frame in
 //! `f64`, so that distance from the origin costs no accuracy.
@@ -56,19 +63,16 @@ pub(crate) mod detected;
 pub(crate) mod gap;
 pub mod node;
 pub(crate) mod outer_iteration;
+pub(crate) mod sheet_contact;
 pub mod solver;
 pub(crate) mod solver_body;
 pub(crate) mod stage;
 pub(crate) mod step_bodies;
 pub(crate) mod warm_start;
 
-pub(crate) use crate::contact::node::clearance::Clearance;
-pub(crate) use crate::contact::solver::delassus::{Group, Unit};
+pub(crate) use crate::contact::sheet_contact::SheetContact;
+pub(crate) use crate::contact::solver::delassus::Group;
 pub use crate::contact::stage::ContactCounters;
-
-/// Contact offset of a surface without thickness, m. It exceeds the resolution of `f32` at the
-/// scale of a body.
-pub const SKIN: f64 = 1e-5;
 
 /// Approach speed (m/s) below which a node of an explicit integrator does not rebound. A resting
 /// node falls into the surface by g·dt per step and must stay on it.

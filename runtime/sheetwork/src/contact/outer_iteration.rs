@@ -21,25 +21,28 @@ use crate::contact::stage::Scratch;
 use crate::sheet::Field;
 use crate::sheet::stage::StageWork;
 
-/// Maximum number of outer iterations, and additional iterations that may be used until the contact
-/// status of the last one agrees with the earlier ones.
+/// Maximum number of outer iterations of a single sheet.
 const ROUNDS: u32 = 10;
+/// Additional outer iterations that may be used until the contact status of the last one agrees
+/// with that of the earlier ones.
 const LAST: u32 = 3;
-/// Maximum number of outer iterations with several sheets, which rarely reach full convergence in
-/// an impact; and the maximum in the shortest substep, where unresolved interpenetration leads to a
-/// fallback.
+/// Maximum number of outer iterations with several sheets, which rarely converge fully in an
+/// impact.
 const TOGETHER: u32 = 3;
+/// Maximum number of outer iterations with several sheets in the shortest substep, where
+/// interpenetration leads to a fallback.
 const TOGETHER_AT_LAST: u32 = 8;
-/// Outer iterations after which a strain error above this multiple of the tolerance counts as
-/// divergence; the step is then bisected.
+/// Outer iterations after which divergence is tested.
 const PATIENCE: u32 = 2;
+/// Strain error, as a multiple of the tolerance, that counts as divergence; the step is then
+/// bisected.
 const HOPELESS: f64 = 100.0;
 /// Strain error, as a multiple of the tolerance, that counts as divergence after the second outer
 /// iteration of several sheets, whose iterations are expensive.
 const HOPELESS_SOON: f64 = 1e4;
-/// Maximum search margin, m, and maximum number of times that the margins are widened in one
-/// position solve.
+/// Maximum search margin, m.
 const WIDEST: f64 = 0.1;
+/// Maximum number of times that the margins are widened in one position solve.
 const WIDENINGS: u32 = 3;
 /// Displacement by contact (m) above which a single sheet is searched at its displaced position, as
 /// for a kinematic sheet that is pushed into a body in every step.
@@ -134,7 +137,7 @@ fn solve_and_widen(
 /// Largest displacement by contact in the island, m: absolute, and relative to the mean
 /// displacement of the sheets.
 fn furthest(group: &Group) -> Margins {
-    let units = || group.members.iter().map(|i| &group.sheets[*i as usize].work.unit);
+    let units = || group.members.iter().map(|i| &group.contacts[*i as usize].unit);
     let touched = || units().filter(|unit| unit.is_touched()).map(|unit| &unit.jump.dx);
     let (sum, count) = touched().fold((DVec3::ZERO, 0), |(sum, n), dx| (sum + dx.iter().sum::<DVec3>(), n + dx.len()));
     // Sheets without contact have no displacement, and the mean is zero.
@@ -239,15 +242,14 @@ fn move_freely(group: &mut Group, field: Field) -> bool {
 /// fine convergence at attachments. Returns the largest strain error as a multiple of the
 /// tolerance.
 fn accept(group: &mut Group, field: Field, touched: bool, firm: bool) -> f64 {
-    group.each(|sheet| {
-        let unit = std::mem::take(&mut sheet.work.unit);
+    group.each_unit(|sheet, unit| {
         let contact = (touched && unit.is_touched()).then_some(&unit.jump.dx);
         sheet.accept(field, contact, firm);
-        sheet.work.unit = unit;
     });
     stages(group).filter(|stage| !stage.done).map(|stage| stage.excess).fold(0.0, f64::max)
 }
 
+/// Stage data of all sheets of the island.
 fn stages<'a>(group: &'a Group) -> impl Iterator<Item = &'a StageWork> {
     group.members.iter().map(|i| &group.sheets[*i as usize].work.stage)
 }

@@ -14,16 +14,19 @@ use crate::rigid::BodyState;
 /// A rigid body over one stage.
 #[derive(Clone, Copy)]
 pub(crate) struct Mover {
-    /// State at the start of the stage, and at its end without contact.
+    /// State at the start of the stage.
     pub start: BodyState,
+    /// State at the end of the stage without contact.
     pub free: BodyState,
     /// I⁻¹ in world axes at the end of the stage, 1/(kg m²).
     inverse_inertia: DMat3,
-    /// Response to contact: displacement of the centre (m), rotation vector (rad), change of
-    /// velocity (m/s) and of angular velocity (rad/s).
+    /// Displacement of the centre of mass by contact, m.
     pub shift: DVec3,
+    /// Rotation by contact, as a rotation vector, rad.
     pub turn: DVec3,
+    /// Velocity change by contact, m/s.
     pub kick: DVec3,
+    /// Change of the angular velocity by contact, rad/s.
     pub twist: DVec3,
 }
 

@@ -38,8 +38,8 @@ pub(crate) const CLOSED: f64 = 1e-5;
 /// Impact distance, m: a contact with a gap above it at the start and a penetration above it after
 /// the free motion is an impact. Gravity alone moves less in a stage.
 const IMPACT: f64 = 2e-3;
-/// Depth inside a body, as a fraction of the sheet's diagonal, above which a node was placed there
-/// and did not penetrate in a step.
+/// Depth inside a body, as a fraction of the sheet's diagonal. A node that starts a stage deeper
+/// was placed there by an edit of the scene.
 const BURIED: f64 = 0.1;
 /// Work budget of one step, in node-iterations: outer iterations × nodes + factorisations of the
 /// primal solver × (nodes + contacts) + factorisations of the dual solver × contacts²/16 + PGS
@@ -92,69 +92,89 @@ pub(crate) enum Solved {
 /// lives from step to step.
 #[derive(Default)]
 pub(crate) struct Scratch {
-    /// Contacts of this outer iteration, and contacts of an additional detection: at the iterate or
-    /// with wider margins.
+    /// Contacts of this outer iteration.
     pub found: Found,
+    /// Contacts of an additional detection: at the iterate, or with wider margins.
     pub seen: Found,
     /// Sheet-sheet contacts whose sides have passed through each other in the outer iterations so
-    /// far, and whether any did in the last one.
+    /// far.
     pub(crate) crossing: Vec<Contact>,
+    /// Whether any sides passed through each other in the last outer iteration.
     pub crossed: bool,
+    /// Contact cache of this stage of the step.
     pub memory: Memory,
+    /// Storage of the solver bodies between steps; the island view takes them for a step.
     pub movers: Vec<Mover>,
     /// Contact cache of the other stages of the step. Forces differ more from stage to stage than
     /// from step to step.
     other: Memory,
+    /// Stage that `memory` belongs to: 0, or 1 for all later stages.
     stage: usize,
+    /// Contact caches at the start of the substep, for a rollback.
     kept_memory: [Memory; 2],
+    /// Solver bodies at the start of the substep, for a rollback.
     pub kept_movers: Vec<Mover>,
+    /// Counters of the contact solver.
     pub counters: ContactCounters,
     /// Profiler that measures the contact solve.
     pub watch: Watched,
+    /// Gaps of `found`.
     pub(crate) gaps: Gaps,
+    /// PGS solver.
     dual: Dual,
+    /// Augmented Lagrangian solver, shared by the primal and the dual solver.
     pub(crate) primal: Primal,
+    /// Joint tangent matrix of the island.
     pub(crate) joint: Joint,
-    /// Working set of the solver, as indices into `found`, and membership of every contact.
+    /// Working set of the solver, as indices into `found`.
     pub(crate) chosen: Vec<u32>,
+    /// Whether each contact of `found` is in the working set of the primal solver.
     pub(crate) is_chosen: Vec<bool>,
     /// Keys of the contacts that the last position solve of this stage left open, in ascending
     /// order.
     pub(crate) left_open: Vec<Key>,
     /// Gap (m) below which a contact without a known force starts as closed.
     pub(crate) eager: f64,
+    /// Solver of the last position solve; the velocity solve uses it too.
     pub(crate) solved: Solved,
+    /// Dual solver.
     pub(crate) few: Few,
     /// Slots in the matrix of the block pairs of every constraint.
     pub(crate) slots: Vec<u32>,
     /// Whether the problem is a single sheet without self-contact.
     pub single: bool,
-    /// Whether the problem is a single sheet on kinematic and static bodies only, and whether the
-    /// sheet's own tangent matrix covers all its constraints.
+    /// Whether the problem is a single sheet on kinematic and static bodies only.
     pub(crate) alone: bool,
+    /// Whether the sheet's own tangent matrix covers all constraints, so that no joint matrix is
+    /// needed.
     pub(crate) on_own: bool,
+    /// Contact normal of every node in contact with a body, by block row; zero without contact.
     pub(crate) normals: Vec<DVec3>,
-    /// Whether a solve failed to converge, whether an unconverged solution is accepted, and whether
-    /// the substep is the shortest allowed one.
+    /// Whether a solve of the substep failed to converge.
     pub failed: bool,
+    /// Whether an unconverged solution is accepted.
     pub last_resort: bool,
+    /// Whether the substep is the shortest allowed one.
     pub last: bool,
     /// Work of the step so far, in node-iterations, compared to [`EFFORT`].
     pub effort: u64,
-    /// Bisection level at which the step of several sheets starts, and the deepest level that was
-    /// attempted in this step.
+    /// Bisection level at which the step of several sheets starts: one less than the deepest level
+    /// of the previous step.
     pub expected: u32,
+    /// Deepest bisection level attempted in this step.
     pub deepest: u32,
     /// Whether the step diverged beyond recovery; its remaining substeps are skipped.
     pub runaway: bool,
-    /// Whether a substep of this step ended in a fallback, and whether one of the previous step
-    /// did.
+    /// Whether a substep of this step ended in a fallback.
     pub gave_up: bool,
+    /// Whether a substep of the previous step ended in a fallback; the event is sent once per
+    /// episode.
     pub told: bool,
     /// Consecutive steps that were rolled back after divergence.
     pub strays: u32,
-    /// Consecutive steps with a fallback; and whether this step was rolled back after divergence.
+    /// Consecutive steps with a fallback.
     pub stuck: u32,
+    /// Whether this step was rolled back after divergence.
     pub strayed: bool,
     /// Solver bodies that move together with a sheet in the rigid-motion fallback.
     pub along: Vec<bool>,
@@ -380,11 +400,13 @@ impl Scratch {
         };
         let deep = || self.found.contacts[..self.found.glue_from].iter().filter(is_deep);
         let Side::Sheet { sheet: first, .. } = deep().next()?.a else { return None };
-        // A passing body is behind some nodes but not behind half of them.
+        // A body that passes by in the step has some nodes behind its far side, but fewer than
+        // half.
         let of_first = |c: &&Contact| matches!(c.a, Side::Sheet { sheet, .. } if sheet == first);
         (2 * deep().filter(of_first).count() >= group.sheet(first).masses()).then_some(first)
     }
 
+    /// Law of contact `i`: Coulomb friction, or bilateral for an attachment.
     pub(crate) fn law(&self, i: usize) -> Law {
         if i >= self.found.glue_from { Law::Glue } else { Law::Coulomb(self.found.contacts[i].friction) }
     }
@@ -422,6 +444,7 @@ impl Scratch {
         Some(u)
     }
 
+    /// Solve the positions by PGS: coarsely while the working set grows, then to the tolerance.
     fn positions_between(&mut self, group: &mut Group, h: f64) {
         let mut dual = std::mem::take(&mut self.dual);
         dual.begin(self, group, h);

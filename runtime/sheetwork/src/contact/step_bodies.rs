@@ -31,10 +31,11 @@ pub(crate) struct BodyOver {
     pub end: BodyState,
     /// Index in the world's list of bodies; `None` for a body owned by the caller.
     pub own: Option<u32>,
+    /// Whether the body sleeps.
     pub asleep: bool,
-    /// Distance of the furthest point from the centre of mass (m), and radius of a ball (m). Both
-    /// for bodies of the world only.
+    /// Distance of the furthest point from the centre of mass, m; 0 for a body of the caller.
     pub extent: f64,
+    /// Radius if the body is a ball of the world, m.
     pub ball: Option<f64>,
 }
 
@@ -45,6 +46,7 @@ impl BodyOver {
     }
 }
 
+/// Cached features of a collider, valid while its shape is unchanged.
 struct Cached {
     handle: ColliderHandle,
     shape: SharedShape,
@@ -54,8 +56,11 @@ struct Cached {
 /// All bodies and colliders over one step.
 #[derive(Default)]
 pub(crate) struct Surroundings {
+    /// Colliders of all bodies.
     pub parts: Vec<Part>,
+    /// Bodies of the world, then one per collider of the caller.
     pub bodies: Vec<BodyOver>,
+    /// Features by index of the collider handle.
     cache: Vec<Option<Cached>>,
 }
 
@@ -103,6 +108,7 @@ impl Surroundings {
         }
     }
 
+    /// Features of a collider, from the cache if its shape is unchanged.
     fn features_of(&mut self, handle: ColliderHandle, collider: &Collider) -> Arc<Features> {
         let at = handle.into_raw_parts().0 as usize;
         if self.cache.len() <= at {

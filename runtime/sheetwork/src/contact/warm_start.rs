@@ -7,10 +7,12 @@ use crate::collision::constraint::Key;
 use crate::collision::narrow_phase::thing;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Cached forces of one contact in world axes, N: of the position solve and of the velocity solve.
+/// Cached forces of one contact, in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Remembered {
+    /// Force of the position solve, N.
     pub position: DVec3,
+    /// Force of the velocity solve, N.
     pub velocity: DVec3,
     /// Whether the contact slipped in the position solve and in the velocity solve. A force on the
     /// friction bound alone does not tell.

@@ -1,53 +1,58 @@
-//! Flow: what a strain leaves behind, by creep and by yield.
+//! Creep and plasticity: the strain that remains without stress.
 //!
-//! Creep is Burgers' model, a spring E, a dashpot E τ₁ and a Kelvin-Voigt element (E/r, τ₂) in series: under a constant stress
-//! the strain is J(t) times it, E J(t) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)). The same stress follows from two Maxwell arms side by side,
+//! Creep is Burgers' model: a spring E, a dashpot E τ₁ and a Kelvin-Voigt element (E/r, τ₂) in
+//! series. Under constant stress the strain is J(t) times the stress, E J(t) = 1 + t/τ₁ + r
+//! (1 - e^(-t/τ₂)). Two parallel Maxwell arms give an equal stress:
 //!
-//! σ = E (s₁ + s₂),  s_i⁺ = e^(-h/τ_i) s_i + a_i γ_i Δε,  γ_i = (1 - e^(-h/τ_i)) τ_i/h,
+//! σ = E (s₁ + s₂), s_i⁺ = e^(-h/τ_i) s_i + a_i γ_i Δε, γ_i = (1 - e^(-h/τ_i)) τ_i/h,
 //!
-//! with the roots of τ₁τ₂ s² + (τ₁ (1+r) + τ₂) s + 1 = 0 at s = -1/τ_i, and a₁ + a₂ = 1 (W. N. Findley, J. S. Lai, K. Onaran,
-//! *Creep and Relaxation of Nonlinear Viscoelastic Materials*, 1976, chapter 5; the recursion is that of R. L. Taylor, K. S. Pister,
-//! G. L. Goudreau, Int. J. Numer. Meth. Eng. 2, 1970). It is exact for a strain that stands still or changes evenly over a step of any
-//! length, and flows at the true rate under a stress that stands still.
+//! where s = -1/τ_i are the roots of τ₁τ₂ s² + (τ₁ (1+r) + τ₂) s + 1 = 0, and a₁ + a₂ = 1 (W. N.
+//! Findley, J. S. Lai, K. Onaran, *Creep and Relaxation of Nonlinear Viscoelastic Materials*, 1976,
+//! chapter 5; the recursion: R. L. Taylor, K. S. Pister, G. L. Goudreau, Int. J. Numer. Meth. Eng.
+//! 2, 1970). The recursion is exact for a constant strain and for a constant strain rate over a
+//! step h of any length, and it creeps at the exact rate under constant stress.
 //!
-//! Within a step the law is an elastic one again, σ = g E (ε - ε*), g = Σ a_i γ_i, ε* = ε₀ - Σ e^(-h/τ_i) s_i / g: engines need not know
-//! of it. Since e^(-2h/τ) ≤ γ ≤ 1, no step gains energy by it. Times are multiplied by the shift a_T of Williams, Landel and Ferry
-//! (J. Am. Chem. Soc. 77, 1955).
+//! Within a step the law is elastic, σ = g E (ε - ε*), g = Σ a_i γ_i, ε* = ε₀ - Σ e^(-h/τ_i) s_i /
+//! g, so integrators need no special treatment. Since e^(-2h/τ) ≤ γ ≤ 1, no step gains energy. The
+//! times are multiplied by the shift a_T of Williams, Landel and Ferry (J. Am. Chem. Soc. 77,
+//! 1955).
 //!
-//! Yield is of bending: where |M| exceeds M_y + H α, the curvature that stays moves by Δα = (|M| - M_y - H α)/(D + H) once a step, along
-//! the elastic curvature; |M|² = D κ_eᵀ D κ_e, the moment of a bend to a cylinder that stores as much. M_y = σ_y t²/4 is the moment of a
-//! section that yields throughout.
+//! Plasticity acts on bending. Where |M| exceeds M_y + H α, the plastic curvature grows once per
+//! step by Δα = (|M| - M_y - H α)/(D + H) in the direction of the elastic curvature. |M|² = D κ_eᵀ
+//! D κ_e is the moment of a cylindrical bend of equal energy, and M_y = σ_y t²/4 the moment of a
+//! fully plastic section.
 
 use crate::math::Vectors;
 use crate::scene::Material;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Largest exponent of ten of a shift: far below the glass transition nothing flows.
+/// Largest absolute power of ten of the shift a_T. Far below the glass transition creep is
+/// negligible.
 const MOST_DECADES: f64 = 30.0;
-/// Part of a step's stress that flows away below which nothing is said to flow.
+/// Relative relaxation of stress in a step below which creep is skipped.
 const IDLE: f64 = 1e-8;
 
-/// Two Maxwell arms.
+/// Two parallel Maxwell arms.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arms {
-    /// Part a_i of the stiffness that each has; they add up to 1.
+    /// Share a_i of each arm in the stiffness; their sum is 1.
     pub share: [f64; 2],
-    /// Relaxation time τ_i of each, s.
+    /// Relaxation time τ_i of each arm, s.
     pub time: [f64; 2],
 }
 
-/// What a step does to two arms.
+/// Coefficients of two arms for one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Decay {
-    /// e^(-h/τ_i).
+    /// Factor of the stored strain, e^(-h/τ_i).
     pub keep: [f64; 2],
-    /// a_i γ_i.
+    /// Factor of the strain increment, a_i γ_i.
     pub give: [f64; 2],
 }
 
 impl Arms {
-    /// Those of Burgers' model: relaxation time τ₁ (s) of the dashpot with the spring, retardation time τ₂ (s), and r, what the
-    /// strain grows by with that time over what it is at once.
+    /// Arms of Burgers' model: relaxation time τ₁ (s), retardation time τ₂ (s), and the ratio r of
+    /// retarded to instantaneous strain.
     pub fn burgers(relaxation: f64, retardation: f64, retarded: f64) -> Self {
         if retarded <= 0.0 {
             return Self { share: [1.0, 0.0], time: [relaxation; 2] };
@@ -60,7 +65,7 @@ impl Arms {
         Self { share: [share, 1.0 - share], time: [slow, fast] }
     }
 
-    /// What a step of `dt` s does where times are `shift` times theirs.
+    /// Coefficients of a step of `dt` s with the times multiplied by `shift`.
     pub fn decay(&self, dt: f64, shift: f64) -> Decay {
         let x = self.time.map(|t| dt / (t * shift));
         let lost = x.map(|x| -(-x).exp_m1());
@@ -70,40 +75,40 @@ impl Arms {
 }
 
 impl Decay {
-    /// g: stiffness over the step, of that at once.
+    /// Stiffness g of the step, relative to the instantaneous stiffness.
     pub fn stiffness(&self) -> f64 {
         self.give[0] + self.give[1]
     }
 
-    /// Whether nothing flows in the step.
+    /// Whether creep in the step is negligible.
     pub fn is_idle(&self) -> bool {
         self.keep[0] >= 1.0 - IDLE && self.keep[1] >= 1.0 - IDLE
     }
 
-    /// ε* of a step that begins at `strain` with the arms at `s`.
+    /// Rest strain ε* of a step that begins at `strain` with the arms at `s`.
     #[inline]
     pub fn rest(&self, strain: f64, s: [f64; 2]) -> f64 {
         strain - (self.keep[0] * s[0] + self.keep[1] * s[1]) / self.stiffness()
     }
 
-    /// The arms after a step over which the strain changes by `change`.
+    /// The arms after a step with the strain increment `change`.
     #[inline]
     pub fn advance(&self, s: [f64; 2], change: f64) -> [f64; 2] {
         [0, 1].map(|i| self.keep[i] * s[i] + self.give[i] * change)
     }
 }
 
-/// Shift of times by temperature.
+/// Dependence of the creep times on temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shift {
-    /// Tg, °C; none where times do not depend on temperature.
+    /// Glass transition Tg, °C; `None` for times independent of temperature.
     pub glass_transition: Option<f64>,
-    /// C1 and C2 (K).
+    /// WLF constants C1 and C2 (K).
     pub wlf: (f64, f64),
 }
 
 impl Shift {
-    /// a_T at `celsius`.
+    /// Shift a_T at `celsius`.
     pub fn at(&self, celsius: f64) -> f64 {
         let Some(glass) = self.glass_transition else { return 1.0 };
         let above = celsius - glass;
@@ -113,43 +118,43 @@ impl Shift {
     }
 }
 
-/// How a sheet creeps.
+/// Creep law of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Creep {
-    /// Its arms, at the glass transition where there is one.
+    /// Maxwell arms, at the glass transition where there is one.
     pub arms: Arms,
-    /// How temperature shifts their times.
+    /// Dependence of their times on temperature.
     pub shift: Shift,
 }
 
-/// When a sheet's bending yields.
+/// Yield condition of bending.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Yield {
-    /// M_y, N m/m.
+    /// Yield moment M_y, N m/m.
     pub moment: f64,
-    /// H, N m.
+    /// Hardening modulus of bending H, N m.
     pub hardening: f64,
 }
 
 impl Yield {
-    /// By how much the curvature (1/m) moves that stays, where the moment is `moment` (N), the bending stiffness `stiffness` (N m) and
-    /// it has moved by `before` (1/m) in all.
+    /// Plastic curvature increment Δα (1/m) for a moment `moment` (N), bending stiffness
+    /// `stiffness` (N m) and accumulated plastic curvature `before` (1/m).
     pub fn flow(&self, moment: f64, stiffness: f64, before: f64) -> f64 {
         (moment - self.moment - self.hardening * before).max(0.0) / (stiffness + self.hardening)
     }
 }
 
-/// How a sheet flows.
+/// Inelastic law of a sheet: creep and plasticity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlowLaw {
-    /// Creep, where it is asked for.
+    /// Creep; `None` if disabled.
     pub creep: Option<Creep>,
-    /// Yield, where it is asked for.
+    /// Plasticity; `None` if disabled.
     pub plastic: Option<Yield>,
 }
 
 impl FlowLaw {
-    /// Of a sheet of `material` that creeps and yields as told.
+    /// Law of a sheet of `material`, with creep and plasticity as enabled.
     pub fn new(material: &Material, creeps: bool, is_plastic: bool) -> Self {
         let t = material.thickness;
         let shift = Shift { glass_transition: material.glass_transition, wlf: material.wlf };
@@ -160,60 +165,60 @@ impl FlowLaw {
         Self { creep, plastic: plastic.map(|stress| Yield { moment: 0.25 * stress * t * t, hardening }) }
     }
 
-    /// A step of `dt` s at `celsius`.
+    /// Step of `dt` s at the uniform temperature `celsius`.
     pub fn step(&self, dt: f64, celsius: f64) -> FlowStep<'_> {
         let decay = self.creep.map(|c| c.arms.decay(dt, c.shift.at(celsius)));
         FlowStep { law: self, dt, decay, each: None }
     }
 }
 
-/// A step of a sheet that flows.
+/// One time step of a sheet with creep or plasticity.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowStep<'a> {
-    /// How it flows.
+    /// Law of the sheet.
     pub law: &'a FlowLaw,
-    /// Length of the step, s.
+    /// Time step, s.
     dt: f64,
-    /// What it does where all is at one temperature.
+    /// Coefficients at uniform temperature.
     decay: Option<Decay>,
-    /// Temperature of each mass, °C, where they differ.
+    /// Temperature of each node, °C; `None` at uniform temperature.
     each: Option<&'a [f64]>,
 }
 
 impl<'a> FlowStep<'a> {
-    /// The same, each mass at its own temperature, °C.
+    /// Sets the temperature of each node, °C.
     pub fn with_temperatures(self, each: &'a [f64]) -> Self {
         let Some(creep) = self.law.creep else { return self };
         let (low, high) = each.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(*t), h.max(*t)));
         let decay = Some(creep.arms.decay(self.dt, creep.shift.at(high)));
-        // Where the hottest does not flow nothing does.
+        // If creep is negligible at the highest temperature, it is negligible everywhere.
         let differ = high > low && !decay.is_none_or(|d| d.is_idle());
         Self { each: differ.then_some(each), decay, ..self }
     }
 
-    /// What the step does between these masses; none where nothing creeps.
+    /// Coefficients at the mean temperature of `masses`; `None` without creep.
     pub fn decay(&self, masses: &[u32]) -> Option<Decay> {
         let (Some(each), Some(creep)) = (self.each, self.law.creep) else { return self.decay };
         let sum: f64 = masses.iter().filter_map(|m| each.get(*m as usize)).sum();
         Some(creep.arms.decay(self.dt, creep.shift.at(sum / masses.len().max(1) as f64)))
     }
 
-    /// Whether nothing creeps in the step.
+    /// Whether creep is negligible in the step.
     pub fn is_idle(&self) -> bool {
         self.each.is_none() && self.decay.is_none_or(|d| d.is_idle())
     }
 }
 
-/// One strain that creeps: what its arms hold, and the law it has in a step.
+/// Creep state of one strain component and its elastic law within a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Strain {
-    /// s_i.
+    /// Strains s_i of the arms.
     pub arms: [f64; 2],
     /// Strain at the start of the step.
     pub start: f64,
-    /// ε* of the step.
+    /// Rest strain ε* of the step.
     pub rest: f64,
-    /// g of the step.
+    /// Relative stiffness g of the step.
     pub stiffness: f64,
 }
 
@@ -232,14 +237,14 @@ impl Strain {
         self.stiffness = decay.stiffness();
     }
 
-    /// Ends it at `strain`.
+    /// Ends the step at `strain`.
     #[inline]
     pub fn end(&mut self, strain: f64, decay: &Decay) {
         self.arms = decay.advance(self.arms, strain - self.start);
         self.start = strain;
     }
 
-    /// Takes up the elastic law at once, for who looks for equilibrium.
+    /// Sets the instantaneous elastic law at `strain`, for the search of an equilibrium.
     pub fn stand(&mut self, strain: f64, share: [f64; 2]) {
         self.catch_up(strain, share);
         self.rest = self.left();
@@ -251,23 +256,23 @@ impl Strain {
         self.start - self.arms[0] - self.arms[1]
     }
 
-    /// Makes the stress at `strain` that of `kept` times the arms, at once: what has become stiffer keeps its stress so.
+    /// Multiplies the arms at `strain` by `kept`: a stiffer element keeps its stress.
     pub fn set(&mut self, strain: f64, kept: f64, share: [f64; 2]) {
         self.catch_up(strain, share);
         self.arms = self.arms.map(|s| s * kept);
     }
 
-    /// Moves the strain without stress by `change`, at once.
+    /// Moves the strain without stress by `change`.
     pub fn move_rest(&mut self, change: f64, share: [f64; 2]) {
         self.arms = [self.arms[0] - share[0] * change, self.arms[1] - share[1] * change];
     }
 
-    /// Keeps it for a snapshot.
+    /// Serialises the state.
     pub fn keep(&self, to: &mut Keeper) {
         to.numbers(&[self.arms[0], self.arms[1], self.start, self.rest, self.stiffness]);
     }
 
-    /// Takes it back.
+    /// Deserialises the state.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         let mut all = [0.0; 5];
         from.numbers(&mut all)?;
@@ -280,13 +285,13 @@ impl Strain {
         self.start = strain;
     }
 
-    /// What is stored per stiffness at `strain`: ½ Σ s_i²/a_i.
+    /// Stored energy per stiffness at `strain`: ½ Σ s_i²/a_i.
     pub fn stored(&self, strain: f64, share: [f64; 2]) -> f64 {
         let arms = self.arms_at(strain, share);
         (0..2).filter(|i| share[*i] > 0.0).map(|i| 0.5 * arms[i] * arms[i] / share[i]).sum()
     }
 
-    /// The arms at `strain`, where what moved it since the last step was elastic.
+    /// The arms at `strain`, after an elastic change since the last step.
     #[inline]
     pub fn arms_at(&self, strain: f64, share: [f64; 2]) -> [f64; 2] {
         let change = strain - self.start;
@@ -294,15 +299,17 @@ impl Strain {
     }
 }
 
-/// What an element that flows is asked for; see [`crate::elements::Element`].
+/// Element with creep or plasticity; see [`crate::elements::Element`].
 pub trait Flows {
-    /// Begins a step at positions `x` (m): takes up the law of the step. Returns whether the constant part of the tangent changed.
+    /// Begins a step at positions `x` (m): sets the elastic law of the step. Returns whether the
+    /// constant part of the tangent changed.
     fn begin_step(&mut self, x: &Vectors, step: &FlowStep) -> bool;
 
-    /// Ends it at `x`: what has flowed stays.
+    /// Ends the step at `x` (m): stores the creep and plastic strains.
     fn end_step(&mut self, x: &Vectors, step: &FlowStep);
 
-    /// Takes up the law of a sheet that has no time to flow, at `x`. Returns whether the constant part of the tangent changed.
+    /// Sets the instantaneous elastic law at `x` (m). Returns whether the constant part of the
+    /// tangent changed.
     fn stand(&mut self, x: &Vectors) -> bool;
 }
 
@@ -312,8 +319,8 @@ mod tests {
 
     #[test]
     fn arms_relax_as_burgers_model_does() {
-        // The compliance of the two arms, E J(t) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)), found from the relaxation modulus by
-        // ∫ G(t-s) J'(s) ds + G(t) J(0) = 1 at every time.
+        // The compliance E J(t) = 1 + t/τ₁ + r (1 - e^(-t/τ₂)) and the relaxation modulus G of the
+        // two arms satisfy ∫ G(t-s) J'(s) ds + G(t) J(0) = 1 at every time.
         let (t1, t2, r) = (3.0, 0.4, 1.7);
         let arms = Arms::burgers(t1, t2, r);
         assert!((arms.share[0] + arms.share[1] - 1.0).abs() < 1e-15);
@@ -322,7 +329,7 @@ mod tests {
         for t in [0.1, 0.7, 2.5, 9.0] {
             let n = 20_000;
             let h = t / f64::from(n);
-            // Simpson.
+            // Simpson's rule.
             let at = |k: i32| {
                 let s = h * f64::from(k);
                 let weight = if k == 0 || k == n { 1.0 } else { f64::from(2 + 2 * (k % 2)) };
@@ -338,9 +345,9 @@ mod tests {
         let arms = Arms::burgers(2.0, 0.3, 0.8);
         for h in [1e-6, 0.05, 1.0, 40.0] {
             let decay = arms.decay(h, 1.0);
-            // Standing: s_i = a_i e^(-t/τ_i).
+            // Constant strain: s_i = a_i e^(-t/τ_i).
             let after = decay.advance(arms.share, 0.0);
-            // Changing at the rate 1 from nothing: s_i = a_i τ_i (1 - e^(-t/τ_i)).
+            // Strain rate 1 from zero: s_i = a_i τ_i (1 - e^(-t/τ_i)).
             let moving = decay.advance([0.0; 2], h);
             for i in 0..2 {
                 let left = (-h / arms.time[i]).exp();
@@ -353,7 +360,7 @@ mod tests {
 
     #[test]
     fn a_dashpot_flows_at_the_true_rate_in_steps_of_any_length() {
-        // A constant stress of 1: the strain grows by h/τ₁ a step.
+        // Constant stress 1: the strain grows by h/τ₁ per step.
         let arms = Arms::burgers(2.0, 1.0, 0.0);
         for h in [1e-3, 1.0, 100.0] {
             let decay = arms.decay(h, 1.0);
@@ -375,7 +382,7 @@ mod tests {
         let arms = Arms::burgers(t1, t2, r);
         let error = |h: f64| {
             let decay = arms.decay(h, 1.0);
-            // A stress of 1 at once.
+            // Sudden stress of 1.
             let mut strain = Strain { arms: arms.share, ..Strain::default() };
             strain.start = 1.0;
             for _ in 0..(1.0 / h).round() as u32 {
@@ -390,7 +397,7 @@ mod tests {
 
     #[test]
     fn no_step_stores_more_than_was_put_in() {
-        // e^(-2x) ≤ γ ≤ 1 is what it takes.
+        // The condition is e^(-2x) ≤ γ ≤ 1.
         let arms = Arms::burgers(1.0, 1.0, 1.0);
         for k in -60..=60 {
             let decay = arms.decay(1.0, 10.0_f64.powf(0.1 * f64::from(k)));

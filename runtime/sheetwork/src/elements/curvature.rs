@@ -21,8 +21,8 @@ pub struct CurvatureGroup {
     pub area: f64,
     /// Relaxed directions (uu, vv, 2uv) of curvature.
     pub relaxed: Vec<[f64; 3]>,
-    /// Nodes a, b, c, d whose differences give the normal of the upper side, (x_b - x_a) × (x_d -
-    /// x_c).
+    /// Nodes a, b, c, d whose differences give the normal of the upper side,
+    /// (x_b - x_a) × (x_d - x_c).
     pub frame: [u32; 4],
     /// Location: index of the node; for the twist of a cell, index of the cell's first node; for a
     /// triangle, index of the triangle.

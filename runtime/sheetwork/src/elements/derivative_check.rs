@@ -3,7 +3,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::elements::{Anchor, Element, Geometric, Law};
+use crate::elements::{Anchor, Element, Geometric};
+use crate::material::law::Law;
 use crate::math::Vectors;
 
 /// An orthotropic law with damping; all stiffnesses are of order 1.

@@ -7,7 +7,8 @@
 
 use glam::DVec3;
 
-use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block};
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 

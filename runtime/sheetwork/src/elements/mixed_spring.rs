@@ -7,7 +7,8 @@
 
 use crate::elements::axial::Axial;
 use crate::elements::spring::Springs;
-use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block};
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 
@@ -187,7 +188,8 @@ impl Element for MixedSprings {
 mod tests {
     use super::*;
     use crate::elements::derivative_check;
-    use crate::elements::spring::{Spring, SpringClass};
+    use crate::elements::spring::Spring;
+    use crate::mesh::spring_class::SpringClass;
 
     #[test]
     fn gradient_and_tangent_are_those_of_the_potential() {

@@ -5,8 +5,8 @@
 //! positions and, with a retardation time τ (s), Kelvin-Voigt damping: σ = C (ε + τ ε̇).
 //!
 //! Explicit integrators need forces. Implicit integrators solve stages: within a stage the velocity
-//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way, ε̇
-//! = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
+//! is v = (x - w)/h, where the integrator gives w, and the strain rate is taken in the same way,
+//! ε̇ = (ε(x) - ε_w)/h. A rigid rotation then has no strain rate, and the viscous part has the
 //! potential ½ (τ/h) (ε - ε_w)ᵀ C (ε - ε_w). Tangents are of the mixed-stress Newton method: the
 //! stress σ* in the geometric stiffness is an unknown that [`Element::predict`] takes from the last
 //! linear solution.
@@ -35,11 +35,11 @@ pub mod triangle_bending;
 pub mod triangle_membrane;
 pub mod wall_spring;
 
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Index of a 3x3 block that the tangent matrix does not have: blocks of fixed nodes are dropped.
-pub const NO_BLOCK: u32 = u32::MAX;
+pub(crate) use crate::math::lanes::NO_BLOCK;
 
 /// Term `weight` ε(x) of the reference strain ε_w of a stage.
 pub struct Anchor<'a> {
@@ -47,18 +47,6 @@ pub struct Anchor<'a> {
     pub weight: f64,
     /// Positions, m.
     pub x: &'a Vectors,
-}
-
-/// Stiffness of a sheet per width, and its retardation time. Components are (uu, vv, uv) with
-/// engineering shear and twist (γ = 2 ε_uv, 2 κ_uv); u is along the sheet's length.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Law {
-    /// Membrane stiffness, N/m.
-    pub membrane: [[f64; 3]; 3],
-    /// Bending stiffness, N m.
-    pub bending: [[f64; 3]; 3],
-    /// Retardation time τ, s; 0 for a sheet without damping.
-    pub retardation: f64,
 }
 
 /// Effects of temperature on a sheet's material, one value per node: see [`crate::thermal`].

@@ -15,52 +15,9 @@
 //! independent of the vector width: results have equal bits on every x86-64.
 
 use multiversion::multiversion;
-use serde::{Deserialize, Serialize};
 
 use crate::math::Vectors;
-
-/// Role of a spring in its structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum SpringClass {
-    /// Along x in a layer.
-    X,
-    /// Along z in a layer.
-    Z,
-    /// Diagonal in a layer, towards larger x with larger z.
-    Diagonal,
-    /// Diagonal in a layer, towards smaller x with larger z.
-    AntiDiagonal,
-    /// Between neighbouring layers.
-    Inter,
-    /// Provot's flexion spring: second neighbours along x or z.
-    Flexion,
-    /// Second neighbours along a line of springs.
-    CrossOver,
-}
-
-impl SpringClass {
-    /// All classes.
-    pub const ALL: [Self; 7] =
-        [Self::X, Self::Z, Self::Diagonal, Self::AntiDiagonal, Self::Inter, Self::Flexion, Self::CrossOver];
-
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::Z => "z",
-            Self::Diagonal => "diagonal",
-            Self::AntiDiagonal => "anti-diagonal",
-            Self::Inter => "inter",
-            Self::Flexion => "flexion",
-            Self::CrossOver => "cross-over",
-        }
-    }
-
-    /// The class with this name in files.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|c| c.name() == name)
-    }
-}
+use crate::mesh::spring_class::SpringClass;
 
 /// One spring, as input of [`Springs::new`].
 #[derive(Clone, Copy, Debug, PartialEq)]

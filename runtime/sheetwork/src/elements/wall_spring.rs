@@ -7,7 +7,8 @@ use glam::DVec3;
 use crate::elements::axial::Axial;
 use crate::elements::creep::{FlowStep, Flows, Strain};
 use crate::elements::fracture::Open;
-use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, set_rest};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block, set_rest};
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 

@@ -1,10 +1,12 @@
-//! The thesis's "analytical" engine: acceleration taken as constant over the step.
+//! The thesis's "analytical" integrator: constant acceleration over the step.
 //!
-//! x ← x + v h + ½ a h², v ← v + a h. Order 1 (the velocity is Euler's). On x'' = -ω²x the energy grows by (1 + a²/2) a
-//! step, a = hω: exact for free fall, never stable for an undamped spring.
+//! x ← x + v h + ½ a h², v ← v + a h. Order 1 (the velocity is Euler's). On x'' = -ω²x the energy
+//! grows by (1 + a²/2) per step, a = hω: exact for free fall, always unstable for an undamped
+//! spring.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Analytical,

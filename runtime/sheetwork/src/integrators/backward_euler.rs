@@ -1,13 +1,16 @@
-//! Backward Euler: one stage over dt, x₁ = x₀ + dt v₁, v₁ = v₀ + dt a₁. Order 1, L-stable, and strongly damped: kept for
-//! comparison, because it is what most real-time solvers use.
+//! Backward Euler: one stage over dt, x₁ = x₀ + dt v₁, v₁ = v₀ + dt a₁.
+//!
+//! Order 1, L-stable, strongly damped. Available for comparison, because most real-time solvers use
+//! it.
 
 use crate::elements::Anchor;
 use crate::integrators::implicit::newton::Work;
 use crate::integrators::implicit::staged;
 use crate::integrators::implicit::staged::{Jump, Staged};
 use crate::integrators::implicit::{Complex, Implicit, Stage};
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::BackwardEuler,

@@ -1,18 +1,22 @@
-//! BDF2: x₁ = (4 x₀ - x₋₁)/3 + ⅔ dt v₁, and so for velocities; the first step, and any step of another length, by backward
-//! Euler. Order 2, L-stable, more damped than TR-BDF2 at the same step but one stage: kept for comparison.
+//! BDF2: x₁ = (4 x₀ - x₋₁)/3 + ⅔ dt v₁, and v₁ correspondingly from a₁; backward Euler for the
+//! first step and after a change of the step length.
 //!
-//! What contact does in a step moves the history that the next one extrapolates. At rest, where it does so in every step, that would leave
-//! a sheet that carries a box bent by a force that is off by up to an eighth. So a sheet that rests is stepped by backward Euler, which has
-//! no history and no error where nothing moves. So is one that is glued to a body which moves freely: what glue pulls with turns with the
-//! body, and the history that it moves would not; a strip on a drum gained half of its energy in a second.
+//! Order 2, L-stable, more damped than TR-BDF2 at an equal step, but one stage. Available for
+//! comparison.
+//!
+//! Contact within a step moves the history that the next step extrapolates. At rest in contact this
+//! happens in every step and leaves a persistent force error, so a resting sheet in contact uses
+//! backward Euler, which has no history. A sheet attached to a dynamic body does so too: the
+//! attachment forces rotate with the body, but the extrapolated history does not.
 
 use crate::elements::Anchor;
 use crate::integrators::implicit::newton::Work;
 use crate::integrators::implicit::staged;
 use crate::integrators::implicit::staged::{Jump, Staged};
 use crate::integrators::implicit::{Complex, Implicit, Stage};
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 use crate::serialize::{Keeper, Taken, Taker};
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
@@ -29,27 +33,28 @@ pub(crate) const INFO: EngineInfo = EngineInfo {
     make: || Box::new(Bdf2::default()),
 };
 
-/// A sheet that is in contact and slower than the first of these (m/s) rests, until it is faster than the second.
+/// A sheet in contact counts as resting below the first speed (m/s), until it exceeds the second.
 const RESTS: f64 = 5e-3;
 const LEAVES: f64 = 0.1;
 
-/// The root of (3/2 - z) ζ² - 2 ζ + 1/2 = 0 that belongs to the motion, at z = iθ.
+/// The root ζ of (3/2 - z) ζ² - 2 ζ + 1/2 = 0 that approximates e^z, at z = iθ.
 fn amplification(angle: f64) -> (f64, f64) {
     let a = Complex(1.5, -angle);
-    // 4 - 4 a/2.
+    // Discriminant 4 - 4 a/2.
     let root = Complex(4.0 - 2.0 * a.0, -2.0 * a.1).root();
     Complex(2.0, 0.0).plus(root).over(a.scaled(2.0)).polar()
 }
 
 #[derive(Default)]
 struct Bdf2 {
-    /// Positions and velocities one step back, and the length of that step, s; 0 for none.
+    /// Positions (m) and velocities (m/s) of the previous step, moved by contact, and the length of
+    /// that step, s; 0 without a previous step.
     x_old: Vectors,
     v_old: Vectors,
     step: f64,
-    /// Where the sheet truly was then: contact moves the history that the scheme extrapolates, and what damps goes by rates that there were.
+    /// Actual positions of the previous step, m: reference of the strain rates.
     x_was: Vectors,
-    /// 1 for a sheet that rests or is glued, 0 else.
+    /// 1 for a sheet that rests in contact or is attached to a dynamic body, else 0.
     rests: f64,
     /// Weight h of the new acceleration, s.
     h: f64,
@@ -59,7 +64,7 @@ struct Bdf2 {
 }
 
 impl Bdf2 {
-    /// Whether a step of `dt` s looks back to the one before.
+    /// Whether a step of `dt` s uses the previous step.
     fn follows(&self, dt: f64) -> bool {
         (self.step - dt).abs() <= 1e-9 * dt && self.rests == 0.0
     }

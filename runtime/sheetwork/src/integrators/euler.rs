@@ -1,9 +1,11 @@
-//! Explicit Euler (thesis equations 3.17): x ← x + v h, v ← v + a h with both taken at the start of the step.
+//! Explicit Euler (thesis equation 3.17): x ← x + v h, v ← v + a h, both evaluated at the start of
+//! the step.
 //!
-//! Order 1. On x'' = -ω²x the energy grows by exactly (1 + a²) a step, a = hω.
+//! Order 1. On x'' = -ω²x the energy grows by exactly (1 + a²) per step, a = hω.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Euler,

@@ -1,9 +1,12 @@
-//! Euler-Cromer, the thesis's first-order engine (equations 3.18 and 3.19): v ← v + a h, then x ← x + v h with the new v.
+//! Euler-Cromer, the thesis's first-order integrator (equations 3.18 and 3.19): v ← v + a h, then
+//! x ← x + v h with the new v.
 //!
-//! Order 1, symplectic. On x'' = -ω²x it is stable for a = hω up to 2 and the energy swings by about ±a/2.
+//! Order 1, symplectic. On x'' = -ω²x it is stable for a = hω up to 2, and the energy oscillates by
+//! about ±a/2.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::EulerCromer,

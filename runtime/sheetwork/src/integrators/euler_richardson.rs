@@ -1,11 +1,13 @@
-//! Euler-Richardson, the explicit midpoint rule, the thesis's second-order engine (equations 3.20 to 3.25).
+//! Euler-Richardson (explicit midpoint rule), the thesis's second-order integrator (equations 3.20
+//! to 3.25).
 //!
-//! With a₀ at the start: v_m = v + ½ a₀ h, x_m = x + ½ v h, a_m at (x_m, v_m); then v ← v + a_m h, x ← x + v_m h.
-//! Order 2. On x'' = -ω²x the energy grows by (1 + a⁴/4) a step, a = hω: weakly unstable without damping, stable up to
-//! about a = 2 ζ^(1/3) with damping ratio ζ.
+//! With a₀ at the start: v_m = v + ½ a₀ h, x_m = x + ½ v h, a_m at (x_m, v_m); then v ← v + a_m h,
+//! x ← x + v_m h. Order 2. On x'' = -ω²x the energy grows by (1 + a⁴/4) per step, a = hω: weakly
+//! unstable without damping, stable up to about a = 2 ζ^(1/3) with damping ratio ζ.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::EulerRichardson,

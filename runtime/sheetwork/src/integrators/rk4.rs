@@ -1,10 +1,11 @@
-//! Classical Runge-Kutta of order 4, the thesis's fourth-order engine (equations 3.27 to 3.30): the whole sheet is
-//! evaluated at each of the four stages.
+//! Classical Runge-Kutta method of order 4, the thesis's fourth-order integrator (equations 3.27 to
+//! 3.30), with the forces of the whole sheet evaluated at each of the four stages.
 //!
-//! On x'' = -ω²x stable for a = hω up to 2√2; the energy decays by (1 - a⁶/72) a step.
+//! On x'' = -ω²x stable for a = hω up to 2√2; the energy decays by (1 - a⁶/72) per step.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Rk4,
@@ -20,15 +21,15 @@ pub(crate) const INFO: EngineInfo = EngineInfo {
     make: || Box::new(Rk4::default()),
 };
 
-/// Where each later stage is evaluated, as a fraction of the step, and the weight of every stage in the result.
+/// Time of each later stage as a fraction of the step, and weight of every stage in the result.
 const STAGE: [f64; 3] = [0.5, 0.5, 1.0];
 const WEIGHT: [f64; 4] = [1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0];
 
 #[derive(Default)]
 struct Rk4 {
-    /// Slope of v at the current stage.
+    /// Derivative of v at the current stage, m/s².
     a: Vectors,
-    /// Slope of x at the current stage: the stage's velocity.
+    /// Derivative of x at the current stage: the stage's velocity, m/s.
     u: Vectors,
     x_stage: Vectors,
     x_sum: Vectors,

@@ -1,12 +1,16 @@
-//! Adaptive Runge-Kutta: the pair of orders 5 and 4 of Dormand and Prince (1980), with local extrapolation.
+//! Adaptive Runge-Kutta method: the pair of orders 5 and 4 of Dormand and Prince (1980), with local
+//! extrapolation.
 //!
-//! Seven stages, the last of which is the first of the next step. The difference of the two results estimates the error of
-//! a step of size h: err = max over masses and coordinates of max(|e_x|, h |e_v|), in metres. A step is accepted when
-//! err <= tolerance; the next size is h · 0.9 (tolerance/err)^(1/5), between a fifth and five times the last. One call takes
-//! one accepted step of at most `dt`, so that contact is resolved after each. The thesis names this scheme as future work.
+//! Seven stages, the last of which equals the first of the next step. The difference of the two
+//! results estimates the error of a step h: err = max over nodes and coordinates of max(|e_x|, h
+//! |e_v|), in metres. A step is accepted when err <= tolerance; the next step is h · 0.9
+//! (tolerance/err)^(1/5), between a fifth and five times the last. One call takes one accepted step
+//! of at most `dt`, so that contact is resolved after each. The thesis names this method as future
+//! work.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 use crate::serialize::{Keeper, Taken, Taker};
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
@@ -14,7 +18,7 @@ pub(crate) const INFO: EngineInfo = EngineInfo {
     name: "rk45",
     about: "Dormand-Prince 5(4), adaptive with error control",
     order: 5,
-    // Of the order-5 formula with steps it is told to take; error control keeps well below by itself.
+    // Stability limit of the order-5 formula at fixed steps; error control stays well below it.
     stability_limit: 0.997,
     evaluations: 7,
     drift: 0.5,
@@ -25,9 +29,9 @@ pub(crate) const INFO: EngineInfo = EngineInfo {
 };
 
 const STAGES: usize = 7;
-/// Places of the stages in the step.
+/// Times of the stages as fractions of the step.
 const C: [f64; STAGES] = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
-/// Weights of the earlier slopes in each stage; the last row is the order-5 result.
+/// Weights of the earlier derivatives in each stage; the last row is the order-5 result.
 const A: [[f64; 6]; STAGES] = [
     [0.0; 6],
     [1.0 / 5.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -40,17 +44,17 @@ const A: [[f64; 6]; STAGES] = [
 /// Order-5 weights minus order-4 weights: the error estimate.
 const E: [f64; STAGES] =
     [71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0];
-/// A step smaller than this fraction of `dt` is taken whatever its error: the sheet is then caught as unstable by its speed,
-/// where shrinking further would hang the program.
+/// Minimum step as a fraction of `dt`; it is accepted with any error. An unstable sheet is then
+/// detected by its speed instead of by an endless loop.
 const SMALLEST: f64 = 1e-6;
 
 struct Rk45 {
     tolerance: f64,
-    /// Size the last step suggests for the next, s.
+    /// Step that the last error suggests for the next call, s.
     next: Option<f64>,
     x_stage: Vectors,
     v_stage: Vectors,
-    /// Slopes of x and v at each stage.
+    /// Derivatives of x and v at each stage.
     u: [Vectors; STAGES],
     a: [Vectors; STAGES],
 }
@@ -69,7 +73,8 @@ impl Default for Rk45 {
 }
 
 impl Rk45 {
-    /// Evaluates the stages for a step of `h`; leaves the result in the stage arrays and returns the error, m.
+    /// Evaluates the stages for a step of `h` s; stores the result in the stage arrays and returns
+    /// the error, m.
     fn attempt(&mut self, forces: &mut dyn Forces, t: f64, h: f64, x: &Vectors, v: &Vectors) -> f64 {
         for s in 1..STAGES {
             self.x_stage.copy_from(x);
@@ -85,7 +90,7 @@ impl Rk45 {
     }
 }
 
-/// Largest component of Σ E_s k_s; infinite if any is not a number.
+/// Largest component of Σ E_s k_s; infinite if any is not finite.
 fn largest_error(slopes: &[Vectors; STAGES]) -> f64 {
     let mut largest = 0.0_f64;
     for axis in 0..3 {
@@ -118,7 +123,7 @@ impl Engine for Rk45 {
             let factor = if error > 0.0 { 0.9 * (self.tolerance / error).powf(0.2) } else { 5.0 };
             let suggested = h * factor.clamp(0.2, 5.0);
             if error <= self.tolerance || h <= smallest {
-                // A step cut short by the end of `dt` says nothing against the size found before.
+                // A step shortened by the end of `dt` does not reduce the stored step.
                 let cut = if h >= dt { self.next.unwrap_or(0.0) } else { 0.0 };
                 self.next = Some(suggested.max(smallest).max(cut));
                 break;

@@ -1,21 +1,26 @@
-//! TR-BDF2: a trapezoidal stage over γ dt, then a BDF2 stage over the rest, γ = 2 - √2, so that both weigh the new
-//! acceleration with h = γ dt/2 and their matrices are of one scale.
+//! TR-BDF2: a trapezoidal stage over γ dt, then a BDF2 stage over the rest, γ = 2 - √2, so that
+//! both stages weight the new acceleration with h = γ dt/2 and their matrices have equal scale.
 //!
-//! Stage 1: x_γ = x₀ + h (v₀ + v_γ), v_γ = v₀ + h (a₀ + a_γ). Stage 2: x₁ = p x_γ + q x₀ + h v₁, v₁ = p v_γ + q v₀ + h a₁,
-//! p = 1/(γ(2-γ)), q = -(1-γ)²/(γ(2-γ)). Order 2, L-stable, and among L-stable one-step schemes of order 2 one with little
-//! damping: on x'' = -ω²x a slow motion loses about 0.0037 (ω dt)⁴ of its amplitude a step.
-//! Bank, Coughran, Fichtner, Grosse, Rose, Smith, "Transient simulation of silicon devices and circuits", IEEE Trans. CAD 4,
-//! 1985; Hosea and Shampine, "Analysis and implementation of TR-BDF2", Appl. Numer. Math. 20, 1996.
+//! Stage 1: x_γ = x₀ + h (v₀ + v_γ), v_γ = v₀ + h (a₀ + a_γ). Stage 2: x₁ = p x_γ + q x₀ + h v₁,
+//! v₁ = p v_γ + q v₀ + h a₁, p = 1/(γ(2-γ)), q = -(1-γ)²/(γ(2-γ)). Order 2, L-stable, with little
+//! damping among L-stable one-step integrators of order 2: on x'' = -ω²x a slow motion loses about
+//! 0.0037 (ω dt)⁴ of its amplitude per step.
 //!
-//! It carries accelerations and rates of strain from step to step: those of the scheme, not ones computed afresh.
+//! Sources: Bank, Coughran, Fichtner, Grosse, Rose, Smith, "Transient simulation of silicon devices
+//! and circuits", IEEE Trans. CAD 4, 1985; Hosea and Shampine, "Analysis and implementation of
+//! TR-BDF2", Appl. Numer. Math. 20, 1996.
+//!
+//! Accelerations and strain rates persist from step to step: they are values of the integrator, not
+//! recomputed from forces.
 
 use crate::elements::Anchor;
 use crate::integrators::implicit::newton::{Work, solve};
 use crate::integrators::implicit::staged;
 use crate::integrators::implicit::staged::{Jump, Staged};
 use crate::integrators::implicit::{Complex, Implicit, Stage};
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 use crate::serialize::{Keeper, Taken, Taker};
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
@@ -50,9 +55,10 @@ struct TrBdf2 {
     y: Vectors,
     w: Vectors,
     per_time: f64,
-    /// Where the step began, m, which is what rates of strain are measured from.
+    /// Positions at the start of the step, m: reference of the strain rates.
     x_start: Vectors,
-    /// Where and how fast it began for the second stage: moved by what contact did in the first, m and m/s.
+    /// Positions (m) and velocities (m/s) at the start of the step as the second stage uses them:
+    /// moved by contact in the first.
     x_past: Vectors,
     v_past: Vectors,
     work: Work,
@@ -96,8 +102,9 @@ impl Staged for TrBdf2 {
         2
     }
 
-    /// The acceleration the first step begins with: that of the forces where the sheet carries no stress to speak of;
-    /// otherwise that of an implicit step, which leaves out what the scheme could not follow.
+    /// Computes the acceleration before the first step: from the forces where the sheet is almost
+    /// free of stress, else from an implicit step, which filters frequencies that the integrator
+    /// does not resolve.
     fn begin(&mut self, problem: &mut dyn Implicit, dt: f64, x: &Vectors, v: &Vectors) -> u32 {
         let Self { a_mid, y, w, x_start, x_past, v_past, .. } = self;
         for buffer in [a_mid, y, w, x_start, x_past, v_past] {
@@ -147,7 +154,8 @@ impl Staged for TrBdf2 {
         self.y.set_sum(x, 2.0 * h, v);
         guess.copy_from(&self.y);
         self.y.add_scaled(h * h, &self.a);
-        // Guessed with the acceleration there was: a guess without it costs half a solve more a stage.
+        // The stored acceleration improves the guess: without it a stage needs half a linear solve
+        // more.
         guess.add_scaled(2.0 * h * h, &self.a);
         problem.begin(self.per_time, &[Anchor { weight: 1.0, x }], h, x, v);
     }
@@ -183,7 +191,8 @@ impl Staged for TrBdf2 {
         }
         x.copy_from(solution);
         let Some(jump) = jump else { return };
-        // What stands in the accelerations now is the force of contact too.
+        // Removes the contact force from the stored acceleration, and replaces the velocity change
+        // that the contact displacement implies by the velocity jump.
         v.add_scaled(-1.0 / h, &jump.dx);
         v.add_scaled(1.0, &jump.dv);
         let a = if k == 0 { &mut self.a_mid } else { &mut self.a };

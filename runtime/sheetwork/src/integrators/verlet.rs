@@ -1,12 +1,14 @@
-//! Velocity Verlet: half a kick, a drift, half a kick with the acceleration at the new place.
+//! Velocity Verlet: half a velocity update, a position update, and half a velocity update with the
+//! acceleration at the new position.
 //!
-//! v_h = v + ½ a₀ h; x ← x + v_h h; a₁ at (x, v + a₀ h); v ← v_h + ½ a₁ h. The velocity given to a₁ is a prediction, which
-//! keeps order 2 with dashpots. Symplectic without them: on x'' = -ω²x stable for a = hω up to 2, energy within about a²/4.
-//! The first acceleration is computed afresh each step, not carried over, because contact and parameter changes between
-//! steps make the old one wrong.
+//! v_h = v + ½ a₀ h; x ← x + v_h h; a₁ at (x, v + a₀ h); v ← v_h + ½ a₁ h. The predicted velocity
+//! v + a₀ h in a₁ preserves order 2 with dashpots. Symplectic without dashpots: on x'' = -ω²x
+//! stable for a = hω up to 2, energy error about a²/4. Each step recomputes the first acceleration,
+//! because contact and changed parameters between steps invalidate the previous one.
 
-use crate::integrators::{Advance, Engine, EngineInfo, EngineKind, Forces, fit};
+use crate::integrators::{Advance, Engine, EngineInfo, Forces, fit};
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 
 pub(crate) const INFO: EngineInfo = EngineInfo {
     kind: EngineKind::Verlet,

@@ -1,13 +1,14 @@
-//! What a step of an implicit engine may not end with: energy from nowhere, or a sheet within a body.
+//! Energy budget of an implicit step, and the freeze fallback.
 //!
-//! Contact gives no energy, nor do air at rest and pins that hold; with those alone
+//! Contact adds no energy, nor do air at rest and fixed pins; with those alone
 //!
 //!   T + V ≤ T₀ + V₀,
 //!
-//! T kinetic energy, V that of strain and of gravity. A linear solve over a large motion can break this: where a sheet is struck hard
-//! its masses are taken along the tangent, not around the arc. Such a step is taken again as two, and where steps are as short as they
-//! may be, velocities lose what there is too much. Where it ends within a body all the same, the sheet stays where it was, slower: time
-//! is lost, and the next step has less to cope with. Energies in J.
+//! T kinetic energy, V elastic and potential energy, all in J. A linear solve over a large motion
+//! can break the inequality: after a hard impact nodes move along the tangent instead of the arc.
+//! Such a step is bisected; at the maximum bisection depth velocities are scaled to remove the
+//! excess. Where the step still ends within a body, the sheet is frozen at reduced speed for the
+//! step.
 
 use crate::contact::Group;
 use crate::contact::solver_body::Mover;
@@ -16,52 +17,58 @@ use crate::sheet::Field;
 use crate::islands::implicit_step::Part;
 use crate::islands::rigid_motion::whole_group;
 
-/// Energy gained, as a fraction of what could be turned into motion at the start, beyond which a step is taken again.
+/// Energy gain, as a fraction of the energy available for motion at the start, above which a step
+/// is bisected.
 const GAIN: f64 = 0.1;
-/// The same below which it is left: what engines do without contact, too.
+/// Energy gain tolerance, as a fraction of the energy available for motion: integrators gain as
+/// much without contact.
 const SLIGHT: f64 = 1e-3;
-/// What moves slower than this (m/s), or is lifted by less than this (m), has no energy worth another step: a contact solve is
-/// accurate to a fraction of a micrometre.
+/// Speed (m/s) and lift (m) of the reference energy below which gains are ignored; the lift exceeds
+/// the accuracy of a contact solve, a fraction of a micrometre.
 const STILL: f64 = 5e-3;
 const LIFT: f64 = 1e-4;
-/// The same for several sheets: each may be a few micrometres into the next, and a pile is lifted by all of them.
+/// Lift of the reference energy for several sheets, m: each may penetrate the next by a few
+/// micrometres, and their depenetration lifts the whole pile.
 const LIFT_TOGETHER: f64 = 2e-3;
-/// What overlapped at the start by more than contact leaves, and by no more than somebody may have put there, m, is lifted out of it.
+/// Range of initial penetration whose removal may add potential energy, m: from the penetration
+/// that contact leaves to the largest that initial positions may have.
 const OVERLAPS: (f64, f64) = (2e-5, 5e-4);
-/// The same beyond which a sheet is not to be helped: as one that begins deep within a body, and is thrown out of it. Of several
-/// sheets one would take the others with it, so those stay where they were.
+/// Energy gain, as a fraction of the energy available for motion, above which a lone sheet has
+/// diverged, as one that begins deep within a body and is expelled. In an island of several sheets
+/// the fallback applies instead, so that one sheet does not stop the others.
 const RUNAWAY: f64 = 1e6;
-/// Speed of what is about to come to rest, m/s. A body that rolls to and fro over the edges of the sheet's triangles is lifted onto each by up to a
-/// twentieth of the energy it has: more than rolling takes from it.
+/// Speed below which a motion is about to rest, m/s. A body that rolls over the edges of the
+/// sheet's triangles is lifted at each by up to a twentieth of its energy, which exceeds the
+/// rolling resistance.
 const LINGERING: f64 = 0.03;
-/// Part of its speed that a sheet keeps when it stays where it was, for want of a step that may stand.
+/// Fraction of its velocity that a frozen sheet keeps.
 pub(crate) const KEPT: f64 = 0.5;
-/// Overlap with a body that a step may end with where its rounds did not come together, m.
+/// Maximum penetration of a body at the end of a step with unconverged outer iterations, m.
 pub(crate) const WITHIN: f64 = 3e-4;
 
-/// Whether a step may stand.
+/// Result of the energy check of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     Stands,
-    /// It is to be taken again as two.
+    /// The step is to be bisected.
     Again,
-    /// It cannot be made so that it may stand.
+    /// The fallback is to be applied.
     Fails,
-    /// What comes after need not be computed: the sheet is unstable.
+    /// The sheet is unstable; later substeps are skipped.
     Runaway,
 }
 
-/// Energies of a group.
+/// Energies of an island, J.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Energies {
-    /// Of the motion of the sheets and of the bodies that give way, of strain and of gravity.
+    /// Kinetic energy of the sheets, of the dynamic bodies; elastic and potential energy.
     sheets: f64,
     bodies: f64,
     strain: f64,
     gravity: f64,
-    /// What the sheets have when they are all but still.
+    /// Reference energy of nearly resting sheets.
     still: f64,
-    /// What lifts out of overlaps may add.
+    /// Potential energy that depenetration may add.
     lifts: f64,
 }
 
@@ -91,7 +98,7 @@ impl Energies {
         self.sheets + self.bodies + self.strain + self.gravity
     }
 
-    /// Those at the start of `part`; `None` where something else than contact may do work in it.
+    /// Energies at the start of `part`; `None` when other loads than contact may do work in it.
     pub fn before(group: &Group, part: &Part) -> Option<Self> {
         let led = group.movers.iter().any(|m| !m.gives() && m.start.moves());
         let moved = |i: &u32| {
@@ -102,9 +109,9 @@ impl Energies {
         (!led && !blown && !group.members.iter().any(moved)).then(|| Self::of(group, &part.field))
     }
 
-    /// Counts what lifts a lone sheet and what lies on it out of an overlap of `depth` (m) that the step began with, and bodies with what
-    /// lies on them out of one that is to be less by `parted` (m): that is taken back at once, however short the step. Several sheets are
-    /// lifted by [`LIFT_TOGETHER`] in any case.
+    /// Add the work of depenetration: of a lone sheet and its load from an initial penetration of
+    /// `depth` (m), and of bodies by `parted` (m). Depenetration is complete within one step,
+    /// however short. [`LIFT_TOGETHER`] covers several sheets.
     pub fn lift_out(&mut self, group: &Group, field: &Field, (depth, parted): (f64, f64)) {
         let depth = if depth > OVERLAPS.0 { depth.min(OVERLAPS.1) } else { 0.0 };
         if depth + parted > 0.0 && group.members.len() == 1 {
@@ -112,9 +119,11 @@ impl Energies {
         }
     }
 
-    /// Compares with those now. With `last`, the step is made so that it may stand, or fails. Where nothing was `met` a slight gain is the
-    /// engine's own, and stands. Of sheets that are `loose` only what moves against their motion as a whole is slowed: that has momentum.
-    /// Of what is about to come to rest any gain is taken from its motion, and what it had not enough for is `owed` (J) by the next steps.
+    /// Compare with the present energies. With `last`, the step is scaled to fit the budget or
+    /// fails. Without contact (`met`) a slight gain belongs to the integrator and is accepted. For
+    /// `loose` sheets only the velocities relative to the rigid motion are scaled, which conserves
+    /// momentum. Near rest the gain is removed from the kinetic energy, and the remainder is `owed`
+    /// (J) by the following steps.
     pub fn judge(
         &self,
         group: &mut Group,
@@ -162,8 +171,8 @@ impl Energies {
     }
 }
 
-/// Whether nothing in `group` goes faster than [`LINGERING`], bodies are in it that give way, and something holds it: of what is free only
-/// the motion against the whole may be lessened.
+/// Whether all objects in `group` are slower than [`LINGERING`], one of them is a dynamic body, and
+/// the sheets are held: in free sheets only relative motion may be reduced.
 fn is_lingering(group: &Group, loose: bool) -> bool {
     let gives = group.movers.iter().any(|m| m.gives());
     let slow = |m: &Mover| !m.gives() || m.start.velocity().length() < LINGERING;
@@ -173,7 +182,8 @@ fn is_lingering(group: &Group, loose: bool) -> bool {
         && !(loose && whole_group(group).is_some())
 }
 
-/// Takes `owed` (J) from all that moves, with `motion` (J), or all of that; returns how much.
+/// Remove up to `owed` (J) from the kinetic energy `motion` (J) of all moving objects. Returns the
+/// energy removed, J.
 fn take(group: &mut Group, owed: f64, motion: f64) -> f64 {
     let taken = owed.min(motion);
     if taken > 0.0 {
@@ -186,14 +196,14 @@ fn take(group: &mut Group, owed: f64, motion: f64) -> f64 {
     taken
 }
 
-/// Weight of a group's sheets, and of the bodies in it that give way, N.
+/// Weight of the sheets and dynamic bodies of an island, N.
 fn weight(group: &Group, field: &Field) -> f64 {
     let sheets: f64 = group.members.iter().flat_map(|i| &group.sheets[*i as usize].mass).sum();
     let bodies: f64 = group.movers.iter().filter(|m| m.gives()).map(|m| m.free.mass()).sum();
     (sheets + bodies) * field.gravity.length()
 }
 
-/// Leaves the sheets where they were at the start; bodies that give way go on.
+/// Freeze the sheets at the start of the substep; dynamic bodies keep their motion.
 pub(crate) fn stay(group: &mut Group) {
     group.each(|sheet| {
         sheet.put_back();

@@ -1,4 +1,4 @@
-//! What happened to the sheets of a world, and when.
+//! Events of the sheets of a world, with their times.
 
 use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, RigidBodyHandle};
@@ -9,114 +9,117 @@ use crate::rigid::RigidView;
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::{Opening, Sheet};
 
-/// Kinds of events.
+/// Kind of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum EventKind {
-    /// A sheet touched a body for the first time.
+    /// First contact of a sheet with a body.
     FirstContact,
-    /// A sheet that had touched a body has not done so for a tenth of a second; the time is that of the last touch.
+    /// End of contact with a body for a tenth of a second; the time is that of the last contact.
     SlidOff,
-    /// A sheet lay flat on one body for the first time: it had left every other, at least as many masses touched it in one step
-    /// as 95 % of the bottom layer has, and that layer was plane to 2 % of the sheet's diagonal.
+    /// First time that a sheet lies flat on one body: it touches no other body, the number of nodes
+    /// in contact is at least 95 % of those of the bottom layer, and the layer is plane to 2 % of
+    /// the sheet's diagonal.
     Flat,
-    /// Every mass was slower than a millimetre a second for half a second; the sheet sleeps.
+    /// Start of sleeping: every node was slower than 1 mm/s for half a second.
     AtRest,
-    /// A sleeping sheet was woken.
+    /// End of sleeping.
     Woke,
-    /// A sheet went unstable and was stopped.
+    /// Instability; the sheet is stopped.
     Unstable,
-    /// A sheet was about to go unstable and was dealt with as its `when_unstable` says.
+    /// Detected instability, with the recovery action of `when_unstable`.
     Contained,
-    /// Contact was given up in a part of a step, and not in the step before: for that part it went on as one stiff body with the free bodies that
-    /// it would have gone into, or stayed where it was.
+    /// The contact solver did not converge in a substep. The island moved rigidly or was frozen for
+    /// that substep. Sent once per episode.
     GivenUp,
-    /// It was found to go through another sheet, as where it was put there: contact between the two is left out until they are apart.
+    /// Interpenetration with another sheet, as from initial positions. Contact between the two is
+    /// disabled until they are apart.
     Crossing,
-    /// It has been well for long enough to be stepped as before.
+    /// Return to normal stepping after a time without detected instability.
     Recovered,
-    /// A sheet gave way: it buckled, snapped through or crumpled ([`crate::sheet::Buckle`]). Told of only where
-    /// [`crate::world::World::watch_buckling`] asks for it.
+    /// Buckling, snap-through or crumpling ([`crate::sheet::Buckle`]). Sent only when
+    /// [`crate::world::World::watch_buckling`] enables it.
     Buckled,
-    /// A sheet opened for the first time: it tore or melted.
+    /// First fracture or melting of a sheet.
     Torn,
-    /// A sheet went to another grid ([`crate::world::World::resample`], or a level of detail).
+    /// Change to another grid ([`crate::world::World::resample`], or a level of detail).
     Resampled,
 }
 
-/// Something that happened.
+/// An event.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Event {
     /// Simulated time, s.
     pub time_s: f64,
-    /// What.
+    /// Kind of the event.
     pub kind: EventKind,
-    /// To which sheet.
+    /// Name of the sheet.
     pub sheet: String,
-    /// With which body, where there is one.
+    /// Name of the body, where one is involved.
     pub body: Option<String>,
-    /// Where, m, for what happens at one place of the sheet.
+    /// Place of a local event, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place_m: Option<[f64; 3]>,
-    /// Energy that was set free, J, where some was.
+    /// Released energy of a buckling event, J.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub energy_j: Option<f64>,
-    /// Of what it opened, when it did.
+    /// Data of a fracture event.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opening: Option<Opening>,
-    /// Masses along its length and width, where it went to another grid.
+    /// Numbers of nodes along length and width after a change of the grid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub grid: Option<(u32, u32)>,
-    /// What showed that it was unstable, and what was done about it.
+    /// Data of an instability event and its recovery action.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub alarm: Option<Alarm>,
 }
 
-/// What was done about a sheet that was about to go unstable.
+/// Recovery action for an unstable sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Handled {
-    /// It was stopped.
+    /// The sheet was stopped.
     Stopped,
-    /// It was frozen.
+    /// The sheet was frozen.
     Frozen,
-    /// Its engine takes a step in parts.
+    /// The integrator takes a step in several substeps.
     StepReduced {
-        /// In how many.
+        /// Number of substeps.
         parts: u32,
     },
-    /// The implicit engine takes over.
+    /// The implicit integrator takes over.
     Implicit,
-    /// Its springs are held to a limit.
+    /// The strain of springs is limited.
     Limited {
-        /// Strain they are held to.
+        /// Strain limit.
         strain: f64,
     },
 }
 
-/// The numbers that showed that a sheet is unstable, of the step that was thrown away. What is not a number is infinite.
+/// Data of the rejected step in which a sheet was detected as unstable. Infinity replaces NaN.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Alarm {
-    /// Energy at the start of the step, J; none where an implicit engine did not keep it.
+    /// Energy at the start of the step, J; `None` when an implicit integrator did not store it.
     pub energy_before_j: Option<f64>,
-    /// Energy at its end, J.
+    /// Energy at the end of the step, J.
     pub energy_after_j: f64,
-    /// Mass that was fastest.
+    /// Index of the fastest node.
     pub mass: u32,
-    /// Its speed, m/s.
+    /// Speed of the fastest node, m/s.
     pub speed_m_s: f64,
-    /// Where it was at the start of the step, m.
+    /// Position of the fastest node at the start of the step, m.
     pub place_m: [f64; 3],
     /// Largest strain of a spring, or between neighbours of a shell, at the end of the step.
     pub strain: f64,
     /// Length of the step, s.
     pub step_s: f64,
-    /// What was done.
+    /// Recovery action.
     pub handled: Handled,
 }
 
 impl Alarm {
-    /// Of `sheet` at the end of a step of `step_s` (s) from where it was in `work.x_before`, under `gravity` (m/s²).
+    /// Data of `sheet` at the end of a step of `step_s` (s) from `work.x_before`, under `gravity`
+    /// (m/s²).
     pub(crate) fn of(sheet: &mut Sheet, gravity: DVec3, step_s: f64) -> Self {
         let number = |value: f64| if value.is_nan() { f64::INFINITY } else { value };
         let squared = |i: usize| number(sheet.v.get(i).length_squared());
@@ -124,7 +127,7 @@ impl Alarm {
         let speed_m_s = squared(mass).sqrt();
         let energy_after_j = number(sheet.energy(gravity).total);
         let strain = sheet.largest_strain();
-        // What implicit engines begin with is kept where somebody asks for it.
+        // Implicit integrators store their initial state only with an instability policy.
         let known = sheet.is_explicit() || sheet.guard.is_some();
         let energy_before_j = (known && sheet.work.v_before.len() == sheet.masses()).then(|| {
             sheet.swap_before();
@@ -147,23 +150,23 @@ impl Alarm {
 }
 
 impl Event {
-    /// What happened to `sheet`, at no place that is known.
+    /// Event of `sheet` without a place.
     pub(crate) fn new(time_s: f64, kind: EventKind, sheet: &str, body: Option<String>) -> Self {
         let sheet = sheet.to_owned();
         Self { time_s, kind, sheet, body, place_m: None, energy_j: None, opening: None, grid: None, alarm: None }
     }
 }
 
-/// How long a sheet must be away from a body to count as off it, s.
+/// Time without contact after which a sheet has left a body, s.
 const OFF_AFTER: f64 = 0.1;
 
-/// Share of a layer's masses that must touch for the sheet to lie flat.
+/// Fraction of a layer's nodes that must touch for the sheet to lie flat.
 const FLAT_SHARE: f64 = 0.95;
 
-/// Deviation from a plane below which a sheet is flat, as a fraction of its diagonal.
+/// Flatness threshold: deviation from a plane as a fraction of the sheet's diagonal.
 const FLATNESS: f64 = 0.02;
 
-/// Whether the bottom layer is plane: every mass near the plane through three of its corners.
+/// Whether the bottom layer is plane: every node near the plane through three corners.
 fn is_flat(sheet: &Sheet) -> bool {
     let Some(layer) = sheet.layers.first() else { return false };
     let (i, j) = (layer.nx.saturating_sub(1), layer.nz.saturating_sub(1));
@@ -177,7 +180,7 @@ fn is_flat(sheet: &Sheet) -> bool {
     layer.range().all(|m| (sheet.x.get(m) - origin).dot(normal).abs() < bound)
 }
 
-/// A body that a sheet has touched, with the masses that did so in this step.
+/// Touched body, with the number of nodes in contact in this step.
 #[derive(Clone, Debug)]
 struct Touched {
     collider: ColliderHandle,
@@ -189,17 +192,17 @@ struct Touched {
     known: bool,
 }
 
-/// Which bodies a sheet has touched: one of these a sheet, updated every step.
+/// Record of the bodies that a sheet has touched; one per sheet, updated every step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Touches {
     list: Vec<Touched>,
-    /// Filled in during the step; drained by the world.
+    /// Events of the step; drained by the world.
     pub events: Vec<(f64, EventKind, Option<ColliderHandle>)>,
-    /// Of those events that have one, in their order.
+    /// Data of those events that carry an alarm, in their order.
     pub alarms: Vec<Alarm>,
 }
 
-/// Adds contacts to a sheet's record, knowing which collider belongs to which body.
+/// Writer of contacts to a sheet's record, which maps colliders to bodies.
 pub(crate) struct Recorder<'a> {
     pub touches: &'a mut Touches,
     pub view: &'a RigidView<'a>,
@@ -220,21 +223,21 @@ impl Touch for Recorder<'_> {
 }
 
 impl EventKind {
-    /// Whether it comes with an [`Alarm`].
+    /// Whether events of this kind carry an [`Alarm`].
     pub(crate) fn has_alarm(self) -> bool {
         matches!(self, Self::Unstable | Self::Contained)
     }
 }
 
 impl Touches {
-    /// Tells of an alarm.
+    /// Record an event with its alarm data.
     pub fn tell(&mut self, time: f64, kind: EventKind, alarm: Alarm) {
         self.events.push((time, kind, None));
         self.alarms.push(alarm);
     }
 
-    /// Forgets the last step's counts before a step that begins at `time` (s). What touched then has touched until now, however long the sheet
-    /// has slept in between.
+    /// Reset the counts of the last step before a step that begins at `time` (s). A contact of the
+    /// last step lasts until now, sleep included.
     pub fn begin(&mut self, time: f64) {
         for t in &mut self.list {
             if std::mem::take(&mut t.masses) > 0 {
@@ -243,12 +246,12 @@ impl Touches {
         }
     }
 
-    /// Bodies touched in this step.
+    /// Number of bodies touched in this step.
     pub fn count(&self) -> usize {
         self.list.iter().filter(|t| t.masses > 0).count()
     }
 
-    /// Keeps it for a snapshot, after a step.
+    /// Serialise the record, after a step.
     pub fn keep(&self, to: &mut Keeper) {
         to.count(self.list.len() as u64);
         for t in &self.list {
@@ -263,7 +266,7 @@ impl Touches {
         }
     }
 
-    /// Takes it back.
+    /// Deserialise the record.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         self.events.clear();
         self.alarms.clear();
@@ -280,7 +283,7 @@ impl Touches {
         Ok(())
     }
 
-    /// Turns this step's counts into events.
+    /// Turn the counts of this step into events.
     pub fn end(&mut self, time: f64, sheet: &Sheet) {
         let layer = sheet.layers.first().map_or(0, |l| l.len());
         let here = |t: &Touched| t.known && time - t.last <= OFF_AFTER;

@@ -1,8 +1,12 @@
-//! One step of sheets and bodies that may touch, by an implicit engine: stage by stage together.
+//! One step of an island by an implicit integrator: sheets and bodies that may touch, stage by
+//! stage.
 //!
-//! lead the pins → for each stage: rounds of free motion, detection and position solve → velocity solve → finish
+//!   lead the pins
+//!     → for each stage: outer iterations of free motion, detection and position solve
+//!     → velocity solve → finish
 //!
-//! A step whose rounds do not come together is taken back and halved, a few times over.
+//! A step whose outer iterations do not converge is rolled back and bisected, up to a maximum
+//! depth.
 
 use crate::collision::constraint::Contact;
 use crate::contact::Group;
@@ -12,73 +16,78 @@ use crate::contact::outer_iteration::{Look, Margins, Rounds, solve_rounds};
 use crate::contact::solver_body::Mover;
 use crate::contact::stage::Scratch;
 use crate::islands::energy_budget::{Energies, KEPT, Verdict, WITHIN, stay};
+use crate::islands::is_unstable;
 use crate::islands::rigid_motion::{go_on, is_loose, whole};
-use crate::islands::{SLEEP_TIME, is_unstable};
+use crate::scene::sleep::SLEEP;
 use crate::sheet::Field;
 
-/// How often a step may be halved. Found by trial on sheets thrown at edges at 20 m/s: with three the last part often did not settle
-/// and went in by millimetres, with five or more seldom, in no more time over all. One that is folded on itself has no time for as
-/// many. Several sheets settle over the next steps as well, and are halved only for what those cannot mend: energy that they
-/// gain, strain from nowhere, and sheets that have gone through each other.
+/// Maximum number of bisections of a step. With three, sheets thrown at edges at 20 m/s often end a
+/// step unconverged, with millimetres of penetration. Sheets with self-contact have a lower maximum
+/// to bound the cost. Islands of several sheets converge over the following steps too, and are
+/// bisected only for an energy error, a strain error or interpenetration.
 const HALVINGS: u32 = 6;
 const HALVINGS_FOLDED: u32 = 4;
 const HALVINGS_TOGETHER: u32 = 4;
 
-/// Steps on end from which a sheet may be brought back that contact throws about beyond all measure: it may lie otherwise when what
-/// it touches has moved on. One that by then is slower than this (m/s) sleeps there, held by contacts that contradict one another.
+/// Maximum number of consecutive diverged steps that are rolled back. Afterwards an island slower
+/// than the speed (m/s) sleeps, since its contacts contradict one another, and a faster one is
+/// unstable.
 const STRAYS: u32 = 10;
 const ALL_BUT_STILL: f64 = 1e-2;
 
-/// Overlap that a body may add to that with a sheet which stays where it was, m: what contact leaves in any case.
+/// Increase of a body's penetration into a frozen sheet that is accepted, m: the penetration that
+/// the contact solver leaves.
 const GONE_IN: f64 = 2e-5;
 
-/// What contact may lift a body by in a part that is given up, m.
+/// Lift of a body by contact that a fallback accepts, m.
 const LIFTS: f64 = 1e-6;
 
-/// Overlap up to which a sheet may have come into a body where it was solved for as if there were none, m: what contact lets pass.
+/// Penetration tolerance for a sheet that was solved without contact, m: the tolerance of contact.
 const UNSEEN: f64 = 6e-5;
 
-/// Overlap with a body up to which several sheets go on from rounds that did not settle while a shorter step may do better, m.
+/// Penetration above which an island of several sheets with unconverged outer iterations bisects
+/// the step, m.
 const GONE_DEEP: f64 = 1e-4;
 
-/// What a body with corners may turn in a part of a step near a sheet, rad. Contact is linear in how a body turns, and a needle that is struck
-/// swings past the sheet in more: one in five went through, and of 216 needles and rods none since.
+/// Maximum rotation of a body with corners in a substep near a sheet, rad. Contact is linearised in
+/// the rotation; with a larger one a struck needle swings through the sheet.
 const TURNS: f64 = 0.2;
 
-/// A part of a step.
+/// A substep.
 #[derive(Clone, Copy)]
 pub(crate) struct Part {
     pub field: Field,
-    /// Time at its start, s.
+    /// Time at the start, s.
     pub time: f64,
-    /// How much of the whole step was before it, s.
+    /// Time from the start of the whole step to the start of the substep, s.
     pub done: f64,
-    /// Its length, s.
+    /// Length, s.
     pub dt: f64,
-    /// How often the step was halved to get it.
+    /// Number of bisections that lead from the step to the substep.
     pub halvings: u32,
 }
 
-/// Finds what may touch.
+/// Contact detection of an island.
 pub(crate) trait Find {
-    /// Puts the bodies of `group` where they are at the start, and without sheets at the end, of a stage from `from` to `to`, s
-    /// after the start of the whole step.
+    /// Move the bodies of `group` to the start of a stage from `from` to `to` (s after the start of
+    /// the whole step), and set their motion without contact with sheets.
     fn begin_stage(&mut self, group: &mut Group, from: f64, to: f64);
 
-    /// Writes what `look` says and comes nearer than `margins`, from the motions in the sheets of `group`.
+    /// Write to `found` the contacts of `look` that are closer than `margins`, from the motions in
+    /// the sheets of `group`.
     fn find(&mut self, group: &Group, look: Look, margins: Margins, found: &mut Found);
 
-    /// How fast the fastest body with corners that gives way and may meet a sheet in this step turns, rad/s.
+    /// Largest spin of the dynamic bodies with corners that may meet a sheet in this step, rad/s.
     fn spin(&self, group: &Group) -> f64;
 
-    /// Takes up where the stage has left the bodies.
+    /// Set the bodies to their state at the end of the stage.
     fn end_stage(&mut self, group: &mut Group);
 }
 
-/// Steps a group.
+/// Advance an island by a substep.
 pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: Part) {
     if part.halvings == 0 {
-        // What is in the midst of a hard blow is so in the next step.
+        // After an impact the next step begins one bisection above the deepest of this step.
         scratch.expected = if group.members.len() > 1 { scratch.deepest.saturating_sub(1) } else { 0 };
         scratch.deepest = 0;
         scratch.runaway = false;
@@ -92,7 +101,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     } else if scratch.runaway {
         return;
     }
-    // One state is enough to keep: a half begins where it would come back to.
+    // One stored state suffices: each half begins at the state to which its rollback returns.
     group.each(|sheet| {
         if !sheet.pins.is_empty() {
             sheet.pins.lead(part.time, part.dt, &sheet.x, &mut sheet.v);
@@ -110,7 +119,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
         let met = scratch.met.len();
         let stands = attempt(group, scratch, finder, &part);
         let ends = part.halvings >= most_halvings(group.members.len(), scratch);
-        // Several sheets go on from where they have come to.
+        // An island of several sheets accepts the state reached at the last bisection.
         if stands || ends && group.members.len() > 1 {
             group.each(|sheet| sheet.end_flow());
             return;
@@ -129,7 +138,7 @@ pub(crate) fn advance(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn
     advance(group, scratch, finder, Part { time: half.time + half.dt, done: half.done + half.dt, ..half });
 }
 
-/// Gives a part of a step up: sheets that nothing holds go on as a stiff body, others stay where they were.
+/// Apply the fallback to a substep: free sheets move rigidly, other sheets are frozen.
 fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     scratch.note_given_up();
     if !go_on(group, scratch, finder, part) {
@@ -138,9 +147,9 @@ fn give_up(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     }
 }
 
-/// Has bodies that give way stay where they were, too, where going on has taken one of them into a sheet that stays: they went as the
-/// sheets would have let them had they moved. They keep the speeds they have come to; but where a solve that did not settle has given them
-/// energy from nowhere they stay as the sheets do.
+/// Freeze dynamic bodies too where their motion makes one of them penetrate a frozen sheet: they
+/// moved as if the sheets had moved. The bodies keep their new velocities, or, where an unconverged
+/// solve has given them energy, a reduced part of the old ones.
 fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     if !group.movers.iter().any(|m| m.gives()) {
         return;
@@ -171,22 +180,24 @@ fn keep_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, par
     }
 }
 
-/// Whether the bodies of `group` that `went` on have more energy than they, and the sheets, which now stay, could have given them.
+/// Whether the dynamic bodies that `went` on have more kinetic and potential energy than all bodies
+/// and sheets had.
 fn gains(group: &Group, went: &[Mover], field: &Field) -> bool {
     let sheets = group.members.iter().map(|i| group.sheets[*i as usize].energy(field.gravity));
-    // Sheets that stay have lost part of their speed.
+    // Frozen sheets have lost part of their speed: kinetic energy over the squared factor.
     let mut had: f64 = sheets.map(|energy| energy.kinetic / (KEPT * KEPT) + energy.elastic).sum();
     let mut have = 0.0;
     for (mover, went) in group.movers.iter().zip(went).filter(|(mover, _)| mover.gives()) {
         had += mover.start.kinetic_energy() + mover.start.gravity_energy(field.gravity);
         have += went.start.kinetic_energy() + went.start.gravity_energy(field.gravity);
-        // Of a body that is all but still: what contact is accurate to.
+        // Accuracy of contact, for nearly resting bodies.
         had += mover.start.mass() * LIFTS * field.gravity.length();
     }
     have > had || have.is_nan()
 }
 
-/// Gives the part up in which a sheet was thrown about beyond all measure, unless it has been for too many steps on end.
+/// Apply the fallback to a diverged substep. After the maximum number of consecutive diverged
+/// steps, put a slow island in contact to sleep and mark a fast one as unstable.
 fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     scratch.strays += u32::from(!std::mem::replace(&mut scratch.strayed, true));
     if scratch.strays <= STRAYS {
@@ -199,14 +210,14 @@ fn bring_back(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, p
     let slow = group.members.iter().all(|i| group.sheets[*i as usize].max_speed() < ALL_BUT_STILL);
     if slow && !scratch.found.contacts.is_empty() {
         stay(group);
-        group.each(|sheet| (sheet.work.stage.failed, sheet.quiet) = (false, SLEEP_TIME));
+        group.each(|sheet| (sheet.work.stage.failed, sheet.quiet) = (false, SLEEP.delay));
     } else {
         scratch.runaway = true;
     }
 }
 
-/// Ends a part of which a shorter one was to be tried when it was begun, and now is not: the sheet has turned out to be folded on itself, or
-/// has taken all that a step may.
+/// Finish a substep whose further bisection is no longer allowed, because self-contact was found or
+/// the work budget of the step is spent: take its stages once more, or apply the fallback.
 fn end_early(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     if scratch.is_spent() || !attempt(group, scratch, finder, part) {
         group.each(|sheet| sheet.put_back());
@@ -218,13 +229,14 @@ fn end_early(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, pa
     group.each(|sheet| sheet.end_flow());
 }
 
-/// Takes the bodies of `group` through a part of a step as if there were no sheets.
+/// Advance the bodies of `group` through a substep without contact with sheets.
 fn pass_by(group: &mut Group, finder: &mut dyn Find, part: &Part) {
     finder.begin_stage(group, part.done, part.done + part.dt);
     finder.end_stage(group);
 }
 
-/// Does without contact in a part of a step: where the sheets stay, bodies go on as if there were none.
+/// Skip contact in a substep: bodies move without contact with sheets, and the fallback applies to
+/// the sheets.
 fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) {
     pass_by(group, finder, part);
     bring_back(group, scratch, finder, part);
@@ -234,7 +246,7 @@ fn sit_out(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     group.each(|sheet| sheet.end_flow());
 }
 
-/// How often a step may be halved.
+/// Maximum number of bisections of a step for the island.
 fn most_halvings(members: usize, scratch: &Scratch) -> u32 {
     match (members, scratch.single) {
         _ if scratch.is_spent() => 0,
@@ -244,7 +256,8 @@ fn most_halvings(members: usize, scratch: &Scratch) -> u32 {
     }
 }
 
-/// Takes the stages of a part; false when one did not settle and there is something left to try.
+/// Solve the stages of a substep. Returns `false` when a stage did not converge and a shorter
+/// substep is to be tried.
 fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     let Some(first) = group.members.first() else { return true };
     scratch.failed = false;
@@ -293,7 +306,8 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             }),
             _ => {}
         }
-        // A lone sheet that was solved for by itself has come to another place than its rounds, and may be in something there.
+        // A lone sheet that was solved without contact differs from its outer iterations, and may
+        // penetrate a body.
         let by_itself = rounds == Rounds::Unsettled && group.members.len() == 1;
         if by_itself || matches!(rounds, Rounds::Failed | Rounds::Open) {
             overlap = overlap
@@ -324,11 +338,9 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
             }
             scratch.note_met();
         }
-        group.each(|sheet| {
-            let unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             let jump = (touched && unit.is_touched()).then_some(&unit.jump);
             sheet.finish_stage(part.field, k, part.dt, jump);
-            sheet.work.unit = unit;
         });
         if group.members.len() == 1 && is_unstable(group.sheet(0)) {
             if last {
@@ -343,8 +355,8 @@ fn attempt(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part
     conclude(group, scratch, finder, part, (before, met, loose), (overlap, crossed))
 }
 
-/// Judges a part whose stages have been taken, with the energies `before` it, and gives it up where it may not stand; false when it is to be
-/// taken again.
+/// Check a substep after its stages against the energies `before` it, and apply the fallback on
+/// failure. Returns `false` when the substep is to be bisected.
 fn conclude(
     group: &mut Group,
     scratch: &mut Scratch,
@@ -354,7 +366,8 @@ fn conclude(
     (overlap, crossed): (f64, bool),
 ) -> bool {
     let last = scratch.last;
-    // What swings after a blow goes around as large an arc as what is struck: a lone sheet is judged in free flight too.
+    // After an impact the swinging part of a lone sheet moves along as large an arc as the struck
+    // part: its energy is checked in free flight too.
     let judged = met || group.members.len() == 1;
     let judge = |before: Energies| before.judge(group, &part.field, (last, met, loose), &mut scratch.owed);
     let verdict = before.filter(|_| judged).map_or(Verdict::Stands, judge);

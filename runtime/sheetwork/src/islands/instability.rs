@@ -1,29 +1,38 @@
-//! A sheet that is about to go unstable is seen, and dealt with as its scene says ([`crate::scene::WhenUnstable`]).
+//! Instability detector and recovery policy ([`crate::scene::WhenUnstable`]) for sheets of explicit
+//! integrators.
 //!
-//! An explicit engine's own step may gain no energy (`sheet/guard`). One that does is taken back, and again in parts, or with springs
-//! held to a limit; or the sheet stands for that step, and goes on with the implicit engine in the next; or it is frozen. Time without a
-//! further alarm eases what is done, notch by notch. Contact may gain it none either, but what bodies and other sheets bring: a sheet
-//! that ends a step with more is put back to where it began, slower, what it met goes on as if it were not there, and the same is done about it. All of it depends on the sheet alone, so that it is the same on any number of threads,
-//! and other sheets see nothing of it. Implicit engines watch their own steps ([`crate::islands::energy_budget`]): where those give up, the sheet is frozen.
+//! A step of an explicit integrator may not increase the energy, apart from the work of gravity,
+//! wind and pins. A step that does is rolled back and, by policy, repeated in shorter substeps,
+//! repeated with a strain limit, taken by the implicit integrator from the next step on, or
+//! replaced by freezing the sheet. Each interval without detection eases the policy by one level.
+//! Contact may add only the energy of bodies and other sheets. A sheet that ends a step above that
+//! bound returns to the start of the step at reduced speed, its contact partners move as if it were
+//! absent, and the policy applies.
+//!
+//! The detector depends on the state of one sheet alone: any number of threads gives the same
+//! result. Implicit integrators check their own energy ([`crate::islands::energy_budget`]); when
+//! their fallbacks fail, the sheet is frozen. Energies in J.
 
 use crate::islands::event::{Alarm, EventKind, Handled, Touches};
 use crate::islands::{Stage, is_unstable};
 use crate::scene::WhenUnstable;
 use crate::sheet::{GUARDED, Guard, Level, Sheet, Status};
 
-/// Energy that one step may gain, as a fraction of what there was; and of what there is, what may come from nowhere over many.
+/// Maximum energy gain of one step as a fraction of the energy at its start, and maximum
+/// accumulated gain as a fraction of the present energy.
 const GAIN: f64 = 0.1;
 const SURPLUS: f64 = 0.5;
-/// What moves slower than this (m/s) has no energy worth an alarm.
+/// Speed of the reference kinetic energy below which gains are ignored, m/s.
 const STILL: f64 = 5e-3;
-/// How often what the engine did is taken in a smaller part.
+/// Maximum number of shorter trials of a strain-limited step.
 const TRIALS: u32 = 4;
-/// Part of its speed that a sheet keeps which contact has given too much.
+/// Fraction of its velocity that a sheet keeps after an energy gain by contact.
 const KEPT: f64 = 0.5;
-/// Parts of a step that a sheet is frozen after which is held to a limit, and which contact gives too much all the same.
+/// Maximum number of substeps per step of a strain-limited sheet; with more needed, the sheet is
+/// frozen.
 const LIMITED_PARTS: u32 = 16;
 
-/// Eases what is done where it is time, and changes engines that are to be changed; before the step of a world.
+/// Ease recovery policies and exchange integrators that are due, before the step of a world.
 pub(crate) fn begin(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
         if sheet.status != Status::Awake {
@@ -47,7 +56,7 @@ pub(crate) fn begin(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage
     }
 }
 
-/// Takes note of what a watched sheet of an explicit engine has of motion and strain, before its step.
+/// Record the energy of a monitored sheet of an explicit integrator before its step.
 pub(crate) fn open(sheet: &mut Sheet) {
     if sheet.guard.is_some() && sheet.is_explicit() && sheet.status == Status::Awake {
         let level = sheet.level().total();
@@ -57,8 +66,9 @@ pub(crate) fn open(sheet: &mut Sheet) {
     }
 }
 
-/// Judges the whole step of a watched sheet of an explicit engine that has touched something, contact and all, for which what it met could bring `brought` (J). Whether it
-/// was put back.
+/// Check the whole step, contact included, of a monitored sheet of an explicit integrator that has
+/// touched something. `brought` is the energy that contact partners could transfer, J. Returns
+/// whether the sheet was rolled back.
 pub(crate) fn close(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, brought: f64) -> bool {
     if !sheet.is_explicit() || sheet.status != Status::Awake {
         return false;
@@ -82,8 +92,8 @@ pub(crate) fn close(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, bro
     !sound
 }
 
-/// Lets the engine of a watched sheet take it on from `time` by up to `part` (s). Returns the time taken; none where the sheet is to
-/// stand until the end of the step.
+/// Advance a monitored sheet of an explicit integrator from `time` by up to `part` (s). Returns the
+/// time taken, s; `None` when the sheet rests until the end of the step.
 pub(crate) fn advance(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, time: f64, part: f64) -> Option<f64> {
     let mut guard = sheet.guard.take()?;
     let taken = guard.advance(sheet, touches, stage, time, part);
@@ -135,7 +145,7 @@ impl Guard {
         }
     }
 
-    /// What to do next; none where nothing is left.
+    /// Next recovery action of the policy; `None` when none is left.
     fn next(&mut self) -> Option<Handled> {
         let state = &mut self.state;
         match self.policy {
@@ -152,13 +162,13 @@ impl Guard {
         }
     }
 
-    /// What to do next about contact with a sheet whose springs are held already.
+    /// Recovery action for contact of a sheet whose strain is limited already: a shorter substep.
     fn shorten_limited(&mut self) -> Option<Handled> {
         let limits = matches!(self.policy, WhenUnstable::Limit { .. });
         limits.then(|| self.state.shorten(LIMITED_PARTS)).flatten().map(|parts| Handled::StepReduced { parts })
     }
 
-    /// Whether the step of the world may stand.
+    /// Whether the energy gain of the whole step is acceptable.
     fn is_sound_at_end(&mut self, sheet: &Sheet, stage: &Stage, brought: f64) -> bool {
         if is_unstable(sheet) {
             return false;
@@ -168,11 +178,11 @@ impl Guard {
         let after = sheet.level().total();
         let gain = after - self.before - work - brought;
         self.state.surplus = (self.state.surplus + gain).max(0.0);
-        // Written so that what is no number is not sound.
+        // The comparisons treat NaN as unacceptable.
         gain <= GAIN * (self.before + still) && self.state.surplus <= SURPLUS * (after + still)
     }
 
-    /// Whether a step of `taken` s from `before` may stand.
+    /// Whether the energy gain of a substep of `taken` (s) from `before` is acceptable.
     fn is_sound(&mut self, sheet: &Sheet, before: Level, stage: &Stage, taken: f64) -> bool {
         if is_unstable(sheet) {
             return false;
@@ -182,13 +192,14 @@ impl Guard {
         let work = sheet.work_since(sheet.kept_positions(), &stage.field);
         let gain = after.total() - before.total() - work - sheet.may_gain(&stage.field, taken);
         self.state.surplus = (self.state.surplus + gain).max(0.0);
-        // Written so that what is no number is not sound.
+        // The comparisons treat NaN as unacceptable.
         gain <= GAIN * (before.total() + still) && self.state.surplus <= SURPLUS * (after.total() + still)
     }
 
-    /// Holds springs to their limit, and the sheet to the energy there was, where that is what is done; whether it is and the sheet can
-    /// stand. What the engine did is taken in so small a part that no strain changes by more than half the limit, and in a smaller one
-    /// where that would still store too much; at last the sheet moves as a rigid body.
+    /// Limit strain and energy of the sheet where the policy does so. Returns whether it does and
+    /// the sheet is stable. The step of the integrator is scaled down until no strain changes by
+    /// more than half the limit, and further while the elastic energy exceeds the available energy;
+    /// the last trial moves the sheet as a rigid body.
     fn hold(&mut self, sheet: &mut Sheet, stage: &Stage, taken: f64) -> bool {
         let WhenUnstable::Limit { strain } = self.policy else { return false };
         let finite = sheet.v.max_squared().is_finite() && sheet.x.max_squared().is_finite();
@@ -196,7 +207,7 @@ impl Guard {
             return false;
         }
         let revision = sheet.opening_revision();
-        // Warmth and flow change how long springs are at rest.
+        // Temperature and creep change rest lengths.
         if sheet.is_changed() || self.limit.as_ref().is_some_and(|l| l.0 != revision) {
             self.limit = None;
         }
@@ -212,7 +223,7 @@ impl Guard {
             if part < 1.0 {
                 sheet.carry_part(start, (&end.0, &end.1), taken, part);
             }
-            // What brings springs to their limit bends the sheet: at last it stays as it is.
+            // The strain limit bends the sheet; the last trial leaves its shape unchanged.
             if part > 0.0 {
                 eased |= limit.apply(strain, &mut sheet.x, &mut sheet.v, &sheet.inverse_mass, taken);
             }
@@ -226,7 +237,7 @@ impl Guard {
                     sheet.slow_drift(most.max(0.0), stage.field.gravity * taken);
                     eased = true;
                 }
-                // What pins may bring in a step they may bring, but not in every step again.
+                // Pins may add the energy `slack` in each step, without accumulation.
                 self.state.energy = sheet.level().total().min(earned.max(slack)).max(0.0);
                 break;
             }

@@ -1,5 +1,6 @@
-//! What a group of sheets may touch, stage by stage: bodies are put where they are, detection is asked, and its rows are
-//! brought from colliders to bodies. Glue and contacts of bodies with each other join them.
+//! Contact detection of an island, stage by stage: placement of bodies, detection, and mapping of
+//! contacts from colliders to bodies. Attachments and contacts between bodies are added as
+//! contacts.
 
 use glam::DVec3;
 
@@ -19,89 +20,93 @@ use crate::math::Vectors;
 use crate::profiler::{Phase, Watched};
 use crate::rigid::{BodyContact, BodyState, RigidView};
 use crate::serialize::{Keeper, Taken, Taker};
-use crate::sheet::{Crossing, Sheet};
+use crate::sheet::Crossing;
 
-/// Key of glue, and of contacts between bodies: detection's are below.
+/// Contact cache keys of attachments and of contacts between bodies; keys of sheet contacts are
+/// smaller.
 const GLUE: u64 = u64::MAX;
 const BODIES: u64 = u64::MAX - 1;
 
-/// Part of an overlap of two bodies that a step takes back, and overlap that is none, m.
+/// Fraction of the penetration of two bodies that a step removes, and the penetration tolerance, m.
 const RECOVERED: f64 = 0.2;
 const LET_BE: f64 = 1e-4;
 
-/// Detection's memory from step to step.
+/// State of detection between steps.
 #[derive(Default)]
 pub(crate) struct NearWork {
     finder: Finder,
-    /// Parts and bodies of the surroundings that are near, ascending, and the group's body of each part.
+    /// Parts and bodies of the surroundings in reach, ascending, and the island's body of each
+    /// part.
     parts: Vec<u32>,
     bodies: Vec<u32>,
     of_part: Vec<u32>,
     sheet_motions: Vec<SheetMotion<'static>>,
     body_motions: Vec<BodyMotion<'static>>,
-    /// Where contact moves the masses of the group's sheet, m.
+    /// Positions of the nodes of a lone sheet after the contact solution, m.
     moved: Vectors,
-    /// Sheets of the group that go through one another.
+    /// Sheets of the island that interpenetrate.
     crossing: Vec<u32>,
 }
 
 impl NearWork {
-    /// What detection has done.
+    /// Counters of detection.
     pub fn counters(&self) -> FindCounters {
         self.finder.counters()
     }
 
-    /// Keeps detection's memory for a snapshot.
+    /// Serialise the state of detection for a snapshot.
     pub fn keep(&self, to: &mut Keeper) {
         self.finder.keep(to);
     }
 
-    /// Whether it remembers sheet number `index`.
+    /// Whether the cache has data of sheet `index`.
     pub fn knows(&self, index: u32) -> bool {
         self.finder.knows(index)
     }
 
-    /// What was kept; `skin` finds the surface of a sheet by its number.
+    /// Deserialise the state of detection; `skin` returns the collision surface of a sheet by
+    /// index.
     pub fn taken<'s>(from: &mut Taker, skin: impl Fn(u32) -> Option<&'s Skin>) -> Taken<Self> {
         Ok(Self { finder: Finder::taken(from, skin)?, ..Self::default() })
     }
 
-    /// Looks for this from the next step on.
+    /// Set the features that are detected from the next step on.
     pub fn limit(&mut self, scope: Scope) {
         self.finder.limit(scope);
     }
 
-    /// Whether some sheet may meet itself in this step.
+    /// Whether a sheet may have self-contact in this step.
     pub fn folds(&self) -> bool {
         self.finder.folds()
     }
 
-    /// Bodies of the group, by number in the surroundings.
+    /// Bodies of the island, by index in the surroundings.
     pub fn bodies(&self) -> &[u32] {
         &self.bodies
     }
 
-    /// Of a contact's `part`, the number in the surroundings.
+    /// Index in the surroundings of a contact's `part`.
     pub fn part(&self, part: u32) -> Option<u32> {
         self.parts.get(part as usize).copied()
     }
 }
 
-/// Detection for one group over one step.
+/// Contact detection of one island over one step.
 pub(crate) struct Near<'a> {
     pub view: Option<&'a RigidView<'a>>,
     pub surroundings: &'a Surroundings,
     pub body_contacts: &'a [BodyContact],
     pub gravity: DVec3,
     pub sheets_meet: bool,
-    /// Number of the first sheet among the world's, for a group that is given alone.
+    /// Index in the world of the first sheet of the slice.
     pub first: u32,
     pub work: &'a mut NearWork,
     pub watch: &'a Watched,
 }
 
 impl Near<'_> {
-    /// Finds which parts are near the box (m) of the group, which nothing in it leaves by more than `reach`; makes the movers.
+    /// Find the parts near the island's box (m), which no object leaves by more than `reach` (m),
+    /// and create the movers.
     pub fn begin(&mut self, group: &mut Group, (low, high): (DVec3, DVec3), reach: f64) {
         let NearWork { parts, bodies, of_part, .. } = &mut *self.work;
         parts.clear();
@@ -142,7 +147,7 @@ impl Near<'_> {
         }
     }
 
-    /// Leaves out contact between sheets that go through one another, of those of which it is not known that they do not.
+    /// Disable contact between interpenetrating sheets, among those not known to be apart.
     fn leave_out_crossing(&mut self, group: &mut Group) {
         let mut crossing = std::mem::take(&mut self.work.crossing);
         crossing.clear();
@@ -163,12 +168,12 @@ impl Near<'_> {
         self.work.crossing = crossing;
     }
 
-    /// Whether nothing can touch in this step.
+    /// Whether contact is impossible in this step.
     pub fn is_idle(&self, group: &Group) -> bool {
         self.work.finder.is_idle() && !group.members.iter().any(|member| group.sheets[*member as usize].is_glued())
     }
 
-    /// Calls `ask` with detection and its problem for what `look` says.
+    /// Call `ask` with the finder and the problem of `look`.
     fn ask(&mut self, group: &Group, look: Look, margins: Margins, ask: impl FnOnce(&mut Finder, &Problem)) {
         let mut sheets: Vec<SheetMotion> = reused(std::mem::take(&mut self.work.sheet_motions));
         let mut bodies: Vec<BodyMotion> = reused(std::mem::take(&mut self.work.body_motions));
@@ -177,20 +182,20 @@ impl Near<'_> {
         if look == Look::Moved
             && let [only] = group.members
         {
-            let work = &group.sheets[*only as usize].work;
+            let (work, unit) = (&group.sheets[*only as usize].work, &group.contacts[*only as usize].unit);
             if moved.len() != work.stage.free.len() {
                 moved = Vectors::zeros(work.stage.free.len());
             }
             moved.copy_from(&work.stage.free);
-            if work.unit.is_touched() {
-                moved.add_scaled(1.0, &work.unit.jump.dx);
+            if unit.is_touched() {
+                moved.add_scaled(1.0, &unit.jump.dx);
             }
         }
         finder.use_threads(group.parallel);
         finder.look_for_crossings(look == Look::Crossed);
         for member in group.members {
             let sheet = &group.sheets[*member as usize];
-            let Some(skin) = &sheet.work.skin else { continue };
+            let Some(skin) = &group.contacts[*member as usize].surface else { continue };
             let stage = &sheet.work.stage;
             let begun = stage.free.len() == sheet.masses();
             let reached = matches!(look, Look::Again | Look::Reached);
@@ -235,7 +240,7 @@ impl Near<'_> {
                 let sheet = group.sheet(sheet);
                 let part = self.work.parts.get(part as usize).and_then(|p| self.surroundings.parts.get(*p as usize));
                 let known = self.view.zip(part).and_then(|(view, part)| {
-                    Some(view.coefficients(sheet, part.handle, view.colliders.get(part.handle)?))
+                    Some(view.coefficients(sheet.surface_coefficients(), part.handle, view.colliders.get(part.handle)?))
                 });
                 known.unwrap_or((sheet.friction, sheet.restitution))
             }
@@ -247,8 +252,9 @@ impl Near<'_> {
         }
     }
 
-    /// The point of the group's body `mover` with which body `index` touches another at the end of the stage, given the point of the start of
-    /// the step: that very point, or of a ball, which rolls over it, the one that has come to where it was.
+    /// Contact point on the island's body `mover`, with index `index`, at the end of the stage: the
+    /// same body point as at the start of the step, or, on a ball that rolls, the body point that
+    /// has moved to the same place.
     fn point(&self, group: &Group, (mover, index): (u32, usize), at_start: DVec3, is_round: bool) -> Side {
         let turned = || {
             let there = self.surroundings.bodies[index].start.rotation() * at_start;
@@ -257,7 +263,7 @@ impl Near<'_> {
         Side::Body { body: mover, local: if is_round { turned() } else { at_start } }
     }
 
-    /// Adds contacts of bodies with each other, and glue.
+    /// Add contacts between bodies, and attachments.
     fn join(&self, group: &Group, found: &mut Found) {
         let mover = |index: usize| self.work.bodies.binary_search(&(index as u32)).ok().map(|i| i as u32);
         for c in self.body_contacts {
@@ -362,14 +368,14 @@ impl Find for Near<'_> {
     }
 }
 
-/// How much of an overlap of two bodies a step takes back, m. A body that comes down fast is deep in what it hits before Rapier knows of it; what
-/// Rapier itself lets overlap is let be.
+/// Penetration of two bodies that a step removes, m. A fast body can penetrate deeply before Rapier
+/// detects it; the penetration that Rapier itself allows is left.
 fn recovered(contact: &BodyContact) -> f64 {
     RECOVERED * (-contact.distance - LET_BE).max(0.0)
 }
 
-/// Takes what touches `bodies` along with them, and what touches that: who pushes a body pushes on what it leans against. What does not give
-/// way passes nothing on. Leaves them ascending.
+/// Add the bodies that touch `bodies`, transitively through dynamic bodies, which pass forces on.
+/// Leaves the list ascending.
 fn take_along(bodies: &mut Vec<u32>, contacts: &[BodyContact], surroundings: &Surroundings) {
     bodies.sort_unstable();
     bodies.dedup();
@@ -389,42 +395,36 @@ fn take_along(bodies: &mut Vec<u32>, contacts: &[BodyContact], surroundings: &Su
     }
 }
 
-/// How many of `bodies` that give way touch another that does.
+/// Number of dynamic bodies in `bodies` that touch another dynamic body.
 fn leaning(bodies: &[u32], contacts: &[BodyContact], surroundings: &Surroundings) -> usize {
     let gives = |index: usize| surroundings.bodies[index].start.gives();
     let leans = |index: usize| contacts.iter().any(|c| (c.a == index || c.b == index) && gives(c.a) && gives(c.b));
     bodies.iter().filter(|index| leans(**index as usize)).count()
 }
 
-/// Weight θ with which gravity and bonds move bodies in a stage of `span` s, Δx = v h + θ a h²: that of the sheets' implicit engine, or a body
-/// that a sheet carries would press on it with another force when its place is solved for than when its velocity is. In the short
-/// steps of explicit ones a sheet is not stiff, and the two come to the same.
+/// Weight θ of gravity and bond forces in a stage of `span` (s), Δx = v h + θ a h². The value is
+/// that of the sheets' implicit integrator: with another, a body on a sheet would exert different
+/// forces in the position solve and in the velocity solve. In the short steps of explicit
+/// integrators the difference is negligible.
 fn drift(group: &Group, span: f64) -> f64 {
     let lead = group.members.first().map(|i| &group.sheets[*i as usize]);
     lead.filter(|sheet| !sheet.is_explicit()).map_or(0.5, |sheet| sheet.drift(span))
 }
 
-/// A body that a force (N) at `at` (m) has pulled for `span` s, moved with weight `drift`.
+/// State of a body after a force (N) at `at` (m) over `span` (s), with displacement weight `drift`.
 fn pulled(free: &BodyState, force: DVec3, at: DVec3, (span, drift): (f64, f64)) -> BodyState {
     let turn = free.inverse_inertia() * (at - free.centre()).cross(force);
     let moved = free.displaced(force * (drift * span * span * free.inverse_mass()), turn * (drift * span * span));
     moved.kicked(force * span, at)
 }
 
-/// The frame `inner` of the axes of `outer`, in the world.
+/// Frame `inner`, given in the axes of `outer`, in the world.
 fn in_world(outer: &RigidFrame, inner: &RigidFrame) -> RigidFrame {
     RigidFrame { origin: outer.world(inner.origin), rotation: outer.rotation * inner.rotation }
 }
 
-/// An empty list in the memory of another whose elements had another lifetime.
+/// Empty list that reuses the allocation of a list of another lifetime.
 fn reused<A, B>(mut list: Vec<A>) -> Vec<B> {
     list.clear();
     list.into_iter().filter_map(|_| None).collect()
-}
-
-/// Makes sure the sheet has its contact surface.
-pub(crate) fn skin(sheet: &mut Sheet) {
-    if sheet.work.skin.is_none() {
-        sheet.work.skin = Some(Box::new(Skin::of(sheet)));
-    }
 }

@@ -1,65 +1,87 @@
-//! Which sheets and bodies may touch in a step, and the step of each such group.
+//! Islands of sheets and bodies that may touch in a step, and their steps.
 //!
-//! Two are of one group when the boxes that they may sweep meet, or when bodies that move freely touch one another. The
-//! speed with which a thing may move is the largest of its group, since one may hit the other. Groups of one sheet with
-//! nothing that gives way are stepped side by side, the others one after the other. A group in which one engine is explicit
-//! is stepped as such engines are (`explicit`): its steps are as short as that one needs.
+//! Two objects belong to one island when their swept boxes overlap, or when they are dynamic bodies
+//! in contact. The speed that bounds the sweep is the largest of the island, since one object can
+//! hit another. Islands of one sheet without dynamic bodies are stepped in parallel, the others in
+//! sequence. An island with a sheet of an explicit integrator is stepped by `explicit`: its time
+//! steps are as short as that integrator requires.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::collision::constraint::Side;
-use crate::contact::Group;
+use crate::collision::narrow_phase::FindCounters;
 use crate::contact::adhesion::stick;
 use crate::contact::solver_body::Mover;
-use crate::contact::stage::Scratch;
+use crate::contact::stage::{ContactCounters, Scratch};
 use crate::contact::step_bodies::Surroundings;
+use crate::contact::{Group, SheetContact};
 use crate::islands::event::{EventKind, Recorder, Touches};
 use crate::islands::implicit_step::{Part, advance};
-use crate::islands::island_detection::{Near, NearWork, skin};
-use crate::islands::{SLEEP_SPEED, Stage, give_up, instability, is_unstable, note_rest, size_work};
+use crate::islands::island_detection::{Near, NearWork};
+use crate::islands::{Stage, give_up, instability, is_unstable, note_rest};
 use crate::profiler::Phase;
 use crate::rigid::{BodyContact, BodyState, RigidWorld};
+use crate::scene::sleep::SLEEP;
+use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::{Crossing, Sheet, Status};
 
-/// Room beyond what speeds say, m.
+/// Margin of the broad phase beyond the distance from speeds, m.
 const ROOM: f64 = 1e-3;
-/// Rounds of letting groups grow by their largest speed.
+/// Maximum number of iterations in which islands grow by their largest speed.
 const GROWING: u32 = 4;
 
-/// Steps on end in which contact is given up after which it is looked whether sheets have come to go through one another.
+/// Consecutive steps with a fallback after which sheets are tested for interpenetration.
 const STUCK: u32 = 20;
 
-/// What a step did to a body of the world's own that moves freely.
+/// State of a dynamic body of the world after the step of its island.
 pub(crate) struct Claim {
     pub body: usize,
     pub end: BodyState,
-    /// Distance of its furthest point from its centre of mass, m.
+    /// Distance of the furthest point from the centre of mass, m.
     pub extent: f64,
-    /// Whether it came to rest with its group.
+    /// Whether the body sleeps with its island.
     pub sleeps: bool,
 }
 
-/// Finds groups and steps them.
+/// Contact state that an island takes from step to step, kept under its first sheet.
+#[derive(Default)]
+pub(crate) struct IslandState {
+    /// Workspace and caches of the contact solver.
+    pub contact: Scratch,
+    /// Caches of collision detection.
+    pub detection: NearWork,
+}
+
+/// Sheets of a step with their contact states and event records.
+pub(crate) struct SteppedSheets<'a> {
+    pub sheets: &'a mut [Sheet],
+    pub contacts: &'a mut [SheetContact],
+    pub touches: &'a mut [Touches],
+}
+
+/// Builder and stepper of islands.
 #[derive(Default)]
 pub(crate) struct Groups {
     surroundings: Surroundings,
-    /// Of every sheet and then of every body, another of its group; the first of a group itself.
+    /// Parent of each sheet, then of each body, in the union-find forest; a root is its own parent.
     root: Vec<u32>,
     low: Vec<DVec3>,
     high: Vec<DVec3>,
-    /// How far each may move in the step, m.
+    /// Distance that each object may move in the step, m.
     reach: Vec<f64>,
-    /// Whether each takes part: awake sheets, bodies that move freely; and the numbers of those that do, in order.
+    /// Whether each object is awake and dynamic; and the indices of those that are, ascending.
     takes_part: Vec<bool>,
     active: Vec<u32>,
-    /// How many are of the group of each that is the first of one.
+    /// Number of objects in the island of each root.
     sizes: Vec<u32>,
     members: Vec<u32>,
     pub claims: Vec<Claim>,
+    /// State of the islands of the last steps, by the index of their first sheet.
+    states: Vec<Option<Box<IslandState>>>,
 }
 
-/// What all groups share in a step.
+/// Inputs that all islands share in a step.
 pub(crate) struct Shared<'a> {
     pub stage: &'a Stage<'a>,
     pub surroundings: &'a Surroundings,
@@ -67,15 +89,10 @@ pub(crate) struct Shared<'a> {
 }
 
 impl Groups {
-    /// Steps all sheets.
-    pub fn step(
-        &mut self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        stage: &Stage,
-        rigid: Option<&RigidWorld>,
-        parallel: bool,
-    ) {
+    /// Step all sheets.
+    pub fn step(&mut self, all: SteppedSheets, stage: &Stage, rigid: Option<&RigidWorld>, parallel: bool) {
+        let SteppedSheets { sheets, contacts, touches } = all;
+        self.states.resize_with(sheets.len(), || None);
         self.claims.clear();
         if is_still_life(sheets, stage, rigid) {
             return;
@@ -97,16 +114,24 @@ impl Groups {
         let (root, takes_part) = (&self.root, &self.takes_part);
         let (count, sizes) = (sheets.len(), &self.sizes);
         let alone = |i: usize| takes_part[i] && root[i] == i as u32 && sizes[i] == 1;
-        let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
+        let states = &mut self.states;
+        type One<'a> = (((&'a mut Sheet, &'a mut SheetContact), &'a mut Touches), &'a mut Option<Box<IslandState>>);
+        let one = |(i, (((sheet, contact), touches), state)): (usize, One)| {
             if alone(i) {
-                let sheets = std::slice::from_mut(sheet);
-                shared.step(sheets, std::slice::from_mut(touches), &[0], i as u32, false, &mut Vec::new());
+                let all = SteppedSheets {
+                    sheets: std::slice::from_mut(sheet),
+                    contacts: std::slice::from_mut(contact),
+                    touches: std::slice::from_mut(touches),
+                };
+                shared.step(all, state, (&[0], i as u32), false, &mut Vec::new());
             }
         };
         if parallel && count > 1 {
-            sheets.par_iter_mut().zip(touches.par_iter_mut()).enumerate().for_each(one);
+            let all = sheets.par_iter_mut().zip(contacts.par_iter_mut()).zip(touches.par_iter_mut());
+            all.zip(states.par_iter_mut()).enumerate().for_each(one);
         } else {
-            sheets.iter_mut().zip(touches.iter_mut()).enumerate().for_each(one);
+            let all = sheets.iter_mut().zip(contacts.iter_mut()).zip(touches.iter_mut());
+            all.zip(states.iter_mut()).enumerate().for_each(one);
         }
         let mut members = std::mem::take(&mut self.members);
         for first in self.active.iter().map(|i| *i as usize).take_while(|i| *i < count) {
@@ -119,12 +144,13 @@ impl Groups {
             }
             members.clear();
             members.extend((first..count).filter(with).map(|i| i as u32));
-            shared.step(sheets, touches, &members, 0, parallel, &mut self.claims);
+            let all = SteppedSheets { sheets: &mut *sheets, contacts: &mut *contacts, touches: &mut *touches };
+            shared.step(all, &mut states[first], (&members, 0), parallel, &mut self.claims);
         }
         self.members = members;
     }
 
-    /// Finds groups, and wakes the sheets that something comes near.
+    /// Build the islands, and wake sheets near moving objects.
     fn find(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage, body_contacts: &[BodyContact]) {
         let fall = stage.field.gravity.length() * stage.dt * stage.dt;
         self.low.clear();
@@ -165,7 +191,8 @@ impl Groups {
         (self.low[a] - room).cmple(self.high[b]).all() && (self.low[b] - room).cmple(self.high[a]).all()
     }
 
-    /// Wakes sleeping sheets that a led pin moves or a body that they are glued to, or near which something moves.
+    /// Wake sleeping sheets that are moved by a prescribed pin or an attached body, or are near a
+    /// moving object.
     fn wake(&mut self, sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
         let count = sheets.len();
         let mut woken = true;
@@ -193,7 +220,7 @@ impl Groups {
         }
     }
 
-    /// Joins what may touch, and what is glued together.
+    /// Unite objects that may touch or are attached.
     fn join(&mut self, all: &[Sheet], body_contacts: &[BodyContact], sheets_meet: bool) {
         let (sheets, count) = (all.len(), self.low.len());
         self.root.clear();
@@ -217,7 +244,7 @@ impl Groups {
         for _ in 0..GROWING {
             let mut grown = false;
             for (k, a) in active.iter().map(|a| *a as usize).enumerate() {
-                // Which bodies touch one another is known already.
+                // Contacts between bodies are known from Rapier.
                 let others = if a < sheets { &active[k + 1..] } else { &[] };
                 for b in others.iter().map(|b| *b as usize) {
                     let new = self.root[a] != self.root[b];
@@ -244,14 +271,82 @@ impl Groups {
     }
 }
 
-/// Whether nothing is awake and nothing moves that could wake it.
+impl Groups {
+    /// Counters of collision detection of the island whose first sheet is `index`.
+    pub fn detection_counters(&self, index: usize) -> FindCounters {
+        self.state(index).map(|state| state.detection.counters()).unwrap_or_default()
+    }
+
+    /// Counters of the contact solver of the island whose first sheet is `index`.
+    pub fn contact_counters(&self, index: usize) -> ContactCounters {
+        self.state(index).map(|state| state.contact.counters).unwrap_or_default()
+    }
+
+    fn state(&self, index: usize) -> Option<&IslandState> {
+        self.states.get(index)?.as_deref()
+    }
+
+    /// Remove the sheet `index`: the sheets behind it move up.
+    pub fn remove_sheet(&mut self, index: usize) {
+        if index < self.states.len() {
+            self.states.remove(index);
+        }
+    }
+
+    /// Discard the states in which the sheet `index` occurs, and the contacts of their first
+    /// sheets.
+    pub fn forget_sheet(&mut self, index: usize, contacts: &mut [SheetContact]) {
+        for (i, contact) in contacts.iter_mut().enumerate() {
+            let knows = self.state(i).is_some_and(|state| state.detection.knows(index as u32));
+            if i == index || knows {
+                self.states.get_mut(i).iter_mut().for_each(|state| **state = None);
+                contact.unit.release();
+            }
+        }
+    }
+
+    /// Serialise the states of the islands of `count` sheets.
+    pub fn keep(&self, count: usize, to: &mut Keeper) {
+        for index in 0..count {
+            let state = self.state(index);
+            to.flag(state.is_some());
+            state.iter().for_each(|state| state.contact.save(to));
+            to.flag(state.is_some());
+            state.iter().for_each(|state| state.detection.keep(to));
+        }
+    }
+
+    /// Deserialise the output of [`Groups::keep`]; the contact states `contacts` have their
+    /// collision surfaces.
+    pub fn take(&mut self, contacts: &mut [SheetContact], from: &mut Taker) -> Taken {
+        self.states.resize_with(contacts.len(), || None);
+        for (index, state) in self.states.iter_mut().enumerate() {
+            contacts[index].unit.release();
+            if from.flag()? {
+                state.get_or_insert_default().contact.take(from)?;
+            } else {
+                *state = None;
+            }
+            if from.flag()? != state.is_some() {
+                return Err(Cut);
+            }
+            if let Some(state) = state {
+                let surface = |id: u32| contacts.get(id as usize).and_then(|c| c.surface.as_deref());
+                state.detection = NearWork::taken(from, surface)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether no sheet is awake and nothing moves that could wake one.
 fn is_still_life(sheets: &[Sheet], stage: &Stage, rigid: Option<&RigidWorld>) -> bool {
     let led = |s: &Sheet| !s.pins.is_empty() && s.pins.moving(stage.time, stage.time + stage.dt);
     let quiet = stage.view.is_none() || rigid.is_some_and(|r| r.is_quiet() && !r.moving());
     quiet && sheets.iter().all(|s| s.status != Status::Awake && !led(s))
 }
 
-/// Applies the limits of angles and thickness after a step of `dt` s.
+/// Apply the flexion and thickness limits after a step of `dt` (s).
 fn limit(sheet: &mut Sheet, dt: f64) {
     if let Some(limit) = &sheet.flexion_limit {
         limit.apply(&sheet.x, &mut sheet.v, &sheet.inverse_mass, dt);
@@ -261,18 +356,18 @@ fn limit(sheet: &mut Sheet, dt: f64) {
     }
 }
 
-/// Stops the sheets of implicit engines into which somebody has put what is no number.
+/// Stop sheets of implicit integrators with non-finite velocities.
 fn stop_broken(sheets: &mut [Sheet], touches: &mut [Touches], stage: &Stage) {
     for (sheet, touches) in sheets.iter_mut().zip(touches) {
         if sheet.status == Status::Awake && sheet.stages() > 0 && !sheet.v.max_squared().is_finite() {
-            size_work(sheet);
+            sheet.size_work();
             sheet.work.x_before.copy_from(&sheet.x);
             give_up(sheet, touches, stage, stage.dt);
         }
     }
 }
 
-/// Joins the groups of `a` and `b`; false when they are one.
+/// Unite the islands of `a` and `b`. Returns `false` when they are the same island.
 fn unite(root: &mut [u32], a: usize, b: usize) -> bool {
     let (a, b) = (root[a].min(root[b]), root[a].max(root[b]));
     root.iter_mut().filter(|r| **r == b).for_each(|r| *r = a);
@@ -280,26 +375,28 @@ fn unite(root: &mut [u32], a: usize, b: usize) -> bool {
 }
 
 impl Shared<'_> {
-    /// Steps the group of `members` of `sheets`; the first of `sheets` is number `first` of the world's.
+    /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
+    /// world.
     fn step(
         &self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        members: &[u32],
-        first: u32,
+        all: SteppedSheets,
+        state: &mut Option<Box<IslandState>>,
+        (members, first): (&[u32], u32),
         parallel: bool,
         claims: &mut Vec<Claim>,
     ) {
         let stage = self.stage;
-        // Of how a sheet lies before it moves for the first time.
-        members.iter().for_each(|i| skin(&mut sheets[*i as usize]));
+        let SteppedSheets { sheets, contacts, touches } = all;
+        // The collision surface is built from the state before the first motion.
+        members.iter().for_each(|i| contacts[*i as usize].prepare_surface(&sheets[*i as usize]));
         if members.iter().any(|i| sheets[*i as usize].is_explicit()) {
-            self.step_explicit(sheets, touches, members, first, parallel, claims);
+            let all = SteppedSheets { sheets, contacts, touches };
+            self.step_explicit(all, state, (members, first), parallel, claims);
             return;
         }
         for i in members.iter().map(|i| *i as usize) {
             let sheet = &mut sheets[i];
-            size_work(sheet);
+            sheet.size_work();
             touches[i].begin(stage.time);
             sheet.work.touching.fill(false);
             sheet.work.met.clear();
@@ -308,14 +405,15 @@ impl Shared<'_> {
                 sheet.work.v_before.copy_from(&sheet.v);
             }
         }
-        let Some(lead) = members.first().map(|i| *i as usize) else { return };
+        if members.is_empty() {
+            return;
+        }
         members.iter().for_each(|i| sheets[*i as usize].hold_on());
-        let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
-        let mut work = sheets[lead].work.near.take().unwrap_or_default();
+        let IslandState { contact: scratch, detection: work } = &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.movers);
         scratch.watch.clone_from(stage.watch);
         let (around, reach) = self.extent(sheets, members);
-        let mut group = Group { sheets, members, movers, parallel, lift: 0.0, leaning: 0 };
+        let mut group = Group { sheets, contacts, members, movers, parallel, lift: 0.0, leaning: 0 };
         let mut near = Near {
             view: stage.view,
             surroundings: self.surroundings,
@@ -323,7 +421,7 @@ impl Shared<'_> {
             gravity: stage.field.gravity,
             sheets_meet: stage.sheets_meet,
             first,
-            work: &mut work,
+            work: &mut *work,
             watch: stage.watch,
         };
         near.begin(&mut group, around, reach);
@@ -338,7 +436,7 @@ impl Shared<'_> {
             });
             scratch.rest();
         } else {
-            advance(&mut group, &mut scratch, &mut near, part);
+            advance(&mut group, scratch, &mut near, part);
             if scratch.gave_up && !scratch.told {
                 members
                     .iter()
@@ -352,25 +450,24 @@ impl Shared<'_> {
         }
         group.each(|sheet| limit(sheet, stage.dt));
         let Group { sheets, movers, .. } = group;
-        self.note(sheets, members, &scratch, &work);
+        self.note(sheets, members, scratch, work);
         scratch.met.clear();
-        stick(sheets, members, &scratch, self.surroundings, work.bodies());
+        stick(sheets, members, scratch, self.surroundings, work.bodies());
         members.iter().for_each(|i| sheets[*i as usize].hold_no_more());
         self.finish(sheets, touches, members);
         let first_claim = claims.len();
-        // Bodies that no sheet can have met go where Rapier takes them.
+        // Bodies that cannot have met a sheet move as Rapier computes.
         if !is_idle {
-            self.claim(&movers, &work, &scratch, claims);
+            self.claim(&movers, work, scratch, claims);
         }
         if stage.sleep {
             self.fall_asleep(sheets, touches, members, &mut claims[first_claim..]);
         }
         scratch.movers = movers;
-        sheets[lead].work.contact = Some(scratch);
-        sheets[lead].work.near = Some(work);
     }
 
-    /// Notes which masses touch, and what; and which have in the step, and bounced.
+    /// Record the contacts at the end of the step and the contacts with restitution during the
+    /// step: touching nodes and touched bodies.
     pub fn note(&self, sheets: &mut [Sheet], members: &[u32], scratch: &Scratch, work: &NearWork) {
         let handle_of =
             |part: u32| work.part(part).and_then(|p| self.surroundings.parts.get(p as usize)).map(|p| p.handle);
@@ -381,7 +478,7 @@ impl Shared<'_> {
                     let sheet = &mut sheets[members[sheet as usize] as usize];
                     for (mass, _) in point.terms() {
                         let noted = std::mem::replace(&mut sheet.work.touching[mass as usize], true);
-                        // What a sheet met in its own flight is known already.
+                        // Contacts of nodes with static bodies were recorded during free flight.
                         if let Some(handle) = handle.filter(|_| !noted || !sheet.answers_by_mass()) {
                             sheet.work.met.push((handle, mass));
                         }
@@ -397,7 +494,7 @@ impl Shared<'_> {
             let work = &mut sheets[members[sheet as usize] as usize].work;
             let noted = std::mem::replace(&mut work.touching[mass as usize], true);
             let Some(handle) = handle_of(part) else { continue };
-            // What lies on a floor may have met something else that has gone again.
+            // The list at the end of the step can lack a body from which the node rebounded.
             let (at_end, added) = work.met.split_at(work.met_at_end);
             let is_new = || !at_end.iter().any(|(known, _)| *known == handle) && !added.contains(&(handle, mass));
             if !noted || is_new() {
@@ -406,7 +503,7 @@ impl Shared<'_> {
         }
     }
 
-    /// Says where the bodies that give way have come to.
+    /// Append the new states of the dynamic bodies to `claims`.
     pub fn claim(&self, movers: &[Mover], work: &NearWork, scratch: &Scratch, claims: &mut Vec<Claim>) {
         for (number, (mover, index)) in movers.iter().zip(work.bodies()).enumerate() {
             let over = &self.surroundings.bodies[*index as usize];
@@ -419,7 +516,8 @@ impl Shared<'_> {
         }
     }
 
-    /// Box around the group, thickness included, and how far anything in it may go.
+    /// Bounding box of the island, thickness included, and the maximum displacement of its objects,
+    /// m.
     fn extent(&self, sheets: &[Sheet], members: &[u32]) -> ((DVec3, DVec3), f64) {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut speed = 0.0_f64;
@@ -428,7 +526,7 @@ impl Shared<'_> {
             around = (around.0.min(low), around.1.max(high));
             speed = speed.max(sheet.max_speed());
         }
-        // A body in reach may hit the sheets and so set their speed.
+        // A moving body in reach may hit a sheet and set its speed.
         for over in self.surroundings.bodies.iter().filter(|b| b.moves()) {
             speed = speed.max(over.start.velocity().length()).max(over.end.velocity().length());
         }
@@ -436,7 +534,7 @@ impl Shared<'_> {
         (around, speed * dt + gravity * dt * dt + ROOM)
     }
 
-    /// Looks for sheets that went unstable, puts pins where they belong, and notes what was touched.
+    /// Stop unstable sheets, place pins, and record touches and events.
     pub fn finish(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32]) {
         let stage = self.stage;
         for i in members.iter().map(|i| *i as usize) {
@@ -463,7 +561,7 @@ impl Shared<'_> {
         }
     }
 
-    /// Puts the group to sleep when all of it has been still for a while.
+    /// Put the island to sleep when all its objects have been resting for the sleep delay.
     pub fn fall_asleep(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], claims: &mut [Claim]) {
         let dt = self.stage.dt;
         let mut all = true;
@@ -472,12 +570,12 @@ impl Shared<'_> {
             if sheet.status != Status::Awake {
                 continue;
             }
-            // A sheet adrift is not at rest, however slow: something must hold it.
+            // Sleeping requires a pin or a contact: a free sheet can drift slowly.
             let touched = !sheet.pins.is_empty() || sheet.work.touching.contains(&true);
             let held = touched && !sheet.is_creeping();
             all &= note_rest(sheet, held, (dt, dt));
         }
-        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP_SPEED;
+        let slow = |c: &Claim| c.end.velocity().length() + c.end.spin().length() * c.extent < SLEEP.speed;
         if !all || !claims.iter().all(slow) {
             return;
         }

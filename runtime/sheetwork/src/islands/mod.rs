@@ -1,11 +1,14 @@
-//! One step of a sheet: the order in which things happen.
+//! One step of a sheet: the order of its phases.
 //!
-//! lead the pins → engine (forces) → flexion limit → guard → contact → thickness limit → (again, where the engine took less than the step)
-//! → contact with what gives way and with sharp edges (`explicit`) → put the pins in place → still enough to sleep?
+//!   lead the pins → integrator → flexion limit → instability detector → contact
+//!     → thickness limit
+//!     → (again, where the integrator took less than the step)
+//!     → contact with dynamic bodies and sharp edges (`explicit`)
+//!     → put the pins in place → sleep?
 //!
-//! What a scene does not use is not called: no pins, no limit, no bodies. Nothing here allocates once the first step has
-//! sized the working arrays. Sheets that do not touch do not see one another, so they can be stepped on any number of threads
-//! with the same result. The step of an implicit engine is in `group`.
+//! Features that a scene does not use cost no call. The first step sizes the working arrays; later
+//! steps allocate nothing here. Sheets that do not touch share no state, so any number of threads
+//! gives the same result. Sheets of implicit integrators are stepped in `implicit_step`.
 
 pub(crate) mod energy_budget;
 pub mod event;
@@ -16,34 +19,27 @@ pub(crate) mod island_detection;
 pub(crate) mod island_manager;
 pub(crate) mod rigid_motion;
 
-pub(crate) use crate::islands::island_detection::{NearWork, skin};
-
-use crate::contact::node::detection::contact;
+use crate::contact::SheetContact;
+use crate::contact::node::detection::resolve_node_contact;
 use crate::islands::event::{Alarm, EventKind, Handled, Recorder, Touches};
 use crate::math::Vectors;
 use crate::profiler::{Phase, Watched};
 use crate::rigid::RigidView;
+use crate::scene::sleep::SLEEP;
 use crate::sheet::{Sheet, Status};
 
 pub use crate::sheet::Field;
 
-/// Speed below which a sheet counts as still, m/s.
-pub const SLEEP_SPEED: f64 = 1e-3;
-/// How long it must be still before it sleeps, s.
-pub const SLEEP_TIME: f64 = 0.5;
-/// What stays so near to where it was, m, is still too, however fast: where contacts contradict one another, as at the rim of a sheet that lies on
-/// another's, masses go to and fro between two places in which they are put in turns.
-const TREMBLE: f64 = 1e-4;
-/// The same of a sheet smaller than 5 cm, as a part of its diagonal.
-const TREMBLE_OF_SMALL: f64 = 2e-3;
-/// Speed above which a sheet has gone unstable, m/s: beyond any velocity a scene may set.
+/// Speed above which a sheet is unstable, m/s: above any velocity that a scene may set.
 const SPEED_LIMIT: f64 = 2e4;
-/// A sheet whose bounding box has grown to this many times its diagonal at the start has flown apart.
+/// Ratio of the diagonal of a sheet's bounding box to its diagonal at the start above which the
+/// sheet is unstable.
 const SPREAD_LIMIT: f64 = 20.0;
-/// Steps an adaptive engine may take within one step before the sheet counts as unstable.
+/// Maximum number of substeps of an adaptive integrator in one step; above it the sheet is
+/// unstable.
 const MOST_SUBSTEPS: u32 = 100_000;
 
-/// What a sheet's step is given.
+/// Inputs of the step of a sheet.
 #[derive(Clone, Copy)]
 pub(crate) struct Stage<'a> {
     pub field: Field,
@@ -51,16 +47,18 @@ pub(crate) struct Stage<'a> {
     pub dt: f64,
     pub view: Option<&'a RigidView<'a>>,
     pub sleep: bool,
-    /// Whether sheets meet one another.
+    /// Whether contact between sheets is enabled.
     pub sheets_meet: bool,
     pub watch: &'a Watched,
 }
 
-/// Takes one sheet of an explicit engine, or one that is near such a sheet, through `stage.dt`, alone with bodies that do not give way:
-/// [`land`] ends the step.
-/// Returns the length of the last part of the step, s.
-pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f64 {
-    size_work(sheet);
+/// Advance one sheet through `stage.dt` with contact of its nodes with static and kinematic bodies
+/// only. Used for sheets of explicit integrators and for sheets in their islands. [`land`] ends the
+/// step.
+///
+/// Returns the length of the last substep, s.
+pub(crate) fn fly(sheet: &mut Sheet, contact: &mut SheetContact, touches: &mut Touches, stage: &Stage) -> f64 {
+    sheet.size_work();
     touches.begin(stage.time);
     sheet.work.touching.fill(false);
     sheet.keep_start();
@@ -68,10 +66,10 @@ pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f6
     let mut substeps = 0;
     let mut last = stage.dt;
     let most = stage.dt / f64::from(sheet.parts_of_step(stage.dt)) * (1.0 + 1e-12);
-    // The last part of a step may be a rounding error long; it is then the step's.
+    // A rest below rounding error belongs to the last substep.
     while stage.dt - done > stage.dt * 1e-12 {
         let part = (stage.dt - done).min(most);
-        let Some(taken) = substep(sheet, touches, stage, done, part) else { break };
+        let Some(taken) = substep((sheet, contact, touches), stage, done, part) else { break };
         last = taken;
         done += last;
         substeps += 1;
@@ -83,7 +81,8 @@ pub(crate) fn fly(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage) -> f6
     last
 }
 
-/// Ends the step of a sheet that touched nothing that gives way.
+/// End the step of a sheet that touched no dynamic body: place pins, record touches, test for
+/// sleep.
 pub(crate) fn land(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
     if !sheet.pins.is_empty() {
         sheet.pins.place(stage.time + stage.dt, &mut sheet.x);
@@ -94,20 +93,14 @@ pub(crate) fn land(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last
     }
 }
 
-/// Makes the arrays a step works in.
-pub(crate) fn size_work(sheet: &mut Sheet) {
-    let n = sheet.masses();
-    if sheet.work.x_before.len() != n {
-        sheet.work.x_before = Vectors::zeros(n);
-        sheet.work.v_before = Vectors::zeros(n);
-        sheet.still_at = Vectors::zeros(n);
-        sheet.work.struck = vec![Default::default(); n];
-        sheet.work.touching = vec![false; n];
-    }
-}
-
-/// One call of the engine and what follows it; returns the time taken, none where the sheet does not go on in this step.
-fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, part: f64) -> Option<f64> {
+/// Take one step of the integrator and apply limits, instability detector and contact. Returns the
+/// time taken, s; `None` when the sheet is stopped for the rest of the step.
+fn substep(
+    (sheet, contact, touches): (&mut Sheet, &mut SheetContact, &mut Touches),
+    stage: &Stage,
+    done: f64,
+    part: f64,
+) -> Option<f64> {
     let time = stage.time + done;
     if !sheet.pins.is_empty() {
         sheet.pins.lead(time, part, &sheet.x, &mut sheet.v);
@@ -115,7 +108,7 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
     sheet.work.x_before.copy_from(&sheet.x);
     sheet.work.v_before.copy_from(&sheet.v);
     let taken = match sheet.guard {
-        // Implicit engines watch their own steps.
+        // The implicit step checks its own energy.
         Some(_) if sheet.is_explicit() => instability::advance(sheet, touches, stage, time, part)?,
         _ => sheet.advance(stage.field, time, part).taken,
     };
@@ -129,7 +122,13 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
     if let Some(view) = stage.view {
         let remaining = (stage.dt - done - taken).max(0.0);
         stage.watch.within(Phase::Detection, || {
-            contact(sheet, view, taken, remaining, &mut Recorder { touches, view });
+            resolve_node_contact(
+                sheet,
+                &mut contact.clearance,
+                view,
+                (taken, remaining),
+                &mut Recorder { touches, view },
+            );
         });
     }
     if let Some(limit) = &sheet.thickness_limit {
@@ -139,18 +138,19 @@ fn substep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, done: f64, p
 }
 
 fn is_unstable(sheet: &Sheet) -> bool {
-    // Written so that a NaN is unstable too.
+    // The comparisons treat NaN as unstable.
     let slow = sheet.v.max_squared() < SPEED_LIMIT * SPEED_LIMIT;
     let most = SPREAD_LIMIT * sheet.spread;
     let together = match sheet.opened() {
         None => sheet.x.bounds().is_some_and(|(low, high)| low.distance(high) < most),
-        // Its pieces may part.
+        // Pieces of a fractured sheet may separate.
         Some(_) => sheet.holds_together(most),
     };
     sheet.work.stage.astray || !(slow && together)
 }
 
-/// Stops a sheet that a step of `dt` s has made unstable where it was before, and says so.
+/// Stop a sheet that a step of `dt` (s) has made unstable: reset its positions to the start of the
+/// step and report the event.
 fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, dt: f64) {
     let alarm = Alarm::of(sheet, stage.field.gravity, dt);
     sheet.x.copy_from(&sheet.work.x_before);
@@ -164,7 +164,7 @@ fn give_up(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, dt: f64) {
     touches.tell(stage.time, EventKind::Unstable, alarm);
 }
 
-/// Lets a sheet stand where it is until something about it is changed, and says so.
+/// Freeze a sheet until one of its parameters changes, and report the event.
 fn freeze(sheet: &mut Sheet, touches: &mut Touches, time: f64, alarm: Alarm) {
     sheet.v.clear();
     sheet.restart_engine();
@@ -172,9 +172,9 @@ fn freeze(sheet: &mut Sheet, touches: &mut Touches, time: f64, alarm: Alarm) {
     touches.tell(time, EventKind::Contained, Alarm { handled: Handled::Frozen, ..alarm });
 }
 
-/// Puts a sheet to sleep that has been still for a while; `last` is the length of the last part of the step, s.
+/// Put a resting sheet to sleep after the sleep delay. `last` is the length of the last substep, s.
 fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f64) {
-    // A sheet adrift is not at rest, however slow: something must hold it.
+    // Sleeping requires a pin or a contact: a free sheet can drift slowly.
     let held = (!sheet.pins.is_empty() || touches.count() > 0) && !sheet.is_creeping();
     if note_rest(sheet, held, (last, stage.dt)) {
         sheet.status = Status::Asleep;
@@ -183,8 +183,8 @@ fn fall_asleep(sheet: &mut Sheet, touches: &mut Touches, stage: &Stage, last: f6
     }
 }
 
-/// Counts for how long a sheet that may be `held` has been still, after a step of `dt` s with a last part of `last` s; true where that is long enough
-/// to sleep.
+/// Update the time for which a sheet has been resting, after a step of `dt` (s) with a last substep
+/// of `last` (s). Resting requires `held`. Returns whether the sleep delay has passed.
 fn note_rest(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
     if !held || !(is_still(sheet, last) || is_near(sheet)) {
         sheet.quiet = 0.0;
@@ -194,19 +194,23 @@ fn note_rest(sheet: &mut Sheet, held: bool, (last, dt): (f64, f64)) -> bool {
         sheet.still_at.clone_from(&sheet.work.x_before);
     }
     sheet.quiet += dt;
-    sheet.quiet >= SLEEP_TIME
+    sheet.quiet >= SLEEP.delay
 }
 
-/// Whether all masses are no further than what may tremble from where they were when the sheet was found still, or at the start of the step.
+/// Whether the displacement of every node since the start of the rest, or since the start of the
+/// step, is below the sleep displacement threshold.
 fn is_near(sheet: &Sheet) -> bool {
     let before = if sheet.quiet > 0.0 { &sheet.still_at } else { &sheet.work.x_before };
-    before.len() == sheet.masses() && furthest_within(&sheet.x, before, TREMBLE.min(TREMBLE_OF_SMALL * sheet.spread))
+    before.len() == sheet.masses()
+        && furthest_within(&sheet.x, before, SLEEP.displacement.min(SLEEP.displacement_of_small * sheet.spread))
 }
 
-/// Whether no mass went faster than [`SLEEP_SPEED`], by where it went and not by its velocity: next to masses that contact
-/// holds, a multi-stage engine can rest with a velocity left that every step takes back again.
+/// Whether every node moved more slowly than
+/// [`SleepSettings::speed`](crate::scene::sleep::SleepSettings::speed), measured by displacement.
+/// Next to nodes in contact, a multi-stage integrator can rest with a residual velocity that each
+/// step cancels.
 fn is_still(sheet: &Sheet, dt: f64) -> bool {
-    furthest_within(&sheet.x, &sheet.work.x_before, SLEEP_SPEED * dt)
+    furthest_within(&sheet.x, &sheet.work.x_before, SLEEP.speed * dt)
 }
 
 fn furthest_within(now: &Vectors, before: &Vectors, most: f64) -> bool {

@@ -1,11 +1,14 @@
-//! A part of a step that contact cannot be solved for, where nothing holds the sheets of a group: they go on as one stiff body with the
-//! bodies that they would go into, perfectly plastic.
+//! Rigid-motion fallback: without a converged contact solution, free sheets of an island move as
+//! one rigid body with the bodies that they would penetrate, as in a perfectly plastic impact.
 //!
-//! With P = Σ m v and L = Σ (x-c) × m v of the sheets' masses and of those bodies, c their centre of mass, V = P/m and ω = I⁻¹ L,
-//! all of them fly as one body of mass m and inertia I. P and L are kept, what was motion within is lost, nothing is strained and nothing
-//! that goes along comes nearer to anything else that does: the sheets let no body nor one another through, nor lose their way. Sheets that
-//! go without bodies keep half of the speeds within, which have no momentum, as those that stay where they were do. Where the way leads
-//! into what does not give way they are held, and are to stay.
+//!   V = P/m,  ω = I⁻¹ L,  P = Σ m v,  L = Σ (x-c) × m v
+//!
+//! over nodes and bodies; c (m) is their centre of mass, m (kg) their mass, I (kg m²) their
+//! inertia. The motion conserves P (N s) and L (N m s) and removes relative motion. It causes
+//! neither strain nor new penetration among the objects that move together. Sheets that move
+//! without bodies keep half of their internal velocities, which carry no momentum. Where the motion
+//! would lead into a static or kinematic body, the fallback does not apply and the sheets are
+//! frozen.
 
 use glam::{DMat3, DVec3};
 
@@ -19,10 +22,10 @@ use crate::islands::implicit_step::{Find, Part};
 use crate::rigid::{BodyState, MassProperties};
 use crate::sheet::Sheet;
 
-/// Overlap that a way as one body may add to one that there is, m: rounding.
+/// Increase of penetration by a rigid motion that counts as rounding, m.
 const ROUNDING: f64 = 1e-9;
 
-/// Sums over what moves as one body, about `from` (m).
+/// Sums over nodes and bodies that move as one rigid body, about `from` (m).
 struct Whole {
     from: DVec3,
     mass: f64,
@@ -54,7 +57,7 @@ impl Whole {
         self.inertia += body.inertia();
     }
 
-    /// The body that all of it is, in the axes of the world.
+    /// The equivalent rigid body, in world axes.
     fn body(&self) -> BodyState {
         let arm = self.first / self.mass;
         let second = self.second - DMat3::from_cols(arm * arm.x, arm * arm.y, arm * arm.z) * self.mass;
@@ -67,12 +70,14 @@ impl Whole {
     }
 }
 
-/// The stiff body that has the momentum and the angular momentum of `sheet`; `None` where something pins it.
+/// Rigid body with the momentum and angular momentum of `sheet`; `None` when the sheet has fixed or
+/// prescribed nodes.
 pub(crate) fn whole(sheet: &Sheet) -> Option<BodyState> {
     whole_of([sheet].into_iter())
 }
 
-/// The same of all sheets of `group` together.
+/// Rigid body with the momentum and angular momentum of all sheets of `group`; `None` when one of
+/// them has fixed or prescribed nodes.
 pub(crate) fn whole_group(group: &Group) -> Option<BodyState> {
     whole_of(group.members.iter().map(|i| &group.sheets[*i as usize]))
 }
@@ -92,7 +97,7 @@ fn whole_of<'a>(sheets: impl Iterator<Item = &'a Sheet> + Clone) -> Option<BodyS
     Some(whole.body())
 }
 
-/// Whether nothing is near the sheets in this stage that does not give way.
+/// Whether all contacts near the sheets in this stage are with dynamic bodies or sheets.
 pub(crate) fn is_loose(group: &Group, scratch: &Scratch) -> bool {
     let gives = |side: &Side| match side {
         Side::Body { body, .. } => group.movers[*body as usize].gives(),
@@ -101,8 +106,9 @@ pub(crate) fn is_loose(group: &Group, scratch: &Scratch) -> bool {
     scratch.found.contacts.iter().all(|c| gives(&c.a) && gives(&c.b))
 }
 
-/// Takes the sheets of `group` from where they were at the start of `part` to its end, with what they would go into; false where something
-/// holds one of them, or what does not give way is near: what has come to lie there is to come to rest.
+/// Move the sheets of `group` rigidly from the start to the end of `part`, together with the bodies
+/// that they would penetrate. Returns `false`, without motion, when a node is fixed or a static or
+/// kinematic body is near: a sheet that lies on such a body must come to rest.
 pub(crate) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn Find, part: &Part) -> bool {
     if !is_loose(group, scratch) {
         return false;
@@ -131,8 +137,9 @@ pub(crate) fn go_on(group: &mut Group, scratch: &mut Scratch, finder: &mut dyn F
     true
 }
 
-/// The body as which sheets that are as a whole `own`, and what they would go into, go through `part`, at its start and at its end: leaves
-/// where the sheets come to in their stage, and the movers there. `None` where they would go into what does not give way.
+/// Rigid body of the sheets, `own`, and the bodies that they would penetrate, at the start and at
+/// the end of `part`. Writes the node positions to the stages of the sheets and the motions to the
+/// movers. `None` when a static or kinematic body would be penetrated.
 fn way(
     group: &mut Group,
     scratch: &mut Scratch,
@@ -167,7 +174,8 @@ fn way(
     None
 }
 
-/// Notes which movers are met by what goes along; whether there are more now, and `None` where one does not give way.
+/// Mark the movers that the rigid body would penetrate. Returns whether new ones were marked;
+/// `None` when one of them is static or kinematic.
 fn take_along(group: &Group, scratch: &mut Scratch) -> Option<bool> {
     let Scratch { along, seen, .. } = scratch;
     let mut more = false;

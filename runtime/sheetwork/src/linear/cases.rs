@@ -1,12 +1,12 @@
-//! Matrices to test factors with, and the dense Cholesky factor they are held against.
+//! Test matrices, and the dense Cholesky factorisation as reference.
 
 use crate::linear::Pattern;
 
-/// A sequence of numbers in [-1, 1) that looks random and is the same everywhere (xorshift64*, Vigna 2016).
+/// Deterministic pseudo-random numbers in [-1, 1) (xorshift64*, Vigna 2016).
 pub struct Noise(u64);
 
 impl Noise {
-    /// A sequence of its own for every seed.
+    /// One sequence per seed.
     pub fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
@@ -20,7 +20,7 @@ impl Noise {
     }
 }
 
-/// A pattern and where its masses lie.
+/// A pattern and the places (u, v) of its nodes.
 #[derive(Clone, Debug)]
 pub struct Case {
     pub name: String,
@@ -29,13 +29,13 @@ pub struct Case {
 }
 
 impl Case {
-    /// A case of masses at `places`, joined in pairs.
+    /// A case of nodes at `places` with couplings `pairs`.
     pub fn new(name: impl Into<String>, places: Vec<[f64; 2]>, pairs: impl IntoIterator<Item = (u32, u32)>) -> Self {
         Self { name: name.into(), pattern: Pattern::new(places.len(), pairs), places }
     }
 
-    /// Values of a positive definite matrix: for each pair |G x_i + G' x_j|² with G, G' random and a random stiffness over
-    /// four decades, and `mass` on the diagonal.
+    /// Values of a positive definite matrix: |G x_i + G' x_j|² for each pair, with random G, G' and
+    /// a random stiffness over four decades, and `mass` on the diagonal.
     pub fn values(&self, seed: u64, mass: f64) -> Vec<f64> {
         let mut noise = Noise::new(seed);
         let mut values = vec![0.0; 9 * self.pattern.blocks()];
@@ -76,7 +76,7 @@ impl Case {
         y
     }
 
-    /// A as a dense matrix, row after row.
+    /// A as a dense matrix, row by row.
     pub fn dense(&self, values: &[f64]) -> Vec<f64> {
         let n = 3 * self.pattern.size();
         let mut a = vec![0.0; n * n];
@@ -90,7 +90,7 @@ impl Case {
         a
     }
 
-    /// A right-hand side.
+    /// A random right-hand side.
     pub fn load(&self, seed: u64) -> Vec<f64> {
         let mut noise = Noise::new(seed);
         (0..3 * self.pattern.size()).map(|_| noise.next()).collect()
@@ -105,7 +105,7 @@ fn triples() -> impl Iterator<Item = (usize, usize, usize)> {
     pairs().flat_map(|(i, j)| (0..3).map(move |k| (i, j, k)))
 }
 
-/// Solves A x = b by the dense Cholesky factorisation, row by row (Cholesky-Banachiewicz); none when a pivot is not
+/// Solves A x = b with a dense Cholesky-Banachiewicz factorisation; `None` if a pivot is not
 /// positive.
 pub fn dense_solve(mut a: Vec<f64>, b: &[f64]) -> Option<Vec<f64>> {
     let n = b.len();
@@ -132,7 +132,8 @@ pub fn dense_solve(mut a: Vec<f64>, b: &[f64]) -> Option<Vec<f64>> {
     Some(x)
 }
 
-/// A grid of `nx` x `nz` masses in `layers` at one place, each joined to those at `reach` columns and rows.
+/// A grid of `nx` x `nz` nodes in `layers` coincident layers; each node is coupled with the nodes
+/// at the offsets `reach`.
 fn grid(name: String, [nx, nz]: [usize; 2], layers: usize, cell: [f64; 2], reach: &[(i32, i32)]) -> Case {
     let index = |i: i32, j: i32, layer: usize| {
         let inside = (0..nx as i32).contains(&i) && (0..nz as i32).contains(&j);
@@ -151,18 +152,19 @@ fn grid(name: String, [nx, nz]: [usize; 2], layers: usize, cell: [f64; 2], reach
     Case::new(name, places, joined)
 }
 
-/// The staggered shell's stencil: a diamond of 13 points.
+/// Stencil of the staggered shell: a diamond of 13 points.
 pub fn shell(nx: usize, nz: usize) -> Case {
     let diamond = [(0, 1), (1, 0), (1, 1), (1, -1), (2, 0), (0, 2)];
     grid(format!("shell {nx}x{nz}"), [nx, nz], 1, [0.0125, 0.0125], &diamond)
 }
 
-/// A lattice of two layers, every mass joined to all around it.
+/// A lattice of two layers; every node is coupled with all its neighbours.
 pub fn two_layers(nx: usize, nz: usize) -> Case {
     grid(format!("two layers {nx}x{nz}"), [nx, nz], 2, [0.01, 0.025], &[(0, 0), (0, 1), (1, 0), (1, 1), (1, -1)])
 }
 
-/// A square of triangles with random corners and a round hole; masses of neighbouring triangles are joined too.
+/// A square of triangles with random corners and a round hole; nodes of neighbouring triangles are
+/// coupled too.
 pub fn triangles(n: usize, seed: u64) -> Case {
     let mut noise = Noise::new(seed);
     let step = 1.0 / (n - 1) as f64;
@@ -188,7 +190,7 @@ pub fn triangles(n: usize, seed: u64) -> Case {
     Case::new(format!("triangles {n}"), places, pairs)
 }
 
-/// Several pieces over one another, masses alone, and many masses at one place.
+/// Several overlapping pieces, isolated nodes, and many coincident nodes.
 pub fn scattered() -> Case {
     let mut places = Vec::new();
     let mut joined = Vec::new();
@@ -207,13 +209,13 @@ pub fn scattered() -> Case {
     Case::new("scattered", places, joined)
 }
 
-/// `n` masses in a row, each joined to the next.
+/// `n` nodes in a row, each coupled with the next.
 pub fn chain(n: usize) -> Case {
     let pairs = (1..n as u32).map(|i| (i - 1, i));
     Case::new(format!("chain {n}"), (0..n).map(|i| [i as f64, 0.0]).collect(), pairs)
 }
 
-/// `n` masses at random places, some pairs of them joined.
+/// `n` nodes at random places, some pairs of them coupled.
 pub fn random(n: usize, partners: f64, seed: u64) -> Case {
     let mut noise = Noise::new(seed);
     let places = (0..n).map(|_| [noise.next(), noise.next()]).collect();
@@ -222,7 +224,7 @@ pub fn random(n: usize, partners: f64, seed: u64) -> Case {
     Case::new(format!("random {n}"), places, chosen)
 }
 
-/// One of each kind, small enough for a dense factor.
+/// One case of each kind, small enough for a dense factor.
 pub fn all() -> Vec<Case> {
     let mut cases: Vec<Case> = (0..4).map(chain).collect();
     cases.extend([chain(47), shell(11, 11), shell(4, 31), shell(17, 14), two_layers(7, 9), two_layers(11, 11)]);

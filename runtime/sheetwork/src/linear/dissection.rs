@@ -1,53 +1,60 @@
-//! Nested dissection: an order of elimination that keeps the factor sparse.
+//! Nested dissection: a fill-reducing order of elimination.
 //!
-//! The masses are cut in two by a separator, a set that no pair joins across; each part is cut again until it is small. Both
-//! parts are eliminated before their separator, so that neither fills in the other (A. George, *Nested dissection of a
-//! regular finite element mesh*, SIAM J. Numer. Anal. 10 (1973) 345). The result is a tree of *fronts*: sets of masses
-//! eliminated together, children before parents.
+//! A separator, a set of nodes without which the rest has no coupling across, divides the nodes in
+//! two; each part is divided again until it is small. Both parts are eliminated before their
+//! separator, so that neither fills the other (A. George, *Nested dissection of a regular finite
+//! element mesh*, SIAM J. Numer. Anal. 10 (1973) 345). The result is a tree of *fronts*: sets of
+//! nodes eliminated together, children before parents.
 //!
-//! Cuts are tried along u, v, u + v and u - v, because the stencil of a shell is a diamond and its cheapest separators run
-//! along diagonals. For that u and v are measured in the mean reach of a pair along each, which makes the diamond of a
-//! rectangular grid a square one. Several sheets that touch have a third coordinate w, along which cuts go between them. Of all cuts between the 30th and the 70th percentile of a part the one with the least
+//! Cuts are tried along u, v, u + v and u - v, because the stencil of a shell is a diamond and its
+//! cheapest separators run along diagonals. For this, u and v are scaled with the mean distance of
+//! coupled nodes, which turns the diamond of a rectangular grid into a square one. Several sheets
+//! in contact have a third coordinate w, along which cuts separate them. Among all cuts between the
+//! 30th and the 70th percentile of a part, the one with the least
 //!
-//!   |separator| (1 + 4 (b - ½)²),   b the larger part's share of what is left,
+//!   |separator| (1 + 4 (b - ½)²),   b the larger part's share of the remainder,
 //!
-//! is taken. A cut at c parts the masses below c from the rest, and the separator is what on one side has a partner on the
-//! other. The size of the separator for every c at once: a mass at level l with its lowest partner at m is in the
-//! separator of the cuts m < c <= l, so a running sum over levels counts them all in one pass.
+//! is chosen. A cut at c separates the nodes below c from the rest; the separator is the set of
+//! nodes on one side with a partner on the other. The size of the separator follows for every c in
+//! one pass: a node at level l with its lowest partner at m is in the separator of the cuts
+//! m < c <= l, so a running sum over levels counts them all.
 //!
-//! A pile of small sheets is a chain of layers that each touch the next alone. There a separator, a layer itself, is as large as what
-//! it parts, and to eliminate layer after layer from both ends to the middle takes half the work of cutting again and again.
+//! A pile of small sheets is a chain of layers, each coupled with its neighbours alone. A separator
+//! (one layer) is then as large as the parts, and eliminating layer after layer from both ends to
+//! the middle takes half the work of nested dissection.
 //!
-//! Where no coordinate parts the masses (many at one place), the distance in the graph from a far mass serves instead.
+//! Where no coordinate separates the nodes (many coincide), the graph distance from a remote node
+//! serves as the coordinate.
 
 use std::ops::Range;
 
 use crate::linear::Pattern;
 
-/// Parts of this many masses or fewer are not cut again; a backend may join small fronts.
+/// Maximum number of nodes of a part that is not divided; a backend may join small fronts.
 const LEAF: usize = 6;
-/// A separator of more than this share of the part is no gain over eliminating the part whole.
+/// Maximum size of a separator as a fraction of the part: a larger one saves no work.
 const SEPARATOR_SHARE: f64 = 0.7;
-/// u, v, u + v, u - v, w.
+/// Number of coordinates: u, v, u + v, u - v, w.
 const AXES: usize = 5;
-/// The last of them.
+/// Index of w.
 const W: usize = AXES - 1;
-/// Layers of a pile, at least, and masses in one, at most: larger ones are worth cutting.
+/// Minimum number of layers of a pile, and maximum number of nodes per layer: larger layers are
+/// divided.
 const LAYERS: u32 = 4;
 const LAYER: usize = 48;
 
-/// The fronts in the order of their elimination, children before parents, every subtree contiguous.
+/// The fronts in the order of elimination, children before parents, every subtree contiguous.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Tree {
-    /// The masses in the order of elimination.
+    /// The nodes in the order of elimination.
     pub order: Vec<u32>,
     /// Fronts, as ranges of `order`.
     pub fronts: Vec<Range<u32>>,
-    /// Parent of each front, later than it; none for a root.
+    /// Parent of each front, with a larger index; `None` for a root.
     pub parents: Vec<Option<u32>>,
 }
 
-/// Partners of every mass.
+/// Coupled partners of every node.
 struct Graph {
     starts: Vec<u32>,
     partners: Vec<u32>,
@@ -82,30 +89,31 @@ impl Graph {
     }
 }
 
-/// A way to part a set of masses.
+/// A division of a set of nodes.
 #[derive(Clone, Copy)]
 struct Cut {
     axis: usize,
-    /// Masses of a lower level are on one side, the rest on the other.
+    /// Nodes of a lower level are on one side, the rest on the other.
     level: u32,
-    /// Whether the separator is taken from the lower side.
+    /// Whether the separator lies on the lower side.
     lower: bool,
     score: f64,
 }
 
-/// The cutting of one pattern.
+/// Nested dissection of one pattern.
 struct Dissection {
     graph: Graph,
-    /// Rank of every mass's coordinate along u, v, u + v, u - v and w, and scratch for distances in the graph.
+    /// Rank of every node's coordinate along u, v, u + v, u - v and w, and a buffer for graph
+    /// distances.
     levels: [Vec<u32>; AXES + 1],
-    /// The part each mass is in, as a number new for every part; 0 for one already in a front.
+    /// The part of each node, numbered uniquely; 0 for a node already in a front.
     part: Vec<u32>,
-    /// Running counts over levels.
+    /// Running sums over levels.
     counts: [Vec<i32>; 3],
     tree: Tree,
 }
 
-/// Dissects the masses of `pattern` that lie at `places` (u, v), and at `depths` (w) where there are any.
+/// Dissects the nodes of `pattern` at `places` (u, v) and, unless empty, at `depths` (w).
 pub(crate) fn dissect(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64]) -> Tree {
     let graph = Graph::new(pattern);
     let n = pattern.size();
@@ -119,7 +127,7 @@ pub(crate) fn dissect(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64]) ->
     dissection.tree
 }
 
-/// Coordinate `k` in units of the mean reach of a pair along it.
+/// Coordinate `k` in units of the mean distance of coupled nodes along it.
 fn scaled(graph: &Graph, places: &[[f64; 2]], k: usize) -> Vec<f64> {
     let mut sum = 0.0;
     for (i, place) in places.iter().enumerate() {
@@ -130,7 +138,7 @@ fn scaled(graph: &Graph, places: &[[f64; 2]], k: usize) -> Vec<f64> {
     places.iter().map(|p| p[k] * scale).collect()
 }
 
-/// The rank of each coordinate among the distinct ones; those that differ by rounding alone count as one.
+/// Rank of each coordinate among the distinct values; differences within rounding count as equal.
 fn ranks(coordinates: Vec<f64>) -> Vec<u32> {
     let mut order: Vec<u32> = (0..coordinates.len() as u32).collect();
     order.sort_by(|&a, &b| coordinates[a as usize].total_cmp(&coordinates[b as usize]));
@@ -148,7 +156,7 @@ fn ranks(coordinates: Vec<f64>) -> Vec<u32> {
 }
 
 impl Dissection {
-    /// Cuts until all masses are in fronts. Parents are found before their children.
+    /// Divides parts until all nodes are in fronts. Parents are found before their children.
     fn run(&mut self) {
         let mut fronts: Vec<(Vec<u32>, Option<u32>)> = Vec::new();
         let mut open: Vec<(Vec<u32>, Option<u32>)> = vec![((0..self.part.len() as u32).collect(), None)];
@@ -177,7 +185,7 @@ impl Dissection {
         self.tree = Tree::from_roots_down(fronts);
     }
 
-    /// The layers of a part along w from the lowest, where it is a pile.
+    /// Layers of a part along w from the lowest; `None` if it is not a pile.
     fn layers(&self, set: &[u32]) -> Option<Vec<Vec<u32>>> {
         let level = |i: u32| self.levels[W][i as usize];
         let (first, last) = set.iter().map(|&i| level(i)).fold((u32::MAX, 0), |(a, b), l| (a.min(l), b.max(l)));
@@ -195,7 +203,8 @@ impl Dissection {
         layers.iter().all(|layer| layer.len() <= LAYER).then_some(layers)
     }
 
-    /// Adds the fronts of a pile: the middle layer, and from there to either end each layer as the child of the one before it.
+    /// Adds the fronts of a pile: the middle layer, and from it towards both ends each layer as
+    /// child of the previous one.
     fn add_pile(&self, layers: Vec<Vec<u32>>, parent: Option<u32>, fronts: &mut Vec<(Vec<u32>, Option<u32>)>) {
         let middle = layers.len() / 2;
         let root = fronts.len() as u32;
@@ -214,14 +223,14 @@ impl Dissection {
         }
     }
 
-    /// Makes `set` the masses of a part.
+    /// Assigns the nodes of `set` to a part.
     fn enter(&mut self, set: &[u32], part: u32) {
         for &i in set {
             self.part[i as usize] = part;
         }
     }
 
-    /// The connected components of the masses of a part.
+    /// Connected components of the nodes of a part.
     fn components(&mut self, set: &[u32], part: u32) -> Vec<Vec<u32>> {
         let mut components = Vec::new();
         for &seed in set {
@@ -232,8 +241,8 @@ impl Dissection {
         components
     }
 
-    /// The masses of a part that `seed` is joined to, nearest first. They leave the part for part 0, and how far each is
-    /// goes to the last of the levels.
+    /// Nodes of a part connected to `seed`, nearest first. Moves them to part 0 and stores their
+    /// distances in the last of the levels.
     fn spread(&mut self, seed: u32, part: u32) -> Vec<u32> {
         let Self { graph, levels, part: parts, .. } = self;
         let distance = &mut levels[AXES];
@@ -255,7 +264,7 @@ impl Dissection {
         reached
     }
 
-    /// The best cut of a connected part, if any is worth it.
+    /// The best cut of a connected part; `None` if no cut saves work.
     fn best_cut(&mut self, set: &[u32]) -> Option<Cut> {
         if set.len() <= LEAF {
             return None;
@@ -307,7 +316,7 @@ impl Dissection {
             for (sum, count) in sums.iter_mut().zip([&*below, &*from_upper, &*from_lower]) {
                 *sum += count[at(l)];
             }
-            // From the level that holds the 30th percentile to the one that holds the 70th.
+            // Levels from the 30th to the 70th percentile.
             let through = sums[0] + below[at(l) + 1];
             if through * 10 <= total * 3 || sums[0] * 10 > total * 7 {
                 continue;
@@ -328,7 +337,7 @@ impl Dissection {
         best
     }
 
-    /// Carries a cut out: the separator, what is below and what is above.
+    /// Applies a cut: separator, nodes below and nodes above.
     fn apply(&self, set: Vec<u32>, cut: Cut) -> [Vec<u32>; 3] {
         let levels = &self.levels[cut.axis];
         let is_lower = |i: u32| levels[i as usize] < cut.level;
@@ -347,7 +356,7 @@ impl Dissection {
         [self.along(separator, cut.axis), below, above]
     }
 
-    /// Masses in order along a cut, so that partners of one mass are near each other in the front.
+    /// Nodes in order along a cut, so that partners of a node are close to each other in the front.
     fn along(&self, mut set: Vec<u32>, cut_axis: usize) -> Vec<u32> {
         let [across, along] = [[0, 1], [1, 0], [2, 3], [3, 2], [0, 1], [0, 1]][cut_axis].map(|axis| &self.levels[axis]);
         set.sort_by_key(|&i| (along[i as usize], across[i as usize], i));
@@ -356,7 +365,7 @@ impl Dissection {
 }
 
 impl Tree {
-    /// The place of every mass in the elimination.
+    /// The position of every node in the elimination.
     pub fn places(&self) -> Vec<u32> {
         let mut places = vec![0; self.order.len()];
         for (i, &mass) in self.order.iter().enumerate() {
@@ -365,7 +374,7 @@ impl Tree {
         places
     }
 
-    /// The tree whose fronts are given with their parents, parents first and every subtree contiguous.
+    /// The tree of the given fronts with parents, parents first, every subtree contiguous.
     fn from_roots_down(fronts: Vec<(Vec<u32>, Option<u32>)>) -> Self {
         let last = fronts.len() as u32;
         let mut tree = Self::default();
@@ -385,7 +394,8 @@ mod tests {
     use crate::linear::cases;
     use crate::linear::cases::Case;
 
-    /// Every mass once; no pair between fronts of which neither is above the other.
+    /// Checks that every node appears once, and that coupled nodes lie in one front or in fronts of
+    /// which one is an ancestor of the other.
     fn check(case: &Case, tree: &Tree) {
         let n = case.pattern.size();
         let mut seen = vec![usize::MAX; n];

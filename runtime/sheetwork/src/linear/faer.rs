@@ -1,8 +1,9 @@
-//! The reference backend: supernodal Cholesky by the `faer` library, on one thread, in our ordering.
+//! Reference backend: supernodal Cholesky factorisation of the `faer` library, on one thread, in
+//! the ordering of [`crate::linear::dissection`].
 //!
-//! Blocks are gathered into the lower triangle of the already permuted matrix, column by column of single numbers, so that
-//! faer neither orders nor copies: it adds the entries to its supernodes and factorises them in memory kept here, with
-//! scratch kept here.
+//! Blocks are gathered into the lower triangle of the permuted matrix, scalar column by scalar
+//! column, so that faer neither orders nor copies: it adds the entries to its supernodes and
+//! factorises them in the memory and scratch space stored here.
 
 use ::faer::dyn_stack::{MemBuffer, MemStack};
 use ::faer::linalg::cholesky::ldlt::factor::LdltRegularization;
@@ -20,19 +21,20 @@ use crate::linear::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
 
 /// A factor by faer.
 pub(crate) struct FaerFactor {
-    /// The mass at each place of the elimination.
+    /// The node at each position of the elimination.
     order: Vec<u32>,
-    /// The place of each mass.
+    /// The position of each node in the elimination.
     place: Vec<u32>,
     /// Lower triangle of the permuted matrix.
     lower: SymbolicSparseColMat<usize>,
-    /// Which of the caller's values each entry of it is.
+    /// Index of each of its entries in the caller's values.
     source: Vec<u32>,
     entries: Vec<f64>,
     symbolic: SymbolicCholesky<usize>,
     factor: Vec<f64>,
     factorised: bool,
-    /// L D Lᵀ instead, which indefinite matrices have too (without pivoting: unless a leading part is singular).
+    /// L D Lᵀ instead of L Lᵀ, for indefinite matrices; without pivoting it fails if a leading
+    /// minor is singular.
     indefinite: bool,
     scratch: MemBuffer,
     solution: Vec<f64>,
@@ -44,12 +46,13 @@ impl FaerFactor {
     /// Prepares factorisations of matrices of `pattern` in the order of `tree`.
     ///
     /// # Panics
-    /// When memory runs out.
+    /// If memory runs out.
     pub fn new(pattern: &Pattern, tree: &Tree, indefinite: bool) -> Self {
         let n = 3 * pattern.size();
         let place = tree.places();
         let (lower, source) = permuted_lower(pattern, &place);
-        // Without an ordering of its own faer's analysis reads the upper triangle, its factorisation the lower one.
+        // Without its own ordering, faer's analysis reads the upper triangle and its factorisation
+        // the lower one.
         let upper = lower.to_row_major().expect("out of memory");
         let upper = upper.transpose();
         let params = CholeskySymbolicParams {
@@ -83,8 +86,8 @@ impl FaerFactor {
     }
 }
 
-/// The lower triangle of the matrix whose masses are eliminated at `place`, and where among the caller's values each of its
-/// entries is.
+/// The lower triangle of the matrix with nodes eliminated at `place`, and the index of each of its
+/// entries in the caller's values.
 fn permuted_lower(pattern: &Pattern, place: &[u32]) -> (SymbolicSparseColMat<usize>, Vec<u32>) {
     let mut entries = Vec::with_capacity(9 * pattern.blocks());
     for (slot, row, column) in pattern.iter() {
@@ -111,8 +114,8 @@ fn permuted_lower(pattern: &Pattern, place: &[u32]) -> (SymbolicSparseColMat<usi
     (SymbolicSparseColMat::new_checked(n, n, starts, None, rows), source)
 }
 
-/// Floating-point operations of a factorisation (the sum of the squares of the columns' lengths) and numbers in the factor,
-/// with the zeros of faer's relaxed supernodes.
+/// Floating-point operations of a factorisation (sum of the squared column lengths) and numbers in
+/// the factor, including the zeros of faer's relaxed supernodes.
 fn cost(symbolic: &SymbolicCholesky<usize>) -> (f64, usize) {
     let SymbolicCholeskyRaw::Supernodal(symbolic) = symbolic.raw() else { return (0.0, symbolic.len_val()) };
     let mut cost = (0.0, 0);

@@ -1,12 +1,13 @@
-//! Half solutions: y = L⁻¹ b, from which rows and products of the inverse come cheaply.
+//! Half solutions y = L⁻¹ b, from which entries and products of the inverse follow at low cost.
 //!
-//! With A = L Lᵀ, for right-hand sides b and c of few entries (a contact touches few masses)
+//! With A = L Lᵀ, for right-hand sides b and c with few entries (a contact involves few nodes)
 //!
-//!   bᵀ A⁻¹ c = (L⁻¹ b)·(L⁻¹ c),
+//!   bᵀ A⁻¹ c = (L⁻¹ b)·(L⁻¹ c).
 //!
-//! and L⁻¹ b is zero but for the masses above those of b in the tree of elimination: a small part of L is read, and
-//! what two solutions have in common is the part of the tree above both. (J. R. Gilbert and T. Peierls, *Sparse partial
-//! pivoting in time proportional to arithmetic operations*, SIAM J. Sci. Stat. Comput. 9 (1988) 862, on which entries.)
+//! L⁻¹ b is non-zero only at the nodes of b and their ancestors in the elimination tree: the
+//! computation reads a small part of L, and the product of two solutions needs their common
+//! ancestors only. (J. R. Gilbert and T. Peierls, *Sparse partial pivoting in time proportional to
+//! arithmetic operations*, SIAM J. Sci. Stat. Comput. 9 (1988) 862.)
 
 use multiversion::multiversion;
 
@@ -18,41 +19,42 @@ pub struct Loads {
 }
 
 impl Loads {
-    /// Forgets all, keeps the memory.
+    /// Removes all right-hand sides; the capacity stays.
     pub fn clear(&mut self) {
         self.ends.clear();
         self.entries.clear();
     }
 
-    /// Adds a right-hand side: (block row, its x, y, z) for the rows that are not zero; a row given twice counts twice.
+    /// Appends a right-hand side: (block row, its x, y, z) for the non-zero rows; entries of a
+    /// repeated row add up.
     pub fn push(&mut self, entries: impl IntoIterator<Item = (u32, [f64; 3])>) {
         self.entries.extend(entries);
         self.ends.push(self.entries.len());
     }
 
-    /// How many there are.
+    /// Number of right-hand sides.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no right-hand sides.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// The right-hand sides in turn.
+    /// The right-hand sides in order.
     pub fn iter(&self) -> impl Iterator<Item = &[(u32, [f64; 3])]> {
         let starts = std::iter::once(0).chain(self.ends.iter().copied());
         starts.zip(&self.ends).map(|(start, &end)| &self.entries[start..end])
     }
 }
 
-/// Unknowns of one solution that follow one another in the elimination.
+/// Consecutive unknowns of one solution in the order of elimination.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
-    /// The first of them.
+    /// Index of the first unknown.
     first: usize,
-    /// Where their values are.
+    /// Range of their values.
     start: usize,
     end: usize,
 }
@@ -64,7 +66,7 @@ impl Segment {
     }
 }
 
-/// Half solutions of the same factor.
+/// Half solutions with one factor.
 #[derive(Clone, Debug, Default)]
 pub struct HalfSolutions {
     ends: Vec<usize>,
@@ -73,17 +75,18 @@ pub struct HalfSolutions {
 }
 
 impl HalfSolutions {
-    /// How many there are.
+    /// Number of solutions.
     pub fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// Whether there are none.
+    /// Whether there are no solutions.
     pub fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
 
-    /// bᵀ A⁻¹ c for the right-hand sides `b` and `c`, both below [`HalfSolutions::len`].
+    /// bᵀ A⁻¹ c for the right-hand sides with indices `b` and `c`, both below
+    /// [`HalfSolutions::len`].
     pub fn product(&self, b: usize, c: usize) -> f64 {
         let [mut left, mut right] = [b, c].map(|i| self.segments_of(i).iter().peekable());
         let mut sum = 0.0;
@@ -102,8 +105,8 @@ impl HalfSolutions {
         sum
     }
 
-    /// The nine products of solutions 3b, 3b+1, 3b+2 with 3c, 3c+1, 3c+2. The three of each must have loads at the same
-    /// block rows.
+    /// The nine products of solutions 3b, 3b+1, 3b+2 with 3c, 3c+1, 3c+2. Each triple must have its
+    /// loads at equal block rows.
     pub fn block(&self, b: usize, c: usize) -> [[f64; 3]; 3] {
         let three = |i: usize| [self.segments_of(3 * i), self.segments_of(3 * i + 1), self.segments_of(3 * i + 2)];
         let mut sums = [[0.0; 3]; 3];
@@ -111,7 +114,7 @@ impl HalfSolutions {
         sums
     }
 
-    /// How many numbers the solutions have.
+    /// Number of stored values of all solutions.
     pub fn numbers(&self) -> usize {
         self.values.len()
     }
@@ -121,27 +124,28 @@ impl HalfSolutions {
         &self.segments[start..self.ends[i]]
     }
 
-    /// Forgets all, keeps the memory.
+    /// Removes all solutions; the capacity stays.
     pub fn clear(&mut self) {
         self.ends.clear();
         self.segments.clear();
         self.values.clear();
     }
 
-    /// Adds a segment to the solution that is being made; segments ascend.
+    /// Appends a segment to the current solution; segments ascend.
     pub(crate) fn add_segment(&mut self, first: usize, values: &[f64]) {
         let start = self.values.len();
         self.values.extend_from_slice(values);
         self.segments.push(Segment { first, start, end: self.values.len() });
     }
 
-    /// Closes the solution that is being made.
+    /// Completes the current solution.
     pub(crate) fn close(&mut self) {
         self.ends.push(self.segments.len());
     }
 }
 
-/// Adds the products of three solutions with three others, of which those of each side have the same segments.
+/// Adds the products of three solutions with three others; the three of each side have equal
+/// segments.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn add_block(values: &[f64], left: [&[Segment]; 3], right: [&[Segment]; 3], to: &mut [[f64; 3]; 3]) {
     let (mut l, mut r) = (0, 0);
@@ -160,7 +164,8 @@ fn add_block(values: &[f64], left: [&[Segment]; 3], right: [&[Segment]; 3], to: 
     }
 }
 
-/// Adds a_i·b_j, by eight running sums each: four of all nine products at a time, which is what stays in registers.
+/// Adds a_i·b_j with eight partial sums each: four at a time for all nine products, which fit into
+/// registers.
 #[inline(always)]
 fn add_products(a: [&[f64]; 3], b: [&[f64]; 3], to: &mut [[f64; 3]; 3]) {
     let length = a[0].len();
@@ -178,13 +183,13 @@ fn add_products(a: [&[f64]; 3], b: [&[f64]; 3], to: &mut [[f64; 3]; 3]) {
     }
 }
 
-/// The running sums `FROM` to `FROM` + 3 of [`add_products`] over the first `whole` numbers.
+/// The partial sums `FROM` to `FROM` + 3 of [`add_products`] over the first `whole` numbers.
 #[inline(always)]
 fn four_sums<const FROM: usize>(a: [&[f64]; 3], b: [&[f64]; 3], whole: usize) -> [[[f64; 4]; 3]; 3] {
     let [a0, a1, a2] = [a[0][..whole].as_chunks::<8>().0, a[1][..whole].as_chunks().0, a[2][..whole].as_chunks().0];
     let [b0, b1, b2] = [b[0][..whole].as_chunks::<8>().0, b[1][..whole].as_chunks().0, b[2][..whole].as_chunks().0];
     let [mut s00, mut s01, mut s02, mut s10, mut s11, mut s12, mut s20, mut s21, mut s22] = [[0.0; 4]; 9];
-    // Written out, as loops over small arrays are not compiled to vectors.
+    // Written out: the compiler does not vectorise loops over small arrays.
     let add = |sum: &mut [f64; 4], a: &[f64; 8], b: &[f64; 8]| {
         for lane in 0..4 {
             sum[lane] += a[FROM + lane] * b[FROM + lane];
@@ -204,7 +209,7 @@ fn four_sums<const FROM: usize>(a: [&[f64]; 3], b: [&[f64]; 3], whole: usize) ->
     [[s00, s01, s02], [s10, s11, s12], [s20, s21, s22]]
 }
 
-/// a·b by eight running sums, so that the order of summation is fixed and the sums do not wait for one another.
+/// a·b with eight partial sums: a fixed order of summation without a dependency chain.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let (a, a_rest) = a.as_chunks::<8>();
     let (b, b_rest) = b.as_chunks::<8>();

@@ -1,14 +1,16 @@
-//! Sparse symmetric positive definite systems A x = b of 3x3 blocks, one block row for each free mass, by A = L Lᵀ.
+//! Sparse symmetric positive definite systems A x = b of 3x3 blocks, one block row per free node,
+//! solved with A = L Lᵀ.
 //!
-//! The pattern of A stays for long and its values are new at every solve. So [`analyse`] does once what depends on the
-//! pattern alone (`dissection`: an ordering that keeps L sparse; where every number goes; all memory), and a [`Factor`] then
-//! factorises and solves again and again without allocating. Units are the caller's: values of A in N/m (or kg/s²) give
-//! displacements in m for forces in N.
+//! The pattern of A rarely changes; its values change at every solve. [`analyse`] does the work
+//! that depends on the pattern alone (`dissection`: a fill-reducing ordering; the destination of
+//! every value; all memory), and a [`Factor`] then factorises and solves repeatedly without
+//! allocation. Units are those of the caller: values of A in N/m give displacements in m for forces
+//! in N.
 //!
-//! The bits of a result depend on the backend and on the instructions it runs with ([`Path`]; faer chooses its own), and on
-//! nothing else of the machine.
+//! The bits of a result depend on the backend and on its instruction set ([`Path`]; faer chooses
+//! its own), and on nothing else of the machine.
 //!
-//! Reference: T. A. Davis, *Direct Methods for Sparse Linear Systems* (SIAM 2006), chapters 4 and 7.
+//! Source: T. A. Davis, *Direct Methods for Sparse Linear Systems* (SIAM 2006), chapters 4 and 7.
 
 #[cfg(test)]
 mod cases;
@@ -28,79 +30,83 @@ use crate::linear::dissection::Tree;
 use crate::linear::faer::FaerFactor;
 use crate::linear::multifrontal::{Instructions, MultifrontalFactor};
 
-/// A matrix that has no Cholesky factor: a pivot was zero, negative or not a number.
+/// The matrix has no Cholesky factor: a pivot is zero, negative or not finite.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, thiserror::Error)]
 #[error("the matrix is not positive definite")]
 pub struct NotPositive;
 
-/// The Cholesky factor of one pattern, with the memory to compute it in.
+/// The Cholesky factor of matrices with one pattern, with its memory.
 pub trait Factor: Send + Sync {
-    /// Factorises. `values` are 9 for each block of the pattern, as [`Pattern`] says; of a diagonal block the lower
-    /// triangle counts.
+    /// Factorises. `values` has 9 numbers per block of the pattern, in the order that [`Pattern`]
+    /// defines; diagonal blocks need their lower triangle only.
     ///
     /// # Errors
-    /// When a pivot is not positive (or not a number). There is no factor then until the next success.
+    /// If a pivot is not positive or not finite. There is then no factor until the next success.
     ///
     /// # Panics
-    /// When there are not 9 values a block.
+    /// If `values` does not have 9 numbers per block.
     fn factorize(&mut self, values: &[f64]) -> Result<(), NotPositive>;
 
-    /// Solves A x = b with the last factor, in place: `b` has 3 entries a block row, x, y, z. Without a factor `b` is
-    /// filled with NaN.
+    /// Solves A x = b in place with the last factor: `b` has 3 entries (x, y, z) per block row.
+    /// Without a factor `b` becomes NaN.
     ///
     /// # Panics
-    /// When `b` has not 3 entries a block row.
+    /// If `b` does not have 3 entries per block row.
     fn solve(&mut self, b: &mut [f64]);
 
-    /// Factorises, then solves A x = b in place: what [`Factor::factorize`] and [`Factor::solve`] do, but L need not be read
-    /// again for the first half of the solution. `b` is spoilt when it fails.
+    /// Factorises, then solves A x = b in place: equal to [`Factor::factorize`] and
+    /// [`Factor::solve`], but the forward substitution uses L while it is in the cache. On failure
+    /// the content of `b` is undefined.
     ///
     /// # Errors
     /// As [`Factor::factorize`].
     ///
     /// # Panics
-    /// As both.
+    /// As [`Factor::factorize`] and [`Factor::solve`].
     fn factorize_and_solve(&mut self, values: &[f64], b: &mut [f64]) -> Result<(), NotPositive> {
         self.factorize(values)?;
         self.solve(b);
         Ok(())
     }
 
-    /// Adds the half solutions of `loads` with the last factor to `solutions`; nothing is allocated once `solutions` has held
-    /// as much. Without a factor they are NaN.
+    /// Appends the half solutions of `loads` with the last factor to `solutions`, without
+    /// allocation if the capacity of `solutions` suffices. Without a factor they are NaN.
     ///
     /// # Panics
-    /// When a load names a block row there is not.
+    /// If a load names a block row out of range.
     fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions);
 
-    /// Whether threads of the pool that a factorisation is called in may help with it; the bits do not depend on that. Not to begin with.
+    /// Enables threads of the calling thread's pool in factorisations; off by default. The bits of
+    /// the result do not depend on it.
     fn use_threads(&mut self, parallel: bool) {
         let _ = parallel;
     }
 
-    /// Name of the backend, and of what it chose on this machine.
+    /// Name of the backend and its instruction set.
     fn name(&self) -> &'static str;
 
-    /// Multiply-adds of one factorisation, without padding.
+    /// Multiply-add operations of one factorisation, without padding.
     fn flops(&self) -> f64;
 
-    /// Numbers in L, without padding.
+    /// Non-zeros of L, without padding.
     fn nonzeros(&self) -> usize;
 }
 
-/// Who factorises.
+/// Implementation of the factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
     /// The `faer` library, supernodal, on one thread.
     Faer,
-    /// `faer`'s L D Lᵀ without pivoting, for matrices that may be indefinite; it has no half solutions.
+    /// `faer`'s L D Lᵀ without pivoting, for matrices that may be indefinite; without half
+    /// solutions.
     Indefinite,
-    /// Our own, by the best instructions the processor has.
+    /// The multifrontal factorisation of this crate, with the best instruction set of the
+    /// processor.
     Multifrontal,
 }
 
 impl Default for Backend {
-    /// The faster one, as `benches/factor.rs` measures them: ours where the processor has AVX2 and fused multiply-add.
+    /// The faster backend by `benches/factor.rs`: multifrontal on processors with AVX2 and FMA.
     fn default() -> Self {
         match Path::best() {
             Path::Portable => Self::Faer,
@@ -109,19 +115,21 @@ impl Default for Backend {
     }
 }
 
-/// Prepares the factorisation of matrices of `pattern`. `places` are the material coordinates (u, v), m, of every block
-/// row; they guide the ordering and need not be distinct, regular or even finite for a right answer, only for a quick one.
+/// Prepares the factorisation of matrices of `pattern`. `places` are the material coordinates (u,
+/// v), m, of every block row. They guide the ordering; coincident, irregular or non-finite places
+/// cost speed, not accuracy.
 ///
 /// # Panics
-/// When there is not one place a block row.
+/// If there is not one place per block row.
 pub fn analyse(pattern: &Pattern, places: &[[f64; 2]], backend: Backend) -> Box<dyn Factor> {
     with_tree(pattern, &order(pattern, places), backend)
 }
 
-/// As [`analyse`] for several sheets that touch: `depths` (m), one a block row, tell them apart where their `places` do not.
+/// As [`analyse`], for several sheets in contact: `depths` (m), one per block row, separate sheets
+/// with coincident `places`.
 ///
 /// # Panics
-/// When there is not one place and one depth a block row.
+/// If there is not one place and one depth per block row.
 pub fn analyse_joined(pattern: &Pattern, places: &[[f64; 2]], depths: &[f64], backend: Backend) -> Box<dyn Factor> {
     assert_eq!(places.len(), pattern.size(), "one place a block row");
     assert_eq!(depths.len(), pattern.size(), "one depth a block row");
@@ -136,10 +144,11 @@ fn with_tree(pattern: &Pattern, tree: &Tree, backend: Backend) -> Box<dyn Factor
     }
 }
 
-/// As [`analyse`] with [`Backend::Multifrontal`], by the instructions of `path`; none where this processor lacks them.
+/// As [`analyse`] with [`Backend::Multifrontal`] and the instruction set `path`; `None` if the
+/// processor lacks it.
 ///
 /// # Panics
-/// When there is not one place a block row.
+/// If there is not one place per block row.
 pub fn analyse_for(pattern: &Pattern, places: &[[f64; 2]], path: Path) -> Option<Box<dyn Factor>> {
     let instructions = path.instructions()?;
     Some(Box::new(MultifrontalFactor::new(pattern, &order(pattern, places), instructions)))

@@ -1,26 +1,27 @@
-//! Where the blocks of a sparse symmetric matrix are.
+//! Sparsity pattern of a symmetric matrix of 3x3 blocks.
 //!
-//! A row and a column of blocks stand for one free mass; a block is 3x3, for x, y and z. Only the lower triangle is kept.
+//! A block row and column stand for one free node; a block couples x, y and z of two nodes. Only
+//! the lower triangle is stored.
 
-/// Lower triangle (with its diagonal) of a symmetric matrix of 3x3 blocks, by columns: rows ascend within a column, the
-/// diagonal comes first and is always there.
+/// Lower triangle, with diagonal, of a symmetric matrix of 3x3 blocks, by columns: rows ascend
+/// within a column, and the diagonal block comes first and always exists.
 ///
-/// Values that go with it are 9 numbers a block, row-major within the block, block after block in the order of `rows`.
-/// Diagonal blocks are held whole.
+/// The values of a matrix are 9 numbers per block, row by row within the block, block after block
+/// in the order of `rows`. Diagonal blocks are stored in full.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Pattern {
-    /// Where each column's blocks start in `rows`; one more than there are columns.
+    /// Start of each column's blocks in `rows`; one entry more than columns.
     pub starts: Vec<u32>,
     /// Block row of each block.
     pub rows: Vec<u32>,
 }
 
 impl Pattern {
-    /// The pattern of `n` block rows whose masses are joined in `pairs`: each pair once or more, either way round, the
-    /// diagonal left out or not.
+    /// The pattern of `n` block rows with couplings `pairs`. Pairs may repeat, in either order,
+    /// with or without the diagonal.
     ///
     /// # Panics
-    /// When a pair names a mass that is not below `n`.
+    /// If a pair has an index of `n` or more.
     pub fn new(n: usize, pairs: impl IntoIterator<Item = (u32, u32)>) -> Self {
         let diagonal = (0..n as u32).map(|i| (i, i));
         let mut blocks: Vec<(u32, u32)> =
@@ -43,18 +44,18 @@ impl Pattern {
         self.starts.len().saturating_sub(1)
     }
 
-    /// Number of blocks kept.
+    /// Number of stored blocks.
     pub fn blocks(&self) -> usize {
         self.rows.len()
     }
 
-    /// The blocks of a column: the slots they have.
+    /// Slots of the blocks of a column.
     pub fn column(&self, column: usize) -> std::ops::Range<usize> {
         self.starts[column] as usize..self.starts[column + 1] as usize
     }
 
-    /// The slot of block (`row`, `column`), `row` not less than `column`, both below [`Pattern::size`]; none where the
-    /// matrix has no such block.
+    /// The slot of block (`row`, `column`), with `row` not less than `column`, both below
+    /// [`Pattern::size`]; `None` if the matrix has no such block.
     pub fn slot(&self, row: u32, column: u32) -> Option<u32> {
         let blocks = self.column(column as usize);
         let first = blocks.start;

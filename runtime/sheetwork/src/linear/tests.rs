@@ -1,4 +1,4 @@
-//! Every backend against the dense Cholesky factor, and the backends against each other.
+//! Tests of every backend against the dense Cholesky factorisation and against the other backends.
 
 use std::sync::LazyLock;
 
@@ -8,7 +8,7 @@ use crate::linear::cases;
 use crate::linear::cases::{Case, dense_solve};
 use crate::linear::*;
 
-/// Two threads to factorise on.
+/// Two threads for factorisations.
 static THREADS: LazyLock<rayon::ThreadPool> =
     LazyLock::new(|| rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads"));
 
@@ -20,13 +20,13 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m, (a, b)| (a - b).abs().max(m))
 }
 
-/// All factors there are for a case.
+/// All available factors for a case.
 fn factors(case: &Case) -> Vec<Box<dyn Factor>> {
     let ours = Path::ALL.into_iter().filter_map(|path| analyse_for(&case.pattern, &case.places, path));
     std::iter::once(analyse(&case.pattern, &case.places, Backend::Faer)).chain(ours).collect()
 }
 
-/// A system with its solution by the dense factor.
+/// A system with its solution from the dense factorisation.
 struct Problem {
     values: Vec<f64>,
     load: Vec<f64>,
@@ -40,13 +40,13 @@ impl Problem {
         Self { values, load, solution }
     }
 
-    /// Factorises, solves, and holds the solution against the dense one.
+    /// Factorises, solves, and compares the solution with the dense one.
     fn check(&self, case: &Case, factor: &mut dyn Factor) {
         let who = format!("{} on {}", factor.name(), case.name);
         assert_eq!(factor.factorize(&self.values), Ok(()), "{who}");
         let mut x = self.load.clone();
         factor.solve(&mut x);
-        // Condition numbers reach 1e5; a backward stable solution is then right to about 1e-11.
+        // With condition numbers up to 1e5 a backward stable solution is accurate to about 1e-11.
         let size = largest(&self.solution);
         let error = difference(&x, &self.solution);
         assert!(error <= 1e-10 * size, "{who}: {error:e} of {size:e}");
@@ -132,7 +132,7 @@ fn the_same_values_give_the_same_bits() {
     for case in [cases::shell(17, 17), cases::triangles(15, 4)] {
         for (mut one, mut other) in factors(&case).into_iter().zip(factors(&case)) {
             let [a, b] = [1, 2].map(|seed| case.values(seed, 1.0));
-            // The other has factorised something else before.
+            // The second factor has factorised other values before.
             assert_eq!((one.factorize(&a), other.factorize(&b), other.factorize(&a)), (Ok(()), Ok(()), Ok(())));
             let mut x = [case.load(3), case.load(3)];
             one.solve(&mut x[0]);
@@ -183,7 +183,7 @@ fn half_solutions_give_products_of_the_inverse() {
 fn blocks_of_half_solutions_have_the_bits_of_their_products() {
     for case in [cases::chain(1), cases::shell(11, 11), cases::triangles(13, 2), cases::scattered()] {
         let n = case.pattern.size() as u32;
-        // As contacts have them: three at the same masses.
+        // As from contacts: three loads at equal nodes.
         let load = |i: u32, axis: u32| {
             let rows = (0..1 + i % 3).map(move |k| (i * 7919 + k * 31) % n);
             rows.map(move |row| {

@@ -1,26 +1,29 @@
-//! Closed forms and reference solutions that cases are held against.
+//! Elastica: closed forms and reference solutions for tests and rigs.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Steps along a strip whose ends alone are asked for.
+/// Integration steps when only the ends of the strip are needed.
 const STEPS: usize = 4000;
 
-/// Droop of a heavy inextensible strip clamped horizontally: tip drop and reach as fractions of its length. See [`elastica_curve`].
+/// Droop of a heavy inextensible strip clamped horizontally: tip drop and reach as fractions of its
+/// length. See [`elastica_curve`].
 pub fn elastica(gamma: f64) -> (f64, f64) {
     let (reach, drop) = elastica_curve(gamma, STEPS).last().copied().unwrap_or((1.0, 0.0));
     (drop, reach)
 }
 
-/// A heavy inextensible strip clamped horizontally, from its tip to the clamp: how far each of `steps` + 1 points is from the tip, level
-/// and upwards, as fractions of its length.
+/// Curve of a heavy inextensible strip clamped horizontally, from its tip to the clamp: horizontal
+/// and vertical distance of each of `steps` + 1 points from the tip, as fractions of its length.
 ///
-/// θ'' = -Γ (1-s) cos θ, θ(0) = 0, θ'(1) = 0, with Γ = ρ g t L³/B the one number of the problem (B the bending stiffness per
-/// width). Integrated from the tip in φ = π/2 - θ, the angle from the plumb line, which there is as small as e^(-⅔√Γ) and grows all
-/// the way to π/2 at the root; the smallest such φ is the strip that does not coil.
+///   θ'' = -Γ (1-s) cos θ, θ(0) = 0, θ'(1) = 0,
+///
+/// with the load parameter Γ = ρ g t L³/B (B the bending stiffness per width, N m). Integrated from
+/// the tip in φ = π/2 - θ, the angle from the vertical, which is as small as e^(-⅔√Γ) at the tip
+/// and grows to π/2 at the root; the smallest such φ is the solution without coils.
 pub fn elastica_curve(gamma: f64, steps: usize) -> Vec<(f64, f64)> {
     let (mut low, mut high) = (f64::MIN_POSITIVE, FRAC_PI_2);
     for _ in 0..200 {
-        // The tip's angle is halved in its logarithm while it is small.
+        // Bisection of the tip angle, in its logarithm while it is small.
         let middle = if high > 4.0 * low { low.sqrt() * high.sqrt() } else { 0.5 * (low + high) };
         if hang(gamma, middle, steps, &mut |_, _| ()) < FRAC_PI_2 {
             low = middle;
@@ -36,10 +39,11 @@ pub fn elastica_curve(gamma: f64, steps: usize) -> Vec<(f64, f64)> {
     points
 }
 
-/// Angle from the plumb line at the root of a strip whose tip hangs at `tip` from it, by the classical Runge-Kutta method; tells reach
-/// and drop so far. Ends early where it is far beyond level.
+/// Angle from the vertical at the root of a strip with the angle `tip` (rad) at its tip, by the
+/// classical Runge-Kutta method; `visit` receives reach and drop of each point. Ends early far
+/// beyond horizontal.
 fn hang(gamma: f64, tip: f64, steps: usize, visit: &mut dyn FnMut(f64, f64)) -> f64 {
-    // Angle, its slope towards the root, reach, drop.
+    // Angle, its derivative towards the root, reach, drop.
     let mut u = [tip, 0.0, 0.0, 0.0];
     let rate = |s: f64, u: [f64; 4]| [u[1], gamma * s * u[0].sin(), u[0].sin(), u[0].cos()];
     let moved = |u: [f64; 4], k: [f64; 4], h: f64| std::array::from_fn(|i| u[i] + h * k[i]);
@@ -78,7 +82,7 @@ mod tests {
             let (h, w) = super::elastica(gamma);
             assert!((h - drop).abs() < 1e-7 && (w - reach).abs() < 1e-7, "{gamma}: {h} {w}");
         }
-        // Far beyond the tables the reach goes to √(2/Γ) and the strip hangs nearly its length.
+        // Far beyond the tables the reach approaches √(2/Γ) and the strip hangs nearly its length.
         for gamma in [200.0_f64, 1e3, 1e4, 1e6] {
             let (h, w) = super::elastica(gamma);
             assert!((w * (0.5 * gamma).sqrt() - 1.0).abs() < 0.15 && h > 0.95 && h < 1.0, "{gamma}: {h} {w}");

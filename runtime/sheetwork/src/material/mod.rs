@@ -1,5 +1,6 @@
-//! Materials: homogenisation and calibration of lattices, and the report of the stiffness a structure delivers.
+//! Materials: homogenisation and calibration of lattices, and the report of the stiffness that a
+//! structure delivers.
 
 pub mod calibration;
 pub mod elastica;
-pub mod report;
+pub mod law;

@@ -1,10 +1,11 @@
 //! Real roots of a cubic c₀ + c₁ t + c₂ t² + c₃ t³ with 0 ≤ t ≤ 1.
 //!
-//! The derivative's roots cut the interval into pieces on which the cubic is monotone; in a piece at whose ends the signs
-//! differ lies one root, found by Newton's method kept inside its bracket by bisection. Where the cubic only touches zero
-//! the derivative's root is itself taken, if the value there is rounding noise.
+//! The roots of the derivative divide the interval into pieces on which the cubic is monotone. A
+//! piece with different signs at its ends contains one root, found by Newton's method safeguarded
+//! by bisection. Where the cubic only touches zero, the root of the derivative is used if the value
+//! there is rounding noise.
 
-/// Up to five places, in order: three roots, and two places where the cubic touches zero.
+/// Up to five roots in ascending order: three simple roots and two points of tangency.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Roots {
     values: [f64; 5],
@@ -20,14 +21,14 @@ impl Roots {
         }
     }
 
-    /// The roots in ascending order.
+    /// Roots in ascending order.
     pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         self.values[..self.count].iter().copied()
     }
 }
 
-/// Roots in [0, 1] of the cubic with coefficients `c`, lowest power first. A cubic that is zero throughout has none here,
-/// nor has one with coefficients that are not numbers.
+/// Roots in [0, 1] of the cubic with the coefficients `c`, lowest power first. Empty for a cubic
+/// that is zero throughout, and for coefficients that are not finite.
 pub fn roots_in_unit_interval(c: [f64; 4]) -> Roots {
     let mut roots = Roots::default();
     let scale = c.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
@@ -53,7 +54,7 @@ pub fn roots_in_unit_interval(c: [f64; 4]) -> Roots {
     roots
 }
 
-/// Where the derivative is zero, ascending; infinite where it is not.
+/// Zeros of the derivative, ascending; infinite if they do not exist.
 fn turning_points(c: [f64; 4]) -> [f64; 2] {
     const NONE: f64 = f64::INFINITY;
     let (a, b, d) = (3.0 * c[3], 2.0 * c[2], c[1]);
@@ -61,7 +62,8 @@ fn turning_points(c: [f64; 4]) -> [f64; 2] {
     if inside < 0.0 {
         return [NONE; 2];
     }
-    // The sum of two numbers of one sign loses no digits; the other root follows from the product of both.
+    // The sum of two numbers of equal sign has no cancellation; the other root follows from the
+    // product of both.
     let q = -0.5 * (b + b.signum() * inside.sqrt());
     let (first, second) = (if a != 0.0 { q / a } else { NONE }, if q != 0.0 { d / q } else { NONE });
     let (low, high) = (first.min(second), first.max(second));

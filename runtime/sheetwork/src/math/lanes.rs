@@ -1,13 +1,18 @@
-//! Eight numbers, or eight vectors, treated alike: the kernels of regular grids work on eight cells at a time.
+//! Eight numbers, vectors or matrices processed together: kernels of regular grids work on eight
+//! cells at a time.
 //!
-//! Every operation is a loop over the lanes in order, which the compiler turns into vector instructions of whatever width
-//! the kernel is compiled for. Nothing is contracted or reordered, so the bits do not depend on that width.
+//! Every operation is a loop over the lanes in order, which the compiler vectorises to the width
+//! for which the kernel is compiled. Operations are neither contracted nor reordered, so that the
+//! result is bit for bit independent of that width.
 
 use std::ops::{Add, Mul, Neg, Sub};
 
+/// Index of a 3x3 block that the tangent matrix does not have: blocks of fixed nodes are dropped.
+pub const NO_BLOCK: u32 = u32::MAX;
+
 use crate::math::Vectors;
 
-/// Lanes of a [`Pack`].
+/// Number of lanes of a [`Pack`].
 pub const LANES: usize = 8;
 
 /// Eight numbers.
@@ -15,13 +20,13 @@ pub const LANES: usize = 8;
 pub struct Pack(pub [f64; LANES]);
 
 impl Pack {
-    /// The same number in all lanes.
+    /// Pack with `value` in all lanes.
     #[inline(always)]
     pub fn splat(value: f64) -> Self {
         Self([value; LANES])
     }
 
-    /// The first `LANES` numbers of `from`; zero where it is shorter.
+    /// First `LANES` numbers of `from`; zero beyond its end.
     #[inline(always)]
     pub fn load(from: &[f64]) -> Self {
         match from.first_chunk::<LANES>() {
@@ -34,7 +39,7 @@ impl Pack {
         }
     }
 
-    /// Where a lane is negative, zero.
+    /// Each lane, or zero where it is negative or NaN.
     #[inline(always)]
     pub fn positive(self) -> Self {
         let mut lanes = self.0;
@@ -115,13 +120,13 @@ pub struct Pack3 {
 }
 
 impl Pack3 {
-    /// Vectors `at` and following of `from`; zero beyond its end.
+    /// Vectors of `from` from index `at` on; zero beyond its end.
     #[inline(always)]
     pub fn load(from: &Vectors, at: usize) -> Self {
         Self { x: Pack::load(&from.x[at..]), y: Pack::load(&from.y[at..]), z: Pack::load(&from.z[at..]) }
     }
 
-    /// Adds the first `count` vectors to those of `to` from `at` on.
+    /// Add the first `count` vectors to those of `to` from index `at` on.
     #[inline(always)]
     pub fn add_to(self, to: &mut Vectors, at: usize, count: usize) {
         for (to, from) in to.axes_mut().into_iter().zip([self.x, self.y, self.z]) {
@@ -131,7 +136,7 @@ impl Pack3 {
         }
     }
 
-    /// Lane by lane.
+    /// Scalar product in each lane.
     #[inline(always)]
     pub fn dot(self, other: Self) -> Pack {
         self.x * other.x + self.y * other.y + self.z * other.z
@@ -173,7 +178,7 @@ impl Mul<f64> for Pack3 {
 pub struct Pack9(pub [Pack; 9]);
 
 impl Pack9 {
-    /// (scale a) bᵀ.
+    /// Outer product (scale a) bᵀ.
     #[inline(always)]
     pub fn outer(a: Pack3, b: Pack3, scale: Pack) -> Self {
         let a = a.scaled(scale);
@@ -190,7 +195,7 @@ impl Pack9 {
         ])
     }
 
-    /// self + s I.
+    /// Sum self + s I.
     #[inline(always)]
     pub fn plus_identity(mut self, s: Pack) -> Self {
         for i in [0, 4, 8] {
@@ -199,18 +204,18 @@ impl Pack9 {
         self
     }
 
-    /// The transposes.
+    /// Transposed matrices.
     #[inline(always)]
     pub fn transposed(self) -> Self {
         let m = self.0;
         Self([m[0], m[3], m[6], m[1], m[4], m[7], m[2], m[5], m[8]])
     }
 
-    /// Adds lane l to block `slots[l]` of `values`, for the first `count` lanes.
+    /// Add lane l to block `slots[l]` of `values`, for the first `count` lanes.
     #[inline(always)]
     pub fn scatter(&self, slots: &[u32; LANES], count: usize, values: &mut [f64]) {
         for (l, slot) in slots.iter().enumerate().take(count) {
-            if *slot != crate::elements::NO_BLOCK {
+            if *slot != NO_BLOCK {
                 let at = *slot as usize * 9;
                 for (to, from) in values[at..at + 9].iter_mut().zip(&self.0) {
                     *to += from.0[l];

@@ -1,8 +1,8 @@
-//! Three coordinates of many points as three arrays, so that loops over one coordinate are plain loops over `f64`.
+//! Vectors as a structure of arrays, so that loops over one coordinate are contiguous in memory.
 
 use glam::DVec3;
 
-/// A vector per mass, stored by coordinate. All three arrays have the same length.
+/// One vector per node, stored by coordinate. The three arrays have equal lengths.
 #[derive(Debug, Default, PartialEq)]
 pub struct Vectors {
     /// First coordinates.
@@ -31,23 +31,23 @@ impl Vectors {
         Self { x: vec![0.0; n], y: vec![0.0; n], z: vec![0.0; n] }
     }
 
-    /// How many vectors there are.
+    /// Number of vectors.
     pub fn len(&self) -> usize {
         self.x.len()
     }
 
-    /// Whether there is none.
+    /// Whether there is no vector.
     pub fn is_empty(&self) -> bool {
         self.x.is_empty()
     }
 
-    /// Vector `i`; panics when there is no such vector, as indexing does.
+    /// Vector `i`. Panics for an index out of range.
     #[inline]
     pub fn get(&self, i: usize) -> DVec3 {
         DVec3::new(self.x[i], self.y[i], self.z[i])
     }
 
-    /// Sets vector `i`; panics when there is no such vector, as indexing does.
+    /// Set vector `i`. Panics for an index out of range.
     #[inline]
     pub fn set(&mut self, i: usize, v: DVec3) {
         self.x[i] = v.x;
@@ -55,7 +55,7 @@ impl Vectors {
         self.z[i] = v.z;
     }
 
-    /// Appends a vector.
+    /// Append a vector.
     pub fn push(&mut self, v: DVec3) {
         self.x.push(v.x);
         self.y.push(v.y);
@@ -67,7 +67,7 @@ impl Vectors {
         (0..self.len()).map(|i| self.get(i))
     }
 
-    /// The three arrays, for loops that treat all coordinates alike.
+    /// The three arrays.
     #[inline]
     pub fn axes(&self) -> [&[f64]; 3] {
         [&self.x, &self.y, &self.z]
@@ -79,21 +79,21 @@ impl Vectors {
         [&mut self.x, &mut self.y, &mut self.z]
     }
 
-    /// Copies all vectors of `other`, which must be as many.
+    /// Copy all vectors of `other`, which must have the same length.
     pub fn copy_from(&mut self, other: &Self) {
         for (to, from) in self.axes_mut().into_iter().zip(other.axes()) {
             to.copy_from_slice(from);
         }
     }
 
-    /// Sets every component to zero.
+    /// Set every component to zero.
     pub fn clear(&mut self) {
         for axis in self.axes_mut() {
             axis.fill(0.0);
         }
     }
 
-    /// self += h · d, component by component.
+    /// Compute self += h · d, component by component.
     #[inline]
     pub fn add_scaled(&mut self, h: f64, d: &Self) {
         for (to, from) in self.axes_mut().into_iter().zip(d.axes()) {
@@ -103,7 +103,7 @@ impl Vectors {
         }
     }
 
-    /// self = a + h · d, component by component.
+    /// Compute self = a + h · d, component by component.
     #[inline]
     pub fn set_sum(&mut self, a: &Self, h: f64, d: &Self) {
         for ((to, a), d) in self.axes_mut().into_iter().zip(a.axes()).zip(d.axes()) {
@@ -113,7 +113,7 @@ impl Vectors {
         }
     }
 
-    /// self = p · a + q · b, component by component.
+    /// Compute self = p · a + q · b, component by component.
     pub fn blend(&mut self, p: f64, a: &Self, q: f64, b: &Self) {
         for ((to, a), b) in self.axes_mut().into_iter().zip(a.axes()).zip(b.axes()) {
             for ((t, a), b) in to.iter_mut().zip(a).zip(b) {
@@ -122,7 +122,7 @@ impl Vectors {
         }
     }
 
-    /// self = s · self + h · d, component by component.
+    /// Compute self = s · self + h · d, component by component.
     pub fn scale_and_add(&mut self, s: f64, h: f64, d: &Self) {
         for (to, from) in self.axes_mut().into_iter().zip(d.axes()) {
             for (t, f) in to.iter_mut().zip(from) {
@@ -131,12 +131,12 @@ impl Vectors {
         }
     }
 
-    /// Largest squared length; NaN counts as infinite, so that it cannot hide.
+    /// Largest squared length; infinite if any component is NaN.
     pub fn max_squared(&self) -> f64 {
         let mut largest = 0.0_f64;
         for ((x, y), z) in self.x.iter().zip(&self.y).zip(&self.z) {
             let s = x * x + y * y + z * z;
-            // Not `max`: that would drop a NaN. The negated comparison is true for it.
+            // `f64::max` would ignore NaN; the negated comparison is true for it.
             #[allow(clippy::neg_cmp_op_on_partial_ord)]
             if !(s <= largest) {
                 largest = if s.is_nan() { f64::INFINITY } else { s };
@@ -145,7 +145,7 @@ impl Vectors {
         largest
     }
 
-    /// Smallest and largest corner of the box around all vectors; `None` when there is no vector.
+    /// Lower and upper corner of the bounding box of all vectors; `None` without a vector.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         if self.is_empty() {
             return None;

@@ -1,44 +1,45 @@
-//! Stacked layers of a regular grid, and the spring families that structures choose from.
+//! Layers of a regular grid, and the spring families of structures.
 //!
-//! A layer is `nx` by `nz` masses with spacings (dx, dz). A triangular layer shifts every other row by half a cell: row j
-//! lies at x offset dx/2 when j is odd. The smaller layers in between sit over the cells (triangular: over the centroid of
-//! the triangle that points to the next row) of the larger ones.
+//! A layer is `nx` by `nz` nodes with spacings (dx, dz). A triangular layer shifts every other row
+//! by half a cell: row j lies at x offset dx/2 when j is odd. The smaller layers in between lie
+//! over the middles of the cells (triangular: over the centroid of the triangle that points to the
+//! next row) of the larger ones.
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, Link};
 
-/// One layer of a lattice.
+/// Layer of a lattice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layer {
-    /// Index of its first mass.
+    /// Index of the first node.
     pub first: u32,
-    /// Masses in a row (along x).
+    /// Nodes in a row (along x).
     pub nx: u32,
     /// Rows (along z).
     pub nz: u32,
-    /// Odd rows are shifted by half a cell.
+    /// Whether odd rows are shifted by half a cell.
     pub triangular: bool,
 }
 
 impl Layer {
-    /// Index of the mass in column `i` of row `j`.
+    /// Index of the node in column `i` of row `j`.
     pub fn at(&self, i: u32, j: u32) -> u32 {
         self.first + j * self.nx + i
     }
 
-    /// Number of masses.
+    /// Number of nodes.
     pub fn len(&self) -> u32 {
         self.nx * self.nz
     }
 
-    /// Whether it has no mass.
+    /// Whether the layer has no nodes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Range of its masses' indices.
+    /// Range of the node indices.
     pub fn range(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.len()) as usize
     }
@@ -50,7 +51,8 @@ impl Layer {
             for i in 0..self.nx.saturating_sub(1) {
                 let (a, b) = (self.at(i, j), self.at(i + 1, j));
                 let (c, d) = (self.at(i, j + 1), self.at(i + 1, j + 1));
-                // The diagonal is the one the structure has: in an odd triangular row it leans the other way.
+                // The diagonal is that of the structure: in an odd triangular row it has the other
+                // direction.
                 if self.triangular && j % 2 == 1 {
                     triangles.extend([[a, c, d], [a, d, b]]);
                 } else {
@@ -62,7 +64,7 @@ impl Layer {
     }
 }
 
-/// Lays out the masses, then collects springs family by family.
+/// Builder of a lattice: lays out the nodes, then collects springs family by family.
 pub struct Builder {
     lattice: Lattice,
     cross_over: bool,
@@ -74,7 +76,8 @@ impl Builder {
         let (nx, count, nz) = spec.grid;
         let half = if triangular { 0.5 } else { 0.0 };
         let (dx, dz) = spec.spacing();
-        // The middle of cell (0, 0), seen from mass (0, 0): the cell's centre, or the centroid of its triangle.
+        // Middle of cell (0, 0) relative to node (0, 0): the centre of the cell, or the centroid of
+        // its triangle.
         let middle = if triangular { (0.5 * dx, dz / 3.0) } else { (0.5 * dx, 0.5 * dz) };
         let mut lattice = Lattice::default();
         for index in 0..count {
@@ -101,14 +104,14 @@ impl Builder {
         self.lattice
     }
 
-    /// Joins (i, j) to (i + di, j + dj) in every layer wherever both are there.
+    /// Join (i, j) to (i + di, j + dj) in every layer where both exist.
     pub(crate) fn planar(&mut self, di: i32, dj: i32, class: SpringClass) {
         for index in 0..self.lattice.layers.len() {
             self.planar_where(index, di, dj, class, |_| true);
         }
     }
 
-    /// Joins (i, j) to (i + di, j + dj) in layer `index`, in the rows j for which `rows(j)` holds.
+    /// Join (i, j) to (i + di, j + dj) in layer `index`, in the rows j with `rows(j)`.
     fn planar_where(&mut self, index: usize, di: i32, dj: i32, class: SpringClass, rows: impl Fn(u32) -> bool) {
         let layer = self.lattice.layers[index];
         let (nx, nz) = (layer.nx as i32, layer.nz as i32);
@@ -121,10 +124,10 @@ impl Builder {
         }
     }
 
-    /// The two slanting families of a triangular layer: forward (to larger x) and backward.
+    /// Add the two slanting families of a triangular layer: forward (to larger x) and backward.
     ///
-    /// From an even row the forward neighbour has the same column and the backward one the column before; from an odd
-    /// row, which is shifted, the column after and the same column.
+    /// From an even row the forward neighbour has the same column and the backward one the column
+    /// before; from an odd row, which is shifted, the column after and the same column.
     pub(crate) fn slants(&mut self) {
         for index in 0..self.lattice.layers.len() {
             for odd in [false, true] {
@@ -135,7 +138,8 @@ impl Builder {
         }
     }
 
-    /// Springs from every mass of a smaller layer to the corners of its cell in the layers below and above.
+    /// Add springs from every node of a smaller layer to the corners of its cell in the layers
+    /// below and above.
     pub(crate) fn inter_layer(&mut self) {
         for index in (1..self.lattice.layers.len()).step_by(2) {
             self.corners(index, index - 1);
@@ -149,7 +153,7 @@ impl Builder {
         let (from, to) = (self.lattice.layers[small], self.lattice.layers[large]);
         let layer = small.min(large) as u32;
         for j in 0..from.nz {
-            // In an odd triangular row the apex of the triangle is one column on.
+            // In an odd triangular row the apex of the triangle is one column further.
             let apex = j % 2;
             let square = [(0, 0), (1, 0), (0, 1), (1, 1)];
             let triangle = [(0, 0), (1, 0), (apex, 1)];
@@ -163,7 +167,8 @@ impl Builder {
         }
     }
 
-    /// Flexion: second neighbours along x and z, and their triples for the angle limit.
+    /// Add flexion springs between second neighbours along x and z, and their triples for the angle
+    /// limit.
     pub(crate) fn flexion(&mut self) {
         self.planar(2, 0, SpringClass::Flexion);
         self.planar(0, 2, SpringClass::Flexion);
@@ -181,7 +186,8 @@ impl Builder {
         }
     }
 
-    /// Cross-over springs, where asked for: second neighbours along each of the given straight lines.
+    /// Add cross-over springs, where enabled, between second neighbours along the given straight
+    /// lines.
     pub(crate) fn cross_over(&mut self, lines: &[(i32, i32)]) {
         if self.cross_over {
             for (di, dj) in lines {

@@ -1,24 +1,23 @@
-//! Slits: cells that are open from the start, along lines of the sheet.
+//! Slits: cells that are open initially, along lines of the sheet.
 //!
-//! A line is in (u, v), and opens every cell of the lowest layer that it passes through by more than a thousandth of a cell; one along a row of
-//! masses opens the cells on its far side, at the end of the sheet those before it. What that means is what an opening means anywhere: no mass
-//! is split, a strip as wide as a cell is lost. A slit does not run on unless the sheet tears.
+//! A line in (u, v) opens every cell of the lowest layer that it crosses by more than a thousandth
+//! of a cell. A line along a row of nodes opens the cells on its far side, at the end of the sheet
+//! the cells before it. No node is split: a strip one cell wide is lost, as in any fracture. A slit
+//! grows only if the sheet can fracture.
 
-use crate::sheet::Sheet;
-
-/// How far in a cell a line must come, in cells.
+/// Minimum length of a line in a cell that opens it, cells.
 const LEAST: f64 = 1e-3;
 
-/// A line from (u, v) to (u, v), each 0 to 1.
+/// Line from (u, v) to (u, v), each 0 to 1.
 pub type Slit = ((f64, f64), (f64, f64));
 
-/// Numbers of the cells of a grid of `columns` by `rows` that `slit` passes through, in the order that it does.
+/// Indices of the cells of a grid of `columns` by `rows` that `slit` crosses, in its order.
 pub fn crossed((columns, rows): (usize, usize), (from, to): Slit) -> Vec<usize> {
     let (nu, nv) = (columns as f64, rows as f64);
     let (a, b) = ((from.0 * nu, from.1 * nv), (to.0 * nu, to.1 * nv));
     let (du, dv) = (b.0 - a.0, b.1 - a.1);
     let length = du.hypot(dv);
-    // Where it goes from column to column and from row to row.
+    // Parameters at which the line changes column or row.
     let mut breaks = vec![0.0, 1.0];
     for (start, d, count) in [(a.0, du, columns), (a.1, dv, rows)] {
         if d != 0.0 {
@@ -39,19 +38,6 @@ pub fn crossed((columns, rows): (usize, usize), (from, to): Slit) -> Vec<usize> 
         }
     }
     cells
-}
-
-impl Sheet {
-    /// Of each cell, whether one of `slits` goes through it.
-    pub(crate) fn slit_cells(&self, slits: &[Slit]) -> Vec<bool> {
-        let bottom = self.layers.first().copied().unwrap_or_default();
-        let size = (bottom.nx.saturating_sub(1) as usize, bottom.nz.saturating_sub(1) as usize);
-        let mut cells = vec![false; size.0 * size.1];
-        for slit in slits {
-            crossed(size, *slit).into_iter().for_each(|c| cells[c] = true);
-        }
-        cells
-    }
 }
 
 #[cfg(test)]

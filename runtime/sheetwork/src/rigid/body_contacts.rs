@@ -1,42 +1,41 @@
-//! Where bodies touch one another: Rapier's contacts of a step, in f64 and in an order that is always the same.
+//! Contacts between bodies: Rapier's contacts of a step, in f64 and in a deterministic order.
 //!
-//! Rapier finds them at the start of the step. Points are kept in the frames of their bodies, so that the gap
-//! n·(x_a - x_b) (m) can be taken at any other place of the two.
+//! Rapier detects the contacts at the start of the step. Points are stored in the frames of their
+//! bodies, so that the gap n·(x_a - x_b) (m) can be evaluated at any later pose.
 
 use glam::DVec3;
 use rapier3d::prelude::{ColliderHandle, PhysicsWorld};
 
-use crate::collision::constraint::Key;
 use crate::rigid::Motion;
 use crate::rigid::view::Owners;
 
-/// A point where two bodies touch or nearly do, at least one of which moves freely.
+/// A contact point of two bodies, at least one of them dynamic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyContact {
-    /// Index of the body that the normal points to.
+    /// Index of the body to which the normal points.
     pub a: usize,
-    /// Index of the body that the normal comes from.
+    /// Index of the body from which the normal points.
     pub b: usize,
-    /// Where on a, in its frame, m.
+    /// Point on a in the frame of a, m.
     pub on_a: DVec3,
-    /// Where on b, in its frame, m.
+    /// Point on b in the frame of b, m.
     pub on_b: DVec3,
-    /// Whether a and b are balls there: they touch below their centres however they turn.
+    /// Whether a and b are balls at this contact: the contact point does not rotate with a ball.
     pub round: [bool; 2],
-    /// From b to a, unit, in the world, at the start of the step.
+    /// Unit normal from b to a, world axes, at the start of the step.
     pub normal: DVec3,
-    /// How far apart they were along it at the start of the step, m; negative inside one another.
+    /// Distance along the normal at the start of the step, m; negative for penetration.
     pub distance: f64,
     /// Coulomb friction coefficient.
     pub friction: f64,
     /// Coefficient of restitution.
     pub restitution: f64,
-    /// Its name from step to step: colliders and features.
-    pub key: Key,
+    /// [u64; 2] that is constant between steps, from colliders and features.
+    pub key: [u64; 2],
 }
 
-/// Adds to `list` the contacts that Rapier has found in its last part of a step, of pairs that are not in it; motions still hold the start of
-/// that part.
+/// Append the contacts that Rapier detected in its last substep, for pairs not yet in `list`. The
+/// motions still hold the start of that substep.
 pub(crate) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion], list: &mut Vec<BodyContact>) {
     let known = list.len();
     for pair in inner.narrow_phase.contact_pairs() {
@@ -78,8 +77,8 @@ pub(crate) fn collect(inner: &PhysicsWorld, owners: &Owners, motions: &[Motion],
     sort(list);
 }
 
-/// The point of a body that has the part of a ball at the start of the step that the point `at` had at the start of its last part; of others
-/// that point.
+/// Point of a ball that has, at the start of the step, the world direction that `at` had at the
+/// start of the last substep; for other bodies `at` itself.
 fn at_start(motion: &Motion, at: DVec3, is_round: bool) -> DVec3 {
     if !is_round || motion.from.rotation() == motion.start.rotation() {
         return at;
@@ -87,14 +86,14 @@ fn at_start(motion: &Motion, at: DVec3, is_round: bool) -> DVec3 {
     motion.start.rotation().conjugate() * (motion.from.rotation() * at)
 }
 
-/// The name of a feature of a collider.
+/// [u64; 2] of a feature of a collider.
 pub(crate) fn name(collider: ColliderHandle, feature: u32) -> u64 {
     u64::from(collider.into_raw_parts().0) << 32 | u64::from(feature)
 }
 
-/// Puts contacts in an order that depends on nothing else.
+/// Sort contacts into an order that depends on their contents alone.
 pub(crate) fn sort(list: &mut [BodyContact]) {
-    // Points that agree in all of this are the same point: their order does not matter.
+    // Contacts equal in all these values are interchangeable.
     list.sort_unstable_by(|p, q| {
         let by_place = p.on_a.x.total_cmp(&q.on_a.x).then(p.on_a.y.total_cmp(&q.on_a.y));
         (p.a, p.b, p.key).cmp(&(q.a, q.b, q.key)).then(by_place).then(p.on_a.z.total_cmp(&q.on_a.z))

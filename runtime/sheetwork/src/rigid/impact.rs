@@ -1,50 +1,51 @@
-//! Where a body strikes what does not give way: its velocities after a bounce.
+//! Impact of a dynamic body with static and kinematic ones: velocities after restitution.
 //!
-//! Rapier gives restitution to the points of a contact one after the other and once, so that a box that lands flat turns and leaves too
-//! slowly. Here every point that is approached with v leaves with at least e v, with Coulomb's friction at each, all solved for together by
-//! projected Gauss-Seidel; what would gain energy by that is left to Rapier.
+//! Rapier applies restitution to the points of a contact one after the other and once, so that a
+//! box that lands flat rotates and leaves too slowly. Here every point with the approach speed v
+//! leaves with at least e v, with Coulomb friction at each, solved together by projected
+//! Gauss-Seidel. A result that would gain energy is discarded in favour of Rapier's.
 
 use glam::DVec3;
 
 use crate::rigid::RigidWorld;
 use crate::rigid::state::BodyState;
 
-/// Approach speed above which a body bounces, m/s.
+/// Approach speed above which restitution acts, m/s.
 const BOUNCES: f64 = 0.01;
-/// Part of what Rapier sees by itself that is no distance.
+/// Fraction of the contact distance below which a point counts as touching.
 const LIES: f64 = 0.1;
-/// Passes over the points, and most points.
+/// Maximum number of sweeps, and of points.
 const PASSES: usize = 100;
 const POINTS: usize = 16;
 
-/// A point that strikes.
+/// A contact point of an impact.
 #[derive(Clone, Copy, Default)]
 struct Point {
-    /// Place on the body, in its frame, m.
+    /// Position in the frame of the body, m.
     local: DVec3,
-    /// From the wall to the body, unit.
+    /// Unit normal from the obstacle to the body.
     normal: DVec3,
-    /// Velocity of the wall there, m/s.
+    /// Velocity of the obstacle at the point, m/s.
     wall: DVec3,
-    /// How far it is from the wall, m, and how fast it comes, m/s.
+    /// Gap, m, and approach speed, m/s.
     gap: f64,
     approach: f64,
     friction: f64,
     restitution: f64,
-    /// Impulses so far, N s.
+    /// Accumulated normal and friction impulses, N s.
     push: f64,
     rub: DVec3,
 }
 
 impl RigidWorld {
-    /// Body `index` at the end of a part of `part` s in which nothing but what does not give way has pushed it, after a bounce; `None` where it
-    /// does not bounce.
+    /// State of body `index` at the end of a substep of `part` s in which only static and kinematic
+    /// bodies pushed it, after an impact; `None` if no point bounces.
     pub(crate) fn bounced(&self, index: usize, part: f64, g: DVec3) -> Option<BodyState> {
         let from = self.motions[index].from;
         let mut points = [Point::default(); POINTS];
         let mut count = 0;
         self.each_strike(index, |point| {
-            // With those that strike, those that it lies on already.
+            // Points in contact already are included with those that strike.
             let reached = (point.approach * part).max(LIES * f64::from(self.owners.reach));
             if point.gap <= reached && count < POINTS {
                 points[count] = point;
@@ -62,7 +63,8 @@ impl RigidWorld {
         (after.kinetic_energy() <= there.kinetic_energy() * (1.0 + 1e-9)).then(|| after.fly(part - time, g))
     }
 
-    /// Calls `with` for each point at which body `index` is near what does not give way, as Rapier has found them at the start of the part.
+    /// Call `with` for each contact of body `index` with a static or kinematic body that Rapier
+    /// detected at the start of the substep.
     fn each_strike(&self, index: usize, mut with: impl FnMut(Point)) {
         let from = &self.motions[index].from;
         for pair in self.bodies[index].colliders.iter().flat_map(|c| self.inner.narrow_phase.contact_pairs_with(*c)) {
@@ -90,7 +92,7 @@ impl RigidWorld {
     }
 }
 
-/// The body `at` after all `points` have struck.
+/// State of the body `at` after the simultaneous impact at all `points`.
 fn left(at: &BodyState, points: &mut [Point]) -> BodyState {
     let mut state = *at;
     for point in points.iter_mut() {

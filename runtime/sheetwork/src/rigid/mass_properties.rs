@@ -1,40 +1,44 @@
-//! Mass, centre of mass and principal inertia of a body of even density, in f64.
+//! Mass, centre of mass and principal inertia of a body of uniform density, in f64.
 //!
-//! A box of edges a, b, c has the principal inertias m (b² + c²)/12 and so on, a ball of radius r 2/5 m r² about any axis. A
-//! polyhedron is the sum of the tetrahedra that its triangles span with a point o: one with the corners o, p₁, p₂, p₃ has
-//! the volume V = (p₁-o)·((p₂-o)×(p₃-o))/6 and, with s the sum of the three arms from o, the first moment V s/4 and the second
-//! moment ∫ x xᵀ dV = V/20 (Σ pᵢpᵢᵀ + s sᵀ) about o (Tonon, Explicit exact formulas for the 3-D tetrahedron inertia tensor
-//! in terms of its vertex coordinates, J. Math. Stat. 1, 2005). With C that of the whole about its centre of mass, the
-//! inertia is ρ (tr C - C). Its principal axes are found by Jacobi's rotations.
+//! A box with edges a, b, c has the principal inertias m (b² + c²)/12 and cyclic, a ball of radius
+//! r 2/5 m r² about any axis. A polyhedron is the sum of the tetrahedra that its triangles span
+//! with a point o: the one with the corners o, p₁, p₂, p₃ has the volume V =
+//! (p₁-o)·((p₂-o)×(p₃-o))/6 and, with s the sum of the three arms from o, the first moment V s/4
+//! and the second moment ∫ x xᵀ dV = V/20 (Σ pᵢpᵢᵀ + s sᵀ) about o (Tonon, Explicit exact formulas
+//! for the 3-D tetrahedron inertia tensor in terms of its vertex coordinates, J. Math. Stat. 1,
+//! 2005). With C the second moment of the whole about its centre of mass, the inertia is ρ (tr C -
+//! C). Jacobi rotations give its principal axes.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::scene::{Polyhedron, Shape};
 
-/// How a body's mass is spread.
+/// Mass, centre of mass and inertia of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MassProperties {
-    /// Mass, kg; infinite for a body that is not pushed.
+    /// Mass, kg; infinite for a static or kinematic body.
     pub mass: f64,
-    /// Centre of mass in the body's frame, m.
+    /// Centre of mass in the body frame, m.
     pub centre: DVec3,
-    /// Inertias about the principal axes through the centre of mass, kg m²; infinite for a body that is not pushed.
+    /// Inertias about the principal axes through the centre of mass, kg m²; infinite for a static
+    /// or kinematic body.
     pub principal: DVec3,
-    /// From the principal axes to the body's.
+    /// Rotation from the principal axes to the body frame.
     pub axes: DQuat,
 }
 
-/// Rounds of Jacobi's rotations: each squares what is left beside the diagonal, so few are ever needed.
+/// Maximum number of Jacobi sweeps. Convergence is quadratic, so that few are needed.
 const ROUNDS: usize = 12;
 
 impl MassProperties {
-    /// Those of a body that is not pushed: it stands, or is led about its origin.
+    /// Mass properties of a static or kinematic body, with the origin in place of the centre of
+    /// mass.
     pub const fn immovable() -> Self {
         Self { mass: f64::INFINITY, centre: DVec3::ZERO, principal: DVec3::INFINITY, axes: DQuat::IDENTITY }
     }
 
-    /// Those of a body of density 1 kg/m³ with this shape, whose polyhedra (of all shapes but balls and half spaces) are
-    /// `polyhedra`; `None` where there is no volume, or no end to it.
+    /// Mass properties of a body of density 1 kg/m³ with this shape and its `polyhedra` (empty for
+    /// balls and half spaces). `None` if the volume is zero or infinite.
     pub fn of_unit_density(shape: &Shape, polyhedra: &[Polyhedron]) -> Option<Self> {
         let centred = |mass: f64, principal| Self { mass, centre: DVec3::ZERO, principal, axes: DQuat::IDENTITY };
         let found = match shape {
@@ -52,13 +56,13 @@ impl MassProperties {
         (found.mass > 0.0 && found.principal.min_element() > 0.0).then_some(found)
     }
 
-    /// The same body with mass `mass`, kg.
+    /// Mass properties scaled to the mass `mass` (kg).
     pub fn with_mass(self, mass: f64) -> Self {
         Self { mass, principal: self.principal * (mass / self.mass), ..self }
     }
 
-    /// Those of a body whose inertia about its centre of mass, the origin, is `inertia` (kg m²). What has none about an axis, as masses on a
-    /// line, gets next to none.
+    /// Mass properties of a body with the centre of mass at its origin and the inertia `inertia`
+    /// (kg m²). A vanishing principal inertia, as of nodes on a line, is replaced by a minimal one.
     pub fn of_inertia(mass: f64, inertia: DMat3) -> Self {
         let (principal, axes) = principal_axes(inertia);
         let least = f64::EPSILON * principal.max_element().max(f64::MIN_POSITIVE / f64::EPSILON);
@@ -66,7 +70,7 @@ impl MassProperties {
     }
 
     fn of_polyhedra(polyhedra: &[Polyhedron]) -> Option<Self> {
-        // From a corner of the body's own: one far from its origin would otherwise lose its digits.
+        // The reference point is a vertex of the body: a distant origin would cause cancellation.
         let from = polyhedra.iter().find_map(|p| p.vertices.first().copied())?;
         let (mut volume, mut first, mut second) = (0.0, DVec3::ZERO, DMat3::ZERO);
         for polyhedron in polyhedra {
@@ -95,7 +99,7 @@ fn outer(p: DVec3) -> DMat3 {
     DMat3::from_cols(p * p.x, p * p.y, p * p.z)
 }
 
-/// Eigenvalues of a symmetric matrix, and the rotation from its eigenvectors to the axes it is given in.
+/// Eigenvalues of a symmetric matrix, and the rotation from its eigenvectors to the given axes.
 fn principal_axes(mut a: DMat3) -> (DVec3, DQuat) {
     let mut axes = DMat3::IDENTITY;
     for _ in 0..ROUNDS {
@@ -104,7 +108,7 @@ fn principal_axes(mut a: DMat3) -> (DVec3, DQuat) {
             if beside.abs() <= f64::EPSILON * 0.01 * (a.col(p)[p].abs() + a.col(q)[q].abs()) {
                 continue;
             }
-            // The smaller of the two angles that clear the entry.
+            // The smaller of the two angles that eliminate the entry.
             let theta = 0.5 * (a.col(q)[q] - a.col(p)[p]) / beside;
             let tangent = theta.signum() / (theta.abs() + (theta * theta + 1.0).sqrt());
             let cosine = 1.0 / (tangent * tangent + 1.0).sqrt();
@@ -116,7 +120,7 @@ fn principal_axes(mut a: DMat3) -> (DVec3, DQuat) {
     (DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z), DQuat::from_mat3(&axes).normalize())
 }
 
-/// The rotation in the plane of axes `p` and `q` that takes e_p to c e_p - s e_q.
+/// Rotation in the plane of the axes `p` and `q` that maps e_p to c e_p - s e_q.
 fn plane_rotation(p: usize, q: usize, cosine: f64, sine: f64) -> DMat3 {
     let mut turn = DMat3::IDENTITY;
     turn.col_mut(p)[p] = cosine;
@@ -152,7 +156,8 @@ mod tests {
         let found = MassProperties::of_unit_density(&shape, &[turned]).expect("a body").with_mass(0.7);
         assert!(close(found.centre, place.position, 1e-12));
         assert!(close(sorted(found.principal), sorted(wanted.principal), 1e-9), "{found:?} {wanted:?}");
-        // The inertia as a matrix of the body's frame: the order and signs of the axes do not matter in it.
+        // Inertia tensor in the body frame, independent of the order and signs of the principal
+        // axes.
         let tensor = |m: &MassProperties, turn: DQuat| {
             let axes = DMat3::from_quat(turn * m.axes);
             axes * DMat3::from_diagonal(m.principal) * axes.transpose()
@@ -165,9 +170,10 @@ mod tests {
 
     #[test]
     fn a_corner_tetrahedron_has_its_closed_form() {
-        // Corners 0, a x, a y, a z: V = a³/6, centre a/4, and ∫ x² dV = a⁵/60, ∫ x y dV = a⁵/120 about the corner, so that about
-        // the centre they are V a² (1/10 - 1/16) = 3/80 V a² and V a² (1/20 - 1/16) = -1/80 V a². The inertia V a²/80 (6 I + 1
-        // beside the diagonal) has the eigenvalues 5, 5 and 8.
+        // Corners 0, a x, a y, a z: V = a³/6, centre a/4. About the corner ∫ x² dV = a⁵/60 and ∫ x
+        // y dV = a⁵/120, hence about the centre V a² (1/10 - 1/16) = 3/80 V a² and V a² (1/20 -
+        // 1/16) = -1/80 V a². The inertia V a²/80, with 6 on and 1 beside the diagonal, has the
+        // eigenvalues 5, 5 and 8.
         let a = 0.3;
         let corners = [DVec3::ZERO, DVec3::X * a, DVec3::Y * a, DVec3::Z * a];
         let body = Polyhedron {
@@ -184,7 +190,8 @@ mod tests {
 
     #[test]
     fn a_fine_dome_approaches_the_half_ball() {
-        // A half ball of radius r: V = 2/3 π r³, centre 3/8 r above its base, about it 83/320 m r² across and 2/5 m r² along.
+        // Half ball of radius r: V = 2/3 π r³, centre 3/8 r above its base, inertia about the
+        // centre 83/320 m r² across and 2/5 m r² along the axis.
         let dome = Polyhedron::hemisphere(1.0, 48, 192);
         let found = MassProperties::of_unit_density(&Shape::Polyhedron(dome.clone()), &[dome]).expect("a body");
         let volume = 2.0 / 3.0 * std::f64::consts::PI;

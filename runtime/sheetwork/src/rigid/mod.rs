@@ -1,7 +1,8 @@
-//! The rigid world: Rapier's bodies and colliders, the scene's own or a caller's.
+//! Rigid bodies: Rapier's bodies and colliders, owned by the world or by the caller.
 //!
-//! A world owns a [`RigidWorld`] made from the scene's bodies, floor and back wall. A game that already runs Rapier lends
-//! its sets as a [`RigidView`] instead. Bodies stand still, follow a path, or move freely: `step` says how.
+//! A world owns a [`RigidWorld`], built from the bodies, floor and back wall of the scene. A game
+//! that runs Rapier itself lends its sets as a [`RigidView`]. Bodies are static, kinematic or
+//! dynamic; `step` advances them.
 
 pub(crate) mod body_contacts;
 pub(crate) mod impact;
@@ -35,56 +36,56 @@ use crate::scene::{BodySpec, ContactDefaults, PathKey, Placement, Polyhedron, Ro
 
 pub(crate) use crate::rigid::view::CONVEX;
 
-/// A body of the scene, for those who show or name it.
+/// Description of a body of the scene, for display.
 #[derive(Clone, Debug)]
 pub struct Body {
     /// Name, unique among the bodies.
     pub name: String,
-    /// What it was made from.
+    /// Shape.
     pub shape: Shape,
-    /// Its faces, local coordinates, m; empty for balls and half spaces.
+    /// Faces in the frame of the body, m; empty for balls and half spaces.
     pub polyhedra: Vec<Polyhedron>,
-    /// Where it was put.
+    /// Initial placement.
     pub placement: Placement,
-    /// How it is led; empty for a body that stands still or moves freely.
+    /// Prescribed path of a kinematic body; empty for other bodies.
     pub path: Vec<PathKey>,
     material: Option<String>,
     handle: RigidBodyHandle,
     colliders: Vec<ColliderHandle>,
 }
 
-/// What moves a body.
+/// Kind of motion of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
     Standing,
-    /// Its path.
+    /// Kinematic, along the path of the scene.
     Path,
-    /// A program, which sends it to this place by the end of the next step.
+    /// Kinematic, by program: pose at the end of the next step, if one is set.
     Sent(Option<(DVec3, DQuat)>),
-    /// Gravity and what touches it.
+    /// Dynamic: gravity and contact.
     Free,
 }
 
-/// The scene's own Rapier world.
+/// Rigid bodies of a scene, in a Rapier world of their own.
 pub struct RigidWorld {
     inner: PhysicsWorld,
     bodies: Vec<Body>,
     motions: Vec<Motion>,
     owners: Owners,
-    /// Whether any body is led.
+    /// Whether any body is kinematic.
     moving: bool,
     sleep: bool,
     contacts: Vec<BodyContact>,
-    /// Scratch of falling asleep.
+    /// Union-find roots of the islands of touching bodies; buffer of the sleep test.
     groups: Vec<usize>,
     rolling: Rolling,
 }
 
 impl RigidWorld {
-    /// The bodies of `scene`, its floor and its back wall.
+    /// Rigid world with the bodies of `scene`, its floor and its back wall.
     ///
     /// # Errors
-    /// When a shape is not valid or its file cannot be read.
+    /// If a shape is invalid or its file cannot be read.
     pub fn build(scene: &Scene) -> Result<Self, InputError> {
         let mut world = Self {
             inner: PhysicsWorld::new(),
@@ -124,16 +125,17 @@ impl RigidWorld {
         };
         self.add(scene, &plane("floor", DVec3::new(0.0, room.y.0, 0.0), DVec3::ZERO), 0)?;
         if room.back_wall {
-            // Local +y, the side a half space is touched from, turned to +z.
+            // Local +y, the outer side of a half space, rotated to +z.
             self.add(scene, &plane("back wall", DVec3::new(0.0, 0.0, room.z.0), DVec3::new(90.0, 0.0, 0.0)), 0)?;
         }
         Ok(())
     }
 
-    /// Adds a body; friction, restitution and files are taken as in `scene`. Named "body `index`" if it has no name.
+    /// Add a body; friction, restitution and files default to those of `scene`. A body without a
+    /// name is called "body `index`".
     ///
     /// # Errors
-    /// When its shape is not valid or its file cannot be read; nothing is added then.
+    /// If its shape is invalid or its file cannot be read; the world is then unchanged.
     pub fn add(&mut self, scene: &Scene, spec: &BodySpec, index: usize) -> Result<(), InputError> {
         let polyhedra = polyhedra_of(scene, &spec.shape)?;
         let shapes = shapes_of(&spec.shape, &polyhedra, spec.is_dynamic())?;
@@ -147,7 +149,7 @@ impl RigidWorld {
             let is_asked = spec.material.is_some() || motion.is_free();
             let hooks = if is_asked { ActiveHooks::MODIFY_SOLVER_CONTACTS } else { ActiveHooks::empty() };
             let collider = ColliderBuilder::new(shape).friction(friction).restitution(restitution).user_data(mark);
-            // Its mass is the body's, in f64, and not of its own.
+            // The collider has no mass of its own: the body has its mass in f64.
             colliders.push(self.inner.insert_collider(collider.density(0.0).active_hooks(hooks), Some(handle)));
         }
         if motion.is_free() {
@@ -170,37 +172,37 @@ impl RigidWorld {
         Ok(())
     }
 
-    /// Sets what Rapier takes for small and fast to the smallest of the bodies that move freely; `size` is the diameter of one
-    /// of them, m.
+    /// Adjust Rapier's length unit and speed limit to the smallest dynamic body. `size` is the
+    /// diameter of a body to be added, m.
     fn tune(&mut self, size: f64) {
         let first = !self.motions.iter().any(Motion::is_free);
         let p = &mut self.inner.integration_parameters;
         let before = if first { 1.0 } else { p.length_unit };
         p.length_unit = before.min(size.clamp(1e-3, 1.0) as Real);
         p.normalized_max_linear_velocity = Real::MAX;
-        // Contacts that are looked at anew in every step. Friction stays as Rapier has it: its other model, with friction at
-        // each point of a contact, brakes a sliding box by a tenth too little.
+        // Contacts are recomputed in each step. Friction uses Rapier's default model: the model
+        // with friction at each contact point decelerates a sliding box by 10 % too little.
         p.contact_recycling = false;
         self.owners.reach = p.prediction_distance();
     }
 
-    /// Takes these pairs of materials from the next step on, and wakes all bodies.
+    /// Set the contact coefficients and material pairs from the next step on, and wake all bodies.
     pub(crate) fn set_contact(&mut self, contact: &ContactDefaults) {
         self.owners.contact = contact.clone();
         self.wake_all();
     }
 
-    /// The bodies, scene order, then floor and back wall.
+    /// Bodies in the order of the scene, then floor and back wall.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
     }
 
-    /// Colliders of body `index`.
+    /// Colliders of body `index`; empty for an index out of range.
     pub(crate) fn colliders(&self, index: usize) -> &[ColliderHandle] {
         self.bodies.get(index).map_or(&[], |b| &b.colliders)
     }
 
-    /// Radius (m) of body `index` if it is a ball.
+    /// Radius (m) of body `index`; `None` unless it is a ball.
     pub fn radius(&self, index: usize) -> Option<f64> {
         match self.bodies.get(index)?.shape {
             Shape::Ball(radius) => Some(radius),
@@ -208,17 +210,18 @@ impl RigidWorld {
         }
     }
 
-    /// Distance (m) of the furthest point of body `index` from its centre of mass; 0 for one that is not moved by what it meets.
+    /// Distance (m) of the farthest point of body `index` from its centre of mass; 0 for a body
+    /// that is not dynamic.
     pub fn extent(&self, index: usize) -> f64 {
         self.motions.get(index).map_or(0.0, |motion| motion.extent)
     }
 
-    /// Index of the body of that name.
+    /// Index of the body called `name`.
     pub fn index_of(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|b| b.name == name)
     }
 
-    /// Removes the body of that name and wakes the others; false when there is none.
+    /// Remove the body called `name` and wake the others. Return false if there is none.
     pub fn remove(&mut self, name: &str) -> bool {
         let Some(index) = self.index_of(name) else { return false };
         self.inner.remove_body(self.bodies.remove(index).handle);
@@ -233,8 +236,8 @@ impl RigidWorld {
         true
     }
 
-    /// Sends the body of that name to a place (m) where it will be at the end of the next step; false when there is none.
-    /// From then on it is moved this way, and neither by a path nor freely.
+    /// Set the pose (position in m) that the body called `name` reaches at the end of the next
+    /// step. The body is kinematic from then on and leaves its path. Return false if there is none.
     pub fn send(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
         let Some(index) = self.index_of(name) else { return false };
         let (body, motion) = (&mut self.bodies[index], &mut self.motions[index]);
@@ -255,7 +258,8 @@ impl RigidWorld {
         true
     }
 
-    /// Rapier fills its broad phase in a step; nothing is let move in it.
+    /// Update Rapier's broad phase by a step without gravity, short enough that no body moves
+    /// visibly.
     fn settle(&mut self) {
         self.inner.gravity = Vector::ZERO;
         self.inner.integration_parameters.dt = 1e-6;
@@ -267,7 +271,7 @@ impl RigidWorld {
         }
     }
 
-    /// Where body `index` is: position (m) and rotation; `None` when there is no such body.
+    /// Pose of body `index`: position (m) and rotation; `None` for an index out of range.
     pub fn pose(&self, index: usize) -> Option<(DVec3, DQuat)> {
         self.state(index).map(|s| (s.origin(), s.rotation()))
     }
@@ -277,7 +281,8 @@ impl RigidWorld {
         self.motions.get(index).map(|m| &m.end)
     }
 
-    /// State of body `index` at the start of the last step; one that is led has the velocity of the step.
+    /// State of body `index` at the start of the last step. A kinematic body has its velocity in
+    /// that step.
     pub fn start(&self, index: usize) -> Option<&BodyState> {
         self.motions.get(index).map(|m| &m.start)
     }
@@ -287,28 +292,28 @@ impl RigidWorld {
         self.motions.get(index).is_some_and(|m| m.asleep)
     }
 
-    /// Whether no body that moves freely is awake.
+    /// Whether all dynamic bodies sleep.
     pub fn is_quiet(&self) -> bool {
         self.motions.iter().all(|m| m.asleep || !m.is_free())
     }
 
-    /// Name of the body that a collider belongs to.
+    /// Name of the body that owns a collider.
     pub fn name_of(&self, collider: ColliderHandle) -> Option<&str> {
         self.owners.of(collider).and_then(|b| self.bodies.get(b)).map(|b| b.name.as_str())
     }
 
-    /// Whether any body is led, by a path or a program.
+    /// Whether any body is kinematic, by a path or a program.
     pub fn moving(&self) -> bool {
         self.moving
     }
 
-    /// What a step looks at.
+    /// View of bodies and colliders for a step of the sheets.
     pub fn view(&self) -> RigidView<'_> {
         RigidView::of_own(&self.inner, &self.owners)
     }
 }
 
-/// Where a body is put, and how it moves at the start.
+/// Initial pose and motion of a body.
 fn motion_of(spec: &BodySpec, polyhedra: &[Polyhedron]) -> Result<Motion, InputError> {
     let (origin, rotation) = pose_of(&spec.placement, &spec.path, 0.0);
     let mut motion = Motion {
@@ -340,7 +345,7 @@ fn motion_of(spec: &BodySpec, polyhedra: &[Polyhedron]) -> Result<Motion, InputE
     Ok(motion)
 }
 
-/// Rapier's body for it.
+/// Rapier's body for this motion.
 fn builder(motion: &Motion) -> RigidBodyBuilder {
     let (origin, rotation) = (motion.end.origin().as_vec3(), motion.end.rotation().as_quat());
     let builder = match motion.kind {
@@ -357,7 +362,7 @@ fn builder(motion: &Motion) -> RigidBodyBuilder {
                 ))
                 .linvel(motion.end.velocity().as_vec3())
                 .angvel(motion.end.spin().as_vec3())
-                // When it sleeps is for its world to say.
+                // The rigid world decides about sleep.
                 .can_sleep(false)
                 .ccd_enabled(true)
         }
@@ -365,7 +370,7 @@ fn builder(motion: &Motion) -> RigidBodyBuilder {
     builder.pose(Pose::from_parts(origin, rotation))
 }
 
-/// Where a path has a body at `time` (s): position (m) and rotation.
+/// Pose on a path at `time` (s): position (m) and rotation.
 fn pose_of(placement: &Placement, path: &[PathKey], time: f64) -> (DVec3, DQuat) {
     let (offset, turn) = path_at(path, time);
     let turn = Placement { position: DVec3::ZERO, rotation: turn };

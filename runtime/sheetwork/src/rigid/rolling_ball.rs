@@ -1,14 +1,17 @@
-//! A ball among what does not give way: its way through a step, in f64 and from impact to impact.
+//! Motion of a ball among static and kinematic bodies, in f64 and from impact to impact.
 //!
-//! Rapier sweeps nothing against half spaces, and holds a ball by a point of it that turns with it. But a ball touches a surface
-//! below its centre c, however it turns, and all there is to know is the distance d(c) of the surface. While it touches
-//! nothing c goes along a parabola. When it comes to touch is found by conservative advancement: what is convex lies behind
-//! the plane through its nearest point, and the time at which c comes to that plane passes nothing (Mirtich, Impulse-based
-//! dynamic simulation of rigid body systems, 1996, 2.3); of other surfaces the distance falls no faster than c moves.
+//! Rapier has no continuous collision detection for half spaces, and its contact points rotate with
+//! a ball. A ball however touches a surface below its centre c at any rotation, and its contact
+//! depends only on the distance d(c) of the surface. Without contact c follows a parabola. The time
+//! of impact is found by conservative advancement: a convex body lies behind the plane through its
+//! nearest point, and c cannot touch it before it reaches that plane (Mirtich, Impulse-based
+//! dynamic simulation of rigid body systems, 1996, 2.3); for other surfaces the distance falls at
+//! most by the motion of c.
 //!
-//! An impact of approach speed v is the impulse (1 + e) m v along the normal, with e = 0 below [`BOUNCES`], and a
-//! friction of at most μ times that which slows the point that touches down to nothing. While a ball rests, slides or rolls, what gravity gives
-//! it over a stretch is taken back in the same way.
+//! An impact with approach speed v has the impulse (1 + e) m v along the normal, with e = 0 below
+//! [`BOUNCES`], and friction of at most μ times that, which reduces the slip of the contact point
+//! to at least zero. While a ball rests, slides or rolls, the impulse of gravity is compensated in
+//! the same way.
 
 use glam::{DMat3, DVec3};
 use rapier3d::prelude::*;
@@ -16,62 +19,62 @@ use rapier3d::prelude::*;
 use crate::rigid::rolling_resistance::Support;
 use crate::rigid::state::BodyState;
 
-/// What is nearer touches, m.
+/// Distance below which a surface is touched, m.
 const TOUCH: f64 = 1e-5;
-/// Where it is brought to: well within that, m.
+/// Distance to which the ball is advanced at an impact, m; well below the touch distance.
 const MEETS: f64 = 2e-6;
-/// Approach speed above which it bounces, m/s.
+/// Approach speed above which restitution acts, m/s.
 const BOUNCES: f64 = 0.01;
-/// Speed away from a surface up to which that holds it against gravity, m/s, and speed that is none: what is known of places in single precision
-/// turns normals by a little.
+/// Separation speed up to which a surface supports the ball against gravity, m/s, and speed that
+/// counts as zero: positions in single precision cause small errors of the normals.
 const STAYS: f64 = 1e-3;
 const STILL: f64 = 1e-6;
-/// Overlap that is taken back at once, m, and part of a greater one that is.
+/// Penetration that is removed at once, m, and the fraction of a larger one that is removed.
 const SMALL: f64 = 1e-4;
 const RECOVERED: f64 = 0.2;
-/// Stretches of a step between impacts, and steps of the advancement.
+/// Maximum number of segments of a step between impacts, and of steps of conservative advancement.
 const STRETCHES: usize = 24;
 const ROUNDS: usize = 48;
-/// Passes over the surfaces that are touched at once; one is solved in one.
+/// Maximum number of sweeps over simultaneous contacts; one contact needs one.
 const PASSES: usize = 12;
 
-/// A surface that does not give way.
+/// A static or kinematic collider near the ball.
 pub(crate) struct Wall {
     pub body: usize,
     pub collider: ColliderHandle,
     pub friction: f64,
     pub restitution: f64,
-    /// Whether it lies behind the plane through any of its points that is nearest to something.
+    /// Whether the collider lies behind the plane through its point nearest to any exterior point.
     pub convex: bool,
-    /// Its body at the start of the step.
+    /// State of its body at the start of the step.
     pub over: BodyState,
 }
 
-/// How a ball lies to a wall.
+/// Gap between a ball and an obstacle.
 #[derive(Clone, Copy)]
 pub(crate) struct Gap {
-    /// Number of the wall.
+    /// Index of the obstacle.
     pub wall: usize,
-    /// From the wall to the ball, unit.
+    /// Unit normal from the obstacle to the ball.
     pub normal: DVec3,
-    /// m; negative inside.
+    /// Gap, m; negative for penetration.
     pub size: f64,
-    /// Place of the wall that is nearest, in its body's frame, m.
+    /// Nearest point of the obstacle in the frame of its body, m.
     pub place: DVec3,
-    /// Velocity of that place, m/s.
+    /// Velocity of that point, m/s.
     velocity: DVec3,
 }
 
-/// What is worked with, kept from step to step for its memory.
+/// Solver for the motion of a ball, with buffers reused between steps.
 #[derive(Default)]
 pub(crate) struct Rolling {
     pub walls: Vec<Wall>,
     touching: Vec<Gap>,
-    /// One for each wall that has been touched, as it was first.
+    /// First gap of each obstacle that was touched.
     pub touched: Vec<Gap>,
 }
 
-/// How a body is turned by impulses of 1 N s, and how heavy.
+/// Radius, mass and inverse inertia of a ball.
 #[derive(Clone, Copy)]
 struct Ball {
     radius: f64,
@@ -80,18 +83,18 @@ struct Ball {
 }
 
 impl Ball {
-    /// Velocity of its point that touches in `gap`, relative to the wall, m/s.
+    /// Velocity of the contact point relative to the obstacle, m/s.
     fn slip(&self, gap: &Gap, (velocity, spin): (DVec3, DVec3)) -> DVec3 {
         velocity + spin.cross(gap.normal * -self.radius) - gap.velocity
     }
 
-    /// Velocity and angular velocity after an impulse (N s) where it touches.
+    /// Velocity and angular velocity after an impulse (N s) at the contact point.
     fn kicked(&self, gap: &Gap, (velocity, spin): (DVec3, DVec3), impulse: DVec3) -> (DVec3, DVec3) {
         let twist = (gap.normal * -self.radius).cross(impulse);
         (velocity + impulse / self.mass, spin + self.inverse_inertia * twist)
     }
 
-    /// The impulse (N s) of friction that ends the slip, if the wall gives no more than `most`.
+    /// Friction impulse (N s) that ends the slip, limited to the friction bound `most`.
     fn friction(&self, gap: &Gap, motion: (DVec3, DVec3), before: DVec3, most: f64) -> DVec3 {
         let slip = self.slip(gap, motion).reject_from_normalized(gap.normal);
         let arm = gap.normal.any_orthonormal_vector();
@@ -102,8 +105,8 @@ impl Ball {
 }
 
 impl Rolling {
-    /// Takes the ball `start` of radius `radius` (m) through `span` s in the gravity `g` (m/s²), from `begun` s after the start of the step.
-    /// `None` where it touches nothing.
+    /// Advance the ball `start` of radius `radius` (m) by `span` s in the gravity `g` (m/s²), from
+    /// `begun` s after the start of the step. `None` without contact.
     pub fn roll(
         &mut self,
         colliders: &ColliderSet,
@@ -139,7 +142,8 @@ impl Rolling {
         (!self.touched.is_empty()).then_some(state)
     }
 
-    /// Finds what is touched at `time` (s after the start of the step), and takes the ball out of what it overlaps.
+    /// Collect the obstacles touched at `time` (s after the start of the step), and remove
+    /// penetration.
     fn part_from_walls(&mut self, colliders: &ColliderSet, ball: &Ball, state: &BodyState, time: f64) -> BodyState {
         self.touching.clear();
         let mut state = *state;
@@ -160,7 +164,8 @@ impl Rolling {
         state
     }
 
-    /// Velocities after the impacts with all that is touched and approached; they are without a bounce unless it `may_bounce`.
+    /// Velocities after the impacts with all approaching contacts; restitution acts only if
+    /// `may_bounce`.
     fn bounce(&self, ball: &Ball, mut motion: (DVec3, DVec3), may_bounce: bool) -> (DVec3, DVec3) {
         for _ in 0..PASSES {
             let mut struck = false;
@@ -183,7 +188,8 @@ impl Rolling {
         motion
     }
 
-    /// Velocities after gravity has given `pull` (m/s), of which what lies below takes back what it can; and so it does of the spin.
+    /// Velocities after gravity has added `pull` (m/s), with the support, friction and rolling
+    /// resistance of the touched obstacles.
     fn carried(&self, ball: &Ball, motion: (DVec3, DVec3), pull: DVec3) -> (DVec3, DVec3) {
         let below = |gap: &&Gap| ball.slip(gap, motion).dot(gap.normal) < STAYS;
         let mut support = Support::default();
@@ -191,7 +197,7 @@ impl Rolling {
             let wall = &self.walls[gap.wall];
             support.add(gap.normal, wall.friction, wall.over.spin());
         }
-        // Before friction, which so sees to it that what rolls goes on rolling.
+        // Rolling resistance precedes friction, which then restores rolling without slip.
         let spin = support.slowed(motion.1, (ball.mass, ball.radius, &ball.inverse_inertia), pull);
         let mut now = (motion.0 + pull, spin);
         let mut held = [(0.0, DVec3::ZERO); 8];
@@ -211,8 +217,8 @@ impl Rolling {
         now
     }
 
-    /// When within `left` s of `now` (s after the start of the step) the ball first comes to touch a wall, on its path of place (m),
-    /// velocity and acceleration.
+    /// Time until the first impact within `left` s of `now` (s after the start of the step), on the
+    /// path with the given position (m), velocity and acceleration.
     fn arrival(
         &self,
         colliders: &ColliderSet,
@@ -228,7 +234,7 @@ impl Rolling {
         first
     }
 
-    /// The same for one wall.
+    /// Time until the impact with one obstacle.
     fn meets(
         &self,
         colliders: &ColliderSet,
@@ -247,7 +253,7 @@ impl Rolling {
             if gap.size < 0.5 * TOUCH && along < -STILL {
                 return Some(time);
             }
-            // What is touched and neither left nor approached is lain on.
+            // A touched obstacle that is neither left nor approached supports the ball.
             if gap.size < TOUCH && along < STILL && bend.abs() * (left - time) < STILL {
                 return None;
             }
@@ -263,7 +269,8 @@ impl Rolling {
         (time > 0.0).then_some(time)
     }
 
-    /// How a ball with its centre at `centre` (m) lies to a wall; `None` where no direction leads out.
+    /// Gap between a ball centred at `centre` (m) and an obstacle; `None` if no outward direction
+    /// is defined.
     fn gap(&self, colliders: &ColliderSet, ball: &Ball, wall: usize, centre: DVec3, time: f64) -> Option<Gap> {
         let of = self.walls.get(wall)?;
         let shape = colliders.get(of.collider)?.shape();
@@ -284,7 +291,8 @@ impl Rolling {
     }
 }
 
-/// When what is `room` (m) above a plane, rises with `speed` (m/s) and `bend` (m/s²), comes down to it, s; `None` where it never does.
+/// Time (s) in which a point `room` (m) above a plane, with the upward velocity `speed` (m/s) and
+/// the acceleration `bend` (m/s²), reaches the plane; `None` if never.
 fn falls_to(room: f64, speed: f64, bend: f64) -> Option<f64> {
     let square = speed * speed - 2.0 * bend * room;
     if square < 0.0 {

@@ -1,36 +1,40 @@
-//! What slows a ball that rolls or spins in place: the patch of finite size on which a real one lies.
+//! Rolling and drilling resistance of a ball, from a contact patch of finite size.
 //!
-//! Contact at a point, which is all that a rigid ball of radius r has, neither resists rolling nor turning about its normal, and a ball would never
-//! come to rest. On the patch the pressure is ahead of the centre by a length f while it rolls, and friction has an arm: with a normal
-//! force N the couples are at most
+//! Contact at a point, the only contact of a rigid ball of radius r, resists neither rolling nor
+//! rotation about the normal, so that a ball would never come to rest. On a patch the pressure is
+//! centred a length f ahead of the ball while it rolls, and friction has an arm. With a normal
+//! force N the torques are at most
 //!
 //!   rolling: N f,  f = C r        drilling: 2/3 μ N a,  a = A r
 //!
-//! (Johnson, Contact Mechanics, 1985, 8.4 and 9.1; the disc of even pressure.) N is taken to be the weight m |g·n|, which is what it is
-//! where balls come to rest. A ball that rolls loses 5/7 C g, one that spins 5/3 μ A g/r.
+//! (Johnson, Contact Mechanics, 1985, 8.4 and 9.1; disc of uniform pressure). N is taken as the
+//! weight m |g·n|, its value for a ball near rest. A rolling ball decelerates by 5/7 C g (m/s²), a
+//! spinning one by 5/3 μ A g/r (rad/s²).
 
 use glam::{DMat3, DVec3};
 
 use crate::rigid::state::BodyState;
 
-/// C: of hard balls on hard ground 0.0003 to 0.002.
+/// Coefficient C of rolling resistance; hard balls on hard ground have 0.0003 to 0.002.
 const ROLLING: f64 = 5e-4;
-/// A: as for a ball that is pressed in by 2e-4 of its radius.
+/// Patch radius over ball radius, A; that of an indentation of 2e-4 radii.
 const PATCH: f64 = 0.02;
 
-/// What a body lies on.
+/// Contacts on which a body lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Support {
-    /// Sum of the normals towards the body.
+    /// Sum of the unit normals towards the body.
     normal: DVec3,
-    /// Sums of the friction coefficients and of the angular velocities (rad/s) of what is touched, and how many.
+    /// Sums of the friction coefficients and of the angular velocities (rad/s) of the touched
+    /// bodies, and their number.
     friction: f64,
     spin: DVec3,
     count: u32,
 }
 
 impl Support {
-    /// Adds a place where it touches something that turns with `spin` (rad/s), with the normal towards it and the friction coefficient.
+    /// Add a contact with a body that rotates with `spin` (rad/s), with the unit normal towards the
+    /// supported body and the friction coefficient.
     pub fn add(&mut self, normal: DVec3, friction: f64, spin: DVec3) {
         self.normal += normal;
         self.friction += friction;
@@ -38,13 +42,15 @@ impl Support {
         self.count += 1;
     }
 
-    /// The motion of a ball of radius `radius` (m) with what this takes from its spin while gravity gives it `pull` (m/s).
+    /// State of a ball of radius `radius` (m) after the resistance during which gravity adds `pull`
+    /// (m/s).
     pub fn resist(&self, ball: &BodyState, radius: f64, pull: DVec3) -> BodyState {
         let spin = self.slowed(ball.spin(), (ball.mass(), radius, &ball.inverse_inertia()), pull);
         ball.with_velocity(ball.velocity(), spin)
     }
 
-    /// What this leaves of the spin (rad/s) of a ball of that mass (kg), radius (m) and I⁻¹ while gravity gives it `pull` (m/s).
+    /// Angular velocity (rad/s) of a ball of this mass (kg), radius (m) and I⁻¹ after the
+    /// resistance during which gravity adds `pull` (m/s).
     pub fn slowed(&self, spin: DVec3, (mass, radius, inverse_inertia): (f64, f64, &DMat3), pull: DVec3) -> DVec3 {
         let Some(normal) = self.normal.try_normalize() else { return spin };
         let pressed = (-pull.dot(normal)).max(0.0) * mass;

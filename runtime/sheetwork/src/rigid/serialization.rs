@@ -1,7 +1,8 @@
-//! What of the rigid world goes into a snapshot: the f64 states, and Rapier's sets where anything moves.
+//! Serialisation of the rigid world: the f64 states, and Rapier's sets if any body can move.
 //!
-//! Rapier takes over more from step to step than where its bodies are: impulses that contacts begin with, pairs, the order of its islands.
-//! All of its sets are kept as it writes them itself. A world in which nothing can move keeps nothing of them: it is as it was built.
+//! Rapier carries more than poses between steps: warm-start impulses, pairs, the order of its
+//! islands. All its sets are serialised by their own implementation. A world of static bodies omits
+//! them, since it equals the world as built from its scene.
 
 use rapier3d::prelude::PhysicsWorld;
 
@@ -11,19 +12,20 @@ use crate::scene::Scene;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 
 impl RigidWorld {
-    /// Keeps it for a snapshot.
+    /// Serialise the rigid world.
     pub(crate) fn keep(&self, to: &mut Keeper) {
         to.count(self.motions.len() as u64);
         self.motions.iter().for_each(|motion| keep_motion(motion, to));
         [self.moving, self.moves()].into_iter().for_each(|f| to.flag(f));
         if self.moves() {
-            // Sets that could not be written would be empty bytes, which are refused when they are read.
+            // An error of serialisation leaves an empty byte sequence, which deserialisation
+            // rejects.
             let sets = postcard::to_extend(&self.inner, Vec::new()).unwrap_or_default();
             to.blob(&sets);
         }
     }
 
-    /// Takes it back; `scene` is what it was built from.
+    /// Deserialise the rigid world in place; `scene` is the one from which it was built.
     pub(crate) fn take(&mut self, from: &mut Taker, scene: &Scene) -> Taken {
         if from.count()? != self.motions.len() as u64 {
             return Err(Cut);
@@ -49,7 +51,7 @@ impl RigidWorld {
             }
         }
         for (index, (motion, body)) in motions.iter().zip(&mut self.bodies).enumerate() {
-            // One that a program sends has forgotten its path.
+            // A body moved by a program has no path.
             if motion.kind == Kind::Path && body.path.is_empty() {
                 body.path = scene.bodies.get(index).map(|b| b.path.clone()).unwrap_or_default();
             } else if matches!(motion.kind, Kind::Sent(_)) {
@@ -61,7 +63,7 @@ impl RigidWorld {
         Ok(())
     }
 
-    /// Whether anything is led or moves freely, so that Rapier has more to remember than where things were put.
+    /// Whether any body is kinematic or dynamic, so that Rapier's sets differ from those as built.
     fn moves(&self) -> bool {
         self.moving || self.motions.iter().any(|m| m.kind != Kind::Standing)
     }

@@ -1,7 +1,8 @@
-//! From the shape of a body to Parry's shapes.
+//! Conversion of body shapes to Parry's shapes.
 //!
-//! Bodies that stand or are led are oriented triangle meshes: convex or not, Parry then knows their inside. Bodies that move
-//! freely meet one another in Rapier, which is best at convex solids: boxes and convex polyhedra are that there.
+//! Static and kinematic bodies are oriented triangle meshes, for which Parry knows the inside
+//! whether they are convex or not. Dynamic bodies touch each other in Rapier, which is most
+//! accurate for convex solids: boxes and convex polyhedra are converted to these.
 
 use glam::DVec3;
 use rapier3d::prelude::{SharedShape, TriMeshFlags, Vector};
@@ -9,7 +10,7 @@ use rapier3d::prelude::{SharedShape, TriMeshFlags, Vector};
 use crate::error::InputError;
 use crate::scene::{Polyhedron, Scene, Shape, pol};
 
-/// The polyhedra of a shape; none for balls and half spaces.
+/// Polyhedra of a shape; empty for balls and half spaces.
 pub(crate) fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedron>, InputError> {
     match shape {
         Shape::File(file) => pol::read_pol_file(&scene.base.join(file)),
@@ -30,7 +31,7 @@ pub(crate) fn polyhedra_of(scene: &Scene, shape: &Shape) -> Result<Vec<Polyhedro
     }
 }
 
-/// Parry's shapes, one for each polyhedron; `free` for a body that moves freely.
+/// Parry's shapes, one per polyhedron; `free` states that the body is dynamic.
 pub(crate) fn shapes_of(shape: &Shape, polyhedra: &[Polyhedron], free: bool) -> Result<Vec<SharedShape>, InputError> {
     match shape {
         Shape::Ball(radius) => Ok(vec![SharedShape::ball(*radius as f32)]),
@@ -58,7 +59,7 @@ fn solid_of(polyhedron: &Polyhedron, free: bool) -> Result<SharedShape, InputErr
         .map_err(|e| InputError::new("shape", format!("cannot be made into a surface: {e}")))
 }
 
-/// Whether every vertex lies behind every face, but for rounding.
+/// Whether every vertex lies behind every face, within 1e-6 of the size.
 pub(crate) fn is_convex(polyhedron: &Polyhedron) -> bool {
     let (low, high) = polyhedron.bounds();
     let slack = 1e-6 * low.distance(high);

@@ -1,46 +1,50 @@
-//! Where a rigid body is and how it moves, in f64.
+//! State of a rigid body in f64: position, rotation, velocities.
 //!
-//! A body that moves freely keeps its momentum m v and its angular momentum L about its centre of mass but for gravity and
-//! impulses: L is what is stored, and the angular velocity is ω = I⁻¹ L. Without impulses its centre follows the parabola
-//! x + v t + ½ g t², exactly. Its rotation q follows the midpoint rule of Simo and Wong (Unconditionally stable algorithms
-//! for rigid body dynamics that exactly preserve energy and momentum, Int. J. Numer. Meth. Eng. 31, 1991): with J the
-//! principal inertia, W = J⁻¹ q⁻¹L the angular velocity in the body,
+//! A dynamic body conserves its momentum m v and its angular momentum L about the centre of mass,
+//! apart from gravity and impulses. L is stored, and the angular velocity is ω = I⁻¹ L. Without
+//! impulses the centre of mass follows the parabola x + v t + ½ g t² exactly. The rotation q
+//! follows the midpoint rule of Simo and Wong (Unconditionally stable algorithms for rigid body
+//! dynamics that exactly preserve energy and momentum, Int. J. Numer. Meth. Eng. 31, 1991): with J
+//! the principal inertia and W = J⁻¹ q⁻¹L the angular velocity in the body,
 //!
 //!   q₁ = q₀ exp(θ),  θ = h/2 (W₀ + W₁),
 //!
-//! second order in h. L is kept because it is not touched, and the energy ½ L·ω because exp(θ) leaves the part of L along θ
-//! alone and θ is along W₀ + W₁. A ball, or a body that spins about a principal axis, turns exactly.
+//! of second order in h. L is conserved because it is constant, and the energy ½ L·ω because exp(θ)
+//! leaves the component of L along θ unchanged and θ is parallel to W₀ + W₁. The rotation of a
+//! ball, or of a body that spins about a principal axis, is exact.
 //!
-//! A body that is led or stands still has the same state with no mobility: impulses do nothing to it, and it goes on with
-//! constant velocity and angular velocity about its origin.
+//! A static or kinematic body has the same state with zero mobility: impulses have no effect, and
+//! it continues with constant velocity and angular velocity about its origin.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::rigid::mass_properties::MassProperties;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Largest turn in one step of the rule, rad.
+/// Maximum rotation per step of the midpoint rule, rad.
 const TURN: f64 = 0.125;
-/// Most steps of the rule in one flight.
+/// Maximum number of steps of the midpoint rule per free flight.
 const MOST_STEPS: f64 = 4000.0;
-/// Iterations of Newton's method in a step of the rule; each gains a digit or more.
+/// Maximum number of Newton iterations per step of the midpoint rule; each gains at least one
+/// digit.
 const ITERATIONS: usize = 24;
 
-/// A rigid body at one time.
+/// State of a rigid body at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyState {
     centre: DVec3,
     rotation: DQuat,
     velocity: DVec3,
     spin: DVec3,
-    /// About the centre of mass, in the world, kg m²/s; zero for a body that is not pushed.
+    /// Angular momentum about the centre of mass, world axes, kg m²/s; zero for a static or
+    /// kinematic body.
     angular_momentum: DVec3,
     spread: MassProperties,
 }
 
 impl BodyState {
-    /// A body whose origin is at `origin` (m), turned by `rotation`, whose centre of mass moves with `velocity` (m/s) and
-    /// which spins with `spin` (rad/s).
+    /// State of a body with its origin at `origin` (m) and the rotation `rotation`, whose centre of
+    /// mass moves with `velocity` (m/s) and which spins with `spin` (rad/s).
     pub fn new(spread: MassProperties, origin: DVec3, rotation: DQuat, velocity: DVec3, spin: DVec3) -> Self {
         let rotation = rotation.normalize();
         let centre = origin + rotation * spread.centre;
@@ -48,30 +52,30 @@ impl BodyState {
         still.with_velocity(velocity, spin)
     }
 
-    /// A body that is not pushed and stands still with its origin at `origin` (m).
+    /// State of a static or kinematic body at rest, with its origin at `origin` (m).
     pub fn standing(origin: DVec3, rotation: DQuat) -> Self {
         Self::new(MassProperties::immovable(), origin, rotation, DVec3::ZERO, DVec3::ZERO)
     }
 
-    /// A body that is not pushed, on its way from this place to the place `origin` (m), `rotation` in `time` (s): as it is at
-    /// the start, and as it is at the end.
+    /// States of a kinematic body at the start and at the end of a motion from this pose to
+    /// `origin` (m) and `rotation` in `time` (s).
     pub fn led(&self, origin: DVec3, rotation: DQuat, time: f64) -> (Self, Self) {
         let rotation = rotation.normalize();
         let turn = rotation * self.rotation.conjugate();
-        // Of the two quaternions of a rotation the one of the shorter way.
+        // A rotation has two quaternions; the one with the smaller angle is used.
         let turn = if turn.w < 0.0 { -turn } else { turn };
         let (velocity, spin) = ((origin - self.origin()) / time, turn.to_scaled_axis() / time);
         let start = Self { velocity, spin, ..*self };
         (start, Self { centre: origin, rotation, ..start })
     }
 
-    /// The same body with this velocity of its centre of mass (m/s) and angular velocity (rad/s).
+    /// State with this velocity of the centre of mass (m/s) and this angular velocity (rad/s).
     pub fn with_velocity(&self, velocity: DVec3, spin: DVec3) -> Self {
         let angular_momentum = if self.gives() { self.inertia() * spin } else { DVec3::ZERO };
         Self { velocity, spin, angular_momentum, ..*self }
     }
 
-    /// Keeps it for a snapshot.
+    /// Serialise the state.
     pub(crate) fn keep(&self, to: &mut Keeper) {
         to.vector(self.centre);
         to.rotation(self.rotation);
@@ -81,7 +85,7 @@ impl BodyState {
         to.number(mass);
     }
 
-    /// What was kept.
+    /// Deserialise a state.
     pub(crate) fn taken(from: &mut Taker) -> Taken<Self> {
         let (centre, rotation) = (from.vector()?, from.rotation()?);
         let (velocity, spin, angular_momentum) = (from.vector()?, from.vector()?, from.vector()?);
@@ -90,42 +94,42 @@ impl BodyState {
         Ok(Self { centre, rotation, velocity, spin, angular_momentum, spread })
     }
 
-    /// The same body at rest.
+    /// State with zero velocity and angular velocity.
     pub fn at_rest(&self) -> Self {
         Self { velocity: DVec3::ZERO, spin: DVec3::ZERO, angular_momentum: DVec3::ZERO, ..*self }
     }
 
-    /// Whether impulses move it.
+    /// Whether the body is dynamic: impulses change its motion.
     pub fn gives(&self) -> bool {
         self.spread.mass.is_finite()
     }
 
-    /// Centre of mass, m; the origin of a body that is not pushed.
+    /// Centre of mass, m; the origin for a static or kinematic body.
     pub fn centre(&self) -> DVec3 {
         self.centre
     }
 
-    /// Where the origin of its shape is, m.
+    /// Origin of the body frame in the world, m.
     pub fn origin(&self) -> DVec3 {
         self.centre - self.rotation * self.spread.centre
     }
 
-    /// From the axes of its shape to the world's.
+    /// Rotation from the body frame to the world.
     pub fn rotation(&self) -> DQuat {
         self.rotation
     }
 
-    /// The frame of its shape: where its origin is, m, and the rotation from its axes to the world's.
+    /// Body frame: position of its origin (m) and rotation to the world.
     pub fn frame(&self) -> (DVec3, DMat3) {
         (self.origin(), DMat3::from_quat(self.rotation))
     }
 
-    /// The world's place of a point of its shape's frame, m.
+    /// World position of a point of the body frame, m.
     pub fn place(&self, local: DVec3) -> DVec3 {
         self.centre + self.rotation * (local - self.spread.centre)
     }
 
-    /// The point of its shape's frame that is at `p` in the world, m.
+    /// Point of the body frame at the world position `p`, m.
     pub fn local(&self, p: DVec3) -> DVec3 {
         self.spread.centre + self.rotation.conjugate() * (p - self.centre)
     }
@@ -140,32 +144,32 @@ impl BodyState {
         self.spin
     }
 
-    /// Velocity of what is at `p` of it, m/s.
+    /// Velocity of the point of the body at the world position `p`, m/s.
     pub fn velocity_at(&self, p: DVec3) -> DVec3 {
         self.velocity + self.spin.cross(p - self.centre)
     }
 
-    /// Whether it moves at all.
+    /// Whether the velocity or the angular velocity is nonzero.
     pub fn moves(&self) -> bool {
         self.velocity != DVec3::ZERO || self.spin != DVec3::ZERO
     }
 
-    /// Mass, kg; infinite for a body that is not pushed.
+    /// Mass, kg; infinite for a static or kinematic body.
     pub fn mass(&self) -> f64 {
         self.spread.mass
     }
 
-    /// How its mass is spread.
+    /// Mass, centre of mass and inertia.
     pub fn mass_properties(&self) -> &MassProperties {
         &self.spread
     }
 
-    /// 1/m, 1/kg; 0 for a body that is not pushed.
+    /// Inverse mass, 1/kg; 0 for a static or kinematic body.
     pub fn inverse_mass(&self) -> f64 {
         1.0 / self.spread.mass
     }
 
-    /// I⁻¹ about the centre of mass in the world, 1/(kg m²); zero for a body that is not pushed.
+    /// I⁻¹ about the centre of mass, world axes, 1/(kg m²); zero for a static or kinematic body.
     pub fn inverse_inertia(&self) -> DMat3 {
         if !self.gives() {
             return DMat3::ZERO;
@@ -174,7 +178,7 @@ impl BodyState {
         axes * DMat3::from_diagonal(self.spread.principal.recip()) * axes.transpose()
     }
 
-    /// I about the centre of mass in the world, of a body that is pushed, kg m².
+    /// I about the centre of mass of a dynamic body, world axes, kg m².
     pub fn inertia(&self) -> DMat3 {
         let axes = DMat3::from_quat(self.principal_rotation());
         axes * DMat3::from_diagonal(self.spread.principal) * axes.transpose()
@@ -184,34 +188,36 @@ impl BodyState {
         self.rotation * self.spread.axes
     }
 
-    /// What impulses of 1 N s at `at` do to the velocity of what is at `p`: a 3x3 matrix, 1/kg.
+    /// Mobility: velocity change at `p` per impulse at `at`, a 3x3 matrix, 1/kg.
     pub fn mobility(&self, p: DVec3, at: DVec3) -> DMat3 {
         let (inverse, r, s) = (self.inverse_inertia(), p - self.centre, at - self.centre);
         let column = |e: DVec3| e * self.inverse_mass() + (inverse * s.cross(e)).cross(r);
         DMat3::from_cols(column(DVec3::X), column(DVec3::Y), column(DVec3::Z))
     }
 
-    /// Momentum m v, kg m/s; zero for a body that is not pushed.
+    /// Momentum m v, kg m/s; zero for a static or kinematic body.
     pub fn momentum(&self) -> DVec3 {
         if self.gives() { self.velocity * self.spread.mass } else { DVec3::ZERO }
     }
 
-    /// Angular momentum about the point `about` (m), kg m²/s; zero for a body that is not pushed.
+    /// Angular momentum about the point `about` (m), kg m²/s; zero for a static or kinematic body.
     pub fn angular_momentum(&self, about: DVec3) -> DVec3 {
         self.angular_momentum + (self.centre - about).cross(self.momentum())
     }
 
-    /// Kinetic energy ½ m v² + ½ L·ω, J; zero for a body that is not pushed.
+    /// Kinetic energy ½ m v² + ½ L·ω, J; zero for a static or kinematic body.
     pub fn kinetic_energy(&self) -> f64 {
         0.5 * (self.momentum().dot(self.velocity) + self.angular_momentum.dot(self.spin))
     }
 
-    /// Energy -m g·x in the gravity `g` (m/s²), J, zero at the origin and for a body that is not pushed.
+    /// Potential energy -m g·x in the gravity `g` (m/s²), J; zero at the origin and for a static or
+    /// kinematic body.
     pub fn gravity_energy(&self, g: DVec3) -> f64 {
         if self.gives() { -self.spread.mass * g.dot(self.centre) } else { 0.0 }
     }
 
-    /// The body after `time` (s) of free flight in the gravity `g` (m/s²); one that is not pushed goes on as it goes.
+    /// State after `time` (s) of free flight in the gravity `g` (m/s²). A static or kinematic body
+    /// continues with constant velocities.
     pub fn fly(&self, time: f64, g: DVec3) -> Self {
         if !self.gives() {
             let rotation = (DQuat::from_scaled_axis(self.spin * time) * self.rotation).normalize();
@@ -222,7 +228,7 @@ impl BodyState {
         flown.turned(self.turn_in(time))
     }
 
-    /// The rotation after `time` (s) without a torque.
+    /// Rotation after `time` (s) without torque.
     fn turn_in(&self, time: f64) -> DQuat {
         if self.is_even() || self.angular_momentum == DVec3::ZERO {
             return DQuat::from_scaled_axis(self.spin * time) * self.rotation;
@@ -235,7 +241,7 @@ impl BodyState {
         q * self.spread.axes.conjugate()
     }
 
-    /// θ of a step of `h` s from the rotation `q` of the principal axes.
+    /// Rotation vector θ of a step of `h` s from the rotation `q` of the principal axes.
     fn half_turns(&self, q: DQuat, h: f64) -> DVec3 {
         let inverse = self.spread.principal.recip();
         let momentum = q.conjugate() * self.angular_momentum;
@@ -244,7 +250,8 @@ impl BodyState {
         for _ in 0..ITERATIONS {
             let after = DQuat::from_scaled_axis(turn).conjugate() * momentum;
             let residual = turn - (before + inverse * after) * (0.5 * h);
-            // d(J⁻¹ exp(-θ) L) = J⁻¹ L₁ × T dθ with T = 1 - ½ θ× + ⅙ θ×θ× - ...: what is left out only costs iterations.
+            // d(J⁻¹ exp(-θ) L) = J⁻¹ L₁ × T dθ with T = 1 - ½ θ× + ⅙ θ×θ× - ...; the truncation
+            // affects the number of iterations only.
             let scaled = inverse * (0.5 * h);
             let tangent = |e: DVec3| e - 0.5 * turn.cross(e) + turn.cross(turn.cross(e)) / 6.0;
             let column = |e: DVec3| e - scaled * after.cross(tangent(e));
@@ -261,7 +268,7 @@ impl BodyState {
         turn
     }
 
-    /// The same body, turned to `rotation`; its angular momentum is kept.
+    /// State with the given rotation and unchanged angular momentum.
     fn turned(&self, rotation: DQuat) -> Self {
         let turned = Self { rotation: rotation.normalize(), ..*self };
         if !self.gives() || self.is_even() {
@@ -270,25 +277,27 @@ impl BodyState {
         Self { spin: turned.inverse_inertia() * self.angular_momentum, ..turned }
     }
 
-    /// Whether its inertia is the same about every axis, so that a turn does not change its angular velocity.
+    /// Whether the inertia is equal about all axes, so that rotation does not change the angular
+    /// velocity.
     fn is_even(&self) -> bool {
         let principal = self.spread.principal;
         principal.max_element() - principal.min_element() <= 1e-12 * principal.max_element()
     }
 
-    /// The same body with its centre of mass moved by `shift` (m) and turned about it by `turn` (rad). Momentum and angular
-    /// momentum are kept.
+    /// State with the centre of mass displaced by `shift` (m) and the body rotated about it by
+    /// `turn` (rad). Momentum and angular momentum are unchanged.
     pub fn displaced(&self, shift: DVec3, turn: DVec3) -> Self {
         let moved = Self { centre: self.centre + shift, ..*self };
         moved.turned(DQuat::from_scaled_axis(turn) * self.rotation)
     }
 
-    /// The same body after an impulse (N s) at `at` (m); one that is not pushed is as before.
+    /// State after an impulse (N s) at `at` (m); unchanged for a static or kinematic body.
     pub fn kicked(&self, impulse: DVec3, at: DVec3) -> Self {
         self.pushed(impulse, (at - self.centre).cross(impulse))
     }
 
-    /// The same body after an impulse (N s) at its centre of mass and an angular impulse (N m s).
+    /// State after an impulse (N s) at the centre of mass and an angular impulse (N m s); unchanged
+    /// for a static or kinematic body.
     pub fn pushed(&self, impulse: DVec3, twist: DVec3) -> Self {
         if !self.gives() {
             return *self;
@@ -303,7 +312,7 @@ impl BodyState {
 mod tests {
     use super::*;
 
-    /// A brick, 1 kg, that spins about its middle axis, the unstable one, and a little about another.
+    /// A block of 1 kg with its main spin about the unstable intermediate axis.
     fn brick(spin: DVec3) -> BodyState {
         let spread = MassProperties {
             mass: 1.0,
@@ -334,7 +343,8 @@ mod tests {
 
     #[test]
     fn a_tumbling_brick_turns_over_to_second_order() {
-        // The reference is Euler's equations J Ẇ = (J W) × W, q̇ = ½ q W by Runge and Kutta in steps a thousand times smaller.
+        // Reference: Euler's equations J Ẇ = (J W) × W, q̇ = ½ q W, by the Runge-Kutta method with
+        // a step a thousand times smaller.
         let start = brick(DVec3::new(0.3, 6.0, 0.1));
         let (time, j) = (2.0, start.spread.principal);
         let euler = |w: DVec3| (j * w).cross(w) / j;
@@ -376,7 +386,8 @@ mod tests {
 
     #[test]
     fn a_needle_keeps_its_energy_at_any_spin() {
-        // A blade a hundred times as long as thick: no inertia is more than the other two together.
+        // A blade with a length of 100 thicknesses: no principal inertia exceeds the sum of the
+        // others.
         let spread = MassProperties { principal: DVec3::new(1.0, 2e-4, 1.00015) * 1e-5, ..brick(DVec3::ZERO).spread };
         let spin = DVec3::new(300.0, 2000.0, -100.0);
         let start = BodyState::new(spread, DVec3::ZERO, DQuat::IDENTITY, DVec3::ZERO, spin);

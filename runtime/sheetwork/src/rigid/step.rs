@@ -1,46 +1,48 @@
-//! A step of the rigid bodies: Rapier moves them, and what moves freely is kept in f64.
+//! Step of the rigid bodies: Rapier advances them, with the state of dynamic bodies stored in f64.
 //!
-//! The f64 states are what counts; Rapier is given them in f32. A body that Rapier's contacts did not push in a step flew
-//! freely, and takes the flight of its own state (`state`), which is exact; one that was pushed takes what Rapier made of it.
-//! One that the sheets push is claimed by their solver after the step, which says where it really went.
+//! The f64 states are authoritative and are passed to Rapier in f32. A body without a contact
+//! impulse in a step follows the exact free flight of its f64 state (`state`); a body with impulses
+//! takes Rapier's result. A body that sheets push receives its state from the contact solver of the
+//! sheets after the step.
 //!
-//! What moves fast enough to be deep in something by the end of a step is taken through it in parts (`parts`), and bounces off what does not give
-//! way as its restitution says (`strike`). A ball with nothing but such things around it is not Rapier's at all (`roll`).
+//! A body fast enough to penetrate another deeply within a step is advanced in substeps
+//! (`substeps`), and bounces off static and kinematic bodies according to its restitution
+//! (`impact`). A ball with only such bodies around it is advanced without Rapier (`rolling_ball`).
 //!
-//! Bodies that touch one another fall asleep together when each has kept still (slower than [`SLEEP_SPEED`] for
-//! [`SLEEP_TIME`]) and one of them lies on something that does not move. What sleeps stays to the bit where it is, until
-//! something that moves touches it.
+//! Touching bodies fall asleep together if each has rested (slower than [`SleepSettings::speed`](crate::scene::sleep::SleepSettings::speed) for
+//! [`SleepSettings::delay`](crate::scene::sleep::SleepSettings::delay)) and one of them lies on a body at rest. A sleeping body keeps its state bit for
+//! bit until a moving body touches it.
 
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::*;
 
-use crate::islands::{SLEEP_SPEED, SLEEP_TIME};
 use crate::rigid::body_contacts;
 use crate::rigid::body_contacts::BodyContact;
 use crate::rigid::rolling_ball::{Rolling, Wall};
 use crate::rigid::rolling_resistance::Support;
 use crate::rigid::state::BodyState;
 use crate::rigid::{Kind, RigidWorld, pose_of, substeps};
+use crate::scene::sleep::SLEEP;
 
-/// A body that touches a sleeping one wakes it above this speed, m/s.
+/// Speed (m/s) above which a body wakes a sleeping one that it touches.
 const WAKE_SPEED: f64 = 0.01;
 
-/// How a body moves in a step.
+/// Motion of a body in a step.
 pub(crate) struct Motion {
     pub kind: Kind,
-    /// At the start and at the end of the last step.
+    /// States at the start and at the end of the last step.
     pub start: BodyState,
     pub end: BodyState,
-    /// At the start of the last part of that step.
+    /// State at the start of the last substep.
     pub from: BodyState,
     pub asleep: bool,
-    /// How long it has been still, s.
+    /// Time for which the body has rested, s.
     pub quiet: f64,
-    /// Whether the sheets' solver has moved it in the last step.
+    /// Whether the contact solver of the sheets has set the state in the last step.
     pub claimed: bool,
-    /// Whether anything pushed it in the last step.
+    /// Whether a contact impulse acted in the last step.
     pub pushed: bool,
-    /// Distance of its furthest point from its centre of mass, m.
+    /// Distance of the farthest point from the centre of mass, m.
     pub extent: f64,
 }
 
@@ -49,15 +51,14 @@ impl Motion {
         matches!(self.kind, Kind::Free)
     }
 
-    /// Largest speed of a point of it at the start of the step, m/s.
+    /// Upper bound of the speed of any point of the body at the start of the step, m/s.
     fn speed(&self) -> f64 {
         self.start.velocity().length() + self.start.spin().length() * self.extent
     }
 }
 
 impl RigidWorld {
-    /// Moves the bodies from time `t` to `t + dt` (s) in the gravity `g` (m/s²): those that are led go where they are led, the
-    /// others as Rapier has it.
+    /// Advance the bodies from time `t` to `t + dt` (s) in the gravity `g` (m/s²).
     pub fn step(&mut self, t: f64, dt: f64, g: DVec3) {
         for motion in &mut self.motions {
             motion.start = motion.end;
@@ -87,7 +88,8 @@ impl RigidWorld {
         }
     }
 
-    /// Takes a part of a step of `dt` s that begins `done` s after the step does.
+    /// Advance all bodies by a substep of `part` s that begins `done` s after the start of a step
+    /// of `dt` s.
     fn take_part(&mut self, (done, part, dt): (f64, f64, f64), g: DVec3) {
         let is_last = part >= dt - done;
         for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
@@ -104,7 +106,7 @@ impl RigidWorld {
             }
         }
         let p = &mut self.inner.integration_parameters;
-        // Impulses to begin with are those of the part before, which may have been longer.
+        // The warm start scales with the length of the substep.
         p.warmstart_coefficient = (part as f32 / p.dt).min(1.0);
         p.dt = part as f32;
         self.inner.step_with_events(&self.owners, &());
@@ -116,7 +118,7 @@ impl RigidWorld {
         }
     }
 
-    /// Gives the bodies that are led the velocities that take them where they shall be at `t + dt`.
+    /// Set the velocities with which kinematic bodies reach their poses at `t + dt`.
     fn lead(&mut self, t: f64, dt: f64) {
         for (body, motion) in self.bodies.iter().zip(&mut self.motions) {
             let to = match &mut motion.kind {
@@ -128,7 +130,8 @@ impl RigidWorld {
         }
     }
 
-    /// Takes over what a part of `part` s of a step of `dt` s that begins `done` s after it did to body `index`, which moves freely.
+    /// Read back the motion of the dynamic body `index` in a substep of `part` s that begins `done`
+    /// s after the start of a step of `dt` s.
     fn adopt(&mut self, index: usize, (done, part, dt): (f64, f64, f64), g: DVec3) {
         let push = self.push_on(index);
         let disturbed = self.motions[index].asleep && self.is_disturbed(index);
@@ -160,7 +163,7 @@ impl RigidWorld {
         self.write(index);
     }
 
-    /// What body `index` lies on.
+    /// Sum of the contacts on which body `index` lies.
     fn support_of(&self, index: usize) -> Support {
         let mut support = Support::default();
         for c in self.contacts.iter().filter(|c| (c.a == index || c.b == index) && c.distance < self.reach_of_rest()) {
@@ -170,7 +173,8 @@ impl RigidWorld {
         support
     }
 
-    /// Where Rapier has taken body `index` in a part of a step, which has `pushed` it; `None` where it flew freely.
+    /// Rapier's result for body `index` after a substep in which contact impulses did (`pushed`) or
+    /// did not act; `None` for a free flight.
     fn moved(&self, index: usize, part: f64, g: DVec3, pushed: bool) -> Option<BodyState> {
         let rigid = self.inner.bodies.get(self.bodies[index].handle)?;
         let from = &self.motions[index].from;
@@ -179,25 +183,25 @@ impl RigidWorld {
             let (velocity, spin) = (rigid.linvel().as_dvec3(), rigid.angvel().as_dvec3());
             return Some(BodyState::new(*from.mass_properties(), origin, rotation, velocity, spin));
         }
-        // Rapier's own flight: the velocity first, in equal substeps.
+        // Rapier's free flight updates the velocity first, in equal substeps.
         let substeps = self.inner.integration_parameters.num_solver_iterations as f64;
         let fall = g * (0.5 * part * part * (1.0 + 1.0 / substeps));
         let centre = from.centre() + from.velocity() * part + fall;
         let there = origin + rotation * from.mass_properties().centre;
         let size = there.abs().max_element() + self.motions[index].extent + centre.distance(from.centre());
-        // Stopped short of something it would have passed through.
+        // Rapier's continuous collision detection has stopped the body short of an obstacle.
         let stopped = there.distance(centre) > 1e-5 * size;
         let flown = from.fly(part, g);
         stopped.then(|| flown.displaced(there - flown.centre(), DVec3::ZERO))
     }
 
-    /// Whether nothing that moves freely is near body `index`.
+    /// Whether no dynamic body is near body `index`.
     fn is_among_walls(&self, index: usize) -> bool {
         let mut of = self.contacts.iter().filter(|c| c.a == index || c.b == index);
         of.all(|c| !(self.motions[c.a].is_free() && self.motions[c.b].is_free()))
     }
 
-    /// Takes the ball `index` through a part of the step among what does not give way; `None` where it touches nothing.
+    /// Advance ball `index` by a substep among static and kinematic bodies; `None` without contact.
     fn roll(&mut self, index: usize, radius: f64, (done, part): (f64, f64), g: DVec3) -> Option<BodyState> {
         let mut rolling = std::mem::take(&mut self.rolling);
         rolling.walls.clear();
@@ -222,7 +226,7 @@ impl RigidWorld {
         end
     }
 
-    /// Adds what ball `index` has touched to the contacts, where Rapier has not seen it coming.
+    /// Add the contacts of ball `index` that Rapier has not detected.
     fn note_touched(&mut self, index: usize, own: ColliderHandle, radius: f64, rolling: &Rolling) {
         let start = self.motions[index].start;
         for gap in &rolling.touched {
@@ -249,7 +253,7 @@ impl RigidWorld {
         }
     }
 
-    /// Notes for how long body `index` has kept still, which a step of `dt` s has moved.
+    /// Update the rest time of body `index` after a step of `dt` s.
     fn note_rest(&mut self, index: usize, dt: f64) {
         let motion = &mut self.motions[index];
         if !motion.is_free() || motion.asleep {
@@ -259,11 +263,11 @@ impl RigidWorld {
         let gone = end.centre().distance(start.centre());
         let turned = (end.rotation() * start.rotation().conjugate()).to_scaled_axis().length();
         let turned = turned.min(std::f64::consts::TAU - turned);
-        let still = gone + turned * motion.extent < SLEEP_SPEED * dt;
+        let still = gone + turned * motion.extent < SLEEP.speed * dt;
         motion.quiet = if still { motion.quiet + dt } else { 0.0 };
     }
 
-    /// Whether Rapier's contacts pushed body `index` in the last step.
+    /// Whether a contact impulse of Rapier acted on body `index` in the last step.
     fn push_on(&self, index: usize) -> bool {
         let colliders = self.bodies[index].colliders.iter();
         colliders
@@ -271,7 +275,7 @@ impl RigidWorld {
             .any(|p| p.total_impulse_magnitude() > 0.0)
     }
 
-    /// Whether something that moves touches the sleeping body `index`.
+    /// Whether a moving body touches the sleeping body `index`.
     fn is_disturbed(&self, index: usize) -> bool {
         self.contacts.iter().filter(|c| c.a == index || c.b == index).any(|c| {
             let other = &self.motions[if c.a == index { c.b } else { c.a }];
@@ -284,14 +288,14 @@ impl RigidWorld {
         })
     }
 
-    /// Distance within which what touches is told from what is only near, m.
+    /// Distance (m) below which two bodies count as touching.
     pub(crate) fn reach_of_rest(&self) -> f64 {
         f64::from(self.owners.reach)
     }
 
-    /// Puts to sleep the groups of touching bodies that have all kept still and lie on something that does not move.
+    /// Put to sleep the islands of touching bodies that all rest and lie on a body at rest.
     fn fall_asleep(&mut self, dt: f64) {
-        let ready = |m: &Motion| m.is_free() && !m.asleep && !m.claimed && m.quiet >= SLEEP_TIME - 0.5 * dt;
+        let ready = |m: &Motion| m.is_free() && !m.asleep && !m.claimed && m.quiet >= SLEEP.delay - 0.5 * dt;
         if !self.motions.iter().any(ready) {
             return;
         }
@@ -314,12 +318,12 @@ impl RigidWorld {
         }
     }
 
-    /// Whether the group of bodies of which `first` is the first may sleep.
+    /// Whether the island with the root `first` may sleep.
     fn may_sleep(&self, first: usize, ready: impl Fn(&Motion) -> bool) -> bool {
         let member = |index: usize| self.motions[index].is_free() && root(&self.groups, index) == first;
         let mut members = (first..self.motions.len()).filter(|i| member(*i)).map(|i| &self.motions[i]).peekable();
         let all_still = members.all(|m| ready(m) || m.asleep);
-        // What floats is at rest only if it does not move at all.
+        // A body without contact rests only if it is exactly motionless.
         let floats = |m: &Motion| !m.pushed && !m.end.moves() && m.start == m.end;
         let mut lies = floats(&self.motions[first]);
         for c in self.contacts.iter().filter(|c| member(c.a) != member(c.b)) {
@@ -332,8 +336,8 @@ impl RigidWorld {
         all_still && lies
     }
 
-    /// Says where body `index`, which moves freely, really is at the end of the step; sheets have pushed it. Of other bodies
-    /// nothing is changed.
+    /// Set the state of the dynamic body `index` at the end of the step, as solved together with
+    /// the sheets. Other bodies are unchanged.
     pub fn claim(&mut self, index: usize, end: BodyState) {
         let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
         motion.end = end;
@@ -341,18 +345,19 @@ impl RigidWorld {
         self.write(index);
     }
 
-    /// Puts the body of that name, which moves freely, at `origin` (m) at once, at rest and awake, as are the others; false when there is none.
+    /// Place the dynamic body called `name` at `origin` (m), at rest, and wake all bodies. Return
+    /// false if there is none.
     pub fn put(&mut self, name: &str, origin: DVec3, rotation: DQuat) -> bool {
         let free = self.index_of(name).filter(|i| self.motions[*i].is_free());
         let Some(motion) = free.map(|i| &mut self.motions[i]) else { return false };
         motion.end = BodyState::new(*motion.end.mass_properties(), origin, rotation, DVec3::ZERO, DVec3::ZERO);
         motion.start = motion.end;
-        // What lay on it lies on nothing now.
+        // Bodies that lay on it have lost their support.
         self.wake_all();
         true
     }
 
-    /// Puts body `index` at `origin` (m), still: to be looked at. What it was before is gone.
+    /// Place body `index` at `origin` (m) as a static body, for display. Its former state is lost.
     pub(crate) fn show(&mut self, index: usize, origin: DVec3, rotation: DQuat) {
         let Some(motion) = self.motions.get_mut(index) else { return };
         motion.end = BodyState::standing(origin, rotation);
@@ -360,7 +365,7 @@ impl RigidWorld {
         self.write(index);
     }
 
-    /// Puts body `index`, which moves freely, to sleep: it stays where it is until it is woken.
+    /// Put the dynamic body `index` to sleep: it keeps its pose until woken.
     pub fn freeze(&mut self, index: usize) {
         let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
         motion.end = motion.end.at_rest();
@@ -368,19 +373,19 @@ impl RigidWorld {
         self.write(index);
     }
 
-    /// Wakes body `index`.
+    /// Wake body `index`.
     pub fn wake(&mut self, index: usize) {
         let Some(motion) = self.motions.get_mut(index).filter(|m| m.is_free()) else { return };
         (motion.asleep, motion.quiet) = (false, 0.0);
         self.write(index);
     }
 
-    /// Wakes all bodies.
+    /// Wake all bodies.
     pub fn wake_all(&mut self) {
         (0..self.motions.len()).for_each(|index| self.wake(index));
     }
 
-    /// Whether bodies that come to rest are put to sleep (they are, unless told otherwise).
+    /// Enable or disable sleep of resting bodies; enabled by default.
     pub fn set_sleep(&mut self, sleep: bool) {
         self.sleep = sleep;
         if !sleep {
@@ -388,7 +393,7 @@ impl RigidWorld {
         }
     }
 
-    /// Gives Rapier the place and velocity that body `index` has at the end of the step.
+    /// Pass the pose and velocities of body `index` at the end of the step to Rapier.
     pub(crate) fn write(&mut self, index: usize) {
         let (motion, body) = (&self.motions[index], &self.bodies[index]);
         let Some(rigid) = self.inner.bodies.get(body.handle) else { return };
@@ -399,7 +404,8 @@ impl RigidWorld {
         if !moved && !turns_in && rigid.linvel() == velocity && rigid.angvel() == spin {
             return;
         }
-        // Only what is changed is touched: Rapier looks again at every body it is asked for in this way.
+        // Only changed bodies are accessed mutably: Rapier re-examines each body accessed in this
+        // way.
         let Some(rigid) = self.inner.bodies.get_mut(body.handle) else { return };
         rigid.set_position(pose, false);
         rigid.set_linvel(velocity, false);
@@ -418,14 +424,14 @@ impl RigidWorld {
         }
     }
 
-    /// Where bodies touched one another at the start of the last step, at least one of each pair moving freely; in an order
-    /// that is always the same.
+    /// Contacts between bodies at the start of the last step, at least one of each pair dynamic, in
+    /// a deterministic order.
     pub fn body_contacts(&self) -> &[BodyContact] {
         &self.contacts
     }
 }
 
-/// The first of the group that `index` is in.
+/// Root of the island of `index`.
 fn root(groups: &[usize], mut index: usize) -> usize {
     while groups[index] != index {
         index = groups[index];

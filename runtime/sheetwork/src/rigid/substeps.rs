@@ -1,10 +1,13 @@
-//! In how many parts Rapier takes a step.
+//! Substeps of Rapier within a step.
 //!
-//! Rapier finds contacts at the start of a step: what comes from further away than it looks is deep in the other body by the end of it,
-//! or held where it would have gone through. A step in which a body that moves freely comes down on something that does not give way ends its first part
-//! there; the part in which the two strike is short, for a body leaves at the end of it; and of a body that lies on a corner and turns, others
-//! come down too: no part takes it far around, and Rapier looks as far ahead as they move. What that lets it see of bodies that do not touch is
-//! left out (`view`). A step in which nothing moves further than Rapier looks anyway is taken whole, and so are balls, which `roll` sees to.
+//! Rapier detects contacts at the start of a step. A body that comes from beyond the prediction
+//! distance penetrates deeply by the end of the step, or is held back although it would pass. A
+//! step in which a dynamic body reaches a static or kinematic one therefore ends its first substep
+//! at the impact. The substep of the impact is short, because a body leaves at its end. A body that
+//! lies on a corner and turns brings other corners down: the rotation per substep is limited, and
+//! the prediction distance covers the motion. Contacts of separate bodies that this adds are
+//! removed (`view`). A step in which no body moves beyond the prediction distance is not divided;
+//! balls are advanced by `rolling_ball`.
 
 use glam::{DQuat, DVec3};
 use rapier3d::parry::bounding_volume::BoundingVolume;
@@ -15,30 +18,32 @@ use crate::rigid::RigidWorld;
 use crate::rigid::state::BodyState;
 use crate::rigid::view::CONVEX;
 
-/// A part in which two bodies strike, and the shortest, of a step.
+/// Length of an impact substep, and the minimum length of any substep, as fractions of a step.
 pub(crate) const STRIKE: f64 = 1.0 / 16.0;
 const SHORTEST: f64 = 1.0 / 64.0;
-/// Most parts of a step.
+/// Maximum number of substeps of a step.
 const MOST: u32 = 48;
-/// How far a body that touches something turns in a part, rad.
+/// Maximum rotation of a touching body per substep, rad.
 const TURN: f64 = 0.3;
-/// Part of what Rapier sees by itself that a body that touches something goes in a part of which others of its corners are looked for.
+/// Motion of a touching body per substep, as a fraction of the prediction distance, above which
+/// other contact points are predicted.
 const ROCKS: f64 = 0.05;
-/// Steps of the advancement.
+/// Maximum number of steps of conservative advancement.
 const ROUNDS: usize = 48;
 
-/// A body on its way and a wall it may meet.
+/// A moving body and an obstacle near it.
 struct Pair<'a> {
     shape: &'a dyn Shape,
     body: &'a BodyState,
     extent: f64,
     wall: &'a dyn Shape,
     over: &'a BodyState,
-    /// Whether both are convex.
+    /// Whether both shapes are convex.
     convex: bool,
 }
 
-/// How far apart they are, m, the normal from the wall to the body, and where on the body.
+/// Distance (m), unit normal from the obstacle to the body, and contact point on the body (world,
+/// m).
 struct Apart {
     size: f64,
     normal: DVec3,
@@ -46,10 +51,11 @@ struct Apart {
 }
 
 impl Pair<'_> {
-    /// At `time` s after the start of the part, which is `begun` s after that of the step; `None` when further apart than `reach` (m).
+    /// Separation at `time` s after the start of a substep that begins `begun` s after the start of
+    /// the step; `None` beyond `reach` (m).
     fn apart(&self, (begun, time): (f64, f64), reach: f64, g: DVec3) -> Option<Apart> {
         let (body, over) = (self.body.fly(time, g), self.over.fly(begun + time, DVec3::ZERO));
-        // In the frame of the wall, so that single precision is that of their distance.
+        // In the frame of the obstacle the single-precision error is relative to the distance.
         let turn = over.rotation().conjugate();
         let pose = |origin: DVec3, rotation: DQuat| Pose::from_parts(origin.as_vec3(), rotation.as_quat());
         let of_body = pose(turn * (body.origin() - over.origin()), turn * body.rotation());
@@ -58,7 +64,7 @@ impl Pair<'_> {
         Some(Apart { size: f64::from(found.dist), normal: over.rotation() * found.normal1.as_dvec3(), place })
     }
 
-    /// Speed at which they come together at most along `normal`, m/s, before gravity.
+    /// Upper bound of the approach speed along `normal`, m/s, before gravity.
     fn approach(&self, normal: DVec3) -> f64 {
         let relative = self.body.velocity() - self.over.velocity_at(self.body.centre());
         let turning = self.body.spin().length() * self.extent;
@@ -66,8 +72,8 @@ impl Pair<'_> {
         along + turning + self.over.spin().length() * self.extent
     }
 
-    /// How long the next part is, of the `left` s of the step that are left and `whole` s of it, and whether they touch; `reach` (m) is how far
-    /// Rapier looks.
+    /// Length of the next substep, of the remaining `left` s of a step of `whole` s, and whether
+    /// the pair touches. `reach` (m) is the contact distance.
     fn part(&self, begun: f64, (left, whole): (f64, f64), reach: f64, g: DVec3) -> (f64, bool) {
         let pull = g.length() * left;
         let way = (self.approach_at_most() + pull) * left + reach;
@@ -106,8 +112,8 @@ impl Pair<'_> {
 }
 
 impl RigidWorld {
-    /// How long the next part of a step of `whole` s is that begins `begun` s after the step does, the `number`th; tells Rapier how far it is to
-    /// look.
+    /// Length (s) of substep `number`, which begins `begun` s after the start of a step of `whole`
+    /// s. Sets Rapier's prediction distance.
     pub(crate) fn next_part(&mut self, (begun, whole): (f64, f64), number: u32, g: DVec3) -> f64 {
         let (left, reach) = (whole - begun, self.reach_of_rest());
         let mut part = left;
@@ -126,7 +132,7 @@ impl RigidWorld {
                 part = part.min(most);
                 touches |= touching;
             });
-            // What rests is let rest.
+            // Resting bodies need no extended prediction.
             if touches && speed * part > ROCKS * reach {
                 far = far.max(speed + g.length() * part);
             }
@@ -135,14 +141,14 @@ impl RigidWorld {
         part
     }
 
-    /// Lets Rapier look further than it does otherwise, `far` (m), where that is further.
+    /// Extend Rapier's prediction distance to `far` (m), at least the default.
     pub(crate) fn look_ahead(&mut self, far: f64) {
         let p = &mut self.inner.integration_parameters;
         let own = IntegrationParameters::default().normalized_prediction_distance;
         p.normalized_prediction_distance = own.max(far as Real / p.length_unit);
     }
 
-    /// Calls `with` for body `index` and each piece of what does not give way that is nearer to it than `way` (m).
+    /// Call `with` for body `index` and each static or kinematic collider nearer than `way` (m).
     fn each_wall_near(&self, index: usize, way: f64, mut with: impl FnMut(&Pair)) {
         let motion = &self.motions[index];
         for (other, handle) in self.walls_near(index, way) {
@@ -156,7 +162,8 @@ impl RigidWorld {
         }
     }
 
-    /// The pieces of what does not give way that are nearer to body `index` than `way` (m), and the bodies that they are of.
+    /// Static and kinematic colliders nearer to body `index` than `way` (m), with their body
+    /// indices.
     pub(crate) fn walls_near(&self, index: usize, way: f64) -> impl Iterator<Item = (usize, ColliderHandle)> {
         let motion = &self.motions[index];
         let centre = motion.end.centre().as_vec3();
@@ -173,7 +180,7 @@ impl RigidWorld {
     }
 }
 
-/// Whether a collider lies behind the plane through any of its points that is nearest to something.
+/// Whether a collider lies behind the plane through its point nearest to any exterior point.
 pub(crate) fn is_convex(collider: &Collider) -> bool {
     let shape = collider.shape();
     shape.as_halfspace().is_some() || shape.is_convex() || collider.user_data == CONVEX

@@ -1,4 +1,4 @@
-//! Tests of bodies among themselves; the sheets' solver has its own.
+//! Tests of rigid bodies among themselves, without sheets.
 
 use glam::{DQuat, DVec3};
 
@@ -62,7 +62,7 @@ fn a_box_comes_to_rest_on_the_floor_and_sleeps() {
         }
         assert!(slept.is_some_and(|t| t < 3.0), "{size}: {slept:?} {:?}", state(&world, "a"));
         let rest = state(&world, "a");
-        // Rapier's contacts give way a little under a weight.
+        // Rapier's contacts penetrate slightly under load.
         assert!((rest.centre().y - 0.5 * size).abs() < 1e-4, "{size}: {}", rest.centre().y);
         assert!(!rest.moves());
         run(&mut world, 1.0, G);
@@ -96,7 +96,7 @@ fn a_sleeping_stack_is_woken_by_a_ball_and_by_nothing_else() {
         assert_eq!(state(&world, "high"), rest);
         let index = world.index_of("ball").expect("there");
         if i == 0 {
-            // Thrown anew, level, at the upper box.
+            // The ball is thrown again, horizontally, at the upper box.
             let thrown = BodyState::new(
                 *ball.mass_properties(),
                 DVec3::new(-1.0, 0.2, 0.0),
@@ -144,7 +144,7 @@ fn pairs_of_materials_rule_between_bodies() {
     };
     let (free, held) = (slid(""), slid("(between: (\"wood\", \"felt\"), friction: 0.4)"));
     assert!(free.0.abs() < 1e-3);
-    // Coulomb's μ g.
+    // Coulomb friction decelerates by μ g.
     assert!((held.0 / (0.4 * 9.81) - 1.0).abs() < 2e-3, "{}", held.0);
     assert!((free.1.friction, (held.1.friction * 1e3).round()) == (0.0, 400.0));
     assert!(held.1.normal.y.abs() > 0.999 && held.1.distance.abs() < 1e-3);
@@ -244,7 +244,8 @@ fn a_fast_body_does_not_pass_through_a_thin_wall() {
     assert!(state(&world, "a").centre().x < 0.0, "{:?}", state(&world, "a"));
 }
 
-/// Depth of the lowest point of body 1 in the floor at the end of each step, at most, m; and its energy over that of the start, at most.
+/// Maximum depth (m) of the lowest point of body 1 in the floor at the end of any step, and maximum
+/// ratio of its energy to the initial one.
 fn deepest(world: &mut RigidWorld, seconds: f64, reach: impl Fn(&BodyState) -> f64) -> (f64, f64) {
     let energy = |s: &BodyState| s.kinetic_energy() + s.gravity_energy(G);
     let first = energy(world.state(1).expect("there"));
@@ -272,7 +273,7 @@ fn what_comes_down_fast_stays_above_the_floor_and_bounces_as_its_restitution_say
             let up = s.rotation().conjugate() * DVec3::Y;
             half.dot(up.abs())
         };
-        // Until it has bounced once, it has.
+        // Impact speed from the height of fall.
         let landed = (speed * speed + 2.0 * 9.81 * 0.09_f64).sqrt();
         for (shape, spin) in [("Ball(0.012)", "(0, 0, 0)"), ("Box((0.03, 0.02, 0.04))", "(0, 0, 0)")] {
             let mut world = world(&text(shape, spin));
@@ -288,7 +289,7 @@ fn what_comes_down_fast_stays_above_the_floor_and_bounces_as_its_restitution_say
                     reach(&state) - state.centre().y
                 );
                 if up == 0.0 && state.velocity().y > 0.0 {
-                    // What it had at the floor, by its energy now.
+                    // Speed at the floor, from the present energy.
                     up = (state.velocity().y.powi(2) + 2.0 * 9.81 * (state.centre().y - reach(&state))).sqrt();
                 }
             }
@@ -312,12 +313,13 @@ fn a_ball_rolls_on_and_a_sliding_one_ends_rolling_at_five_sevenths() {
         assert!(depth < 1e-6, "{depth:e}");
         state(&world, "a")
     };
-    // The patch it rolls on takes 5/7 of C g with C = 5e-4.
+    // Rolling resistance decelerates by 5/7 C g with C = 5e-4.
     let lost = 5.0 / 7.0 * 5e-4 * 9.81;
     let rolling = ball("(3, 0, 0)", "(0, 0, -250)");
     assert!((rolling.velocity().x - 3.0 + lost).abs() < 1e-6, "{rolling:?}");
     assert!((rolling.centre().x - 3.0 + 0.5 * lost).abs() < 1e-3, "{rolling:?}");
-    // While it slides, friction slows it and the couples of both turn it: v = 3 - μ g t, ω r = 5/2 (μ - C) g t, until they are one.
+    // While the ball slides, friction decelerates it and both torques spin it up: v = 3 - μ g t and
+    // ω r = 5/2 (μ - C) g t, until both are equal.
     let (friction, c, g) = (0.3, 5e-4, 9.81);
     let meets = 3.0 / (g * (friction + 2.5 * (friction - c)));
     let wanted = 3.0 - friction * g * meets - lost * (1.0 - meets);
@@ -336,7 +338,7 @@ fn a_ball_that_spins_in_place_or_rolls_slowly_comes_to_rest_and_sleeps() {
         run(&mut world, seconds, G);
         (world.is_asleep(1), state(&world, "a"))
     };
-    // 5/3 μ A g / r with A = 0.02: 8.2 rad/s².
+    // 5/3 μ A g/r with A = 0.02: 8.2 rad/s².
     let slower = 5.0 / 3.0 * 0.3 * 0.02 * 9.81 / 0.012;
     let (asleep, end) = asleep_after("(0, 0, 0)", "(0, 20, 0)", 1.0);
     assert!(!asleep && (end.spin().y - 20.0 + slower).abs() < 1e-2 * slower, "{end:?}");

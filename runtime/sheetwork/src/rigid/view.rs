@@ -1,41 +1,42 @@
-//! Rapier's sets as a step of the sheets looks at them, the world's own or a caller's, and the coefficients of what meets
-//! there.
+//! View of Rapier's sets for a step of the sheets, and contact coefficients of pairs.
+//!
+//! The sets belong to the world or to the caller.
 
 use rapier3d::prelude::*;
 
 use crate::scene::ContactDefaults;
-use crate::sheet::Sheet;
 
-/// `user_data` of a collider whose mesh is known to be convex.
+/// `user_data` of a collider whose mesh is convex.
 pub(crate) const CONVEX: u128 = 0x636f_6e76_6578;
 
-/// Stands for no body in [`Owners`].
+/// Index in [`Owners`] that stands for no body.
 const NOBODY: u32 = u32::MAX;
 
-/// Which body each collider of the world's own belongs to, what bodies are made of, and what pairs of materials have.
+/// Body of each collider of the world, materials of the bodies, and coefficients of material pairs.
 pub(crate) struct Owners {
-    /// By the index of a collider.
+    /// Index of the body, by the index of a collider.
     body: Vec<u32>,
-    /// By the index of a body; empty for one that does not say.
+    /// Material, by the index of a body; empty for a body without a material.
     material: Vec<String>,
     pub contact: ContactDefaults,
-    /// How near two bodies must be somewhere to have anything to do with one another, m, however far Rapier looks.
+    /// Distance (m) of the nearest contact point above which a pair of bodies has no contact,
+    /// regardless of Rapier's prediction distance.
     pub reach: Real,
 }
 
 impl Owners {
-    /// No bodies, in a scene with these coefficients.
+    /// Empty table with the contact coefficients of a scene.
     pub fn new(contact: ContactDefaults) -> Self {
         Self { body: Vec::new(), material: Vec::new(), contact, reach: Real::MAX }
     }
 
-    /// Forgets all bodies.
+    /// Remove all bodies.
     pub fn clear(&mut self) {
         self.body.clear();
         self.material.clear();
     }
 
-    /// The next body has these colliders and this material.
+    /// Append a body with these colliders and this material.
     pub fn push(&mut self, colliders: &[ColliderHandle], material: Option<&str>) {
         let index = self.material.len() as u32;
         for handle in colliders {
@@ -48,7 +49,7 @@ impl Owners {
         self.material.push(material.unwrap_or_default().to_owned());
     }
 
-    /// Index of the body that a collider belongs to.
+    /// Index of the body that owns a collider.
     pub fn of(&self, collider: ColliderHandle) -> Option<usize> {
         let body = self.body.get(collider.into_raw_parts().0 as usize).copied();
         body.filter(|b| *b != NOBODY).map(|b| b as usize)
@@ -59,7 +60,7 @@ impl Owners {
     }
 }
 
-/// Rapier asks these what two bodies have together.
+/// Hooks by which Rapier obtains the contact coefficients of two bodies.
 impl PhysicsHooks for Owners {
     fn modify_solver_contacts(&self, context: &mut ContactModificationContext) {
         if context.solver_contacts.iter().all(|c| c.dist > self.reach) {
@@ -73,23 +74,24 @@ impl PhysicsHooks for Owners {
     }
 }
 
-/// Rapier's sets, as a step looks at them.
+/// View of Rapier's sets for a step.
 #[derive(Clone, Copy)]
 pub struct RigidView<'a> {
     broad_phase: &'a BroadPhaseBvh,
     narrow_phase: &'a NarrowPhase,
-    /// The bodies.
+    /// Rigid bodies.
     pub bodies: &'a RigidBodySet,
-    /// The colliders.
+    /// Colliders.
     pub colliders: &'a ColliderSet,
-    /// Whether the bodies are the world's own, which move only as their velocities say.
+    /// Whether the bodies belong to the world, which moves them by their velocities alone.
     pub(crate) owned: bool,
-    /// What is known of the world's own.
+    /// Owners and materials of the world's colliders; `None` for a caller's sets.
     owners: Option<&'a Owners>,
 }
 
 impl<'a> RigidView<'a> {
-    /// A view of a caller's Rapier world, whose broad phase must be up to date with the colliders' places.
+    /// View of a caller's Rapier world. Its broad phase must be up to date with the poses of the
+    /// colliders.
     pub fn new(
         broad_phase: &'a BroadPhaseBvh,
         narrow_phase: &'a NarrowPhase,
@@ -99,55 +101,63 @@ impl<'a> RigidView<'a> {
         Self { broad_phase, narrow_phase, bodies, colliders, owned: false, owners: None }
     }
 
-    /// A view of the world's own.
+    /// View of the world's own sets.
     pub(crate) fn of_own(inner: &'a PhysicsWorld, owners: &'a Owners) -> Self {
         let view = Self::new(&inner.broad_phase, &inner.narrow_phase, &inner.bodies, &inner.colliders);
         Self { owned: true, owners: Some(owners), ..view }
     }
 
-    /// Queries over everything but sensors.
+    /// Query pipeline over all colliders except sensors.
     pub fn query(&self) -> QueryPipeline<'a> {
         let filter = QueryFilter::default().exclude_sensors();
         self.broad_phase.as_query_pipeline(self.narrow_phase.query_dispatcher(), self.bodies, self.colliders, filter)
     }
 
-    /// Queries over what does not give way: everything but sensors and the world's own bodies that move freely.
+    /// Query pipeline over static and kinematic colliders: all except sensors and the world's own
+    /// dynamic bodies. A caller's dynamic bodies count as kinematic.
     pub(crate) fn query_standing(&self) -> QueryPipeline<'a> {
         let query = self.query();
         let filter = if self.owned { QueryFilter::exclude_dynamic().exclude_sensors() } else { query.filter };
         QueryPipeline { filter, ..query }
     }
 
-    /// Whether `body` gives way to sheets.
+    /// Whether contact with sheets moves `body`.
     pub(crate) fn gives_way(&self, body: &RigidBody) -> bool {
         self.owned && body.is_dynamic()
     }
 
-    /// Index of the world's own body that a collider belongs to; `None` where the bodies are lent.
+    /// Index of the world's body that owns a collider; `None` for a caller's sets.
     pub fn body_of(&self, collider: ColliderHandle) -> Option<usize> {
         self.owners.and_then(|o| o.of(collider))
     }
 
-    /// Friction and restitution of a sheet and a collider: of the pair of their materials if the scene has one, otherwise by
-    /// the collider's rule, the sheet's own being the average.
-    pub fn coefficients(&self, sheet: &Sheet, handle: ColliderHandle, collider: &Collider) -> (f64, f64) {
-        let friction = combined(sheet.friction, collider.friction(), collider.friction_combine_rule());
-        let restitution = combined(sheet.restitution, collider.restitution(), collider.restitution_combine_rule());
+    /// Friction and restitution of a sheet and a collider: those of their pair of materials if the
+    /// scene has one, otherwise by the collider's combine rule, with the average as the rule of the
+    /// sheet.
+    pub fn coefficients(
+        &self,
+        (material, friction, restitution): (&str, f64, f64),
+        handle: ColliderHandle,
+        collider: &Collider,
+    ) -> (f64, f64) {
+        let friction = combined(friction, collider.friction(), collider.friction_combine_rule());
+        let restitution = combined(restitution, collider.restitution(), collider.restitution_combine_rule());
         match self.owners {
             Some(o) if !o.contact.pairs.is_empty() => {
-                o.contact.between((&sheet.material().name, o.material_of(handle)), (friction, restitution))
+                o.contact.between((material, o.material_of(handle)), (friction, restitution))
             }
             _ => (friction, restitution),
         }
     }
 
-    /// Coefficients of friction and restitution of two materials, by name; `combined` where the scene says nothing of them.
+    /// Coefficients of friction and restitution of two materials by name; `combined` if the scene
+    /// does not define the pair.
     pub(crate) fn between(&self, a: &str, b: &str, combined: (f64, f64)) -> (f64, f64) {
         self.owners.map_or(combined, |o| o.contact.between((a, b), combined))
     }
 }
 
-/// Rapier's rules for a pair's coefficient, with the sheet's own rule taken to be the average.
+/// Coefficient of a pair by Rapier's combine rules, with the average as the rule of the sheet.
 fn combined(ours: f64, theirs: Real, rule: CoefficientCombineRule) -> f64 {
     let theirs = f64::from(theirs);
     match rule {

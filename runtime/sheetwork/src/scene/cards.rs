@@ -1,12 +1,18 @@
-//! Scenes of playing cards: a pack that is dropped, and a house of three storeys that stands. Lengths in m.
+//! Scenes of playing cards: a pack that is dropped, and a house of three storeys that stands.
+//! Lengths in m.
 //!
-//! A pair of cards of weight W that lean against each other by θ from the plumb line, each with a load P on its top edge, push their
-//! feet apart with the force (W/2 + P) tan θ while they press on the ground with W + P: they stand where tan θ (W/2 + P)/(W + P) is
-//! below the coefficient of friction, and so for any load where tan θ is. At 15° that is 0.268.
+//! Two cards of total weight W lean against each other at the angle θ from the vertical, with a
+//! load P on their top edges. Their feet press on the ground with W + P and are pushed apart by
+//! (W/2 + P) tan θ. They stand where
 //!
-//! Everything is put at the distance at which it touches, cards being as thick on their edges as on their faces. Two cards that lie
-//! over three tops must overlap in the middle: the second lies on the first, and the cards under its other end lean less, so that
-//! their tops are higher by a thickness and all that lies is level.
+//!   tan θ (W/2 + P)/(W + P) < μ,
+//!
+//! which holds for any load where tan θ < μ. At 15° tan θ is 0.268.
+//!
+//! All objects are placed at touching distance; cards are as thick on their edges as on their
+//! faces. Two horizontal cards over three pairs overlap in the middle: the second lies on the
+//! first, and the cards under its other end lean less, so that their tops are higher by one
+//! thickness and the second card is level.
 
 use std::fmt::Write;
 
@@ -14,7 +20,7 @@ use glam::DVec3;
 
 use crate::scene::Placement;
 
-/// Length of a card, along the height of one that leans.
+/// Length of a card, along the height of a leaning one.
 pub const LENGTH: f64 = 0.088;
 /// Width of a card.
 pub const WIDTH: f64 = 0.063;
@@ -22,37 +28,37 @@ pub const WIDTH: f64 = 0.063;
 pub const THICKNESS: f64 = 3e-4;
 /// Friction between cards, and of cards on the floor.
 pub const FRICTION: f64 = 0.35;
-/// Lean of a card, degrees.
+/// Lean of a card from the vertical, degrees.
 pub const LEAN: f64 = 15.0;
 
-/// Air left between surfaces that touch: what the numbers in a file are rounded by must not make them overlap.
+/// Gap between touching surfaces, larger than the rounding of the numbers in a file.
 const AIR: f64 = 1e-6;
-/// Distance of two cards' middle surfaces where they touch.
+/// Distance of the mid-surfaces of two touching cards.
 const TOUCH: f64 = THICKNESS + AIR;
 /// Distance on the ground between the feet of neighbours.
 const BETWEEN_FEET: f64 = 4e-3;
 /// Distance between the cards of a pack.
 const LOOSE: f64 = 5e-5;
-/// Height that a pack falls from.
+/// Drop height of a pack.
 pub const DROP: f64 = 0.03;
-/// How far single cards of a pack are turned (degrees) and shifted at most.
+/// Maximum rotation (degrees) and shift of the cards of a pack.
 const TURN: f64 = 2.0;
 const SHIFT: f64 = 5e-4;
 
-/// What to make.
+/// Kind of the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cards {
     /// 52 cards dropped as a pack.
     Pack,
     /// A house of three storeys.
     House,
-    /// The house and a ball thrown at it.
+    /// The house, and a ball thrown at it.
     HouseAndBall,
 }
 
-/// The cards of a pack, lowest first: level, turned and shifted a little, each its own way.
+/// Cards of a pack, lowest first: level, with small pseudo-random rotations and shifts.
 pub fn pack(count: u32) -> Vec<Placement> {
-    // A linear congruential sequence (Knuth's MMIX), the same on every run.
+    // Linear congruential sequence (Knuth's MMIX), the same on every run.
     let mut seed = 52_u64;
     let mut signed = || {
         seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -70,15 +76,17 @@ pub fn pack(count: u32) -> Vec<Placement> {
         .collect()
 }
 
-/// The cards of a house of three storeys: three leaning pairs, two lying cards, two pairs, one lying card, one pair.
+/// Cards of a house of three storeys: three leaning pairs, two horizontal cards, two pairs, one
+/// horizontal card, one pair.
 pub fn house() -> Vec<Placement> {
     let upright = LENGTH * LEAN.to_radians().cos();
     let pitch = 2.0 * LENGTH * LEAN.to_radians().sin() + TOUCH + BETWEEN_FEET;
     let (ground, mut cards) = (0.5 * THICKNESS + AIR, Vec::new());
     let top = ground + upright;
-    // Heights of the lying cards of the first storey; the second lies on the first.
+    // Heights of the horizontal cards of the first storey; the second lies on the first.
     let (first, second) = (top + TOUCH, top + 2.0 * TOUCH);
-    // What lies is shifted across a little, so that no side of a card is flush with another's.
+    // Horizontal cards are shifted across a little, so that no side of a card is flush with
+    // another's.
     pair(&mut cards, -pitch, (ground, ground), top, 0.0);
     pair(&mut cards, 0.0, (ground, ground), top, 0.0);
     pair(&mut cards, pitch, (ground, ground), second - TOUCH, 0.0);
@@ -93,7 +101,7 @@ pub fn house() -> Vec<Placement> {
     cards
 }
 
-/// Two cards that lean against each other at x: their feet at two heights, their tops at one.
+/// Two cards that lean against each other at x, with feet at two heights and tops at one.
 fn pair(cards: &mut Vec<Placement>, x: f64, feet: (f64, f64), top: f64, z: f64) {
     for (foot, side) in [(feet.0, -1.0), (feet.1, 1.0)] {
         let lean = ((top - foot) / LENGTH).acos();
@@ -111,7 +119,7 @@ fn lying(cards: &mut Vec<Placement>, x: f64, y: f64, z: f64) {
 }
 
 impl Cards {
-    /// The scene as the text of a file.
+    /// Text of the scene file.
     pub fn text(self) -> String {
         let (name, description, camera, grid, duration) = match self {
             Self::Pack => (
@@ -142,7 +150,7 @@ impl Cards {
             Self::HouseAndBall => (house(), "house-ball"),
         };
         let sheets: String = cards.iter().enumerate().map(|(i, card)| sheet(i, card, grid)).collect();
-        // Cards that the ball takes along slide far.
+        // Cards hit by the ball slide far.
         let right = if self == Self::HouseAndBall { 0.7 } else { 0.4 };
         let ball = if self == Self::HouseAndBall { BALL } else { "" };
         format!(
@@ -154,7 +162,8 @@ impl Cards {
     }
 }
 
-/// Of wood, as heavy as the house; it meets the second storey a quarter of a second after it was thrown.
+/// Wooden ball, as heavy as the house; it meets the second storey a quarter of a second after the
+/// throw.
 const BALL: &str = "    bodies: [(name: \"ball\", shape: Ball(0.02), density: 650, placement: (position: (-0.85, 0.06, 0.004)), \
                     velocity: (3, 1.6, 0))],\n";
 
@@ -177,7 +186,7 @@ fn sheet(index: usize, card: &Placement, grid: &str) -> String {
     text
 }
 
-/// To nine decimals, without the zeros.
+/// Number to nine decimals, without trailing zeros.
 fn number(value: f64) -> String {
     let text = format!("{value:.9}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
@@ -209,7 +218,8 @@ mod tests {
         let sheets = world.sheets();
         assert!(sheets.iter().all(|s| (s.material().thickness - THICKNESS).abs() < 1e-15));
         let touching = pairs(sheets, 3.0 * AIR);
-        // None overlap; what is joined: 6 pairs, their 10 feet and tops of the first storey's lids and so on.
+        // No cards overlap; touching are 6 pairs of tops, 11 lids with tops or each other, and 6
+        // feet.
         let names: Vec<(usize, usize)> = touching.iter().map(|(i, j, _)| (i + 1, j + 1)).collect();
         let tops = [(1, 2), (3, 4), (5, 6), (9, 10), (11, 12), (14, 15)];
         let lids = [(1, 7), (2, 7), (3, 7), (4, 7), (5, 8), (6, 8), (7, 8), (9, 13), (10, 13), (11, 13), (12, 13)];

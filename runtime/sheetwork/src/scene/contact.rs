@@ -1,12 +1,15 @@
-//! Friction and restitution of a scene, as data: what everything has unless it says otherwise, and what two materials have
-//! where they meet.
+//! Specification of friction and restitution: defaults, and coefficients of material pairs.
 //!
-//! Two surfaces that meet have the mean of their coefficients, unless the scene has a pair for their materials: what it says
-//! then holds for both.
+//! Two touching surfaces have the mean of their coefficients, unless the scene has a pair for their
+//! materials, whose coefficients then apply.
 
 use serde::{Deserialize, Serialize};
 
-/// Contact coefficients that bodies and sheets have unless they say otherwise.
+/// Contact offset of a surface without thickness, m. It exceeds the resolution of `f32` at the
+/// scale of a body.
+pub const SKIN: f64 = 1e-5;
+
+/// Default contact coefficients of bodies and sheets.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactDefaults {
@@ -14,9 +17,9 @@ pub struct ContactDefaults {
     pub friction: f64,
     /// Coefficient of restitution, 0 to 1.
     pub restitution: f64,
-    /// Coefficients of pairs of materials, which win over all others.
+    /// Coefficients of material pairs, which replace all others.
     pub pairs: Vec<PairSpec>,
-    /// Whether sheets meet one another and themselves; off for scenes in which they cannot, or shall not.
+    /// Whether contact between sheets and self-contact are enabled.
     pub sheets: bool,
 }
 
@@ -26,23 +29,23 @@ impl Default for ContactDefaults {
     }
 }
 
-/// Coefficients of two materials where they meet, in either order.
+/// Contact coefficients of two materials, in either order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PairSpec {
-    /// Names of the two materials: of the library, of a sheet's material file (without `.ron`) or its `name`, or the `material`
-    /// of a body.
+    /// Names of the two materials: of the library, of a sheet's material file (without `.ron`) or
+    /// its `name`, or the `material` of a body.
     pub between: (String, String),
-    /// Coulomb friction coefficient, 0 to 10; that of the two surfaces if none.
+    /// Coulomb friction coefficient, 0 to 10; `None` for that of the two surfaces.
     #[serde(default)]
     pub friction: Option<f64>,
-    /// Coefficient of restitution, 0 to 1; that of the two surfaces if none.
+    /// Coefficient of restitution, 0 to 1; `None` for that of the two surfaces.
     #[serde(default)]
     pub restitution: Option<f64>,
 }
 
 impl PairSpec {
-    /// Whether it is of these two materials.
+    /// Whether the pair is of these two materials.
     pub fn joins(&self, a: &str, b: &str) -> bool {
         let (first, second) = (self.between.0.as_str(), self.between.1.as_str());
         (first == a && second == b) || (first == b && second == a)
@@ -50,8 +53,8 @@ impl PairSpec {
 }
 
 impl ContactDefaults {
-    /// (friction, restitution) of two surfaces that meet: of their materials (empty: none), if they have a pair here, and
-    /// otherwise what the surfaces' own coefficients make together, `combined`.
+    /// (friction, restitution) of two touching surfaces: those of the pair of their materials
+    /// (empty name: none), where there is one, and otherwise `combined`.
     pub fn between(&self, materials: (&str, &str), combined: (f64, f64)) -> (f64, f64) {
         let pair = self.pairs.iter().find(|p| p.joins(materials.0, materials.1));
         pair.map_or(combined, |p| (p.friction.unwrap_or(combined.0), p.restitution.unwrap_or(combined.1)))

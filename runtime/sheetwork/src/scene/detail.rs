@@ -1,32 +1,33 @@
-//! Levels of detail of a sheet, in a scene.
+//! Specification of the levels of detail of a sheet.
 
 use serde::{Deserialize, Serialize};
 
 use crate::error::{InputError, check_range};
 use crate::scene::SheetSpec;
 
-/// Most levels.
+/// Maximum number of levels.
 const MOST: usize = 16;
 
-/// Grids that a sheet goes to while the world runs, by how far it is from the viewpoint and by what the world's budget leaves it.
+/// Levels of detail of a sheet, chosen by its distance from the viewpoint and by the budget of the
+/// world.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetailSpec {
-    /// The grids, finest first, 1 to 16.
+    /// Levels, finest first, 1 to 16.
     pub levels: Vec<DetailLevel>,
-    /// Part of a distance by which it must be passed before the level changes, 0 to 0.5.
+    /// Hysteresis of the distances, as a fraction of each, 0 to 0.5.
     #[serde(default = "DetailSpec::default_hysteresis")]
     pub hysteresis: f64,
 }
 
-/// One level.
+/// A level of detail.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DetailLevel {
-    /// Masses along length and width, 2 to 2000 each; fewer in all than of the level before.
+    /// Nodes along length and width, 2 to 2000 each; fewer in total than in the level before.
     pub grid: (u32, u32),
-    /// Distance from the viewpoint up to which this level is wanted, m, 0 to 1e6, more than that of the level before; none, of the last
-    /// alone, for all beyond.
+    /// Distance from the viewpoint up to which this level is used, m, 0 to 1e6, larger than that of
+    /// the level before; `None`, for the last level only, for all distances beyond.
     #[serde(default)]
     pub within: Option<f64>,
 }
@@ -36,17 +37,17 @@ impl DetailSpec {
         0.1
     }
 
-    /// Levels of these grids, each with the distance (m) up to which it is wanted but for the last.
+    /// Levels of these grids, each with its distance (m), `None` for the last.
     pub fn new(levels: impl IntoIterator<Item = ((u32, u32), Option<f64>)>) -> Self {
         let levels = levels.into_iter().map(|(grid, within)| DetailLevel { grid, within }).collect();
         Self { levels, hysteresis: Self::default_hysteresis() }
     }
 
-    /// The level wanted at `distance` (m), of one that is at level `now`.
+    /// Level at `distance` (m), for a sheet that is at level `now`.
     pub fn wanted(&self, distance: f64, now: Option<usize>) -> usize {
         let reach = |i: usize| {
             let within = self.levels[i].within.unwrap_or(f64::INFINITY);
-            // Who is inside leaves later than who is outside comes in.
+            // Hysteresis: the distance to leave a level exceeds the distance to enter it.
             let inside = now.is_some_and(|now| now <= i);
             within * if inside { 1.0 + self.hysteresis } else { 1.0 - self.hysteresis }
         };
@@ -55,7 +56,7 @@ impl DetailSpec {
     }
 }
 
-/// Checks the levels of a sheet.
+/// Check the levels of a sheet.
 ///
 /// # Errors
 /// When a value is out of range or the sheet cannot change its grid.

@@ -1,4 +1,5 @@
-//! What a sheet is made like and how it changes its shape for good, in a scene: creases, curl, yield, creep.
+//! Specification of rest shape and permanent deformation of a sheet: creases, curl, plasticity,
+//! creep.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,22 +7,23 @@ use crate::error::{InputError, check_range};
 use crate::mesh::structure::StructureKind;
 use crate::scene::{MaterialChoice, SheetSpec, material};
 
-/// A line along which a sheet is folded as it is made: without load its two sides stand at `angle` to one another.
+/// Crease: line along which the rest shape of the sheet is folded by `angle`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CreaseSpec {
-    /// Where the line begins, (u, v), each 0 to 1.
+    /// Start of the line, (u, v), each 0 to 1.
     pub from: (f64, f64),
-    /// Where it ends, (u, v).
+    /// End of the line, (u, v).
     pub to: (f64, f64),
-    /// By how much the sheet turns across it, degrees, -175 to 175: 0 is flat; positive, the sides rise to the upper side.
+    /// Rest angle across the line, degrees, -175 to 175: 0 is flat; with a positive angle the sides
+    /// rise towards the upper side.
     pub angle: f64,
 }
 
-/// Checks what a sheet says of this.
+/// Check creases, curl, plasticity and creep of a sheet.
 ///
 /// # Errors
-/// When a value is out of range, or asks for what the structure or the material does not have.
+/// When a value is out of range, or requires a property that the structure or the material lacks.
 pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     for (i, crease) in s.creases.iter().enumerate() {
         let at = |name: &str| format!("creases.{i}.{name}");
@@ -49,10 +51,10 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     }
 }
 
-/// Checks that the material has what the sheet asks for.
+/// Check that the material has the constants that the sheet requires.
 ///
 /// # Errors
-/// When it does not.
+/// When it lacks one.
 pub fn of_material(s: &SheetSpec, material: &material::Material) -> Result<(), InputError> {
     if s.plastic && material.yield_stress.is_none() {
         return Err(InputError::new("plastic", "asks for a yield stress, which the material does not have"));

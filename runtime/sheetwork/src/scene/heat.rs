@@ -1,4 +1,4 @@
-//! What heats a scene, as data: an oven, heaters, a heat gun, and how heat is modelled.
+//! Specification of heat in a scene: oven, heaters, heat gun, and the thermal model.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::error::InputError;
 use crate::scene::heater::{Heater, HeaterFace, read_heaters_file};
 use crate::scene::{PathKey, Placement, Polyhedron};
 
-/// How heat is modelled.
+/// Thermal model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum HeatMode {
     /// Temperatures, conduction, exact radiation, E(T).
@@ -25,27 +25,29 @@ pub enum HeatMode {
     },
 }
 
-/// An oven: the whole room, air and walls, at a temperature.
+/// Oven: the whole room, air and walls, at one temperature.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct OvenSpec {
-    /// Temperature while it is on, °C; -273.15 to 5000.
+    /// Temperature while on, °C; -273.15 to 5000.
     pub temperature: f64,
-    /// Whether it is on.
+    /// Whether the oven is on.
     pub on: bool,
-    /// Convection in it, of both sides of a sheet together, W/(m² K), 0 to 1e6; the scene's if none.
+    /// Convection coefficient in the oven, of both sides of a sheet together, W/(m² K), 0 to 1e6;
+    /// `None` for that of the scene.
     pub convection: Option<f64>,
-    /// Temperatures at times, in place of `temperature`: linear in between, the last for good. It is off before the first.
+    /// Temperatures at times, in place of `temperature`: linear in between, constant after the
+    /// last; off before the first.
     pub schedule: Vec<OvenKey>,
 }
 
-/// A temperature of an oven at a time.
+/// Temperature of an oven at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OvenKey {
     /// Simulated time, s; 0 to 1e6, increasing along the schedule.
     pub time: f64,
-    /// Temperature, °C, -273.15 to 5000; none to switch it off from then on.
+    /// Temperature, °C, -273.15 to 5000; `None` switches the oven off from this time.
     #[serde(default)]
     pub temperature: Option<f64>,
 }
@@ -57,7 +59,8 @@ impl Default for OvenSpec {
 }
 
 impl OvenSpec {
-    /// How warm it is at `time` (s) in a room that is `room` °C without it; none while it is off.
+    /// Temperature at `time` (s), °C, in a room at `room` (°C) without the oven; `None` while it is
+    /// off.
     pub fn celsius_at(&self, time: f64, room: f64) -> Option<f64> {
         if !self.on {
             return None;
@@ -78,42 +81,43 @@ impl OvenSpec {
     }
 }
 
-/// A hot polyhedron.
+/// Specification of a hot polyhedron.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeaterSpec {
     /// Name in parameter paths; empty for its number from 0.
     #[serde(default)]
     pub name: String,
-    /// A heater file; none for a heater given by `polyhedron` or `size`.
+    /// Heater file; `None` for a heater given by `polyhedron` or `size`.
     #[serde(default)]
     pub file: Option<PathBuf>,
-    /// A closed polyhedron, given in place.
+    /// In-line closed polyhedron.
     #[serde(default)]
     pub polyhedron: Option<Polyhedron>,
-    /// Edges (x, y, z) of a box about its centre, m; 1e-6 to 1e4 each. Its faces are -x, +x, -y, +y, -z, +z.
+    /// Edges (x, y, z) of a box about its centre, m; 1e-6 to 1e4 each. Its faces are -x, +x, -y,
+    /// +y, -z, +z.
     #[serde(default)]
     pub size: Option<DVec3>,
     /// Hot faces of `polyhedron` or `size`; a file has its own.
     #[serde(default)]
     pub hot: Vec<HotFaceSpec>,
-    /// Whether it is on.
+    /// Whether the heater is on.
     #[serde(default = "yes")]
     pub on: bool,
-    /// Where it is put.
+    /// Placement of the heater.
     #[serde(default)]
     pub placement: Placement,
 }
 
-/// A hot face of a heater given in the scene.
+/// Hot face of a heater given in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HotFaceSpec {
-    /// Which face, from 0.
+    /// Index of the face, from 0.
     pub face: u32,
     /// Temperature, °C; -273.15 to 5000.
     pub temperature: f64,
-    /// Share of a black body's radiation that it sends out, 0 to 1.
+    /// Emissivity, 0 to 1.
     #[serde(default = "black")]
     pub emissivity: f64,
 }
@@ -127,7 +131,7 @@ fn black() -> f64 {
 }
 
 impl Default for HeaterSpec {
-    /// One that is on and has no shape yet.
+    /// Heater that is on, without a shape.
     fn default() -> Self {
         Self {
             name: String::new(),
@@ -142,10 +146,11 @@ impl Default for HeaterSpec {
 }
 
 impl HeaterSpec {
-    /// The heaters it names, in their own axes, m.
+    /// Heaters of the specification, in their own axes, m.
     ///
     /// # Errors
-    /// When its file cannot be read, or it is none of a file, a polyhedron and a box, or more than one; or a hot face is not there.
+    /// When the file cannot be read, when other than one of file, polyhedron and size is given, or
+    /// when a hot face does not exist.
     pub fn resolve(&self, base: &Path) -> Result<Vec<Heater>, InputError> {
         let polyhedron = match (&self.file, &self.polyhedron, self.size) {
             (Some(file), None, None) if self.hot.is_empty() => return read_heaters_file(&base.join(file)),
@@ -170,7 +175,7 @@ impl HeaterSpec {
     }
 }
 
-/// A box with its faces in the order -x, +x, -y, +y, -z, +z.
+/// Box with its faces in the order -x, +x, -y, +y, -z, +z.
 fn sided(size: DVec3) -> Polyhedron {
     let mut solid = Polyhedron::cuboid(size);
     let order = |face: usize| {
@@ -186,25 +191,26 @@ fn sided(size: DVec3) -> Polyhedron {
     solid
 }
 
-/// A jet of hot air.
+/// Specification of a jet of hot air.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct HeatGunSpec {
-    /// Whether it is on.
+    /// Whether the heat gun is on.
     pub on: bool,
-    /// Temperature of its air, °C; -273.15 to 5000.
+    /// Temperature of the air, °C; -273.15 to 5000.
     pub temperature: f64,
-    /// Convection at its nozzle, W/(m² K); 0 to 1e6.
+    /// Convection coefficient at the nozzle, W/(m² K); 0 to 1e6.
     pub convection: f64,
-    /// Angle from the axis at which a third of that is left, degrees; 0.1 to 90.
+    /// Angle from the axis at which the convection coefficient falls to a third, degrees; 0.1 to
+    /// 90.
     pub half_angle: f64,
-    /// Distance at which half of it is left, m; 1e-6 to 1e4.
+    /// Distance at which the convection coefficient falls to a half, m; 1e-6 to 1e4.
     pub reach: f64,
-    /// Where the nozzle is, m; each component within ±1e4.
+    /// Position of the nozzle, m; each component within ±1e4.
     pub position: DVec3,
-    /// Which way it blows: any length but 0.
+    /// Direction of the jet; any length but 0.
     pub direction: DVec3,
-    /// How it is led; empty for one that stays or is moved by the program.
+    /// Prescribed path; empty for a gun that is at rest or moved by the program.
     pub path: Vec<PathKey>,
 }
 

@@ -1,4 +1,5 @@
-//! Heater files (.heater): hot polyhedra (thesis 4.3.2 and 4.11; the columns are ours), lengths in centimetres.
+//! Heater files (.heater): hot polyhedra (thesis 4.3.2 and 4.11; the columns are defined here),
+//! lengths in centimetres.
 //!
 //! A .POL file ([`crate::scene::pol`]) whose faces may be hot:
 //!
@@ -7,8 +8,9 @@
 //! F HOT temperature emissivity    ends a hot face: °C, and 0 (mirror) to 1 (black)
 //! ```
 //!
-//! In the program lengths are metres and temperatures stay in °C. A cold face is at the temperature of the surroundings.
-//! The heat that a hot face of emissivity ε and temperature T sends out is ε σ T⁴ per area, T in kelvin.
+//! In the program lengths are in metres and temperatures in °C. A cold face is at the temperature
+//! of the surroundings. A hot face of emissivity ε and temperature T emits ε σ T⁴ per area, T in
+//! kelvin.
 
 use std::path::Path;
 
@@ -21,39 +23,41 @@ const TEMPERATURE: Column =
     Column { name: "F.temperature", unit: "°C", si_unit: "°C", shift: 0, min: -273.15, max: 5000.0 };
 const EMISSIVITY: Column = Column { name: "F.emissivity", unit: "", si_unit: "", shift: 0, min: 0.0, max: 1.0 };
 
-/// A closed polyhedron with hot and cold faces.
+/// Closed polyhedron with hot and cold faces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Heater {
-    /// Its shape, m.
+    /// Shape, m.
     pub polyhedron: Polyhedron,
-    /// How hot each face of the polyhedron is, in the same order.
+    /// Temperature and emissivity of each face of the polyhedron, in the same order.
     pub faces: Vec<HeaterFace>,
 }
 
-/// How hot a face is.
+/// Temperature and emissivity of a face.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HeaterFace {
-    /// Temperature, °C, -273.15 to 5000; none for a cold face, which is as warm as the surroundings.
+    /// Temperature, °C, -273.15 to 5000; `None` for a cold face, which has the temperature of the
+    /// surroundings.
     pub temperature: Option<f64>,
-    /// Share of a black body's radiation that it sends out, 0 to 1; 0 for a cold face.
+    /// Emissivity, 0 to 1; 0 for a cold face.
     pub emissivity: f64,
 }
 
 impl HeaterFace {
-    /// A cold face.
+    /// Cold face.
     pub const COLD: Self = Self { temperature: None, emissivity: 0.0 };
 
-    /// A hot face: temperature in °C (-273.15 to 5000), emissivity 0 to 1.
+    /// Hot face: temperature in °C (-273.15 to 5000), emissivity 0 to 1.
     pub fn hot(temperature: f64, emissivity: f64) -> Self {
         Self { temperature: Some(temperature), emissivity }
     }
 }
 
 impl Heater {
-    /// Whether the polyhedron is closed and every face has temperature and emissivity in range.
+    /// Check that the polyhedron is closed and every face has temperature and emissivity in range.
     ///
     /// # Errors
-    /// The first defect; its field is that of [`Polyhedron::check_closed`], `faces` or `faces.N.temperature`.
+    /// The first defect; its field is that of [`Polyhedron::check_closed`], `faces` or
+    /// `faces.N.temperature`.
     pub fn check(&self) -> Result<(), InputError> {
         self.polyhedron.check_closed()?;
         let (faces, marks) = (self.polyhedron.faces.len(), self.faces.len());
@@ -75,16 +79,17 @@ impl Heater {
     }
 }
 
-/// Reads the heaters of a .heater text.
+/// Read the heaters of a .heater text.
 ///
 /// # Errors
-/// The first fault, with its line: those of [`crate::scene::pol::read_pol`], and a temperature or emissivity out of range.
+/// The first fault, with its line: those of [`crate::scene::pol::read_pol`], and a temperature or
+/// emissivity out of range.
 pub fn read_heaters(text: &str) -> Result<Vec<Heater>, InputError> {
     let marked = read_marked(text, read_face)?;
     Ok(marked.into_iter().map(|(polyhedron, faces)| Heater { polyhedron, faces }).collect())
 }
 
-/// Reads the heaters of a .heater file.
+/// Read the heaters of a .heater file.
 ///
 /// # Errors
 /// Those of [`read_heaters`], and when the file cannot be read.
@@ -92,9 +97,10 @@ pub fn read_heaters_file(path: &Path) -> Result<Vec<Heater>, InputError> {
     read_file(path, read_heaters)
 }
 
-/// The .heater text of some heaters; faces beyond the list of temperatures are written cold.
+/// Text of heaters as .heater; faces beyond the list of temperatures are written cold.
 ///
-/// Reading it gives the same heaters bit for bit under the condition of [`crate::scene::pol::write_pol`].
+/// Reading it gives the same heaters bit for bit under the condition of
+/// [`crate::scene::pol::write_pol`].
 pub fn write_heaters(heaters: &[Heater]) -> String {
     let mut text = String::new();
     for heater in heaters {
@@ -110,11 +116,11 @@ pub fn write_heaters(heaters: &[Heater]) -> String {
     text
 }
 
-/// Writes a .heater file.
+/// Write a .heater file.
 ///
 /// # Errors
-/// When there is no heater, when one is refused by [`Heater::check`] (field `polyhedra.N...`), and when the file cannot
-/// be written. Nothing is written unless the file could be read again.
+/// When there is no heater, when [`Heater::check`] rejects one (field `polyhedra.N...`), and when
+/// the file cannot be written. A file that could not be read again is not written.
 pub fn write_heaters_file(path: &Path, heaters: &[Heater]) -> Result<(), InputError> {
     if heaters.is_empty() {
         return Err(InputError::new("polyhedra", "none: a file holds at least 1").in_file(path));
@@ -125,7 +131,7 @@ pub fn write_heaters_file(path: &Path, heaters: &[Heater]) -> Result<(), InputEr
     write_file(path, &write_heaters(heaters))
 }
 
-/// The fields of an F record.
+/// Read the fields of an F record.
 fn read_face(record: &Record<'_>) -> Result<HeaterFace, InputError> {
     if record.fields.is_empty() {
         return Ok(HeaterFace::COLD);
@@ -146,7 +152,7 @@ mod tests {
     use super::*;
     use crate::scene::record_lines::damage;
 
-    /// A slab with one hot face and a wedge with two.
+    /// Slab with one hot face and wedge with two.
     fn pair() -> Vec<Heater> {
         let mut slab = vec![HeaterFace::COLD; 6];
         slab[2] = HeaterFace::hot(250.0, 0.9);

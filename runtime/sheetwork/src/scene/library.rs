@@ -1,9 +1,9 @@
-//! The scenes that come along: the folder `assets/scenes`, found from where the program stands.
+//! Shipped scenes: the folder `assets/scenes` and its files.
 
 use std::path::{Path, PathBuf};
 
-/// The folder `assets/scenes`: below the current folder or one above it, below the folder of the executable or one above
-/// it, or where the program was built. `None` when there is none.
+/// The folder `assets/scenes`: below the current folder or one above it, below the folder of the
+/// executable or one above it, or in the source tree of the build. `None` when there is none.
 pub fn folder() -> Option<PathBuf> {
     let mut starts = Vec::new();
     if let Ok(here) = std::env::current_dir() {
@@ -22,7 +22,7 @@ fn folder_from(start: &Path) -> Option<PathBuf> {
     start.ancestors().map(|above| above.join("assets").join("scenes")).find(|folder| folder.is_dir())
 }
 
-/// The scene files of `folder`, by name.
+/// Scene files of `folder`, sorted by name.
 pub fn list(folder: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
     let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| is_scene(p)).collect();
@@ -30,12 +30,12 @@ pub fn list(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Whether a file's name ends as a scene's does.
+/// Whether a file's name has the extension of a scene.
 pub fn is_scene(file: &Path) -> bool {
     file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ron"))
 }
 
-/// The file that `name` means: a path as it stands, or a scene of the scenes folder with or without its ending.
+/// File of `name`: an existing path, or a scene of the scenes folder with or without its extension.
 pub fn find(name: &Path) -> PathBuf {
     if name.exists() {
         return name.to_path_buf();

@@ -1,21 +1,22 @@
-//! A RON value as typed on a command line, read into a tree of JSON values.
+//! Parser of a RON value as typed on a command line, into a tree of JSON values.
 //!
-//! Unlike a plain RON reader it keeps the names of enum variants: `Ball(0.01)` becomes `{"Ball": 0.01}`, `Point(0, 1)`
-//! becomes `{"Point": [0, 1]}` and `Left` becomes `"Left"`, which is how they are read back into a scene. JSON is read too.
+//! It keeps the names of enum variants, unlike a plain RON reader: `Ball(0.01)` becomes `{"Ball":
+//! 0.01}`, `Point(0, 1)` becomes `{"Point": [0, 1]}` and `Left` becomes `"Left"`, the forms that
+//! deserialise into a scene. JSON is read too.
 
 use serde_json::{Map, Number, Value};
 
-/// Brackets within brackets that are followed; more than any field of a scene has.
+/// Maximum depth of nested brackets; more than any field of a scene has.
 const MAX_DEPTH: usize = 32;
 
-/// The value of `text`; none when it is not one whole value.
+/// Value of `text`; `None` when it is not one whole value.
 pub(crate) fn value_of(text: &str) -> Option<Value> {
     let mut reader = Reader { text, depth: 0 };
     let value = reader.value()?;
     reader.text.trim_start().is_empty().then_some(value)
 }
 
-/// Reads from the front of `text`, which shrinks.
+/// Reader from the front of `text`, which shrinks.
 struct Reader<'a> {
     text: &'a str,
     depth: usize,
@@ -58,7 +59,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// `Name(...)`: one value inside stands for itself, several for a list.
+    /// `Name(...)`: one value inside is the content itself, several form a list.
     fn variant(&mut self, name: &str) -> Option<Value> {
         let inner = match self.group(')')? {
             Value::Array(mut items) if items.len() == 1 => items.remove(0),
@@ -67,7 +68,7 @@ impl<'a> Reader<'a> {
         if name == "Some" { Some(inner) } else { Some(Value::Object(Map::from_iter([(name.to_owned(), inner)]))) }
     }
 
-    /// A bracketed group up to `close`: a map when its items have names, a list otherwise.
+    /// Bracketed group up to `close`: a map when its items have names, a list otherwise.
     fn group(&mut self, close: char) -> Option<Value> {
         self.depth += 1;
         if self.depth > MAX_DEPTH {
@@ -103,7 +104,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A number, a truth value, none, or a word.
+/// Number, boolean, none, or word.
 fn plain(word: &str) -> Option<Value> {
     match word {
         "true" => return Some(Value::Bool(true)),

@@ -1,4 +1,4 @@
-//! Scene files: reading, writing, and overriding any field by path.
+//! Reading and writing of scene files, and overriding of any field by path.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ fn options() -> ron::Options {
     ron::Options::default().with_default_extension(Extensions::IMPLICIT_SOME)
 }
 
-/// Reads a RON text and checks what it says; errors have line, field and what was found.
+/// Read a RON text and check its values; errors have line, field and the text found.
 pub(crate) fn read_ron<T: DeserializeOwned>(
     text: &str,
     check: impl Fn(&T) -> Result<(), InputError>,
@@ -40,11 +40,11 @@ pub(crate) fn read_ron<T: DeserializeOwned>(
 }
 
 impl Scene {
-    /// Reads and checks a scene file.
+    /// Read and check a scene file.
     ///
     /// # Errors
-    /// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of range: with file, line
-    /// and field.
+    /// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of
+    /// range: with file, line and field.
     pub fn load(file: &Path) -> Result<Self, InputError> {
         let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
         let mut scene = Self::parse(&text).map_err(|e| of_another_kind(file, e).in_file(file))?;
@@ -53,7 +53,7 @@ impl Scene {
         Ok(scene)
     }
 
-    /// Reads and checks a scene from text. File names in it are relative to the working directory.
+    /// Read and check a scene from text. File names in it are relative to the working directory.
     ///
     /// # Errors
     /// As [`Scene::load`], without the file.
@@ -61,10 +61,10 @@ impl Scene {
         read_ron(text, validate::scene)
     }
 
-    /// The scene as a file's text. Reading it back gives the same scene.
+    /// Text of the scene as a file. Reading it gives the same scene.
     ///
     /// # Errors
-    /// Never for a scene that was read or checked; the serialiser's own error otherwise.
+    /// The error of the serialiser, which does not occur for a scene that was read or checked.
     pub fn to_text(&self) -> Result<String, InputError> {
         options()
             .to_string_pretty(self, ron::ser::PrettyConfig::new().depth_limit(6))
@@ -73,10 +73,11 @@ impl Scene {
 
     /// The scene with the field at `path` set to `value`, a RON or JSON scalar, tuple or list.
     ///
-    /// `sheets` and `bodies` may be named by index or by name: `sheets.0.material.young`, `sheets.strip.damping`.
+    /// `sheets` and `bodies` may be addressed by index or by name: `sheets.0.material.young`,
+    /// `sheets.strip.damping`.
     ///
     /// # Errors
-    /// When there is no such field, or the value has the wrong type or is out of range. The scene is then as before.
+    /// When there is no such field, or the value has the wrong type or is out of range.
     pub fn with_override(&self, path: &str, value: &str) -> Result<Self, InputError> {
         if value.trim().trim_start_matches(['+', '-']).parse::<f64>().is_ok_and(|v| !v.is_finite()) {
             return Err(InputError::new(path, format!("{value} is not a finite number")));
@@ -93,24 +94,24 @@ impl Scene {
         Ok(scene)
     }
 
-    /// An error found when the scene was built, with the place in the scene's file of the field it names. An error of another
-    /// file keeps that file's place.
+    /// Error of building the scene, with the line of its field in the scene's file. An error of
+    /// another file keeps its place.
     pub(crate) fn located(&self, error: InputError) -> InputError {
         let Some(file) = self.file.as_ref().filter(|_| error.file.is_none() && !error.field.is_empty()) else {
             return error;
         };
-        // Read again rather than kept: this is the way to an error, and scenes are small.
+        // The file is read again only in case of an error; scenes are small.
         let line = std::fs::read_to_string(file).ok().map(|text| locate::line_of(&text, &error.field));
         InputError { file: Some(file.clone()), line, ..error }
     }
 
-    /// Where the file `name` in the scene is.
+    /// Path of the file `name` of the scene.
     pub fn resolve(&self, name: &Path) -> PathBuf {
         self.base.join(name)
     }
 }
 
-/// What is wrong with a scene's text, said of what the file's name shows it to be.
+/// Error of a scene's text, with the kind of file that its extension suggests.
 fn of_another_kind(file: &Path, error: InputError) -> InputError {
     let ending = file.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let kind = match ending.as_str() {
@@ -123,18 +124,19 @@ fn of_another_kind(file: &Path, error: InputError) -> InputError {
     InputError::new("", format!("is no scene but, by its name, {kind}"))
 }
 
-/// A value as typed on a command line: RON, or else bare words as a string; `none` for a field that is left out.
+/// Value as typed on a command line: RON, or else bare words as a string; `none` for an absent
+/// field.
 fn typed(value: &str) -> Value {
     literal::value_of(value).unwrap_or_else(|| Value::String(value.trim_matches('"').to_owned()))
 }
 
-/// The place in `tree` that `path` names.
+/// Place in `tree` at `path`.
 fn slot<'a>(tree: &'a mut Value, path: &str, base: &Path) -> Result<&'a mut Value, InputError> {
     let mut at = tree;
     let mut walked = String::new();
     for name in path.split('.') {
         if walked.ends_with("material") && at.is_string() {
-            // A material of the library or of a file is opened up when one of its constants is set.
+            // A material given by name or file is expanded when one of its constants is set.
             let named = MaterialChoice::from(at.as_str().unwrap_or_default()).resolve(base)?;
             *at = serde_json::to_value(named).map_err(|e| InputError::new(path, e.to_string()))?;
         }

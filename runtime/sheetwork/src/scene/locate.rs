@@ -1,8 +1,11 @@
-//! Where in a RON text the value of a dotted path stands: for error messages about values that parsed but are wrong.
+//! Position of the value of a dotted path in a RON text, for error messages about values that
+//! parsed but are invalid.
 //!
-//! Not a parser: it walks brackets, strings, comments and `name:` in a text that the real parser has already accepted.
+//! The walker follows brackets, strings, comments and `name:` in a text that the RON parser has
+//! already accepted.
 
-/// Line (from 1) of the value at `path` (`sheets.0.material.young`), or of the deepest part of the path that is there.
+/// Line (from 1) of the value at `path` (`sheets.0.material.young`), or of the deepest existing
+/// part of the path.
 pub(crate) fn line_of(text: &str, path: &str) -> usize {
     let mut walker = Walker { bytes: text.as_bytes(), at: 0, deepest: 0 };
     let path: Vec<&str> = path.split('.').filter(|s| !s.is_empty()).collect();
@@ -10,9 +13,10 @@ pub(crate) fn line_of(text: &str, path: &str) -> usize {
     1 + text.as_bytes()[..walker.deepest.min(text.len())].iter().filter(|b| **b == b'\n').count()
 }
 
-/// The value at `path` as it is written, cut to a few words for a message; none when it is not there or is a group.
+/// The value at `path` as written, truncated for a message; `None` when it does not exist or is a
+/// group.
 ///
-/// The text need not be valid: it is asked for where the parser stopped.
+/// The text may be invalid after the place where the parser stopped.
 pub(crate) fn value_of(text: &str, path: &str) -> Option<String> {
     let (outer, name) = path.rsplit_once('.').unwrap_or(("", path));
     let mut walker = Walker { bytes: text.as_bytes(), at: 0, deepest: 0 };
@@ -89,7 +93,7 @@ impl Walker<'_> {
         String::from_utf8_lossy(&self.bytes[start..end]).into_owned()
     }
 
-    /// Walks one value; `path` is what is still looked for inside it, `None` when it is elsewhere.
+    /// Walk one value; `path` is the remaining path inside it, `None` outside the path.
     fn value(&mut self, path: Option<&[&str]>) {
         self.skip_blank();
         if path.is_some() {
@@ -105,7 +109,7 @@ impl Walker<'_> {
                 if self.peek() == Some(b'(') {
                     self.group(path);
                 } else if self.at == start {
-                    // Something unforeseen: step over it rather than stand still.
+                    // Unknown character: skip it to guarantee progress.
                     self.at += 1;
                 }
             }
@@ -135,7 +139,7 @@ impl Walker<'_> {
         }
     }
 
-    /// The name before a colon, if the next thing is `name:`; otherwise nothing is consumed.
+    /// Name before a colon, if `name:` comes next; otherwise nothing is consumed.
     fn key(&mut self) -> Option<String> {
         let start = self.at;
         let key = if self.peek() == Some(b'"') { self.string() } else { self.word() };

@@ -1,10 +1,11 @@
-//! Materials: what a sheet is made of, by name, from a file, or in line.
+//! Materials of sheets, by name, from a file, or in line.
 //!
-//! E Young's modulus (Pa), ν Poisson's ratio, ρ density (kg/m³), t thickness (m). A sheet that differs along its length (warp)
-//! and width (weft) has its measured stiffness in place of E and ν, as the Kawabata system gives it (thesis 1.1 and 2.5.2).
-//! The thermal values are carried for heat; yield and creep are of sheets that ask for them. The library's constants
-//! are averages of their class; `thesis` is the thesis's own soft sheet, whose planar springs of 0.185 N/m (table 4.3) are
-//! E t with its layer distance of 1 mm as t.
+//! E Young's modulus (Pa), ν Poisson's ratio, ρ density (kg/m³), t thickness (m). An orthotropic
+//! sheet has measured stiffnesses along its length (warp) and width (weft) in place of E and ν, as
+//! the Kawabata system gives them (thesis 1.1 and 2.5.2). Thermal constants are used with heat;
+//! plasticity and creep are used by sheets that enable them. The library's constants are averages
+//! of their class; `thesis` is the soft sheet of the thesis, whose planar springs of 0.185 N/m
+//! (table 4.3) equal E t with its layer distance of 1 mm as t.
 
 use std::path::{Path, PathBuf};
 
@@ -12,9 +13,9 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::elements::Law;
 use crate::error::InputError;
 use crate::material::calibration::{Orthotropic, Target};
+use crate::material::law::Law;
 use crate::scene::load::read_ron;
 use crate::scene::validate;
 
@@ -22,8 +23,8 @@ use crate::scene::validate;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Material {
-    /// What it is called in pairs of materials; the library's and a file's have the name they go by, and one given in line
-    /// may have none.
+    /// Name in material pairs. Materials of the library and of files have the name they are loaded
+    /// by; an in-line one may have none.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub name: String,
     /// Young's modulus E, Pa; 1e-3 to 2e12.
@@ -34,64 +35,68 @@ pub struct Material {
     pub density: f64,
     /// Thickness t, m; 1e-7 to 1.
     pub thickness: f64,
-    /// Fraction of critical by which the material damps the slowest bending motion of a sheet; 0 to 10.
+    /// Damping ratio of the slowest bending motion of a sheet; 0 to 10.
     pub damping_ratio: f64,
-    /// Stress at which it begins to stay bent, Pa, 1 to 1e11; none for one that springs back from anything.
+    /// Yield stress, Pa, 1 to 1e11; `None` for an elastic material.
     pub yield_stress: Option<f64>,
-    /// Hardening modulus dσ/dε_p, by which the yield stress grows with the strain that stays, Pa; 0 to 1e12.
+    /// Hardening modulus dσ/dε_p, growth of the yield stress with plastic strain, Pa; 0 to 1e12.
     pub hardening: f64,
-    /// How it creeps; none for one that does not.
+    /// Creep constants; `None` for a material without creep.
     pub burgers: Option<Burgers>,
-    /// Measured stiffness along warp and weft, in place of what E, ν and t make; none for a sheet alike in all directions.
+    /// Measured stiffness along warp and weft, in place of that from E, ν and t; `None` for an
+    /// isotropic sheet.
     pub orthotropic: Option<Orthotropic>,
     /// Specific heat c, J/(kg K); 1 to 1e5.
     pub specific_heat: f64,
     /// Thermal conductivity, W/(m K); 0 to 1e4.
     pub conductivity: f64,
-    /// Emissivity of the surface, and the share of radiation that it takes up, 0 to 1.
+    /// Emissivity of the surface, equal to its absorptivity, 0 to 1.
     pub emissivity: f64,
     /// Linear thermal expansion, 1/K; ±1e-2.
     pub expansion: f64,
-    /// Glass transition, °C, -273.15 to 1000; none for one that does not soften.
+    /// Glass transition, °C, -273.15 to 1000; `None` for a material that does not soften.
     pub glass_transition: Option<f64>,
-    /// E at temperatures (°C, -273.15 to 5000, rising) as fractions of `young`, 1e-9 to 1e3: log E is linear in between. Empty
-    /// for the curve of the glass transition.
+    /// E at temperatures (°C, -273.15 to 5000, increasing) as fractions of `young`, 1e-9 to 1e3;
+    /// log E is linear in between. Empty for the curve of the glass transition.
     pub softening: Vec<(f64, f64)>,
-    /// C1 and C2 (K) of log10 aT = -C1 (T - Tg)/(C2 + T - Tg) above the glass transition (Williams, Landel and Ferry, J. Am.
-    /// Chem. Soc. 77, 1955); 1 to 100 each in its unit, C2 to 1000.
+    /// C1 and C2 (K) of log10 aT = -C1 (T - Tg)/(C2 + T - Tg) above the glass transition (Williams,
+    /// Landel and Ferry, J. Am. Chem. Soc. 77, 1955); 1 to 100 each in its unit, C2 to 1000.
     pub wlf: (f64, f64),
-    /// Temperature above which a sheet that can tear melts away, °C, -273.15 to 5000; none for one that does not melt.
+    /// Temperature above which cells of a sheet with fracture melt, °C, -273.15 to 5000; `None` for
+    /// a material that does not melt.
     pub melts_at: Option<f64>,
-    /// Largest principal strain of the mid-surface that a sheet that can tear bears, 0.001 to 10; none for one that does not tear.
+    /// Fracture strain: largest principal strain of the mid-surface, 0.001 to 10; `None` for a
+    /// material without fracture.
     pub tears_at: Option<f64>,
-    /// How a sheet that is sticky sticks; none for a material that does not.
+    /// Adhesion constants; `None` for a material without adhesion.
     pub tack: Option<Tack>,
 }
 
-/// How a material sticks to what it touches while it is hot.
+/// Adhesion of a hot material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tack {
-    /// Pull per area that it bears, Pa; 1e-3 to 1e9.
+    /// Adhesion strength, tensile stress that a bond bears, Pa; 1e-3 to 1e9.
     pub strength: f64,
-    /// Temperature from which on it takes hold, °C, -273.15 to 5000.
+    /// Temperature above which bonds form, °C, -273.15 to 5000.
     pub above: f64,
-    /// Temperature below which it lets go, °C, -273.15 to 5000, no more than `above`; none for one that sets and holds when it is cold.
+    /// Temperature below which bonds open, °C, -273.15 to 5000, at most `above`; `None` for bonds
+    /// that last when cold.
     #[serde(default)]
     pub lets_go_below: Option<f64>,
 }
 
-/// Creep by Burgers' model: under a constant stress σ the strain is σ/E (1 + t/τ₁ + r (1 - e^(-t/τ₂))). Times are those at the glass
-/// transition, or at any temperature where there is none.
+/// Creep by Burgers' model: under a constant stress σ the strain is σ/E (1 + t/τ₁ + r (1 -
+/// e^(-t/τ₂))). Times hold at the glass transition, or at any temperature where there is none.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Burgers {
-    /// Relaxation time τ₁ of the dashpot with the spring, s; 1e-6 to 1e30.
+    /// Relaxation time τ₁ of the Maxwell element, s; 1e-6 to 1e30.
     pub relaxation_time: f64,
     /// Retardation time τ₂ of the Kelvin-Voigt element, s; 1e-6 to 1e30.
     #[serde(default = "Burgers::retardation_by_default")]
     pub retardation_time: f64,
-    /// What the strain grows by with that time, over what it is at once: r, 0 to 1e4; 0 for a dashpot and a spring alone.
+    /// Ratio r of retarded to instantaneous strain, 0 to 1e4; 0 for a Maxwell element alone.
     #[serde(default)]
     pub retarded: f64,
 }
@@ -102,15 +107,15 @@ impl Burgers {
     }
 }
 
-/// Glassy polymers: chains disentangle so slowly at the glass transition that 40 K above it, at 25 s, a sheet takes a new shape
-/// while it is hot, and holds another for hours at the transition itself. Estimates of the class.
+/// Glassy polymers, estimates of the class. The relaxation time of 1e9 s at the glass transition
+/// keeps a shape for hours; 40 K above it the WLF shift reduces it to 25 s.
 const GLASSY: Option<Burgers> = Some(Burgers { relaxation_time: 1e9, retardation_time: 1e8, retarded: 0.5 });
 
-/// C1 and C2 (K) that fit most polymers.
+/// C1 and C2 (K) of the universal WLF equation, which fit most polymers.
 const UNIVERSAL_WLF: (f64, f64) = (17.44, 51.6);
 
 impl Default for Material {
-    /// The thesis's sheet.
+    /// Sheet of the thesis.
     fn default() -> Self {
         THESIS
     }
@@ -118,7 +123,8 @@ impl Default for Material {
 
 const THESIS: Material = row([185.0, 0.38, 1045.0, 1.0e-3], [1300.0, 0.16, 0.90, 7e-5], 0.02, None, None);
 
-/// A row of the library: E, ν, ρ, t; c, k, ε, expansion; damping ratio, yield stress, glass transition.
+/// Row of the library: E, ν, ρ, t; c, k, ε, expansion; damping ratio, yield stress, glass
+/// transition.
 const fn row(
     [young, poisson, density, thickness]: [f64; 4],
     [specific_heat, conductivity, emissivity, expansion]: [f64; 4],
@@ -154,7 +160,7 @@ const fn row(
 }
 
 impl Material {
-    /// The same, that tears at a strain of `tears_at` and melts at `melts_at` °C.
+    /// The material with a fracture strain `tears_at` and a melting temperature `melts_at` (°C).
     const fn opens(mut self, tears_at: f64, melts_at: Option<f64>) -> Self {
         (self.tears_at, self.melts_at) = (Some(tears_at), melts_at);
         self
@@ -162,7 +168,7 @@ impl Material {
 }
 
 impl Material {
-    /// Stiffness of a sheet of it per width.
+    /// Stiffness per width of a sheet of this material.
     pub fn target(&self) -> Target {
         match &self.orthotropic {
             Some(measured) => Target::of_measured(measured),
@@ -180,10 +186,13 @@ impl Material {
         self.density * self.thickness
     }
 
-    /// Stiffness of a sheet of it whose longer side is `length` (m) and whose slowest bending motion, as a cantilever of
-    /// that length, is damped by the fraction `damping_ratio` of critical.
+    /// Stiffness and damping of a sheet of this material whose longer side is `length` (m), with a
+    /// damping ratio `damping_ratio` of its slowest bending motion as a cantilever of that length.
     ///
-    /// That motion has ω = 1.8751² √(D/ρt)/L²; a Kelvin-Voigt solid damps it by ζ = τ ω/2, which gives τ.
+    ///   ω = 1.8751² √(D/ρt)/L²,  ζ = τ ω/2,
+    ///
+    /// the angular frequency of that motion and the damping of a Kelvin-Voigt solid, give the
+    /// retardation time τ (s).
     pub fn law(&self, length: f64, damping_ratio: f64) -> Law {
         let Target { membrane, bending } = self.target();
         let slowest = 3.516_015 * (bending[0][0] / self.areal_mass()).sqrt() / (length * length);
@@ -191,11 +200,12 @@ impl Material {
     }
 }
 
-/// The library: name, one-line description, constants.
+/// Library: name, one-line description, constants.
 ///
-/// Damping ratios are half the loss factors of the class at room temperature (from 0.002 for metals to 0.3 for plasticised
-/// PVC); yield stresses are tensile, for paper and card the end of proportionality; expansions are those of the class. Strains at
-/// which they tear are elongations at break of the class; polymers without a melting point melt where they are soft enough to drip.
+/// Damping ratios are half the loss factors of the class at room temperature (from 0.002 for metals
+/// to 0.3 for plasticised PVC). Yield stresses are tensile, for paper and card the end of
+/// proportionality. Expansions and fracture strains (elongations at break) are those of the class.
+/// Polymers without a melting point melt where they are soft enough to drip.
 pub const LIBRARY: &[(&str, &str, Material)] = &[
     ("thesis", "the thesis's soft sheet: planar springs of 0.185 N/m", THESIS),
     (
@@ -261,7 +271,7 @@ pub const LIBRARY: &[(&str, &str, Material)] = &[
     ),
 ];
 
-/// The material of that name in the library.
+/// Material `name` of the library.
 ///
 /// # Errors
 /// When there is none; the message lists the names.
@@ -273,17 +283,19 @@ pub fn by_name(name: &str) -> Result<Material, InputError> {
     })
 }
 
-/// Reads a material file: its constants as in a scene, `(young: 2e9, thickness: 5e-4, ...)`; those left out are `thesis`'s.
+/// Read a material file: constants as in a scene, `(young: 2e9, thickness: 5e-4, ...)`; defaults
+/// are those of `thesis`.
 ///
 /// # Errors
-/// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of range: with file, line, field.
+/// When it cannot be opened, is not RON, has an unknown or ill-typed field, or a value out of
+/// range: with file, line, field.
 pub fn read_material_file(file: &Path) -> Result<Material, InputError> {
     let text = std::fs::read_to_string(file).map_err(|e| InputError::io(file, &e))?;
     let material = read_material(&text).map_err(|e| e.in_file(file))?;
     Ok(Material { name: stem(file), ..material })
 }
 
-/// The same of a file's text; it has no name then but its own.
+/// Read a material from the text of a file; its name is that of its `name` field.
 ///
 /// # Errors
 /// As [`read_material_file`], without the file.
@@ -291,33 +303,34 @@ pub fn read_material(text: &str) -> Result<Material, InputError> {
     read_ron(text, |m| validate::material("", m))
 }
 
-/// What a material of this file is called.
+/// Name of a material from its file's name.
 fn stem(file: &Path) -> String {
     file.file_stem().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
 }
 
-/// A material in a scene: `"hips"`, `"materials/cloth.ron"` or `(young: 2e9, thickness: 0.0005, ...)`.
-// A scene has few of them, and most that are in line are read once.
+/// Material in a scene: `"hips"`, `"materials/cloth.ron"` or `(young: 2e9, thickness: 0.0005,
+/// ...)`.
+// A scene has few materials, and most in-line ones are read once.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug, PartialEq)]
 pub enum MaterialChoice {
-    /// One of the library, by name.
+    /// A material of the library, by name.
     Named(String),
-    /// One in a file, relative to the scene's; its name ends in `.ron`.
+    /// A material file, relative to the scene's folder; its name ends in `.ron`.
     File(PathBuf),
-    /// Given in place; fields left out are those of the `thesis` material.
+    /// An in-line material; defaults are those of the `thesis` material.
     Inline(Material),
 }
 
 impl From<&str> for MaterialChoice {
-    /// A file where the name ends in `.ron`, otherwise one of the library.
+    /// A file where the name ends in `.ron`, otherwise a material of the library.
     fn from(name: &str) -> Self {
         if name.ends_with(".ron") { Self::File(name.into()) } else { Self::Named(name.to_owned()) }
     }
 }
 
 impl MaterialChoice {
-    /// The constants meant; a file's name is relative to `base`.
+    /// Constants of the material; a file's name is relative to `base`.
     ///
     /// # Errors
     /// When the name is not in the library, or the file is not a valid material.
@@ -329,7 +342,7 @@ impl MaterialChoice {
         }
     }
 
-    /// What the material is called in pairs of materials, empty for one in line without a name: known without reading a file.
+    /// Name in material pairs, empty for an in-line material without a name. No file is read.
     pub fn name(&self) -> String {
         match self {
             Self::Named(name) => name.clone(),

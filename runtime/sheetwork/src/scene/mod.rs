@@ -1,17 +1,18 @@
-//! What a scene is, as data: sheets, bodies, heaters, engine, gravity, room. Nothing here moves.
+//! Specification of a scene: sheets, bodies, heaters, integrator, gravity, room, as data.
 //!
-//! The structs of this module are the scene file (RON) field by field; `assets/README.md` documents the same fields for
-//! those who write files. All values are SI (metres, kilograms, seconds, radians are never used: angles are degrees
-//! because people type them). Reading is in `load`, range checks in `validate`, so that files, command-line overrides and
-//! programs meet the same checks.
+//! The structs of this module are the scene file (RON) field by field; `assets/README.md` documents
+//! the fields for authors of files. All values are SI, except angles, which are in degrees for
+//! readability. `load` reads files and `validate` checks ranges, so that files, command-line
+//! overrides and programs pass the same checks.
 
 pub(crate) mod body;
 pub mod cards;
-pub(crate) mod contact;
+pub mod contact;
 pub(crate) mod detail;
 pub mod flow;
 pub(crate) mod heat;
 pub mod heater;
+pub mod integrator;
 pub mod library;
 pub(crate) mod literal;
 pub mod load;
@@ -21,6 +22,7 @@ pub mod pol;
 pub mod polyhedron;
 pub(crate) mod record_lines;
 pub mod sht;
+pub mod sleep;
 pub mod spot;
 pub mod sticking;
 pub mod tearing;
@@ -38,69 +40,70 @@ pub use crate::scene::contact::{ContactDefaults, PairSpec};
 pub use crate::scene::detail::{DetailLevel, DetailSpec};
 pub use crate::scene::flow::CreaseSpec;
 pub use crate::scene::heat::{HeatGunSpec, HeatMode, HeaterSpec, HotFaceSpec, OvenKey, OvenSpec};
+pub use crate::scene::integrator::EngineKind;
 pub use crate::scene::material::{Burgers, Material, MaterialChoice, Tack};
 pub use crate::scene::polyhedron::Polyhedron;
 pub use crate::scene::unstable::WhenUnstable;
 
-use crate::integrators::EngineKind;
 use crate::mesh::outline::{HoleSpec, OutlineSpec};
 use crate::mesh::slits::Slit;
 use crate::mesh::structure::StructureKind;
 pub use crate::scene::spot::SpotSpec;
 
-/// A whole scene: the contents of a scene file.
+/// Scene: the contents of a scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scene {
     /// Short name, shown in menus and reports.
     pub name: String,
-    /// What the scene shows, in a sentence or two.
+    /// Description of the scene, in a sentence or two.
     pub description: String,
     /// Acceleration of gravity, m/s²; each component within ±1000.
     pub gravity: DVec3,
-    /// Time-stepping scheme of every sheet.
+    /// Time integrator of every sheet.
     pub engine: EngineKind,
-    /// Step of the engine, s; 1e-7 to 1.
+    /// Time step, s; 1e-7 to 1.
     pub dt: f64,
-    /// Position error that the adaptive engine (`rk45`) allows itself per step, m; 1e-15 to 1.
+    /// Position error tolerance of the adaptive integrator (`rk45`) per step, m; 1e-15 to 1.
     pub tolerance: f64,
-    /// How long a run lasts unless told otherwise, s; 0 to 1e6.
+    /// Default duration of a run, s; 0 to 1e6.
     pub duration: f64,
-    /// The floor and the back wall, if any.
+    /// Floor and back wall, if any.
     pub room: Option<Room>,
-    /// Friction and restitution of everything that does not say otherwise.
+    /// Default friction and restitution, and those of material pairs.
     pub contact: ContactDefaults,
-    /// Slowing of every mass by the air.
+    /// Drag of the air on every sheet.
     pub air: Air,
     /// Temperature of the surroundings, °C; -273.15 to 5000.
     pub ambient_temperature: f64,
-    /// Convection of both sides of a sheet together in still air, W/(m² K); 0 to 1e6.
+    /// Convection coefficient of both sides of a sheet together in still air, W/(m² K); 0 to 1e6.
     pub convection: f64,
-    /// Conductance between a hot body and what touches it, W/(m² K); 1e-3 to 1e6.
+    /// Contact conductance between a hot body and an object that touches it, W/(m² K); 1e-3 to 1e6.
     pub contact_conductance: f64,
-    /// How many times faster time runs for heat than for motion; 1e-3 to 1e4.
+    /// Factor by which thermal time is faster than mechanical time; 1e-3 to 1e4.
     pub time_lapse: f64,
-    /// How heat is modelled.
+    /// Thermal model.
     pub heat_mode: HeatMode,
-    /// The whole room at a temperature.
+    /// Oven: the whole room at one temperature.
     pub oven: Option<OvenSpec>,
-    /// A jet of hot air.
+    /// Heat gun: a jet of hot air.
     pub heat_gun: Option<HeatGunSpec>,
     /// The sheets.
     pub sheets: Vec<SheetSpec>,
-    /// The rigid bodies the sheets meet.
+    /// The rigid bodies.
     pub bodies: Vec<BodySpec>,
-    /// Hot polyhedra, which radiate.
+    /// Hot polyhedra that radiate.
     pub heaters: Vec<HeaterSpec>,
-    /// What a step of all sheets may cost, by the model of `docs/detail.md`, ms, 1e-3 to 1e6: sheets with levels of `detail` go to coarser
-    /// grids where they would cost more. None for distance alone.
+    /// Maximum cost of a step of all sheets by the model of `docs/detail.md`, ms, 1e-3 to 1e6:
+    /// sheets with levels of `detail` are coarsened to stay below it. `None` uses the distance
+    /// alone.
     pub detail_budget: Option<f64>,
-    /// Where a picture of the scene is taken from.
+    /// View for pictures of the scene.
     pub camera: Option<CameraSpec>,
-    /// Folder that file names in the scene are relative to; set by the loader, not part of the file.
+    /// Base folder of relative file names in the scene; set by the loader, not part of the file.
     #[serde(skip)]
     pub base: PathBuf,
-    /// The file it was read from, for messages; set by the loader, not part of the file.
+    /// File of the scene, for messages; set by the loader, not part of the file.
     #[serde(skip)]
     pub file: Option<PathBuf>,
 }
@@ -137,7 +140,8 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Names of the bodies as they are built, in order: "body N" for those without one, then the room's.
+    /// Names of the bodies as they are built, in order: "body N" for those without a name, then
+    /// those of the room.
     pub fn body_names(&self) -> Vec<String> {
         let own = self.bodies.iter().enumerate().map(|(i, b)| body_name(&b.name, i));
         let room = self.room.iter().flat_map(|r| [Some("floor"), r.back_wall.then_some("back wall")]);
@@ -145,14 +149,15 @@ impl Scene {
     }
 }
 
-/// The name of body number `index` of a scene.
+/// Name of the body `index` of a scene.
 pub(crate) fn body_name(name: &str, index: usize) -> String {
     if name.is_empty() { format!("body {index}") } else { name.to_owned() }
 }
 
-/// The thesis's room: a floor below and a wall behind, each a plane with a square grid drawn on it.
+/// Room of the thesis: a floor below and a wall behind, each a plane with a square grid drawn on
+/// it.
 ///
-/// The other two numbers of `x`, `y`, `z` only bound what is drawn.
+/// The other two numbers of `x`, `y`, `z` only bound the drawing.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Room {
@@ -165,7 +170,7 @@ pub struct Room {
     /// Spacing of the drawn grid, m; 1e-4 to 100.
     #[serde(default = "Room::default_grid")]
     pub grid: f64,
-    /// Whether the back wall is there to touch (and to be drawn).
+    /// Whether the back wall exists, for contact and drawing.
     #[serde(default = "yes")]
     pub back_wall: bool,
 }
@@ -180,19 +185,21 @@ fn yes() -> bool {
     true
 }
 
-/// Air, in two ways. As the thesis has it, in every `per` seconds a mass keeps `factor` of its velocity (thesis table 4.3),
-/// applied as the force -λ m v with λ = -ln(factor)/per, so that it means the same for every engine and step. And as air
-/// is: a `density` and a `wind` that press on the sheet's area.
+/// Air, with two models. Linear damping: a node keeps the fraction `factor` of its velocity every
+/// `per` seconds (thesis table 4.3), applied as the force -λ m v with λ = -ln(factor)/per,
+/// independent of integrator and step. Pressure drag: a `density` and a `wind` act on the area of
+/// the sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Air {
-    /// Fraction of its velocity that a mass keeps, more than 0 up to 1; 1 is no air.
+    /// Fraction of its velocity that a node keeps, above 0 up to 1; 1 disables linear damping.
     pub factor: f64,
-    /// Time in which it keeps that fraction, s; 1e-6 to 1e3. The thesis's own step is 0.015 s.
+    /// Time in which the node keeps that fraction, s; 1e-6 to 1e3. The default is the time step of
+    /// the thesis, 0.015 s.
     pub per: f64,
-    /// Density of air that presses on sheets that move through it, kg/m³; 0 to 1e4. 0 is none, a room's is 1.2.
+    /// Density of the air for pressure drag, kg/m³; 0 to 1e4. 0 disables it; air in a room has 1.2.
     pub density: f64,
-    /// Velocity of that air, m/s; each component within ±1e3.
+    /// Velocity of the air, m/s; each component within ±1e3.
     pub wind: DVec3,
 }
 
@@ -209,13 +216,15 @@ impl Air {
     }
 }
 
-/// Position and orientation. The rotation turns about x, then y, then z (fixed axes), then the position is added.
+/// Position and orientation. A point is rotated about x, then y, then z (fixed axes), then
+/// translated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Placement {
-    /// Where the local origin goes, m; each component within ±1e4.
+    /// Position of the local origin, m; each component within ±1e4.
     pub position: DVec3,
-    /// Turns about the fixed x, y and z axes, applied in that order, degrees; each within ±36000.
+    /// Rotations about the fixed x, y and z axes, applied in that order, degrees; each within
+    /// ±36000.
     pub rotation: DVec3,
 }
 
@@ -232,104 +241,112 @@ impl Placement {
     }
 }
 
-/// One sheet.
+/// Specification of a sheet.
 ///
-/// Local axes: x along the length (u), z along the width (v), y through the thickness; the origin is the middle of the
-/// bottom layer.
+/// Local axes: x along the length (u), z along the width (v), y through the thickness; the origin
+/// is the middle of the bottom layer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SheetSpec {
     /// Name in reports and parameter paths; empty for "sheet N".
     pub name: String,
-    /// How the masses are connected.
+    /// Discretisation: shell or lattice.
     pub structure: StructureKind,
-    /// Masses along the length, layers, masses along the width: 2 to 2000, 1 to 64, 2 to 2000.
+    /// Numbers of nodes along the length, layers, and nodes along the width: 2 to 2000, 1 to 64, 2
+    /// to 2000.
     pub grid: (u32, u32, u32),
     /// Length (x) and width (z) of the bottom layer, m; 1e-6 to 1e3.
     pub size: (f64, f64),
     /// Distance between layers, m; 1e-7 to 10.
     pub gap: f64,
-    /// Read the sheet from a .SHT file instead of generating it; `structure`, `grid`, `size` and `gap` are then the file's.
+    /// .SHT file of the sheet, which then determines `structure`, `grid`, `size` and `gap`.
     pub file: Option<PathBuf>,
-    /// The outer boundary of a sheet that is not a rectangle (shell only): `grid` then counts masses over the box around it,
-    /// and `size` is not used but by round corners.
+    /// Outer boundary of a sheet that is not a rectangle (shell only). `grid` then counts nodes
+    /// over its bounding box, and `size` only scales round corners.
     pub outline: Option<OutlineSpec>,
     /// Holes in the sheet (shell only).
     pub holes: Vec<HoleSpec>,
-    /// Polylines (x, z), m, that the sheet is cut along, in its own plane from its middle (shell only). They may cross each
-    /// other and reach out of the sheet.
+    /// Polylines (x, z), m, of cuts, in the plane of the sheet, from its middle (shell only). They
+    /// may cross each other and extend beyond the sheet.
     pub cuts: Vec<Vec<(f64, f64)>>,
-    /// The material, by name, from a file, or in line.
+    /// Material, by name, from a file, or in line.
     pub material: MaterialChoice,
-    /// How springs get their stiffness from the material.
+    /// Law of the spring stiffnesses of a lattice.
     pub springs: SpringLaw,
-    /// Mass of each node, kg, in place of density x thickness x area shared by area; 1e-12 to 1e6.
+    /// Mass of each node, kg, 1e-12 to 1e6; it replaces density x thickness x area of the node.
     pub node_mass: Option<f64>,
-    /// Dashpot along every spring, as a fraction of the critical damping of that spring with its two masses; 0 to 10. For
-    /// the spring laws `Uniform` and `Length`.
+    /// Dashpot along every spring, as a fraction of the critical damping of the spring with its two
+    /// nodes; 0 to 10. For the spring laws `Uniform` and `Length`.
     pub damping: f64,
-    /// Damping ratio of the sheet's slowest bending motion, as a cantilever of its longer side, 0 to 10: the material
-    /// resists its rate of strain (Kelvin-Voigt), so faster motions are damped more. The material's own if none. For the
-    /// shell and the spring law `Calibrated`.
+    /// Damping ratio of the slowest bending motion of the sheet, as a cantilever of its longer
+    /// side, 0 to 10. Kelvin-Voigt damping: faster motions are damped more. `None` takes the value
+    /// of the material. For the shell and the spring law `Calibrated`.
     pub damping_ratio: Option<f64>,
-    /// Drag coefficients of the sheet across and along the air stream, each 0 to 10; matter where the air has a density.
+    /// Drag coefficients of the sheet across and along the air stream, each 0 to 10; used with an
+    /// air density above 0.
     pub drag: (f64, f64),
-    /// Whether second neighbours along every spring line of a layer are joined too (slamm, double-diagonal, trimm).
+    /// Whether cross-over springs join second neighbours along every spring line of a layer (slamm,
+    /// double-diagonal, trimm).
     pub cross_over: bool,
     /// Stiffness of flexion and cross-over springs as a fraction of a planar spring's, 0 to 1000.
     pub flexion_stiffness: f64,
-    /// Largest angle a flexion triple may bend to, degrees, 1 to 180 (provot2d, provot3d); none for no limit.
+    /// Maximum angle of a flexion triple, degrees, 1 to 180 (provot2d, provot3d); `None` for no
+    /// limit.
     pub flexion_limit: Option<f64>,
-    /// Fraction of the distance between layers that squeezing leaves, 0 to 0.95; 0 for no limit, with which the layers of a
-    /// soft sheet can snap through each other.
+    /// Minimum distance between layers under compression, as a fraction of `gap`, 0 to 0.95. With
+    /// 0, no limit, the layers of a soft sheet can snap through each other.
     pub thickness_limit: f64,
-    /// Where the sheet is put.
+    /// Initial placement.
     pub placement: Placement,
-    /// Velocity of the whole sheet, m/s; each component within ±1e4.
+    /// Initial velocity of the whole sheet, m/s; each component within ±1e4.
     pub velocity: DVec3,
-    /// Spin of the whole sheet about its centre of mass, rad/s; each component within ±1e4.
+    /// Initial spin of the whole sheet about its centre of mass, rad/s; each component within ±1e4.
     pub spin: DVec3,
-    /// Velocities of some masses, added to the above.
+    /// Initial velocities of regions, m/s, added to the above.
     pub velocities: Vec<RegionVector>,
-    /// Constant forces on some masses, N per mass.
+    /// Constant forces on regions, N per node.
     pub forces: Vec<RegionVector>,
-    /// Masses that are held, or led along a path.
+    /// Fixed, kinematic or attached nodes.
     pub pins: Vec<PinSpec>,
-    /// Named material points whose place is reported: (u, v), each 0 to 1, on the bottom layer.
+    /// Probes: material points (u, v), each 0 to 1, on the bottom layer, whose positions are
+    /// reported.
     pub probes: BTreeMap<String, (f64, f64)>,
     /// Friction coefficient of the sheet; the scene's default if none.
     pub friction: Option<f64>,
     /// Restitution coefficient of the sheet; the scene's default if none.
     pub restitution: Option<f64>,
-    /// Temperature at the start, °C, -273.15 to 5000; that of the surroundings if none.
+    /// Initial temperature, °C, -273.15 to 5000; `None` for ambient temperature.
     pub temperature: Option<f64>,
-    /// Whether its two sides may differ in temperature, so that it curls: for sheets of one layer that bend as their material; the
-    /// layers of others have temperatures of their own.
+    /// Whether the two sides have separate temperatures, so that the sheet curls: for sheets of one
+    /// layer with bending elements. The layers of lattices have temperatures of their own.
     pub temperature_gradient: bool,
-    /// Whether the sheet stays bent where the material yields (shell only).
+    /// Whether the sheet has plasticity above the yield moment (shell only).
     pub plastic: bool,
-    /// Whether it creeps as the material's `burgers` says.
+    /// Whether the sheet creeps by the material's `burgers`.
     pub creep: bool,
-    /// Whether it sticks to what it touches, and to itself, as the material's `tack` says (implicit engines only).
+    /// Whether the sheet adheres to bodies, sheets and itself by the material's `tack` (implicit
+    /// integrators only).
     pub sticky: bool,
-    /// Whether its cells open where the material's `tears_at` or `melts_at` is passed (rectangles of square cells: shell, samm, slamm,
-    /// double-diagonal, provot2d, provot3d).
+    /// Whether cells open above the material's `tears_at` or `melts_at` (rectangles of square
+    /// cells: shell, samm, slamm, double-diagonal, provot2d, provot3d).
     pub tearing: bool,
-    /// Places that are warmer or colder than the rest at the start.
+    /// Initial hot or cold spots.
     pub spots: Vec<SpotSpec>,
-    /// Lines, each from (u, v) to (u, v), along which its cells are open from the start (of the structures that can tear).
+    /// Lines from (u, v) to (u, v) along which cells are open initially (structures that can
+    /// fracture).
     pub slits: Vec<Slit>,
-    /// Lines along which the sheet is folded as it is made (shell only).
+    /// Creases (shell only).
     pub creases: Vec<CreaseSpec>,
-    /// Air pressure on the upper side above that on the lower, at times: linear in between, the first before, the last for good; empty for
-    /// none. It pushes along the normals, wherever they turn: a vacuum below a sheet is a positive one.
+    /// Pressure on the upper side minus pressure on the lower, at times: linear in between,
+    /// constant before the first and after the last; empty for none. The force follows the surface
+    /// normals. A vacuum below a sheet is a positive pressure.
     pub pressure: Vec<PressureKey>,
-    /// Curvature along the length and along the width with which the sheet is made, towards its upper side, 1/m; each within
-    /// ±1e5 (shell only).
+    /// Rest curvature along the length and along the width, towards the upper side, 1/m; each
+    /// within ±1e5 (shell only).
     pub curl: (f64, f64),
-    /// What is done when it is about to go unstable.
+    /// Recovery policy for instability.
     pub when_unstable: WhenUnstable,
-    /// Grids that it goes to while the world runs, by distance and budget; none for `grid` throughout.
+    /// Levels of detail by distance and budget; `None` for a fixed `grid`.
     pub detail: Option<DetailSpec>,
 }
 
@@ -381,91 +398,97 @@ impl Default for SheetSpec {
     }
 }
 
-/// How a spring's stiffness follows from Young's modulus E and thickness t (thesis 3.5: k = E A / L).
+/// Law of the stiffness of a spring from Young's modulus E and thickness t (thesis 3.5: k = E A /
+/// L).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SpringLaw {
-    /// Every spring has k = E t: a square cell's own k = E (w t) / l with w = l, given to all springs as the thesis does.
+    /// k = E t for every spring: the value of a square cell, k = E (w t) / l with w = l, used for
+    /// all springs as in the thesis.
     #[default]
     Uniform,
-    /// From the sheet's stiffness by homogenisation: it bends as the material says wherever the structure can (the membrane
-    /// comes out softer; `sheetwork material` says by how much). The distance between layers is then a quarter of the grid's
-    /// spacing, masses stand for the area around them, and a clamped edge is that of the sheet.
+    /// Stiffness from the material by homogenisation: the sheet has the bending stiffness of the
+    /// material where the structure permits. The membrane is softer; `sheetwork material` prints by
+    /// how much. The distance between layers is then a quarter of the grid spacing, each node has
+    /// the mass of the area around it, and a clamp includes the stiffness of the edge.
     Calibrated,
-    /// k = E A / L with the spring's own length L and A = t/layers x (area of the layer that falls to the spring) / L;
-    /// between layers k = E t/layers.
+    /// k = E A / L with the spring's own length L and A = t/layers x (area of the layer per spring)
+    /// / L; between layers k = E t/layers.
     Length,
 }
 
 /// Part of a sheet's bottom layer, or of all its layers.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Region {
-    /// Every mass of every layer.
+    /// Every node of every layer.
     All,
-    /// The mass nearest to a material point (u, v) of the bottom layer.
+    /// The node nearest to a material point (u, v) of the bottom layer.
     Point(f64, f64),
-    /// Every mass, in every layer, with u in the first range and v in the second; ranges within 0 to 1.
+    /// Every node, in every layer, with u in the first range and v in the second; ranges within 0
+    /// to 1.
     Rect((f64, f64), (f64, f64)),
-    /// The row of masses at u = 0, all layers; of a sheet with an outline, those at that side of the box around it.
+    /// The row of nodes at u = 0, all layers; of a sheet with an outline, the nodes at that side of
+    /// its bounding box.
     Left,
-    /// The row of masses at u = 1, all layers.
+    /// The row of nodes at u = 1, all layers.
     Right,
-    /// The row of masses at v = 0, all layers.
+    /// The row of nodes at v = 0, all layers.
     Back,
-    /// The row of masses at v = 1, all layers.
+    /// The row of nodes at v = 1, all layers.
     Front,
-    /// Every mass on the outline, the rims of holes and cuts included, all layers.
+    /// Every node on the outline, rims of holes and cuts included, all layers.
     Border,
-    /// Masses by index.
+    /// Nodes by index.
     Masses(Vec<u32>),
 }
 
-/// A vector quantity given to each mass of a region.
+/// Vector quantity of each node of a region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RegionVector {
-    /// Which masses.
+    /// Region of the nodes.
     pub region: Region,
-    /// The value for each, m/s or N; each component within ±1e6.
+    /// Value at each node, m/s or N; each component within ±1e6.
     pub value: DVec3,
 }
 
-/// Masses that do not move freely.
+/// Fixed, kinematic or attached nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PinSpec {
-    /// Which masses.
+    /// Region of the nodes.
     pub region: Region,
-    /// Where they are led: displacement from the start, over time. Empty for masses that are held.
+    /// Prescribed displacement from the start, over time. Empty for fixed nodes.
     #[serde(default)]
     pub path: Vec<PathKey>,
-    /// Whether the sheet's slope is held there too. A shell is otherwise free to turn about masses that are held; the
-    /// layers of a lattice hold its slope by themselves.
+    /// Whether the slope of the sheet is fixed too. The nodes of a shell alone leave the slope
+    /// free; the layers of a lattice fix it.
     #[serde(default)]
     pub clamp: bool,
-    /// World axes (x, y, z) along which the masses are held; those that are not let them slide.
+    /// World axes (x, y, z) along which the nodes are fixed; along the others they slide.
     #[serde(default = "PinSpec::all_axes")]
     pub axes: (bool, bool, bool),
-    /// Name of a body that the masses are glued to where they are at the start; none for masses held in the world. Goes
-    /// with neither `path` nor `clamp` nor `axes`: two rows of masses on the body hold the sheet's slope.
+    /// Name of a body to which the nodes are attached at their initial positions; `None` for nodes
+    /// fixed in the world. Excludes `path`, `clamp` and `axes`: two attached rows of nodes fix the
+    /// slope.
     #[serde(default)]
     pub body: Option<String>,
-    /// When the masses are let go, s, 0 to 1e6; none for never. Goes with neither `clamp` nor `axes` nor `body`.
+    /// Time of release, s, 0 to 1e6; `None` for never. Excludes `clamp`, `axes` and `body`.
     #[serde(default)]
     pub until: Option<f64>,
 }
 
 impl PinSpec {
-    /// A pin that holds `region` where it is.
+    /// Fixed nodes of `region`.
     pub fn held(region: Region) -> Self {
         Self { region, path: Vec::new(), clamp: false, axes: Self::all_axes(), body: None, until: None }
     }
 
-    /// A pin that glues `region` to the body of that name.
+    /// Attachment of `region` to a body.
     pub fn glued(region: Region, body: impl Into<String>) -> Self {
         Self { body: Some(body.into()), ..Self::held(region) }
     }
 
-    /// A pin that holds `region` and the slope of the sheet there.
+    /// Clamp of `region`: fixed nodes and slope.
     pub fn clamped(region: Region) -> Self {
         Self { clamp: true, ..Self::held(region) }
     }
@@ -475,13 +498,13 @@ impl PinSpec {
     }
 }
 
-/// A difference of pressure at a time.
+/// Pressure difference at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PressureKey {
     /// Simulated time, s; 0 to 1e6, increasing along the list.
     pub time: f64,
-    /// Pressure on the upper side above that on the lower, Pa; within ±1e6.
+    /// Pressure on the upper side minus pressure on the lower, Pa; within ±1e6.
     pub pressure: f64,
 }
 
@@ -497,9 +520,10 @@ impl PressureKey {
     }
 }
 
-/// One point of a path: at `time` the thing is displaced by `offset` and turned by `rotation` from where it started.
+/// Point of a path: at `time` the object is displaced by `offset` and rotated by `rotation` from
+/// its start.
 ///
-/// Between keys the motion is linear; before the first and after the last it stands still.
+/// The motion is linear between the keys and constant before the first and after the last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PathKey {
@@ -507,11 +531,12 @@ pub struct PathKey {
     pub time: f64,
     /// Displacement from the start, m; each component within ±1e4.
     pub offset: DVec3,
-    /// Turn from the start about fixed x, y, z axes through the thing's origin, degrees (bodies only).
+    /// Rotation from the start about fixed x, y, z axes through the object's origin, degrees
+    /// (bodies only).
     pub rotation: DVec3,
 }
 
-/// Displacement (m) and turn (degrees) of a path at `time`.
+/// Displacement (m) and rotation (degrees) of a path at `time` (s).
 pub fn path_at(path: &[PathKey], time: f64) -> (DVec3, DVec3) {
     let Some(first) = path.first() else { return (DVec3::ZERO, DVec3::ZERO) };
     if time <= first.time {
@@ -531,8 +556,8 @@ pub fn path_at(path: &[PathKey], time: f64) -> (DVec3, DVec3) {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraSpec {
-    /// Where the eye is, m.
+    /// Position of the eye, m.
     pub eye: DVec3,
-    /// What it looks at, m.
+    /// Point in the middle of the view, m.
     pub target: DVec3,
 }

@@ -8,9 +8,9 @@
 //! *           ends the file
 //! ```
 //!
-//! In the program lengths are metres. Corners at the same place become one vertex of the polyhedron; vertices are numbered
-//! in the order in which the faces first use them. Every polyhedron is checked when its P is read: see
-//! [`Polyhedron::check_closed`].
+//! In the program lengths are in metres. Corners at the same position become one vertex of the
+//! polyhedron; vertices are numbered in the order of their first use by a face. Every polyhedron is
+//! checked when its P is read: see [`Polyhedron::check_closed`].
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ use crate::error::InputError;
 use crate::scene::polyhedron::{Assembler, MAX_COORDINATE, MAX_CORNERS, Polyhedron};
 use crate::scene::record_lines::{Column, Record, decimal, last_line, read_file, records, write_file};
 
-/// Most corners in a file, over all faces.
+/// Maximum number of corners in a file, over all faces.
 const MAX_VERTICES: usize = 10_000_000;
 /// Power of ten from the file's centimetres to metres.
 const CENTIMETRES: i32 = -2;
@@ -30,17 +30,17 @@ const fn coordinate(name: &'static str) -> Column {
     Column { name, unit: "cm", si_unit: "m", shift: CENTIMETRES, min: -MAX_COORDINATE, max: MAX_COORDINATE }
 }
 
-/// Reads the polyhedra of a .POL text.
+/// Read the polyhedra of a .POL text.
 ///
 /// # Errors
-/// The first fault, with its line: an unknown record, a wrong number, records out of order, a missing `*`, or a polyhedron
-/// that is open, not planar or inside out.
+/// The first fault, with its line: an unknown record, a wrong number, records out of order, a
+/// missing `*`, or a polyhedron that is open, not planar or inside out.
 pub fn read_pol(text: &str) -> Result<Vec<Polyhedron>, InputError> {
     let marked = read_marked(text, |face| face.expect_fields(0, ""))?;
     Ok(marked.into_iter().map(|(polyhedron, _)| polyhedron).collect())
 }
 
-/// Reads the polyhedra of a .POL file.
+/// Read the polyhedra of a .POL file.
 ///
 /// # Errors
 /// Those of [`read_pol`], and when the file cannot be read.
@@ -48,10 +48,11 @@ pub fn read_pol_file(path: &Path) -> Result<Vec<Polyhedron>, InputError> {
     read_file(path, read_pol)
 }
 
-/// The .POL text of some polyhedra.
+/// Text of polyhedra as .POL.
 ///
-/// Reading it gives the same polyhedra bit for bit, provided that they are numbered as the reader numbers (in the order of
-/// first use, no vertex doubled or unused); else the same shape with its vertices renumbered.
+/// Reading it gives the same polyhedra bit for bit if they are numbered as by the reader (in the
+/// order of first use, every vertex used and unique); otherwise the same shape with its vertices
+/// renumbered.
 pub fn write_pol(polyhedra: &[Polyhedron]) -> String {
     let mut text = String::new();
     for polyhedron in polyhedra {
@@ -61,11 +62,11 @@ pub fn write_pol(polyhedra: &[Polyhedron]) -> String {
     text
 }
 
-/// Writes a .POL file.
+/// Write a .POL file.
 ///
 /// # Errors
-/// When there is no polyhedron, when one is not closed or out of range (field `polyhedra.N...`), and when the file cannot
-/// be written. Nothing is written unless the file could be read again.
+/// When there is no polyhedron, when one is open or out of range (field `polyhedra.N...`), and when
+/// the file cannot be written. A file that could not be read again is not written.
 pub fn write_pol_file(path: &Path, polyhedra: &[Polyhedron]) -> Result<(), InputError> {
     if polyhedra.is_empty() {
         return Err(InputError::new("polyhedra", "none: a file holds at least 1").in_file(path));
@@ -76,13 +77,13 @@ pub fn write_pol_file(path: &Path, polyhedra: &[Polyhedron]) -> Result<(), Input
     write_file(path, &write_pol(polyhedra))
 }
 
-/// The error of polyhedron `index` of a file.
+/// Error of polyhedron `index` of a file.
 pub(crate) fn within(index: usize, error: InputError) -> InputError {
     let field = format!("polyhedra.{index}.{}", error.field);
     InputError { field: field.trim_end_matches('.').to_owned(), ..error }
 }
 
-/// Adds the records of one polyhedron; `face_line` gives the line that ends a face.
+/// Append the records of one polyhedron; `face_line` gives the line that ends a face.
 pub(crate) fn write_faces(text: &mut String, polyhedron: &Polyhedron, face_line: impl Fn(usize) -> String) {
     for face in 0..polyhedron.faces.len() {
         for corner in polyhedron.corners(face) {
@@ -95,7 +96,7 @@ pub(crate) fn write_faces(text: &mut String, polyhedron: &Polyhedron, face_line:
     text.push_str("P\n");
 }
 
-/// Reads polyhedra whose F records `mark` reads: each polyhedron with the marks of its faces.
+/// Read polyhedra whose F records `mark` reads: each polyhedron with the marks of its faces.
 pub(crate) fn read_marked<M>(
     text: &str,
     mark: impl Fn(&Record<'_>) -> Result<M, InputError>,
@@ -119,7 +120,7 @@ pub(crate) fn read_marked<M>(
     }
 }
 
-/// What has been read so far.
+/// State of the reader.
 struct Reader<M> {
     /// Corners since the last F.
     corners: Vec<DVec3>,
@@ -187,7 +188,7 @@ impl<M> Reader<M> {
         }
         let polyhedron = self.assembler.take();
         if let Err(defect) = polyhedron.defect_of_closed() {
-            // A face is named by the line of its F, anything else by the line of the P.
+            // A fault of a face has the line of its F, another fault the line of the P.
             let line = defect.face.and_then(|face| self.face_lines.get(face).copied()).unwrap_or(record.line);
             return Err(within(self.done.len(), defect.error).at_line(line));
         }
@@ -224,7 +225,7 @@ mod tests {
     use super::*;
     use crate::scene::record_lines::damage;
 
-    /// A corner cut off a cube: three right angles, legs of 1 cm; 19 lines.
+    /// Corner cut off a cube: three right angles, legs of 1 cm; 19 lines.
     const TETRAHEDRON: &str = "# four faces\nV 0 0 0\nV 0 1 0\nV 1 0 0\nF\nV 0 0 0\nV 1 0 0\nV 0 0 1\nF\n\
         V 0 0 0\nV 0 0 1\nV 0 1 0\nF\nV 1 0 0\nV 0 1 0\nV 0 0 1\nF\nP\n*\n";
 
@@ -284,7 +285,7 @@ mod tests {
 
     #[test]
     fn bad_polyhedra_are_named_with_the_line_of_their_face_or_of_their_end() {
-        // The last face is missing: its edges are open, first noticed at the first face.
+        // The last face is missing: its edges are open, detected at the first face.
         let open = TETRAHEDRON.replace("V 1 0 0\nV 0 1 0\nV 0 0 1\nF\n", "");
         assert!(error(&open).starts_with("line 5: polyhedra.0.faces.0: is alone at the edge"), "{}", error(&open));
         let turned = TETRAHEDRON.replace("V 1 0 0\nV 0 1 0\nV 0 0 1\n", "V 0 0 1\nV 0 1 0\nV 1 0 0\n");
@@ -352,7 +353,7 @@ mod tests {
             let read = read_pol(text).expect("good");
             assert_eq!(read.len(), count);
             for polyhedron in read {
-                // All of them stand on the floor of the thesis's room and inside it.
+                // All polyhedra stand on the floor of the thesis's room and inside it.
                 let (low, high) = polyhedron.bounds();
                 assert_eq!(low.y, -0.0281);
                 assert!(high.y < 0.0025 && low.x > -0.065 && high.x < 0.065 && low.z > -0.0299 && high.z < 0.0333);

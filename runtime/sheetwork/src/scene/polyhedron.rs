@@ -1,11 +1,13 @@
-//! A polyhedron: vertices and planar faces, closed or (for a heater) open.
+//! Polyhedra: vertices and planar faces, closed or (for a heater) open.
 //!
-//! Lengths in metres. Faces are listed counter-clockwise seen from outside; a face may be concave and may have holes only
-//! as separate faces. What is checked: at least three distinct corners a face, planar faces, every edge of a closed
-//! polyhedron shared by exactly two faces that run along it in opposite senses, positive volume.
+//! Lengths in metres. Faces are listed counter-clockwise seen from outside; a face may be concave
+//! and may have holes only as separate faces. Checked conditions: at least three distinct corners a
+//! face, planar faces, every edge of a closed polyhedron shared by exactly two faces with opposite
+//! senses, positive volume.
 //!
-//! Equations, with p the corners of a face in order: area vector A = ½ Σ pᵢ × pᵢ₊₁ (Newell; its length is the area, its
-//! direction the normal), volume V = ⅙ Σ a · (b × c) over the triangles (a, b, c) of a fan of every face.
+//! Equations, with p the corners of a face in order: area vector A = ½ Σ pᵢ × pᵢ₊₁ (Newell; its
+//! length is the area, its direction the normal), volume V = ⅙ Σ a · (b × c) over the triangles (a,
+//! b, c) of a fan of every face.
 
 pub(crate) mod check;
 pub mod pyramid;
@@ -30,14 +32,15 @@ pub struct Polyhedron {
 }
 
 impl Polyhedron {
-    /// Positions of the corners of face `face`, m; corners whose index has no vertex are left out, and a face that does
-    /// not exist has none.
+    /// Positions of the corners of face `face`, m; indices without a vertex are skipped, and a face
+    /// that does not exist has none.
     pub fn corners(&self, face: usize) -> Vec<DVec3> {
         let indices = self.faces.get(face).map_or(&[][..], Vec::as_slice);
         indices.iter().filter_map(|index| self.vertices.get(*index as usize).copied()).collect()
     }
 
-    /// Vector along the outward normal of face `face` with the face's area as length, m²; zero for a degenerate face.
+    /// Vector along the outward normal of face `face` with the face's area as length, m²; zero for
+    /// a degenerate face.
     pub fn area_vector(&self, face: usize) -> DVec3 {
         area_vector(&self.corners(face))
     }
@@ -52,9 +55,11 @@ impl Polyhedron {
         self.area_vector(face).length()
     }
 
-    /// Enclosed volume, m³; negative when the faces wind inwards, without meaning when the polyhedron is open.
+    /// Enclosed volume, m³; negative when the faces wind inwards, without meaning when the
+    /// polyhedron is open.
     pub fn volume(&self) -> f64 {
-        // Measured from a vertex of its own: a small body far from the origin would otherwise lose its digits.
+        // Measured from a vertex of the polyhedron, to keep digits of a small body far from the
+        // origin.
         let Some(origin) = self.vertices.first().copied() else { return 0.0 };
         let mut six_volumes = 0.0;
         for face in 0..self.faces.len() {
@@ -73,14 +78,15 @@ impl Polyhedron {
         (low, high)
     }
 
-    /// Turns every face round if the polyhedron is closed and its faces wind inwards; leaves all others as they are.
+    /// Reverse every face if the polyhedron is closed and its faces wind inwards.
     pub fn orient_outward(&mut self) {
         if self.volume() < 0.0 && check::closed(self).is_ok() {
             self.flip();
         }
     }
 
-    /// The polyhedron with every coordinate multiplied by the factor of its axis; mirroring keeps the faces outward.
+    /// The polyhedron with every coordinate multiplied by the factor of its axis; mirroring keeps
+    /// the faces outward.
     pub fn scaled(mut self, factor: DVec3) -> Self {
         for vertex in &mut self.vertices {
             *vertex *= factor;
@@ -99,7 +105,7 @@ impl Polyhedron {
         self
     }
 
-    /// Reverses every face, which keeps its first corner.
+    /// Reverse every face, keeping its first corner.
     fn flip(&mut self) {
         for face in &mut self.faces {
             if let Some(rest) = face.get_mut(1..) {
@@ -115,10 +121,11 @@ fn area_vector(corners: &[DVec3]) -> DVec3 {
     fan.fold(DVec3::ZERO, |sum, cross| sum + cross) * 0.5
 }
 
-/// Collects faces given by their corners' positions, and gives corners at the same place the same vertex.
+/// Builder of a polyhedron from the positions of corners; corners at the same position share a
+/// vertex.
 ///
-/// Vertices are numbered in the order in which faces first use them, so that a polyhedron made here and the same one read
-/// back from a file agree in every index.
+/// Vertices are numbered in the order of their first use by a face, so that a polyhedron and its
+/// copy from a file agree in every index.
 #[derive(Default)]
 pub(crate) struct Assembler {
     polyhedron: Polyhedron,
@@ -126,13 +133,13 @@ pub(crate) struct Assembler {
 }
 
 impl Assembler {
-    /// Adds a face with these corners, m, counter-clockwise seen from outside.
+    /// Add a face with these corners, m, counter-clockwise seen from outside.
     pub(crate) fn face(&mut self, corners: &[DVec3]) {
         let face = corners.iter().map(|corner| self.vertex(*corner)).collect();
         self.polyhedron.faces.push(face);
     }
 
-    /// The polyhedron of the faces so far; the assembler starts afresh.
+    /// The polyhedron of the faces so far; the builder is empty afterwards.
     pub(crate) fn take(&mut self) -> Polyhedron {
         self.known.clear();
         std::mem::take(&mut self.polyhedron)
@@ -144,7 +151,7 @@ impl Assembler {
     }
 
     fn vertex(&mut self, position: DVec3) -> u32 {
-        // Adding zero turns -0 into 0: the two are the same place with different bits.
+        // Adding zero turns -0 into 0: equal positions with different bits.
         let key = position.to_array().map(|c| (c + 0.0).to_bits());
         let vertices = &mut self.polyhedron.vertices;
         *self.known.entry(key).or_insert_with(|| {

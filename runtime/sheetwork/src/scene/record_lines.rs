@@ -1,17 +1,19 @@
-//! Lines of the letter-record text formats (.SHT, .POL, .heater), and exact change of unit.
+//! Lines of the letter-record text formats (.SHT, .POL, .heater), and exact conversion of units.
 //!
-//! One record a line: a letter, then fields, separated by blanks. Empty lines and lines that start with `#` say nothing.
-//! Both line endings are read; a mark of encoding before the first line is skipped.
+//! One record a line: a letter, then fields, separated by blanks. Empty lines and lines that start
+//! with `#` are skipped. Both line endings are read; a byte order mark before the first line is
+//! skipped.
 //!
-//! The files use the thesis's units and the program SI. All of them differ by powers of ten, so the change of unit is made
-//! in the decimal text, by its exponent: "1.3" cm is parsed as 1.3e-2 and not as 1.3 / 100, which may be another number.
-//! Written with the shortest digits that give back the same number, values survive any number of round trips unchanged.
+//! The files use the units of the thesis and the program uses SI. They differ by powers of ten, so
+//! units are converted in the decimal text, by its exponent: "1.3" cm is parsed as 1.3e-2, since
+//! 1.3 / 100 may differ in the last bit. Written with the shortest digits that give the same
+//! number, values survive any number of round trips unchanged.
 
 use std::path::Path;
 
 use crate::error::{InputError, check_range};
 
-/// A numeric column: its name, units and range.
+/// Numeric column: name, units and range.
 pub(crate) struct Column {
     /// Record letter and name, for messages: "V.x".
     pub(crate) name: &'static str,
@@ -28,7 +30,7 @@ pub(crate) struct Column {
 }
 
 impl Column {
-    /// A value of the program is in range; `field` names it if it is not.
+    /// Check a value in SI; `field` names it in the error.
     pub(crate) fn check(&self, field: impl FnOnce() -> String, value: f64) -> Result<(), InputError> {
         if value >= self.min && value <= self.max {
             return Ok(());
@@ -47,7 +49,7 @@ impl Column {
         format!("{min} to {max} {}", self.unit).trim_end().to_owned()
     }
 
-    /// A field's text as a value in SI.
+    /// Parse the text of a field as a value in SI.
     fn parse(&self, token: &str) -> Result<f64, InputError> {
         let value = number(token, self.shift).ok_or_else(|| {
             InputError::new(self.name, format!("{} is not a number ({})", quoted(token), self.range()))
@@ -60,28 +62,28 @@ impl Column {
     }
 }
 
-/// One line that is neither empty nor a comment.
+/// Line that is neither empty nor a comment.
 pub(crate) struct Record<'t> {
     /// Line in the text, from 1.
     pub(crate) line: usize,
-    /// Its first word, the record letter.
+    /// First word, the record letter.
     pub(crate) letter: &'t str,
-    /// The words after it.
+    /// Words after the letter.
     pub(crate) fields: Vec<&'t str>,
 }
 
 impl Record<'_> {
-    /// An error about `field` at this line.
+    /// Error about `field` at this line.
     pub(crate) fn error(&self, field: impl Into<String>, problem: impl Into<String>) -> InputError {
         InputError::new(field, problem).at_line(self.line)
     }
 
-    /// The error of a letter that the format does not have; `known` lists those it has.
+    /// Error of a letter that the format does not have; `known` lists its letters.
     pub(crate) fn unknown(&self, known: &str) -> InputError {
         self.error("", format!("unknown record {}: a line starts with {known} or #", quoted(self.letter)))
     }
 
-    /// The record has `count` fields; `names` says which.
+    /// Check that the record has `count` fields; `names` lists them.
     pub(crate) fn expect_fields(&self, count: usize, names: &str) -> Result<(), InputError> {
         let found = self.fields.len();
         if found == count {
@@ -100,7 +102,8 @@ impl Record<'_> {
         column.parse(self.field(index)).map_err(|error| error.at_line(self.line))
     }
 
-    /// The field at `index` as a whole number below `limit`; `name` is "S.a", `what` says what is counted.
+    /// The field at `index` as a whole number below `limit`; `name` is as "S.a", `what` describes
+    /// the counted object.
     pub(crate) fn whole(&self, index: usize, name: &str, limit: u64, what: &str) -> Result<u32, InputError> {
         let token = self.field(index);
         match token.parse::<u32>() {
@@ -116,7 +119,7 @@ impl Record<'_> {
     }
 }
 
-/// The records of a text, in order.
+/// Records of a text, in order.
 pub(crate) fn records(text: &str) -> impl Iterator<Item = Record<'_>> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     text.lines().enumerate().filter_map(|(index, line)| {
@@ -126,25 +129,27 @@ pub(crate) fn records(text: &str) -> impl Iterator<Item = Record<'_>> {
     })
 }
 
-/// The number of the last line, for errors about what is missing at the end.
+/// Number of the last line, for errors about records that are missing at the end.
 pub(crate) fn last_line(text: &str) -> usize {
     text.lines().count().max(1)
 }
 
-/// A word of the file for a message: in quotes, escaped, and cut when long.
+/// A word of the file for a message: in quotes, escaped, and truncated.
 pub(crate) fn quoted(token: &str) -> String {
     let short: String = token.chars().take(40).collect();
     let dots = if short.len() < token.len() { "..." } else { "" };
     format!("{short:?}{dots}")
 }
 
-/// The decimal number in `token` times ten to the `shift`, rounded once; none if it is not a plain decimal number.
+/// Decimal number in `token` times ten to the `shift`, rounded once; `None` if it is not a plain
+/// decimal number.
 pub(crate) fn number(token: &str, shift: i32) -> Option<f64> {
     let (mantissa, exponent) = match token.find(['e', 'E']) {
         Some(at) => (&token[..at], token[at + 1..].parse::<i32>().ok()?),
         None => (token, 0),
     };
-    // Only digits, one sign and one point: the parser itself would also take "inf" and "nan".
+    // Only digits, one sign and one point are accepted: the standard parser would also accept "inf"
+    // and "nan".
     let digits = mantissa.strip_prefix(['+', '-']).unwrap_or(mantissa);
     if !digits.bytes().all(|b| b.is_ascii_digit() || b == b'.') {
         return None;
@@ -153,11 +158,12 @@ pub(crate) fn number(token: &str, shift: i32) -> Option<f64> {
     value.is_finite().then_some(value)
 }
 
-/// The shortest decimal text of `value` divided by ten to the `shift`: [`number`] with that shift gives `value` back.
+/// Shortest decimal text of `value` divided by ten to the `shift`: [`number`] with that shift gives
+/// `value` back.
 pub(crate) fn decimal(value: f64, shift: i32) -> String {
     let text = format!("{value:e}");
     let parts = text.split_once('e').and_then(|(mantissa, exponent)| Some((mantissa, exponent.parse::<i32>().ok()?)));
-    // NaN and infinity have no exponent; they are written as they are and refused when read.
+    // NaN and infinity have no exponent; they are written unchanged and rejected when read.
     let Some((mantissa, exponent)) = parts else { return text };
     if mantissa.trim_start_matches('-') == "0" {
         return mantissa.to_owned();
@@ -178,22 +184,22 @@ pub(crate) fn decimal(value: f64, shift: i32) -> String {
     }
 }
 
-/// Reads a text file and parses it, naming the file in errors.
+/// Read a text file and parse it, naming the file in errors.
 pub(crate) fn read_file<T>(path: &Path, parse: impl Fn(&str) -> Result<T, InputError>) -> Result<T, InputError> {
     let text = std::fs::read_to_string(path).map_err(|error| InputError::io(path, &error))?;
     parse(&text).map_err(|error| error.in_file(path))
 }
 
-/// Writes a text file.
+/// Write a text file.
 pub(crate) fn write_file(path: &Path, text: &str) -> Result<(), InputError> {
     std::fs::write(path, text).map_err(|error| InputError::io(path, &error))
 }
 
 #[cfg(test)]
 pub(crate) mod damage {
-    //! Damaged copies of valid files, the same ones at every run.
+    //! Damaged copies of valid files, identical at every run.
 
-    /// A small generator of pseudo-random numbers (xorshift).
+    /// Generator of pseudo-random numbers (xorshift).
     pub(crate) struct Dice(pub(crate) u64);
 
     impl Dice {
@@ -205,7 +211,8 @@ pub(crate) mod damage {
         }
     }
 
-    /// Calls `read` with `rounds` damaged copies of `text`: bytes and lines changed, dropped, doubled or swapped.
+    /// Call `read` with `rounds` damaged copies of `text`: bytes and lines changed, dropped,
+    /// doubled or swapped.
     pub(crate) fn try_all(text: &str, rounds: usize, mut read: impl FnMut(&str)) {
         let mut dice = Dice(0x5eed_0123_4567_89ab);
         let words =
@@ -264,7 +271,7 @@ mod tests {
         assert_eq!(number("-281", -2), Some(-2.81));
         assert_eq!(number("+.5e1", -2), Some(0.05));
         assert_eq!(number("7.", 0), Some(7.0));
-        // Division would give another number.
+        // Division gives another number.
         assert_ne!(0.07 / 100.0, 0.0007);
         assert_eq!(number("0.07", -2), Some(0.0007));
     }

@@ -1,19 +1,21 @@
-//! Sheet files (.SHT, thesis 4.4.1): masses, springs and what the thesis keeps of a sheet, as text, one record a line.
+//! Sheet files (.SHT, thesis 4.4.1): nodes, springs and layout of a sheet as text, one record a
+//! line.
 //!
 //! ```text
 //! # a comment
-//! M ax ay az px py pz fx fy fz vx vy vz mass layer border     a mass
-//! S kind a b stiffness rest                                   a spring between masses a and b
-//! K index                                                     five: four bottom corners, then the centre mass
+//! M ax ay az px py pz fx fy fz vx vy vz mass layer border     a node
+//! S kind a b stiffness rest                                   a spring between nodes a and b
+//! K index                                                     five: bottom corners, centre node
 //! *                                                           ends the lists
 //! D nx layers nz                                              dimensions of the grid
 //! C damping                                                   damping of the springs, percent
 //! T name                                                      structure
 //! ```
 //!
-//! Records come in this order. Masses are counted from 0 in the order of the file: layer by layer from the bottom, row by
-//! row (z), along x. The file's units are the thesis's: cm, cm/s, cm/s², 1e-3 N, 1e-3 N/m, 1e-4 kg; in the program all is
-//! SI. Which columns there are and in which order is ours, since the thesis prints no file.
+//! Records come in this order. Nodes are counted from 0 in the order of the file: layer by layer
+//! from the bottom, row by row (z), along x. The file has the units of the thesis: cm, cm/s, cm/s²,
+//! 1e-3 N, 1e-3 N/m, 1e-4 kg; the program uses SI. The order of the columns is defined here, since
+//! the thesis prints no file.
 
 pub(crate) mod reader;
 
@@ -23,15 +25,15 @@ use glam::DVec3;
 
 pub use crate::scene::sht::reader::read_sht;
 
-use crate::elements::spring::SpringClass;
 use crate::error::{InputError, check_range};
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{MAX_MASSES, StructureKind};
 use crate::scene::record_lines::{Column, decimal, read_file, write_file};
 
-/// Most springs a sheet may have.
+/// Maximum number of springs of a sheet.
 const MAX_SPRINGS: u64 = 32 * MAX_MASSES;
 
-/// The thirteen numbers of a mass, in the order of the file.
+/// Numeric columns of a node, in the order of the file.
 const MASS: [Column; 13] = [
     accelerations("M.ax"),
     accelerations("M.ay"),
@@ -69,19 +71,19 @@ const fn velocities(name: &'static str) -> Column {
     Column { name, unit: "cm/s", si_unit: "m/s", shift: -2, min: -1e6, max: 1e6 }
 }
 
-/// A sheet as its file describes it: state, springs and layout, all SI.
+/// Content of a sheet file: state, springs and layout, all SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SheetFile {
-    /// Masses, layer by layer from the bottom, row by row (z), along x.
+    /// Nodes, layer by layer from the bottom, row by row (z), along x.
     pub masses: Vec<SheetMass>,
     /// Springs.
     pub springs: Vec<SheetSpring>,
-    /// Corner masses of the bottom layer: (-x, -z), (+x, -z), (-x, +z), (+x, +z).
+    /// Corner nodes of the bottom layer: (-x, -z), (+x, -z), (-x, +z), (+x, +z).
     pub corners: [u32; 4],
-    /// Mass of the bottom layer nearest to its middle.
+    /// Node of the bottom layer nearest to its middle.
     pub centre: u32,
-    /// Masses along x (2 or more), layers (1 or more), masses along z (2 or more); every other layer is one smaller in x
-    /// and z.
+    /// Nodes along x (2 or more), layers (1 or more), nodes along z (2 or more); every other layer
+    /// is one smaller in x and z.
     pub dimensions: [u32; 3],
     /// Dashpot of the springs as a fraction of critical damping, 0 to 10.
     pub damping: f64,
@@ -89,7 +91,7 @@ pub struct SheetFile {
     pub structure: String,
 }
 
-/// A mass of a sheet file.
+/// Node of a sheet file.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SheetMass {
     /// Acceleration, m/s²; each component within ±1e12.
@@ -104,33 +106,33 @@ pub struct SheetMass {
     pub mass: f64,
     /// Layer, 0 the bottom one.
     pub layer: u32,
-    /// Whether it lies on the outline of its layer.
+    /// Whether the node lies on the outline of its layer.
     pub border: bool,
 }
 
-/// A spring of a sheet file.
+/// Spring of a sheet file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SheetSpring {
-    /// Direction or purpose.
+    /// Spring class.
     pub kind: SpringClass,
-    /// First mass.
+    /// First node.
     pub a: u32,
-    /// Second mass, another one.
+    /// Second node, different from the first.
     pub b: u32,
     /// Stiffness, N/m, 0 to 1e12.
     pub stiffness: f64,
-    /// Length without load, m, 1e-12 to 1e4.
+    /// Rest length, m, 1e-12 to 1e4.
     pub rest: f64,
 }
 
 impl SheetMass {
-    /// Its numbers in the order of [`MASS`].
+    /// Values in the order of [`MASS`].
     fn numbers(&self) -> [f64; 13] {
         let (a, p, f, v) = (self.acceleration, self.position, self.force, self.velocity);
         [a.x, a.y, a.z, p.x, p.y, p.z, f.x, f.y, f.z, v.x, v.y, v.z, self.mass]
     }
 
-    /// The mass with these numbers in the order of [`MASS`].
+    /// Node with these values in the order of [`MASS`].
     fn from_numbers(numbers: [f64; 13], layer: u32, border: bool) -> Self {
         let [ax, ay, az, px, py, pz, fx, fy, fz, vx, vy, vz, mass] = numbers;
         Self {
@@ -146,12 +148,13 @@ impl SheetMass {
 }
 
 impl SheetFile {
-    /// Whether a file of this sheet could be read again: values in range, springs, corners and centre on masses that
-    /// exist, as many masses in each layer as the dimensions say, a known structure.
+    /// Check whether a file of this sheet can be read: values in range, springs, corners and centre
+    /// on existing nodes, numbers of nodes per layer consistent with the dimensions, a known
+    /// structure.
     ///
     /// # Errors
-    /// The first defect; its field is `masses.N.px`, `springs.N.rest`, `corners.N`, `centre`, `dimensions`, `damping`
-    /// or `structure`.
+    /// The first defect; its field is `masses.N.px`, `springs.N.rest`, `corners.N`, `centre`,
+    /// `dimensions`, `damping` or `structure`.
     pub fn check(&self) -> Result<(), InputError> {
         let mut layers = Layers::default();
         for (index, mass) in self.masses.iter().enumerate() {
@@ -190,14 +193,14 @@ impl SheetFile {
     }
 }
 
-/// Number of masses in each layer, bottom first.
+/// Number of nodes in each layer, bottom first.
 #[derive(Default)]
 struct Layers {
     counts: Vec<u64>,
 }
 
 impl Layers {
-    /// Counts a mass of this layer, the same as the last one's or the next.
+    /// Count a node of this layer, which must be that of the last node or the next.
     fn add(&mut self, layer: u32) -> Result<(), String> {
         let next = self.counts.len();
         match self.counts.get_mut(layer as usize) {
@@ -209,20 +212,21 @@ impl Layers {
         Ok(())
     }
 
-    /// The corner or centre is a mass of the bottom layer; corners differ. `others` are the corners before it.
+    /// Check that a corner or centre is a node of the bottom layer and that corners differ.
+    /// `others` are the corners before it.
     fn check_mark(&self, mark: u32, others: &[u32]) -> Result<(), String> {
         let bottom = self.counts.first().copied().unwrap_or(0);
         if u64::from(mark) >= bottom {
             return Err(format!("mass {mark} is not in the bottom layer, which has {bottom} masses"));
         }
-        // The centre may be a corner: a sheet of 2 x 2 has no other mass.
+        // The centre may be a corner: a sheet of 2 x 2 has no other node.
         if others.len() < 4 && others.contains(&mark) {
             return Err(format!("mass {mark} is a corner already: the four corners must differ"));
         }
         Ok(())
     }
 
-    /// Layers alternate between nx·nz and (nx-1)·(nz-1) masses.
+    /// Check that layers alternate between nx·nz and (nx-1)·(nz-1) nodes.
     fn check_dimensions(&self, [nx, layers, nz]: [u32; 3]) -> Result<(), String> {
         let size = format!("{nx} x {layers} x {nz}");
         if nx < 2 || nz < 2 || layers < 1 {
@@ -242,7 +246,7 @@ impl Layers {
     }
 }
 
-/// Reads a .SHT file.
+/// Read a .SHT file.
 ///
 /// # Errors
 /// Those of [`read_sht`], and when the file cannot be read.
@@ -250,7 +254,8 @@ pub fn read_sht_file(path: &Path) -> Result<SheetFile, InputError> {
     read_file(path, read_sht)
 }
 
-/// The .SHT text of a sheet; reading it gives the same sheet bit for bit if [`SheetFile::check`] accepts it.
+/// Text of a sheet as .SHT. Reading it gives the same sheet bit for bit if [`SheetFile::check`]
+/// accepts it.
 pub fn write_sht(sheet: &SheetFile) -> String {
     let mut text = format!("# M {MASS_FIELDS} (cm, cm/s, cm/s2, 1e-3 N, 1e-4 kg)\n");
     for mass in &sheet.masses {
@@ -276,11 +281,11 @@ pub fn write_sht(sheet: &SheetFile) -> String {
     text
 }
 
-/// Writes a .SHT file.
+/// Write a .SHT file.
 ///
 /// # Errors
-/// When [`SheetFile::check`] refuses the sheet, and when the file cannot be written. Nothing is written unless the file
-/// could be read again.
+/// When [`SheetFile::check`] rejects the sheet, and when the file cannot be written. A file that
+/// could not be read again is not written.
 pub fn write_sht_file(path: &Path, sheet: &SheetFile) -> Result<(), InputError> {
     sheet.check().map_err(|error| error.in_file(path))?;
     write_file(path, &write_sht(sheet))
@@ -291,7 +296,7 @@ mod tests {
     use super::*;
     use crate::scene::record_lines::damage;
 
-    /// A sheet of 2 x 2 x 2, five masses in 17 lines.
+    /// Sheet of 2 x 2 x 2, five nodes in 17 lines.
     pub(crate) const SMALL: &str = "M 0 0 0 0 0 0 0 0 0 0 0 0 4 0 1\n\
         M 0 -98.1 0 1.15 0 0 0 0 0 0 0 0 4 0 1\n\
         M 0 0 0 0 0 1.15 0 -3.9 0 0 0 0 4 0 1\n\

@@ -1,14 +1,14 @@
-//! Which sheets stick, and how, in a scene.
+//! Checks of adhesion in a scene.
 
 use crate::error::{InputError, check_range};
-use crate::integrators::EngineKind;
+use crate::scene::EngineKind;
 use crate::scene::{Material, MaterialChoice, SheetSpec, Tack, material};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
-/// Checks what a sheet says of it.
+/// Check the adhesion settings of a sheet.
 ///
 /// # Errors
-/// When its material has no tack.
+/// When its material has no adhesion constants.
 pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     match &s.material {
         MaterialChoice::Named(name) if s.sticky => of_material(&material::by_name(name)?),
@@ -17,7 +17,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     }
 }
 
-/// Checks how a material sticks; fields are below its `tack`.
+/// Check the adhesion constants of a material; fields are below its `tack`.
 ///
 /// # Errors
 /// When a value is out of range.
@@ -27,10 +27,10 @@ pub(crate) fn check_tack(tack: &Tack) -> Result<(), InputError> {
     tack.lets_go_below.map_or(Ok(()), |limit| check_range("lets_go_below", limit, COLDEST, tack.above, "°C"))
 }
 
-/// Checks that the material sticks.
+/// Check that the material has adhesion constants.
 ///
 /// # Errors
-/// When it does not.
+/// When it has none.
 pub fn of_material(material: &Material) -> Result<(), InputError> {
     if material.tack.is_none() {
         return Err(InputError::new("sticky", "asks for tack, which the material does not have"));
@@ -38,10 +38,10 @@ pub fn of_material(material: &Material) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Checks that the engine lets sheets stick.
+/// Check that the integrator supports adhesion.
 ///
 /// # Errors
-/// When it is an explicit one.
+/// When it is explicit.
 pub fn of_engine(engine: EngineKind) -> Result<(), InputError> {
     if !engine.info().implicit {
         let problem = format!("is for implicit engines (tr-bdf2, backward-euler, bdf2), not for {}", engine.name());

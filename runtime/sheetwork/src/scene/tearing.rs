@@ -1,9 +1,9 @@
-//! Which sheets may open, in a scene.
+//! Checks of fracture in a scene.
 
 use crate::error::{InputError, check_range};
 use crate::scene::{Material, MaterialChoice, SheetSpec, material};
 
-/// Checks what a sheet says of it.
+/// Check the fracture settings of a sheet.
 ///
 /// # Errors
 /// When the sheet has no square cells that could open, or the material no limit.
@@ -38,7 +38,7 @@ pub(crate) fn check(s: &SheetSpec) -> Result<(), InputError> {
     }
 }
 
-/// Checks that the material has a limit.
+/// Check that the material has a fracture strain or a melting temperature.
 ///
 /// # Errors
 /// When it has none.

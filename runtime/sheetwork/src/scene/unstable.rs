@@ -1,4 +1,4 @@
-//! What becomes of a sheet that is about to go unstable, in a scene.
+//! Specification of the recovery policy for an unstable sheet.
 
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
@@ -8,43 +8,45 @@ use serde::{Deserialize, Serialize};
 use crate::error::{InputError, check_range};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 
-/// Parts that a step may be cut into, unless told otherwise, and the range of it.
+/// Default maximum number of substeps, and its range.
 const PARTS: u32 = 64;
 const PARTS_RANGE: (f64, f64) = (2.0, 4096.0);
-/// Strain that springs are held to, unless told otherwise (Provot's tenth), and the range of it.
+/// Default strain limit (Provot's tenth), and its range.
 const STRAIN: f64 = 0.1;
 const STRAIN_RANGE: (f64, f64) = (1e-4, 1.0);
 
-/// What is done with a sheet that gains energy from nowhere. Text in files, parameters and on the command line: `"stop"`, `"reduce-step"`
-/// or `"reduce-step 64"`, `"implicit"`, `"freeze"`, `"limit"` or `"limit 0.1"`.
+/// Recovery policy for a sheet with a detected energy error. Text in files, parameters and on the
+/// command line: `"stop"`, `"reduce-step"` or `"reduce-step 64"`, `"implicit"`, `"freeze"`,
+/// `"limit"` or `"limit 0.1"`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum WhenUnstable {
-    /// It is stopped when it has flown apart. Nothing is watched, and nothing paid.
+    /// Stop the sheet when its size or speed diverges. The energy is not monitored, at no cost.
     #[default]
     Stop,
-    /// Its engine takes the step again in 2, 4, 8... parts, at most `parts` of them; then it is frozen.
+    /// Repeat the step of the integrator in 2, 4, 8... substeps, at most `parts`; then freeze the
+    /// sheet.
     ReduceStep {
-        /// 2 to 4096.
+        /// Maximum number of substeps, 2 to 4096.
         parts: u32,
     },
-    /// It goes on with the implicit engine `tr-bdf2`.
+    /// Continue with the implicit integrator `tr-bdf2`.
     Implicit,
-    /// It stands where it was until something about it is changed.
+    /// Freeze the sheet until one of its parameters changes.
     Freeze,
-    /// No spring, or neighbours of a shell, may be longer or shorter by more than `strain` (the thesis's spring retention), and no more
-    /// energy is left than there was.
+    /// Limit the strain of springs, or between neighbours of a shell (the thesis's spring
+    /// retention), and the energy to its value before.
     Limit {
-        /// 0.0001 to 1.
+        /// Strain limit, 0.0001 to 1.
         strain: f64,
     },
 }
 
-/// The words, in the order they are listed in.
+/// Words of the policies, in the order of their index.
 const WORDS: [&str; 5] = ["stop", "reduce-step", "implicit", "freeze", "limit"];
 
 impl WhenUnstable {
-    /// Keeps it for a snapshot.
+    /// Serialise the policy for a snapshot.
     pub(crate) fn keep(self, to: &mut Keeper) {
         to.byte(self.index() as u8);
         match self {
@@ -54,7 +56,7 @@ impl WhenUnstable {
         }
     }
 
-    /// Takes it back.
+    /// Deserialise the policy.
     pub(crate) fn taken(from: &mut Taker) -> Taken<Self> {
         let policy = match from.byte()? {
             0 => Self::Stop,
@@ -68,7 +70,7 @@ impl WhenUnstable {
         Ok(policy)
     }
 
-    /// The word, without its number.
+    /// Word of the policy, without its number.
     pub fn word(self) -> &'static str {
         WORDS[self.index()]
     }
@@ -83,7 +85,7 @@ impl WhenUnstable {
         }
     }
 
-    /// Checks its number.
+    /// Check the number of the policy.
     ///
     /// # Errors
     /// When it is out of range.

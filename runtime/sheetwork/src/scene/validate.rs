@@ -1,7 +1,7 @@
 //! Range checks of a scene, the same for files, command-line overrides and programs.
 //!
-//! The first problem found is reported: field (dotted path), value, unit and range. Checks that need a file read or a
-//! lattice built are made when the world is built.
+//! The first problem found is reported: field (dotted path), value, unit and range. Checks that
+//! need a file or a mesh are made when the world is built.
 
 use glam::DVec3;
 
@@ -13,26 +13,27 @@ use crate::scene::{
     Air, BodySpec, CameraSpec, ContactDefaults, HeatMode, HeaterSpec, Material, MaterialChoice, PathKey, PinSpec,
     Placement, Region, RegionVector, Room, Scene, Shape, SheetSpec, material,
 };
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 type Check = Result<(), InputError>;
 
-/// Checks a whole scene.
+/// Check a whole scene.
 ///
 /// # Errors
-/// The first value that is not finite or out of range, or name of something that is not there.
+/// The first value that is non-finite or out of range, or reference to an unknown name.
 pub fn scene(scene: &Scene) -> Check {
     built(scene)?;
     pair_names(scene)
 }
 
-/// Checks a scene that a world is built of: to one, sheets and bodies of the materials that its pairs name may be added later.
+/// Check a scene from which a world is built. Materials of its pairs may be unknown: sheets and
+/// bodies can be added later.
 pub(crate) fn built(scene: &Scene) -> Check {
     values(scene)?;
     glue(scene)
 }
 
-/// Checks every value of a scene, but not whether what its pairs and pins name is there.
+/// Check every value of a scene, without the names that its pairs and pins refer to.
 pub(crate) fn values(scene: &Scene) -> Check {
     vector("gravity", scene.gravity, 1e3, "m/s²")?;
     check_range("dt", scene.dt, 1e-7, 1.0, "s")?;
@@ -55,12 +56,12 @@ pub(crate) fn values(scene: &Scene) -> Check {
         crate::scene::validate::body(body).map_err(|e| within(&format!("bodies.{i}"), e))?;
     }
     names("sheets", scene.sheets.iter().map(|s| s.name.as_str()))?;
-    // One without a name must not meet its number's.
+    // The default name of a body must not equal another's name.
     let bodies = scene.body_names();
     names("bodies", bodies.iter().take(scene.bodies.len()).map(String::as_str))
 }
 
-/// Whether what the scene's pairs of materials name is there.
+/// Check the material names of pairs.
 fn pair_names(scene: &Scene) -> Check {
     let library = material::LIBRARY.iter().map(|(name, _, _)| (*name).to_owned());
     let sheets = scene.sheets.iter().map(|s| s.material.name()).filter(|name| !name.is_empty());
@@ -82,7 +83,7 @@ fn pair_names(scene: &Scene) -> Check {
     Ok(())
 }
 
-/// Whether the bodies that masses are glued to are there.
+/// Check the bodies of attachments.
 fn glue(scene: &Scene) -> Check {
     for (i, sheet) in scene.sheets.iter().enumerate() {
         for (k, pin) in sheet.pins.iter().enumerate() {
@@ -130,7 +131,7 @@ fn names<'a>(field: &str, names: impl Iterator<Item = &'a str>) -> Check {
     Ok(())
 }
 
-/// Friction and restitution of a scene.
+/// Check friction and restitution of a scene.
 ///
 /// # Errors
 /// When one is out of range.
@@ -152,7 +153,7 @@ pub fn contact(contact: &ContactDefaults) -> Check {
     Ok(())
 }
 
-/// The air of a scene.
+/// Check the air of a scene.
 ///
 /// # Errors
 /// When a value is out of range.
@@ -183,7 +184,7 @@ fn room(room: &Room) -> Check {
     check_range("room.grid", room.grid, 1e-4, 100.0, "m")
 }
 
-/// A material's constants.
+/// Check the constants of a material.
 ///
 /// # Errors
 /// When one is out of range; fields are below `field`.
@@ -318,7 +319,7 @@ fn pin(pin: &PinSpec) -> Check {
     Ok(())
 }
 
-/// A table of stiffness against temperature.
+/// Check a table of stiffness against temperature.
 fn softening(field: &str, rows: &[(f64, f64)]) -> Check {
     for (i, (celsius, fraction)) in rows.iter().enumerate() {
         check_range(&format!("{field}.{i}.0"), *celsius, COLDEST, HOTTEST, "°C")?;
@@ -331,7 +332,7 @@ fn softening(field: &str, rows: &[(f64, f64)]) -> Check {
     Ok(())
 }
 
-/// Ranges of outline, holes and cuts; whether they fit each other and the grid is seen when the sheet is built.
+/// Check the ranges of outline, holes and cuts. Their geometry is checked when the sheet is built.
 fn outline(s: &SheetSpec) -> Check {
     let given = [("outline", s.outline.is_some()), ("holes", !s.holes.is_empty()), ("cuts", !s.cuts.is_empty())];
     if let Some((field, _)) = given.into_iter().find(|g| g.1) {
@@ -402,7 +403,7 @@ fn body(b: &BodySpec) -> Check {
     option("restitution", b.restitution, (0.0, 1.0), "")
 }
 
-/// What heats a scene, but bodies.
+/// Check the heat settings of a scene, without bodies.
 pub(crate) fn heat(scene: &Scene) -> Check {
     check_range("ambient_temperature", scene.ambient_temperature, COLDEST, HOTTEST, "°C")?;
     check_range("convection", scene.convection, 0.0, 1e6, "W/(m² K)")?;
@@ -442,7 +443,7 @@ pub(crate) fn heat(scene: &Scene) -> Check {
     names("heaters", scene.heaters.iter().map(|h| h.name.as_str()))
 }
 
-/// A heater of a scene; its file is read when the world is built.
+/// Check a heater; its file is read when the world is built.
 fn heater(h: &HeaterSpec) -> Check {
     for (axis, value) in h.size.iter().flat_map(|s| s.to_array()).enumerate() {
         check_range(&format!("size.{axis}"), value, 1e-6, 1e4, "m")?;
@@ -457,7 +458,7 @@ fn heater(h: &HeaterSpec) -> Check {
     placement(&h.placement)
 }
 
-/// Mass, density, velocity and spin: what a body has that moves freely.
+/// Check mass, density, velocity and spin of a body.
 fn motion(b: &BodySpec) -> Check {
     option("mass", b.mass, (1e-9, 1e9), "kg")?;
     option("density", b.density, (1e-3, 1e6), "kg/m³")?;

@@ -1,6 +1,7 @@
-//! The accelerations of a sheet's masses: springs, gravity, air, applied forces.
+//! Node accelerations for explicit integrators: springs, elements, gravity, air and applied forces.
 //!
-//! a_i = (Σ spring forces + applied) / m_i + g - λ v_i for a free mass, 0 for a held or led one.
+//! a_i = (Σ element and spring forces + applied force) / m_i + g - λ v_i (m/s²) for a dynamic node,
+//! and 0 for a fixed or kinematic node.
 
 use glam::DVec3;
 
@@ -11,16 +12,16 @@ use crate::math::Vectors;
 use crate::sheet::air_drag::Drag;
 use crate::sheet::{Pins, Sheet};
 
-/// What acts on a sheet from outside, the same for all masses.
+/// External field of a sheet, equal for all nodes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Field {
     /// Acceleration of gravity, m/s².
     pub gravity: DVec3,
-    /// Decay rate of velocities in the air, 1/s.
+    /// Linear damping λ of the velocities, 1/s.
     pub air: f64,
-    /// Density of the air that presses on areas, kg/m³; 0 for none.
+    /// Density of the air for drag, kg/m³; 0 without drag.
     pub air_density: f64,
-    /// Velocity of that air, m/s.
+    /// Velocity of the air, m/s.
     pub wind: DVec3,
 }
 
@@ -58,14 +59,16 @@ impl Forces for SheetForces<'_> {
 }
 
 impl Sheet {
-    /// Lets the sheet's engine advance it from time `t` by up to `dt` (s) under `field`; no contact, no limits.
+    /// Advance the sheet by its integrator from time `t` (s) by up to `dt` (s) under `field`,
+    /// without contact and limits.
     pub(crate) fn advance(&mut self, field: Field, t: f64, dt: f64) -> Advance {
         let done = self.advance_open(field, t, dt);
         self.end_flow();
         done
     }
 
-    /// As [`Sheet::advance`], but what has flowed does not stay until [`Sheet::end_flow`] says so: the step may yet be taken back.
+    /// Advance as [`Sheet::advance`] does, without storing the inelastic strain:
+    /// [`Sheet::end_flow`] stores it once the step is accepted.
     pub(crate) fn advance_open(&mut self, field: Field, t: f64, dt: f64) -> Advance {
         if self.work.force.len() != self.x.len() {
             self.work.force = Vectors::zeros(self.x.len());
@@ -99,7 +102,8 @@ impl Sheet {
         self.engine.advance(&mut forces, t, dt, &mut self.x, &mut self.v)
     }
 
-    /// Adds the forces of springs and elements at the present positions and velocities to `force`, N.
+    /// Add the forces of springs and elements at the present positions and velocities to `force`
+    /// (N).
     #[doc(hidden)]
     pub fn add_internal_forces(&self, force: &mut Vectors) {
         self.springs.add_forces(&self.x, &self.v, true, &mut SpringScratch::default(), force);

@@ -1,16 +1,19 @@
-//! What the air does to a sheet: pressure on what moves across itself, friction on what moves along itself.
+//! Aerodynamic force on a sheet: pressure drag across its surface, friction drag along it.
 //!
-//! On a mass that stands for the area A with normal n, moving at u relative to the wind,
+//! On a node with the area A and the normal n, and the velocity u relative to the wind, the force
+//! is
 //!
-//! f = -½ ρ A (C_n |u·n| (u·n) n + C_t |u_t| u_t), u_t = u - (u·n) n,
+//!   f = -½ ρ A (C_n |u·n| (u·n) n + C_t |u_t| u_t), u_t = u - (u·n) n,
 //!
-//! with ρ the density of the air: a flat plate across the stream has C_n of about 1.17, along it C_t of about 0.02 for both
-//! sides (Hoerner, *Fluid-Dynamic Drag*, 1965). Areas and normals are those of the triangles around a mass. Sheets do not
-//! shelter one another, and air is not set in motion.
+//! with the air density ρ (kg/m³). A flat plate across the stream has C_n of about 1.17, along it
+//! C_t of about 0.02 for both sides (Hoerner, *Fluid-Dynamic Drag*, 1965). Areas and normals are
+//! those of the triangles around a node. Sheets do not shelter one another, and the air does not
+//! react to them.
 //!
-//! A difference of pressure between its two sides (a vacuum below it, air blown under it) pushes each mass by -p A n.
+//! A pressure difference p between the two sides (vacuum below, air blown under) adds the force -p
+//! A n.
 //!
-//! Implicit stages take f = -K u and the push with K, A and n from the place and speed a stage begins at.
+//! Implicit stages take f = -K u and the pressure force with K, A and n at the start of the stage.
 
 use glam::{DMat3, DVec3};
 
@@ -21,25 +24,26 @@ use crate::scene::PressureKey;
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Field;
 
-/// Drag of one sheet.
+/// Air drag and pressure of one sheet.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Drag {
     triangles: Vec<[u32; 3]>,
-    /// Part of the area that a layer answers for.
+    /// Fraction of the area per layer.
     share: f64,
     /// C_n and C_t.
     pub coefficients: (f64, f64),
     /// Pressure on the upper side above that on the lower, Pa.
     pub pressure: f64,
-    /// Area of the lowest layer over the mean of all, which some lattices' upper ones fall short of: pressure finds a whole sheet.
+    /// Area of the lowest layer over the mean area of all layers. The upper layers of some lattices
+    /// are smaller, and pressure acts on the whole sheet.
     cover: f64,
-    /// What it follows; empty for what stays.
+    /// Pressure over time; empty for a constant pressure.
     schedule: Vec<PressureKey>,
-    /// n A of each mass, m².
+    /// Area vector n A of each node, m².
     areas: Vec<DVec3>,
-    /// K of each mass, N s/m; empty where there is no air.
+    /// K of each node, N s/m; empty without air.
     tensors: Vec<DMat3>,
-    /// What pressure pushes each mass by, N; empty where there is none.
+    /// Pressure force on each node, N; empty without pressure.
     pushes: Vec<DVec3>,
     wind: DVec3,
 }
@@ -50,12 +54,13 @@ impl Drag {
         Self { triangles, share: 1.0 / layers.max(1) as f64, cover: 1.0, coefficients, ..Self::default() }
     }
 
-    /// Takes up other triangles.
+    /// Replace the triangles.
     pub fn set_triangles(&mut self, triangles: Vec<[u32; 3]>) {
         self.triangles = triangles;
     }
 
-    /// Lets pressure follow `keys`, from time 0. The sheet lies at `x` (m); `lowest` triangles are those of its lowest layer.
+    /// Set the pressure schedule `keys`, from time 0. `x` are the positions (m), and `lowest` is
+    /// the number of triangles of the lowest layer.
     pub fn follow(&mut self, keys: &[PressureKey], x: &Vectors, lowest: usize) {
         let area = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|m| x.get(m as usize));
@@ -68,16 +73,16 @@ impl Drag {
         self.pressure = PressureKey::at(keys, 0.0);
     }
 
-    /// Keeps for a snapshot what can be set.
+    /// Serialise the settings.
     pub fn keep_settings(&self, to: &mut Keeper) {
         to.numbers(&[self.coefficients.0, self.coefficients.1]);
-        // One that follows a schedule is not set.
+        // A pressure schedule determines the pressure.
         to.optional(Some(self.pressure).filter(|_| self.schedule.is_empty()));
         to.count(self.schedule.len() as u64);
         self.schedule.iter().for_each(|key| to.numbers(&[key.time, key.pressure]));
     }
 
-    /// Takes it back.
+    /// Deserialise the settings.
     pub fn take_settings(&mut self, from: &mut Taker) -> Taken {
         self.coefficients = (from.number()?, from.number()?);
         if let Some(pressure) = from.optional()? {
@@ -90,19 +95,19 @@ impl Drag {
         Ok(())
     }
 
-    /// Takes up what has been set of `other`.
+    /// Copy the settings of `other`.
     pub fn take_setting_of(&mut self, other: &Self) {
         (self.coefficients, self.pressure) = (other.coefficients, other.pressure);
         self.schedule.clone_from(&other.schedule);
     }
 
-    /// Leaves pressure at what it is set to.
+    /// Set a constant pressure, Pa.
     pub fn hold(&mut self, pressure: f64) {
         self.schedule.clear();
         self.pressure = pressure;
     }
 
-    /// Takes up the pressure of `time` (s); whether that is another than before.
+    /// Update the pressure to `time` (s); return whether it has changed.
     pub fn pass(&mut self, time: f64) -> bool {
         let before = self.pressure;
         if !self.schedule.is_empty() {
@@ -111,12 +116,12 @@ impl Drag {
         self.pressure != before
     }
 
-    /// Whether it does anything in such air.
+    /// Whether air or pressure exerts a force under `field`.
     pub fn acts(&self, field: &Field) -> bool {
         field.air_density > 0.0 || self.pressure != 0.0
     }
 
-    /// Takes K and the push from positions `x` (m) and velocities `v` (m/s).
+    /// Compute K and the pressure forces at the positions `x` (m) and velocities `v` (m/s).
     pub fn begin(&mut self, field: &Field, x: &Vectors, v: &Vectors) {
         self.pushes.clear();
         if field.air_density == 0.0 {
@@ -153,7 +158,7 @@ impl Drag {
         }
     }
 
-    /// Adds the force on each mass (N) at `x` and `v`: for explicit engines.
+    /// Add the force on each node (N) at `x` and `v`, for explicit integrators.
     pub fn add_forces(&mut self, field: &Field, x: &Vectors, v: &Vectors, force: &mut Vectors) {
         self.begin(field, x, v);
         for (i, k) in self.tensors.iter().enumerate() {
@@ -164,12 +169,12 @@ impl Drag {
         }
     }
 
-    /// u of mass `i` in a stage.
+    /// Velocity of node `i` relative to the wind in a stage, m/s.
     fn relative(&self, stage: &Stage, x: &Vectors, i: usize) -> DVec3 {
         (x.get(i) - stage.w.get(i)) * stage.per_time - self.wind
     }
 
-    /// The part of Φ whose gradient is minus the drag and the push, J.
+    /// Part of Φ whose gradient is minus the drag and the pressure force, J.
     pub fn potential(&self, stage: &Stage, x: &Vectors) -> f64 {
         let each = self.tensors.iter().enumerate().map(|(i, k)| {
             if stage.per_time > 0.0 {
@@ -183,12 +188,12 @@ impl Drag {
         each.sum::<f64>() - pushed.sum::<f64>()
     }
 
-    /// What the push does in moving masses from `from` to `to`, J.
+    /// Work of the pressure force between the positions `from` and `to`, J.
     pub fn pushed(&self, from: &Vectors, to: &Vectors) -> f64 {
         self.pushes.iter().enumerate().map(|(i, push)| push.dot(to.get(i) - from.get(i))).sum()
     }
 
-    /// Adds the gradient of that, N.
+    /// Add the gradient of [`Drag::potential`], N.
     pub fn add_gradient(&self, stage: &Stage, x: &Vectors, gradient: &mut Vectors) {
         for (i, k) in self.tensors.iter().enumerate() {
             gradient.set(i, gradient.get(i) + *k * self.relative(stage, x, i));
@@ -198,14 +203,14 @@ impl Drag {
         }
     }
 
-    /// Adds its tangent, K/h on the diagonal; `masses` are those of the block rows.
+    /// Add the tangent K/h to the diagonal blocks; `masses` are the nodes of the block rows.
     pub fn add_tangent(&self, stage: &Stage, masses: &[u32], pattern: &Pattern, values: &mut [f64]) {
         if self.tensors.is_empty() {
             return;
         }
         for (row, mass) in masses.iter().enumerate() {
             let at = 9 * pattern.starts[row] as usize;
-            // Symmetric, so that columns are rows.
+            // K is symmetric, so columns equal rows.
             let k = (self.tensors[*mass as usize] * stage.per_time).to_cols_array();
             values[at..at + 9].iter_mut().zip(k).for_each(|(to, k)| *to += k);
         }

@@ -1,16 +1,16 @@
-//! What can be changed of a running sheet beyond its material: how the air takes hold of it and presses on it. And which dampings act on it.
+//! Parameters of a running sheet for the air, drag and pressure, and the choice of its damping.
 
 use crate::error::{InputError, check_range};
 use crate::sheet::Sheet;
 
 impl Sheet {
-    /// Length and width at rest, m, that [`Sheet::uv`] is a fraction of.
+    /// Length and width at rest (m) to which [`Sheet::uv`] refers.
     pub fn rest_size(&self) -> (f64, f64) {
         self.extent
     }
 
-    /// Whether it aims at the bending stiffness of its material, as a shell and calibrated springs do. It is then damped by
-    /// [`Sheet::damping_ratio`], otherwise by the dashpots of [`Sheet::damping`].
+    /// Whether it has the bending stiffness of its material, as a shell and calibrated springs do.
+    /// [`Sheet::damping_ratio`] then gives its damping, otherwise [`Sheet::damping`].
     pub fn follows_material(&self) -> bool {
         self.bends || self.elements.len() > self.pulls.len()
     }
@@ -25,14 +25,14 @@ impl Sheet {
         self.drag.pressure
     }
 
-    /// Takes up what its scene has pressure be at `time`, s.
+    /// Update the pressure to the schedule of the scene at `time` (s).
     pub(crate) fn press(&mut self, time: f64) {
         if self.drag.pass(time) {
             self.wake();
         }
     }
 
-    /// Changes the pressure on the upper side above that on the lower, Pa, -1e6 to 1e6, for good.
+    /// Set a constant pressure on the upper side above that on the lower, Pa, -1e6 to 1e6.
     ///
     /// # Errors
     /// When it is out of range; nothing is changed then.
@@ -43,7 +43,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Changes the drag coefficients across and along the air stream, each 0 to 10.
+    /// Change the drag coefficients across and along the air stream, each 0 to 10.
     ///
     /// # Errors
     /// When one is out of range; nothing is changed then.

@@ -1,4 +1,4 @@
-//! Sheets glued to bodies: which masses a body takes with it, and what happens when it is taken away.
+//! Attachments of a sheet to bodies: binding, motion, and release.
 
 use glam::DVec3;
 
@@ -7,11 +7,12 @@ use crate::rigid::BodyState;
 use crate::sheet::Sheet;
 
 impl Sheet {
-    /// Finds the bodies that masses are glued to; `find` gives index and state by name. Masses glued to a body that stands or
-    /// is led are held by it; those glued to one that moves freely start with its motion.
+    /// Bind attachments to their bodies; `find` gives index and state by name. Nodes attached to a
+    /// static or kinematic body become kinematic; those attached to a dynamic body start with its
+    /// motion.
     ///
     /// # Errors
-    /// When a body is not there.
+    /// When a body does not exist.
     pub(crate) fn glue_to(&mut self, find: impl Fn(&str) -> Option<(usize, BodyState)>) -> Result<(), InputError> {
         let named = |name: String| InputError::new("pins", format!("no body named \"{name}\" is there to be glued to"));
         let held = self.pins.bind(&find).map_err(named)?;
@@ -29,28 +30,30 @@ impl Sheet {
         Ok(())
     }
 
-    /// Whether any of its masses are glued to a body that moves freely.
+    /// Whether any node is attached to a dynamic body.
     pub(crate) fn is_glued(&self) -> bool {
         self.pins.glues()
     }
 
-    /// Masses that are glued to bodies that move freely: mass, index of the body, place in the body's frame (m).
+    /// Nodes attached to dynamic bodies: node, index of the body, position in the frame of the body
+    /// (m).
     pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
         self.pins.glued()
     }
 
-    /// Tells of the bodies' step from `time` on, `dt` long (s); `find` gives the states of a body at its start and end.
+    /// Set the motion of the bodies in the step from `time` on, `dt` long (s); `find` gives the
+    /// states of a body at its start and end.
     pub(crate) fn follow(&mut self, time: f64, dt: f64, find: impl Fn(usize) -> Option<(BodyState, BodyState)>) {
         self.pins.follow(time, dt, find);
     }
 
-    /// Lets go of body `index`, which is taken away; the bodies after it are counted anew.
+    /// Release the attachments to the removed body `index`; later indices decrease by one.
     pub(crate) fn unglue(&mut self, index: usize) {
         let freed = self.pins.unglue(index);
         self.set_free(&freed);
     }
 
-    /// Lets go of masses whose pins end by time `t`, s; they keep the velocity that they were led with.
+    /// Release the pins that end by time `t` (s); their nodes keep the prescribed velocity.
     pub fn release_pins(&mut self, t: f64) {
         if self.pins.ends(t) {
             let freed = self.pins.release(t);
@@ -71,7 +74,7 @@ impl Sheet {
         }
     }
 
-    /// Which masses are free has changed: what an implicit engine has worked out is of the others.
+    /// Discard the linear system after a change of the dynamic nodes.
     pub(crate) fn forget_system(&mut self) {
         self.system = None;
         self.field_before = None;

@@ -1,14 +1,16 @@
-//! Seeing a sheet buckle: it gives way to what it bore a moment ago, and strikes out at what that had stored.
+//! Detection of buckling: a snap-through or bifurcation that releases elastic energy.
 //!
-//! From one step to the next it moves by Δx and its elastic forces change by Δf. A stable sheet resists its own motion, Δf·Δx < 0, in
-//! vibration as in rest: its stored energy U is convex along its way. Past a limit point or a bifurcation it is concave,
+//! Within a step the sheet moves by Δx and its elastic forces change by Δf. A stable sheet resists
+//! its own motion, Δf·Δx < 0, in vibration and at rest, because its elastic energy U is convex
+//! along the motion. Past a limit point or a bifurcation the energy is concave,
 //!
 //!   Δf·Δx > 0 and ΔU < 0,
 //!
-//! until the sheet is past the inflection (Thompson and Hunt, *A General Theory of Elastic Stability*, 1973, ch. 2). What it gave off
-//! meanwhile is the energy of the buckle; the place is where its elastic forces did most work. What follows within a tenth of a second and is no
-//! stronger is the ringing of the same. Whoever wants to know pays an evaluation of forces
-//! and energy a step; nobody else anything.
+//! up to the inflection (Thompson and Hunt, *A General Theory of Elastic Stability*, 1973, ch. 2).
+//! The energy of the buckle is the energy released up to the inflection, and its position is where
+//! the elastic forces did the most work in a step. A later release within 0.1 s counts as ringing
+//! unless it is more than twice as large. Detection costs one evaluation of forces and energy per
+//! step.
 
 use glam::DVec3;
 
@@ -18,28 +20,28 @@ use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::{Sheet, Status};
 
-/// Part of what was stored that has to go, for a buckle to be one.
+/// Minimum released fraction of the elastic energy of a buckle.
 const SHARE: f64 = 0.02;
-/// Speed of a whole sheet with less energy than a buckle that is told of, m/s.
+/// Speed (m/s) of the whole sheet whose kinetic energy is the minimum energy of a buckle.
 const FAINT: f64 = 5e-3;
 
-/// How long a buckle rings, s.
+/// Duration of the ringing after a buckle, s.
 const RINGING: f64 = 0.1;
-/// By how much stronger it must be to be another.
+/// Energy ratio above which a release during the ringing is another buckle.
 const RINGS_ON: f64 = 2.0;
 
-/// A sheet has buckled.
+/// Buckling of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Buckle {
-    /// When it began to give way, s of simulated time.
+    /// Simulated time at the start of the release, s.
     pub time: f64,
-    /// Where its elastic forces did most work in a step, m.
+    /// Position of the largest work of the elastic forces in a step, m.
     pub place: DVec3,
-    /// Elastic energy that it gave off until it was past its inflection, J.
+    /// Elastic energy released up to the inflection, J.
     pub energy: f64,
 }
 
-/// A sheet on its way down.
+/// Release of elastic energy in progress.
 #[derive(Clone, Copy)]
 struct Fall {
     since: f64,
@@ -49,7 +51,7 @@ struct Fall {
     place: DVec3,
 }
 
-/// What is known of the last step.
+/// State of the detector after the last step.
 #[derive(Default)]
 pub(crate) struct Watch {
     x: Vectors,
@@ -58,14 +60,14 @@ pub(crate) struct Watch {
     next_force: Vectors,
     still: Vectors,
     scratch: SpringScratch,
-    /// Of the cells that had opened.
+    /// Fracture revision of the last step.
     revision: u64,
     fall: Option<Fall>,
     last: Option<Buckle>,
 }
 
 impl Watch {
-    /// Keeps it for a snapshot.
+    /// Serialise the state.
     pub fn keep(&self, to: &mut Keeper) {
         to.vector_list(&self.x);
         to.vector_list(&self.force);
@@ -82,7 +84,7 @@ impl Watch {
         }
     }
 
-    /// Takes it back, for a sheet of `masses` masses of which the cells of `revision` are open.
+    /// Deserialise the state of a sheet with `masses` nodes and the fracture revision `revision`.
     pub fn take(&mut self, from: &mut Taker, masses: usize, revision: u64) -> Taken {
         from.vector_list(&mut self.x, masses)?;
         from.vector_list(&mut self.force, masses)?;
@@ -108,19 +110,19 @@ impl Watch {
 }
 
 impl Sheet {
-    /// Watches for buckling from now on, or no longer.
+    /// Turn detection on or off.
     pub(crate) fn watch_buckling(&mut self, watch: bool) {
         if watch != self.watch.is_some() {
             self.watch = watch.then(Box::default);
         }
     }
 
-    /// Whether it is watched.
+    /// Whether detection is on.
     pub(crate) fn is_watched(&self) -> bool {
         self.watch.is_some()
     }
 
-    /// Looks at the step that was just taken, from `time` on (s).
+    /// Test the last step, which began at `time` (s), for buckling.
     pub(crate) fn look_for_buckling(&mut self, time: f64) -> Option<Buckle> {
         if self.status != Status::Awake {
             return None;
@@ -131,12 +133,13 @@ impl Sheet {
         found
     }
 
-    /// Elastic forces at the present positions, N, and what is stored there, J.
+    /// Compute the elastic forces at the present positions (N) into the detector; return the
+    /// elastic energy (J).
     fn elastic(&self, watch: &mut Watch) -> f64 {
         let Watch { next_force: force, still, scratch, .. } = watch;
         force.clear();
         self.springs.add_forces(&self.x, still, false, scratch, force);
-        // What pulls at the sheet is not it.
+        // Grab springs are external to the sheet.
         let own = &self.elements[..self.elements.len() - self.pulls.len()];
         own.iter().for_each(|e| e.add_forces(&self.x, still, force));
         let pulled: f64 = self.pulls.iter().map(|p| p.energy(&self.x)).sum();
@@ -147,7 +150,7 @@ impl Sheet {
 impl Watch {
     fn look(&mut self, sheet: &Sheet, time: f64) -> Option<Buckle> {
         let n = sheet.masses();
-        // What tears gives energy off too, but does not buckle.
+        // Fracture also releases energy, but is not buckling.
         let is_first = self.x.len() != n || self.revision != sheet.opening_revision();
         self.revision = sheet.opening_revision();
         if is_first {
@@ -166,7 +169,7 @@ impl Watch {
 
     fn judge(&mut self, sheet: &Sheet, time: f64, elastic: f64) -> Option<Buckle> {
         let (mut resists, mut most, mut place) = (0.0, 0.0, DVec3::ZERO);
-        // What is led does not give way by itself.
+        // Prescribed motion is not a loss of stability.
         for i in (0..sheet.masses()).filter(|i| !sheet.is_held(*i)) {
             let (force, next, x) = (self.force.get(i), self.next_force.get(i), sheet.x.get(i));
             let moved = x - self.x.get(i);

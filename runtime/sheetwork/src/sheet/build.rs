@@ -5,12 +5,11 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::contact::node::through_thickness::Stack;
 use crate::elements::Element;
 use crate::elements::bending::Bending;
 use crate::elements::creep::FlowLaw;
 use crate::elements::grid_membrane::CellMembrane;
-use crate::elements::spring::{Spring, SpringClass, Springs};
+use crate::elements::spring::{Spring, Springs};
 use crate::elements::staggered::{Grid, curvatures};
 use crate::elements::thickness_limit::ThicknessLimit;
 use crate::elements::triangle_bending::triangle_curvatures;
@@ -18,6 +17,7 @@ use crate::elements::triangle_membrane::EdgeMembrane;
 use crate::error::InputError;
 use crate::math::Vectors;
 use crate::mesh::outline::{Edge, Mesh};
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, Layer, Link, StructureKind, generate, masses_of};
 use crate::scene::sht::{SheetFile, SheetMass, SheetSpring};
 use crate::scene::{Material, Region, RegionVector, Scene, SheetSpec, sht};
@@ -27,6 +27,7 @@ use crate::sheet::creases;
 use crate::sheet::creep::Flow;
 use crate::sheet::fracture::Tears;
 use crate::sheet::generation::{Calibrated, cuts, generated};
+use crate::sheet::layer_stack::Stack;
 use crate::sheet::{Counters, Crossing, Pins, Probe, Sheet, Status, Work, region};
 
 /// Parts of a generated sheet or of a sheet from a file, before placement.
@@ -53,7 +54,7 @@ pub(crate) struct Parts {
 }
 
 impl Sheet {
-    /// Builds sheet number `index` of `scene`.
+    /// Build sheet number `index` of `scene`.
     ///
     /// # Errors
     /// When the description, or the file it names, is not valid; field names are relative to the
@@ -63,7 +64,7 @@ impl Sheet {
         Self::build_as(scene, index, spec, spec.grid)
     }
 
-    /// Builds sheet number `index` on a grid of `grid` nodes along length and width, with the
+    /// Build sheet number `index` on a grid of `grid` nodes along length and width, with the
     /// thickness and the mass that it has on the grid of its description.
     ///
     /// # Errors
@@ -78,7 +79,7 @@ impl Sheet {
         Self::build_as(scene, index, &spec, described)
     }
 
-    /// Builds sheet number `index` of `scene` from `spec`; `described` is the grid in the scene.
+    /// Build sheet number `index` of `scene` from `spec`; `described` is the grid in the scene.
     fn build_as(scene: &Scene, index: usize, spec: &SheetSpec, described: (u32, u32, u32)) -> Result<Self, InputError> {
         let material = spec.material.resolve(&scene.base)?;
         let mut parts = match &spec.file {
@@ -355,6 +356,7 @@ fn assemble(
         engine,
         stack,
         quiet: 0.0,
+        displaced: false,
         still_at: Vectors::zeros(0),
         work: Work::default(),
         material,
@@ -468,7 +470,7 @@ fn apply_regions(spec: &SheetSpec, sheet: &mut Sheet, calibrated: Option<&Calibr
     Ok(())
 }
 
-/// Converts a sheet to a .SHT file with its present positions and velocities.
+/// Convert a sheet to a .SHT file with its present positions and velocities.
 pub fn to_file(sheet: &Sheet) -> SheetFile {
     let (nx, layers, nz) = sheet.grid;
     let masses = (0..sheet.masses()).map(|i| SheetMass {
@@ -505,7 +507,7 @@ pub fn to_file(sheet: &Sheet) -> SheetFile {
     }
 }
 
-/// Builds a single sheet from a file, in an empty scene, for conversions and tests.
+/// Build a single sheet from a file, in an empty scene, for conversions and tests.
 ///
 /// # Errors
 /// When the file's contents do not make a sheet.

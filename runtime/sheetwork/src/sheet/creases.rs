@@ -1,20 +1,22 @@
-//! How a sheet is made bent: creases and curl as rest curvatures of its groups.
+//! Initial curvature of a sheet: creases and curl as rest curvatures of its curvature groups, in
+//! 1/m.
 //!
-//! A crease of the angle θ along a line with the normal n is the curvature θ δ(line) n⊗n. On a grid each place of the line belongs to
-//! the masses around it by their bilinear weights N,
+//! A crease with the angle θ along a line with the normal n is the curvature θ δ(line) n⊗n. On a
+//! grid, each point of the line is distributed to the surrounding nodes by their bilinear weights
+//! N,
 //!
-//! k_uu = θ n_u² ∫ N ds / S, k_vv = θ n_v² ∫ N ds / S, 2 k_uv = 2 θ n_u n_v ∫ ds / S in a cell,
+//!   k_uu = θ n_u² ∫ N ds / S, k_vv = θ n_v² ∫ N ds / S, 2 k_uv = 2 θ n_u n_v ∫ ds / S in a cell,
 //!
-//! S the area of the mass or of the cell, so that the angles across any row of masses add up to θ. On triangles, whose slopes are
-//! those of several around, it is the curvature that they see where one side of the line rises from the other with the slope θ,
-//! along a parabola three cells wide: what the sheet has when it is folded so. Angles a length, 1/m.
+//! with S the area of the node or of the cell, so that the angles across any row of nodes sum to θ.
+//! On triangles, whose curvature stencil spans several triangles, it is the curvature of a fold
+//! with the slope θ on one side of the line, along a parabola three cells wide.
 
 use crate::elements::curvature::CurvatureGroup;
 use crate::mesh::outline::Mesh;
 use crate::scene::{CreaseSpec, SheetSpec};
 use crate::sheet::surface::Folds;
 
-/// A line from `a` to `b` (m) with its unit normal and its angle, rad.
+/// Line from `a` to `b` (m) with its unit normal and its angle (rad).
 #[derive(Clone, Copy)]
 struct Line {
     a: [f64; 2],
@@ -37,7 +39,8 @@ impl Line {
         [u * u * self.angle, v * v * self.angle, 2.0 * u * v * self.angle]
     }
 
-    /// The part of it, from 0 to 1, where each of `planes` (c, d) has c·x ≤ d.
+    /// Parameter range, within 0 to 1, of the part of the line with c·x ≤ d for each of `planes`
+    /// (c, d).
     fn within(&self, planes: &[([f64; 2], f64)]) -> Option<(f64, f64)> {
         let (mut low, mut high) = (0.0_f64, 1.0_f64);
         for (c, d) in planes {
@@ -54,13 +57,14 @@ impl Line {
         (high > low).then_some((low, high))
     }
 
-    /// It with half its angle, moved along its normal by `by`, m.
+    /// The line with half its angle, moved along its normal by `by` (m).
     fn half(&self, by: f64) -> Self {
         let moved = |p: [f64; 2]| [0, 1].map(|i| p[i] + by * self.n[i]);
         Self { a: moved(self.a), b: moved(self.b), angle: 0.5 * self.angle, ..*self }
     }
 
-    /// Distance of `p` from it along its normal, m, and where along it `p` is, 0 to 1.
+    /// Distance of `p` from the line along its normal (m), and the parameter along the line, 0 to
+    /// 1.
     fn beside(&self, p: [f64; 2]) -> (f64, f64) {
         let (d, length) = ([p[0] - self.a[0], p[1] - self.a[1]], self.length());
         let along = (d[0] * (self.b[0] - self.a[0]) + d[1] * (self.b[1] - self.a[1])) / (length * length);
@@ -80,18 +84,18 @@ fn rectangle(low: [f64; 2], high: [f64; 2]) -> [([f64; 2], f64); 4] {
     [([-1.0, 0.0], -low[0]), ([1.0, 0.0], high[0]), ([0.0, -1.0], -low[1]), ([0.0, 1.0], high[1])]
 }
 
-/// Nearer to a row of masses, or to the border, than this part is along it, or at it.
+/// Relative distance within which a line coincides with a row of nodes or with the border.
 const ALONG: f64 = 1e-6;
 
 /// Width of a crease on triangles, in cells.
 const FOLD_CELLS: f64 = 3.0;
 
-/// Whether the sheet is made bent.
+/// Whether the sheet has creases or curl.
 pub(crate) fn is_bent(spec: &SheetSpec) -> bool {
     !spec.creases.is_empty() || spec.curl != (0.0, 0.0)
 }
 
-/// Columns and rows of masses along which a rectangle is creased from one end to the other.
+/// Columns and rows of nodes along which a rectangular sheet is creased from edge to edge.
 pub(crate) fn folds(spec: &SheetSpec) -> Folds {
     let outlined = spec.outline.is_some() || !spec.holes.is_empty() || !spec.cuts.is_empty();
     let mut folds = Folds::default();
@@ -114,12 +118,12 @@ pub(crate) fn folds(spec: &SheetSpec) -> Folds {
 }
 
 fn curled(spec: &SheetSpec, group: &CurvatureGroup) -> [f64; 3] {
-    // A curvature that is not known at a place is none there.
+    // A group without a curvature component has no curl in it.
     let known = |a: usize| !group.rows[a].is_empty() || !group.relaxed.is_empty();
     [if known(0) { spec.curl.0 } else { 0.0 }, if known(1) { spec.curl.1 } else { 0.0 }, 0.0]
 }
 
-/// Rest curvatures of the groups of a grid of `columns` by `rows` masses, `spacing` (m) apart.
+/// Rest curvatures of the groups of a grid of `columns` by `rows` nodes, `spacing` (m) apart.
 pub(crate) fn on_grid(
     spec: &SheetSpec,
     source: &[CurvatureGroup],
@@ -128,7 +132,7 @@ pub(crate) fn on_grid(
 ) -> Vec<[f64; 3]> {
     let grid = GridLines { counts: [columns, rows], spacing: [spacing.0, spacing.1] };
     let place = |(u, v): (f64, f64)| [u * spec.size.0, v * spec.size.1];
-    // A line along a row of masses is shared by the cells of both sides.
+    // A line along a row of nodes is split between the cells of both sides.
     let aside = |line: Line| [-1.0, 1.0].map(|side| line.half(1e-9 * side * spacing.0.min(spacing.1)));
     let lines: Vec<Line> = spec.creases.iter().filter_map(|c| Line::new(c, place)).flat_map(aside).collect();
     let each = source.iter().map(|group| {
@@ -155,7 +159,7 @@ pub(crate) fn on_mesh(spec: &SheetSpec, source: &[CurvatureGroup], mesh: &Mesh) 
     let high = [0, 1].map(|i| bound(i, f64::NEG_INFINITY, f64::max));
     let place = |(u, v): (f64, f64)| [low[0] + u * (high[0] - low[0]), low[1] + v * (high[1] - low[1])];
     let lines: Vec<Line> = spec.creases.iter().filter_map(|c| Line::new(c, place)).collect();
-    // Over some cells, since no triangle can have more than a small part of a fold.
+    // The fold extends over several cells, because one triangle represents only a small rotation.
     let cell = (2.0 * mesh.areas.iter().sum::<f64>() / mesh.areas.len().max(1) as f64).sqrt();
     let reach = 0.5 * FOLD_CELLS * cell;
     let each = source.iter().enumerate().map(|(k, group)| {
@@ -167,7 +171,8 @@ pub(crate) fn on_mesh(spec: &SheetSpec, source: &[CurvatureGroup], mesh: &Mesh) 
             if !(0.0..=1.0).contains(&along) {
                 continue;
             }
-            // The triangle's own side lies flat: what is beyond the line rises from it, along a parabola at first.
+            // The side of this triangle is flat, and the other side of the line rises from it,
+            // first along a parabola.
             let rise = |v: u32| {
                 let beyond = -line.beside(mesh.positions[v as usize]).0 * beside.signum();
                 if beyond >= reach { beyond } else { (beyond + reach).max(0.0).powi(2) / (4.0 * reach) }
@@ -191,7 +196,7 @@ impl GridLines {
         [home % self.counts[0], home / self.counts[0]]
     }
 
-    /// ∫ ds / S in the cell whose first mass is `home`.
+    /// ∫ ds / S in the cell whose first node is `home`.
     fn in_cell(&self, line: &Line, home: usize) -> f64 {
         let at = self.place(home);
         let low = [0, 1].map(|i| at[i] as f64 * self.spacing[i]);
@@ -200,8 +205,8 @@ impl GridLines {
         inside / (self.spacing[0] * self.spacing[1])
     }
 
-    /// ∫ N ds / S of the mass `home` for the curvature along `axis`. Masses on the border have none across it: what falls to
-    /// them there is the next one's.
+    /// ∫ N ds / S of the node `home` for the curvature along `axis`. A border node has no curvature
+    /// across the border, so its share goes to the next node.
     fn at_mass(&self, line: &Line, home: usize, axis: usize) -> f64 {
         let at = self.place(home);
         let last = [self.counts[0] - 1, self.counts[1] - 1];
@@ -219,7 +224,7 @@ impl GridLines {
         };
         let mut sum = 0.0;
         for part in 0..4_usize {
-            // Bilinear in each of the four cells around, so that Simpson's rule is exact.
+            // The weight is bilinear in each of the four cells around, so Simpson's rule is exact.
             let mut low = [0.0; 2];
             let mut high = [0.0; 2];
             let mut there = true;
@@ -245,7 +250,7 @@ mod tests {
     use super::*;
     use crate::elements::staggered::{Grid, curvatures};
 
-    /// Angle across each row of masses along u, of a sheet of 0.3 m by 0.2 m.
+    /// Angle across each row of nodes along u, of a sheet of 0.3 m by 0.2 m.
     fn across_rows(crease: CreaseSpec, columns: usize, rows: usize) -> Vec<f64> {
         let spec = SheetSpec { size: (0.3, 0.2), creases: vec![crease], ..SheetSpec::default() };
         let spacing = (0.3 / (columns - 1) as f64, 0.2 / (rows - 1) as f64);
@@ -273,7 +278,8 @@ mod tests {
 
     #[test]
     fn a_slanting_crease_has_the_part_of_its_angle_that_turns_each_row() {
-        // From (0.06, 0) to (0.24, 0.2) m: n_u² = 0.2²/(0.18² + 0.2²), crossed once a row over 1/|n_u| of its width.
+        // From (0.06, 0) to (0.24, 0.2) m: n_u² = 0.2²/(0.18² + 0.2²), and each row is crossed over
+        // 1/|n_u| of its width.
         let crease = CreaseSpec { from: (0.2, 0.0), to: (0.8, 1.0), angle: 30.0 };
         let nu = 0.2 / 0.18_f64.hypot(0.2);
         for sum in across_rows(crease, 13, 9) {

@@ -1,7 +1,8 @@
-//! How a sheet flows: what every step of it begins and ends with where it creeps or yields.
+//! Creep and plasticity of a sheet: update of the material law at the start and the end of a step.
 //!
-//! Engines step a law that stands still (see [`crate::elements::creep`]): [`Sheet::begin_flow`] makes it that of the step,
-//! [`Sheet::end_flow`] lets stay what has flowed. Sheets that do neither hold nothing of this.
+//! Integrators use a constant law (see [`crate::elements::creep`]). [`Sheet::begin_flow`] sets the
+//! law of a step, and [`Sheet::end_flow`] stores the inelastic strain. An elastic sheet has none of
+//! this state.
 
 use crate::elements::creep::{FlowLaw, FlowStep, Strain};
 use crate::elements::spring::Springs;
@@ -10,35 +11,36 @@ use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 
-/// What a sheet that flows holds beyond its elements.
+/// State of creep and plasticity of a sheet, beyond that of its elements.
 #[derive(Clone)]
 pub(crate) struct Flow {
     law: FlowLaw,
-    /// Temperature of the sheet where nothing heats it, °C.
+    /// Temperature of a sheet without a thermal network, °C.
     celsius: f64,
-    /// How many times faster time runs for flow, as for heat, than for motion.
+    /// Ratio of thermal time to mechanical time, for creep and for heat.
     lapse: f64,
     springs: SpringFlow,
     /// Whether anything crept in the last step.
     creeps: bool,
-    /// Whether the law of elements is that of a step and not the one at once.
+    /// Whether elements have the law of a step; otherwise they have the instantaneous law.
     in_step: bool,
-    /// Length of the step on its way, s.
+    /// Length of the current step in thermal time, s.
     dt: f64,
 }
 
-/// The springs of a lattice that creeps, as stretch, m.
+/// Springs of a creeping lattice, with strains as stretch (m).
 #[derive(Clone, Default)]
 struct SpringFlow {
     strains: Vec<Strain>,
-    /// Stiffness at once (N/m) and length when they were made (m).
+    /// Instantaneous stiffness (N/m), and length without inelastic strain (m).
     made: Vec<(f64, f64)>,
     share: [f64; 2],
     running: bool,
 }
 
 impl Flow {
-    /// For a sheet with `springs`, at `celsius` where nothing heats it, time running `lapse` times faster than for motion.
+    /// Create the state of a sheet with `springs`, at `celsius` (°C) without a thermal network,
+    /// with thermal time `lapse` times faster than mechanical time.
     pub fn new(law: FlowLaw, celsius: f64, lapse: f64, springs: &Springs) -> Self {
         let made = |i: usize| (springs.stiffness[i], springs.rest[i]);
         let creeping = |share: [f64; 2]| SpringFlow {
@@ -51,7 +53,8 @@ impl Flow {
         Self { law, celsius, lapse, springs, creeps: false, in_step: false, dt: 0.0 }
     }
 
-    /// Energy of the springs (J) at `x`; `None` while their law is the one to ask.
+    /// Elastic energy of the creeping springs at `x` (J); `None` while the springs hold the law of
+    /// a step.
     pub fn spring_energy(&self, springs: &Springs, x: &Vectors) -> Option<f64> {
         let own = &self.springs;
         let energy = |i: usize| own.made[i].0 * own.strains[i].stored(own.stretch(springs, i, x), own.share);
@@ -60,7 +63,7 @@ impl Flow {
 }
 
 impl Flow {
-    /// Keeps it for a snapshot.
+    /// Serialise the state.
     pub fn keep(&self, to: &mut Keeper) {
         [self.creeps, self.in_step, self.springs.running].into_iter().for_each(|f| to.flag(f));
         to.number(self.dt);
@@ -70,7 +73,7 @@ impl Flow {
         }
     }
 
-    /// Takes it back.
+    /// Deserialise the state.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         (self.creeps, self.in_step, self.springs.running) = (from.flag()?, from.flag()?, from.flag()?);
         self.dt = from.number()?;
@@ -81,13 +84,14 @@ impl Flow {
         Ok(())
     }
 
-    /// Of spring `i` the strain without load and those of its arms, per length as made; none where it does not creep.
+    /// Strain without load of spring `i` and the strains of its arms, per initial length; `None`
+    /// where the spring does not creep.
     pub fn spring_held(&self, i: usize) -> Option<[f64; 3]> {
         let (strain, made) = (self.springs.strains.get(i)?, self.springs.made.get(i)?);
         Some([strain.left(), strain.arms[0], strain.arms[1]].map(|s| s / made.1))
     }
 
-    /// Gives it those.
+    /// Set the strains of spring `i`, as [`Flow::spring_held`] returns them.
     pub fn put_spring(&mut self, i: usize, held: [f64; 3], springs: &mut Springs) {
         let own = &mut self.springs;
         let [left, first, second] = held.map(|h| h * own.made[i].1);
@@ -97,12 +101,12 @@ impl Flow {
         own.apply(i, springs);
     }
 
-    /// Temperature where nothing heats the sheet, °C.
+    /// Temperature of a sheet without a thermal network, °C.
     pub fn celsius(&self) -> f64 {
         self.celsius
     }
 
-    /// Sets it.
+    /// Set the temperature of a sheet without a thermal network, °C.
     pub fn set_celsius(&mut self, celsius: f64) {
         self.celsius = celsius;
     }
@@ -152,24 +156,25 @@ impl SpringFlow {
 }
 
 impl Sheet {
-    /// Whether the sheet creeps at its temperature, so that it moves on however slowly.
+    /// Whether the sheet creeps at its temperature, so that it moves on, however slowly.
     pub(crate) fn is_creeping(&self) -> bool {
         self.flow.as_ref().is_some_and(|f| f.creeps)
     }
 
-    /// The angles a length, 1/m, (uu, vv, 2uv) towards its upper side, by which a sheet that is made bent or may stay bent is bent
-    /// where no moment acts: of each place where it has curvature, in no order that means anything.
+    /// Rest curvatures (uu, vv, 2uv; 1/m, positive towards the upper side) of a sheet with creases,
+    /// curl, creep or plasticity, one per curvature group, in unspecified order.
     pub fn rest_angles(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
         self.elements.iter().filter_map(|e| e.rest_angles()).flatten()
     }
 
-    /// Temperature of a sheet that flows, °C, the mean where it is not the same everywhere; `None` of any other.
+    /// Temperature of a creeping or plastic sheet, °C: the mean of the thermal network where there
+    /// is one. `None` for an elastic sheet.
     pub fn temperature(&self) -> Option<f64> {
         let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len().max(1) as f64;
         self.flow.as_ref().map(|f| self.temperatures().map_or(f.celsius, mean))
     }
 
-    /// Changes the temperature of a sheet that flows, °C, -273.15 to 5000.
+    /// Change the temperature of a creeping or plastic sheet, °C, -273.15 to 5000.
     ///
     /// # Errors
     /// When out of range, or the sheet neither creeps nor yields; nothing is changed then.
@@ -186,7 +191,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Begins a step of `dt` s.
+    /// Begin a step of `dt` (s): set the law of the step.
     pub(crate) fn begin_flow(&mut self, dt: f64) {
         let Some(mut flow) = self.flow.take() else { return };
         flow.dt = dt * flow.lapse;
@@ -209,7 +214,7 @@ impl Sheet {
         self.flow = Some(flow);
     }
 
-    /// Ends the step that was begun, where the sheet is.
+    /// End the step: store the inelastic strain at the present positions.
     pub(crate) fn end_flow(&mut self) {
         let Some(mut flow) = self.flow.take() else { return };
         if !flow.creeps && flow.law.plastic.is_none() {
@@ -227,7 +232,7 @@ impl Sheet {
         self.flow = Some(flow);
     }
 
-    /// Gives a sheet that flows the law at once, as for an equilibrium.
+    /// Set the instantaneous law, as for an equilibrium.
     pub(crate) fn stand_still(&mut self) {
         if let Some(mut flow) = self.flow.take() {
             self.stand_up(&mut flow);
@@ -235,8 +240,9 @@ impl Sheet {
         }
     }
 
-    /// Warmth makes the length of spring `i` without load `grown` (m) longer, and its stiffness `softness.1` of the law's that was
-    /// `softness.0`, at `length` (m). False where it does not creep, and nothing is done.
+    /// Apply thermal expansion and softening to creeping spring `i` of present `length` (m): its
+    /// length without load grows by `grown` (m), and the softening factor changes from `softness.0`
+    /// to `softness.1`. Return false, without a change, for a spring that does not creep.
     pub(crate) fn warm_creeping_spring(&mut self, i: usize, length: f64, grown: f64, softness: (f64, f64)) -> bool {
         let Some(springs) = self.flow.as_mut().map(|f| &mut f.springs) else { return false };
         let (Some(strain), Some(made)) = (springs.strains.get_mut(i), springs.made.get_mut(i)) else { return false };
@@ -265,7 +271,7 @@ impl Sheet {
         }
     }
 
-    /// Takes up stiffnesses that were set anew.
+    /// Take over changed spring stiffnesses and material constants.
     pub(crate) fn refresh_flow(&mut self) {
         let Some(mut flow) = self.flow.take() else { return };
         let creep = flow.law.creep.is_some();

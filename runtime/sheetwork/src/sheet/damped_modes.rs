@@ -1,7 +1,8 @@
-//! All vibrations of a small sheet about where it is, with how fast each dies away.
+//! All vibration modes of a small sheet about its present state, with their damping rates.
 //!
-//! K φ = ω² M φ with K = -∂f/∂x and, of C = -∂f/∂v, the share of each: c = φᵀ C φ with φᵀ M φ = 1, so that x'' + c x' + ω² x = 0. What C
-//! does between two of them is left out. Both matrices come of differences of forces and are full: for some dozens of masses.
+//! K φ = ω² M φ with K = -∂f/∂x, and the modal part c = φᵀ C φ of C = -∂f/∂v with φᵀ M φ = 1, so
+//! that x'' + c x' + ω² x = 0. The coupling of modes by C is neglected. Both matrices are dense and
+//! come from central differences of the forces, which suits some dozens of nodes.
 
 use faer::{Mat, Side};
 use glam::DVec3;
@@ -10,21 +11,21 @@ use crate::elements::spring::SpringScratch;
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 
-/// A way the sheet vibrates, and how that dies away.
+/// Vibration mode with its damping rate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DampedMode {
-    /// Square of its angular frequency, rad²/s²; negative where the sheet does not stand by itself.
+    /// Square of the angular frequency, rad²/s²; negative for an unstable mode.
     pub squared: f64,
-    /// Rate c of its damping, 1/s: twice the damping ratio times the frequency.
+    /// Damping rate c, 1/s: twice the damping ratio times the angular frequency.
     pub rate: f64,
 }
 
-/// Most masses of a sheet whose matrices are made.
+/// Maximum number of nodes for dense matrices.
 pub const MOST_MASSES: usize = 64;
 
 impl Sheet {
-    /// All its vibrations about its present place, slowest first; none of a sheet of more than 64 masses, or where they
-    /// cannot be found.
+    /// All modes about the present state, lowest first; empty for a sheet of more than 64 nodes, or
+    /// if the eigenvalue problem fails.
     pub fn damped_modes(&self) -> Vec<DampedMode> {
         let n = self.masses();
         if n > MOST_MASSES {
@@ -32,7 +33,8 @@ impl Sheet {
         }
         let free: Vec<usize> = (0..3 * n).filter(|i| self.inverse_mass[i / 3] > 0.0).collect();
         let still = Vectors::zeros(n);
-        // Far below what forces tell apart, far above rounding.
+        // The increments are small against the nonlinearity of the forces and large against
+        // rounding.
         let (step, speed) = (1e-6 * self.spread.max(1e-6), 1e-3 * self.spread.max(1e-6));
         let along = |i: usize, size: f64| {
             let mut d = Vectors::zeros(n);
@@ -72,7 +74,7 @@ impl Sheet {
     }
 }
 
-/// The vibrations of x'' + C x' + K x = 0, slowest first; none where they cannot be found.
+/// Modes of x'' + C x' + K x = 0, lowest first; `None` if the eigenvalue problem fails.
 fn modes(stiffness: &Mat<f64>, damping: &Mat<f64>) -> Option<Vec<DampedMode>> {
     let eigen = stiffness.self_adjoint_eigen(Side::Lower).ok()?;
     let rates = eigen.U().transpose() * damping * eigen.U();

@@ -1,50 +1,53 @@
-//! How stiff a sheet really is as it runs: what structure, grid and step leave of the modulus that was asked for.
+//! Delivered stiffness of a running sheet: the part of the requested modulus that structure, grid
+//! and step produce.
 //!
-//! - Structure: the fraction of the bending stiffness that its springs deliver (1 for a shell).
-//! - Grid: second differences see a wave of wave number q as (1 - (q h)²/12)² as stiff. q is that of the present shape,
-//!   q⁴ = Σ (Δκ)²/(h⁴ Σ κ²) with κ its curvature along the grid; that of the slowest wave, 1.875/L, for a flat sheet. (Droop at rest
-//!   is better than that: the weights at a clamp take most of the error away.)
-//! - Step: a wave of q vibrates at ω = q² √(D/ρt), and the engine turns it by another angle a step than ω dt, and damps it.
-//!   A sheet at rest owes nothing to the step.
+//! - Structure: fraction of the bending stiffness that the springs deliver (1 for a shell).
+//! - Grid: second differences see a wave of wave number q with the relative stiffness (1 - (q
+//!   h)²/12)². q is that of the present shape, q⁴ = Σ (Δκ)²/(h⁴ Σ κ²) with the curvature κ along
+//!   the grid, or that of the slowest wave, 1.875/L, for a flat sheet. (Droop at rest is more
+//!   accurate, because the weights at a clamp remove most of the error.)
+//! - Step: a wave of wave number q oscillates at ω = q² √(D/ρt); the integrator advances its phase
+//!   by an angle that differs from ω dt, and damps it. A sheet at rest has no error from the step.
 //!
-//! Estimates for waves that the grid resolves, to leading order; a crumpled sheet is beyond them.
+//! The estimates hold to leading order for waves that the grid resolves, and not for a crumpled
+//! sheet.
 
 use serde::Serialize;
 
-use crate::islands::SLEEP_SPEED;
+use crate::scene::sleep::SLEEP;
 use crate::sheet::Sheet;
 
-/// What is left of a modulus.
+/// Delivered part of a modulus.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct DeliveredStiffness {
-    /// Young's modulus asked for, Pa.
+    /// Requested Young's modulus, Pa.
     pub asked_pa: f64,
-    /// Young's modulus of a sheet without errors that would bend as this one does, Pa.
+    /// Young's modulus of an exact sheet with the same bending stiffness, Pa.
     pub bends_as_pa: f64,
     /// Fraction that the structure delivers.
     pub structure: f64,
-    /// Fraction of that which the grid leaves for the present shape.
+    /// Fraction of the structure's stiffness that the grid delivers for the present shape.
     pub grid: f64,
-    /// Fraction of that which the step leaves for the present motion; 1 at rest.
+    /// Fraction of the grid's stiffness that the step delivers for the present motion; 1 at rest.
     pub step: f64,
     /// Wave number of the present shape, rad/m.
     pub wave_number_rad_m: f64,
-    /// Damping ratio of that wave by the material.
+    /// Damping ratio of this wave by the material.
     pub material_damping_ratio: f64,
-    /// Damping ratio of that wave by the engine alone: an error, not physics.
+    /// Damping ratio of this wave by the integrator, which is a numerical error.
     pub numerical_damping_ratio: f64,
 }
 
 impl Sheet {
-    /// What grid, engine and step `dt` (s) deliver now of the stiffness asked for; `None` where springs have their stiffness
-    /// by a rule that does not aim at it, or masses lie on no regular grid.
+    /// Stiffness that structure, grid, integrator and step `dt` (s) deliver now; `None` for springs
+    /// that are not calibrated to the bending stiffness.
     pub fn delivered_stiffness(&self, dt: f64) -> Option<DeliveredStiffness> {
         let structure = self.delivered?;
         let (q, grid) = self.resolved();
         let law = self.law();
         let areal = self.material().areal_mass();
         let omega = q * q * (structure * grid * law.bending[0][0] / areal).sqrt();
-        let moves = self.max_speed() > SLEEP_SPEED;
+        let moves = self.max_speed() > SLEEP.speed;
         let (mut step, mut numerical) = (1.0, 0.0);
         if let Some(amplification) = self.engine().info().amplification {
             let angle = omega * dt;
@@ -56,7 +59,7 @@ impl Sheet {
                 }
             }
         }
-        // Of a sheet that differs along its two directions, the modulus that its bending along the length comes from.
+        // The modulus of an orthotropic sheet is that of bending along the length.
         let d = &law.bending;
         let plate = d[0][0] - d[0][1] * d[0][1] / d[1][1];
         let asked = 12.0 * plate / self.material().thickness.powi(3);
@@ -72,11 +75,13 @@ impl Sheet {
         })
     }
 
-    /// Wave number of the present shape (rad/m) and the fraction of bending stiffness that the grid has for it.
+    /// Wave number of the present shape (rad/m), and the fraction of the bending stiffness that the
+    /// grid delivers for it.
     fn resolved(&self) -> (f64, f64) {
         let slowest = 1.875_104 / self.length;
         let Some(layer) = self.layers.first().filter(|_| self.triangles.is_none()) else {
-            // On triangles waves are not followed; the slowest one stands for them, a mass's area for the spacing.
+            // On triangles the slowest wave represents the shape, and the area per node gives the
+            // spacing.
             let h2 = self.total_mass() / self.material().areal_mass() / self.masses().max(1) as f64;
             return (slowest, (1.0 - slowest * slowest * h2 / 12.0).powi(2));
         };
@@ -88,7 +93,7 @@ impl Sheet {
             line.extend((0..nx).map(|i| layer.at(i, j) as usize));
             sums.add(self, &line);
         }
-        // The rows of a triangular layer do not lie behind one another.
+        // The rows of a triangular layer are staggered.
         if !layer.triangular {
             for i in 0..nx {
                 line.clear();
@@ -97,14 +102,14 @@ impl Sheet {
             }
         }
         let h = sums.spacing;
-        // Flat to a millionth: judged by the slowest wave there is.
+        // A sheet flat to 1e-6 is evaluated at the slowest wave.
         let q = if sums.curvature <= 1e-12 { slowest } else { (sums.bend / sums.curvature).sqrt().sqrt() / h };
         let q = q.max(slowest).min(std::f64::consts::PI / h);
         (q, (1.0 - (q * h).powi(2) / 12.0).powi(2))
     }
 }
 
-/// Curvature along lines of the grid, without units: Σ κ² and Σ (Δκ)², and the smallest spacing, m.
+/// Dimensionless curvature along grid lines: Σ κ² and Σ (Δκ)², and the smallest spacing (m).
 struct Sums {
     curvature: f64,
     bend: f64,
@@ -112,7 +117,8 @@ struct Sums {
 }
 
 impl Sums {
-    /// Adds a line of masses. Two at each end are left out: beside a clamp differences are not smooth.
+    /// Add a line of nodes without two at each end, because differences beside a clamp are not
+    /// smooth.
     fn add(&mut self, sheet: &Sheet, line: &[usize]) {
         let x = |k: usize| sheet.x.get(line[k]);
         let curvature = |k: usize| x(k - 1) - x(k) * 2.0 + x(k + 1);

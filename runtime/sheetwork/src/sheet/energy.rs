@@ -1,4 +1,4 @@
-//! Energies of a sheet and its largest frequency.
+//! Energies of a sheet, and its largest angular frequency.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -6,22 +6,23 @@ use serde::Serialize;
 use crate::math::Vectors;
 use crate::sheet::Sheet;
 
-/// Energies, J. Gravity's is zero at the origin; a held mass has gravity's energy and moves nothing. One that is gone has what gravity
-/// gave it where it went.
+/// Energies, J. The potential energy of gravity is zero at the origin. Prescribed nodes are
+/// included. A detached node has no kinetic energy and keeps the potential energy of the position
+/// where it was detached.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Energy {
-    /// Σ ½ m v².
+    /// Kinetic energy Σ ½ m v².
     pub kinetic: f64,
-    /// Σ ½ k (L - s)² over the springs, and what membrane and bending of a shell store.
+    /// Elastic energy: Σ ½ k (L - s)² of the springs, and that of membrane and bending of a shell.
     pub elastic: f64,
-    /// -Σ m g·x.
+    /// Potential energy -Σ m g·x.
     pub gravity: f64,
-    /// The sum of the three.
+    /// Sum of the three.
     pub total: f64,
 }
 
 impl Energy {
-    /// With these energies (J) of something else added.
+    /// Sum with other energies (J).
     pub(crate) fn plus(self, kinetic: f64, elastic: f64, gravity: f64) -> Self {
         Self {
             kinetic: self.kinetic + kinetic,
@@ -41,18 +42,20 @@ impl Energy {
     }
 }
 
-/// Energy of strain as the sheet lies, J.
+/// Elastic energy of the present state, J.
 pub(crate) fn elastic(sheet: &Sheet) -> f64 {
     let elements: f64 = sheet.elements.iter().map(|e| e.energy(&sheet.x)).sum();
     let springs = sheet.flow.as_ref().and_then(|f| f.spring_energy(&sheet.springs, &sheet.x));
     springs.unwrap_or_else(|| sheet.springs.energy(&sheet.x)) + elements
 }
 
-/// Power iteration on M⁻¹K, K the tangent stiffness of the springs at the present positions.
+/// Largest angular frequency (rad/s) by power iteration on M⁻¹K, with the tangent stiffness K at
+/// the present positions.
 pub(crate) fn largest_frequency(sheet: &Sheet, iterations: usize) -> f64 {
     let n = sheet.masses();
     let mut mode = Vectors::zeros(n);
-    // A fixed start with a part in every mode: a small linear congruential sequence, the same on every run.
+    // A linear congruential sequence gives a reproducible start vector with a component in every
+    // mode.
     let mut seed = 0x2545_f491_u32;
     for axis in mode.axes_mut() {
         for value in axis {
@@ -77,7 +80,8 @@ pub(crate) fn largest_frequency(sheet: &Sheet, iterations: usize) -> f64 {
     eigenvalue.sqrt()
 }
 
-/// out = M⁻¹ K d: each spring's tangent is k d̂d̂ᵀ + k (1 - s/L)(I - d̂d̂ᵀ).
+/// Compute out = M⁻¹ K d of the springs; the tangent of a spring is k d̂d̂ᵀ + k (1 - s/L)(I -
+/// d̂d̂ᵀ).
 fn apply_stiffness(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
     out.clear();
     let springs = sheet.springs();
@@ -98,7 +102,8 @@ fn apply_stiffness(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
     }
 }
 
-/// Adds M⁻¹ K d of the elements, by central differences of their forces over a step far below what they can tell apart.
+/// Add M⁻¹ K d of the elements, by central differences of their forces over a step that is small
+/// against their nonlinearity.
 fn apply_elements(sheet: &Sheet, d: &Vectors, out: &mut Vectors) {
     let largest = d.max_squared().sqrt();
     if sheet.elements.is_empty() || largest <= 0.0 {

@@ -1,8 +1,9 @@
-//! Where a sheet comes to rest under constant forces, found without stepping through time.
+//! Equilibrium of a sheet under constant forces, without time integration.
 //!
-//! Mixed-stress Newton from where the sheet is: for sheets that bend and hardly stretch it takes about six linear solves on any
-//! grid (see [`crate::elements`]). Where that does not settle (a buckled sheet, or one that nothing holds upright) it goes on by backward
-//! Euler steps without velocity whose length grows, which go down in energy and end in a stable equilibrium.
+//! Mixed-stress Newton from the present state takes about six linear solves on any grid for sheets
+//! that bend with little stretch (see [`crate::elements`]). Where it does not converge (a buckled
+//! or a free sheet), backward Euler steps without velocity and with growing length follow; they
+//! reduce the energy and end in a stable equilibrium.
 
 use crate::elements::{Anchor, Geometric};
 use crate::integrators::implicit::newton::{Work, solve};
@@ -11,36 +12,37 @@ use crate::math::Vectors;
 use crate::sheet::implicit_system::System;
 use crate::sheet::{Field, Sheet};
 
-/// How an equilibrium was found.
+/// Result of the search for an equilibrium.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Equilibrium {
-    /// Linear solves.
+    /// Number of linear solves.
     pub solves: u32,
     /// Length of the last step of the iteration, m.
     pub last_step: f64,
-    /// Whether it settled.
+    /// Whether the iteration converged.
     pub settled: bool,
-    /// Whether Newton's method from where the sheet was did it alone.
+    /// Whether Newton's method converged from the initial state, without relaxation.
     pub direct: bool,
-    /// Whether the sheet stands there by itself: at an unstable equilibrium the least push sends it elsewhere.
+    /// Whether the equilibrium is stable.
     pub stable: bool,
 }
 
-/// Steps of Newton's method alone.
+/// Maximum number of steps of Newton's method.
 const DIRECT_STEPS: u32 = 25;
-/// Relaxation steps after that.
+/// Maximum number of relaxation steps.
 const RELAXING_STEPS: u32 = 400;
 
 impl Sheet {
-    /// Moves the sheet to equilibrium under `field`, to a last step of at most `tolerance` m, and stops it there.
+    /// Move the sheet to equilibrium under `field`, with a last step of at most `tolerance` (m),
+    /// and set its velocities to zero.
     pub fn settle(&mut self, field: Field, tolerance: f64) -> Equilibrium {
         self.stand_still();
         let found = self.find_equilibrium(field, tolerance);
         Equilibrium { stable: self.is_stable(), ..found }
     }
 
-    /// Lets the sheet flow for `dt` s so slowly that it is in equilibrium under `field` throughout, to a last step of at most
-    /// `tolerance` m, and stops it where it has come to. Whether it is stable there is not looked at.
+    /// Let the sheet creep for `dt` (s) in equilibrium under `field`, with a last step of at most
+    /// `tolerance` (m), and set its velocities to zero. Stability is not tested.
     pub fn flow_settled(&mut self, field: Field, dt: f64, tolerance: f64) -> Equilibrium {
         self.begin_flow(dt);
         let found = self.find_equilibrium(field, tolerance);
@@ -100,7 +102,7 @@ fn newton(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, size: f64
     found
 }
 
-/// Backward Euler without velocity, in steps that double while they go well.
+/// Relax by backward Euler steps without velocity, doubling the step after each unguarded solution.
 fn relax(problem: &mut dyn Implicit, x: &mut Vectors, tolerance: f64, found: &mut Equilibrium) {
     let still = Vectors::zeros(x.len());
     let mut work = Work::default();

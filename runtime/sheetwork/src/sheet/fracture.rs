@@ -16,8 +16,8 @@
 //!
 //! An open cell has no stiffness (its elastic energy is released and never restored), contact, area
 //! for drawing and drag, or heat flow. A node keeps its mass while one of its cells is closed. A
-//! detached node, with no closed cell left, is fixed, has no energy, and follows the nearest
-//! remaining node.
+//! detached node, with no closed cell left, is fixed, has no kinetic or elastic energy, keeps the
+//! potential energy of its last position, and follows the nearest remaining node.
 
 use glam::DVec3;
 use serde::Serialize;
@@ -28,7 +28,7 @@ use crate::mesh::slits::Slit;
 use crate::mesh::structure::Layer;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::REFERENCE;
+use crate::units::temperature::REFERENCE;
 
 /// Relative tolerance within which strains are equal.
 const ALIKE: f64 = 1e-9;
@@ -80,7 +80,7 @@ struct State {
 }
 
 impl Tears {
-    /// Creates the state of `sheet` with all cells closed; `runs` allows cells to open during the
+    /// Create the state of `sheet` with all cells closed; `runs` allows cells to open during the
     /// run.
     pub fn new(sheet: &Sheet, runs: bool) -> Self {
         let bottom = sheet.layers.first().copied().unwrap_or_default();
@@ -108,7 +108,7 @@ impl Tears {
         self.open.cells()
     }
 
-    /// Serialises the state that does not follow from the open cells.
+    /// Serialise the state that does not follow from the open cells.
     pub fn keep(&self, to: &mut Keeper) {
         to.flag(self.told);
         to.number(self.released);
@@ -123,7 +123,7 @@ impl Tears {
         }
     }
 
-    /// Deserialises that state; the same cells must already be open.
+    /// Deserialise that state; the same cells must already be open.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         self.told = from.flag()?;
         self.released = from.number()?;
@@ -226,7 +226,7 @@ impl Sheet {
         sound
     }
 
-    /// Opens cells after a step. Returns the first opening of the sheet, once.
+    /// Open cells after a step. Return the first opening of the sheet, once.
     pub(crate) fn tear(&mut self) -> Option<Opening> {
         let mut tears = self.tears.take()?;
         tears.opens.clear();
@@ -247,7 +247,7 @@ impl Sheet {
         first
     }
 
-    /// Collects the cells that open; returns the one with the largest strain.
+    /// Collect the cells that open; return the one with the largest strain.
     fn look(&self, tears: &mut Tears) -> Option<usize> {
         let (melts_at, tears_at) = (self.material.melts_at, self.material.tears_at);
         let (mut worst, mut most, mut melted) = (None, 1.0, None);
@@ -323,7 +323,7 @@ impl Sheet {
         Opening { place_m: middle.to_array(), strain: state.strain, temperature_c: state.celsius, melted }
     }
 
-    /// Opens the cells along `slits` permanently.
+    /// Open the cells along `slits` permanently.
     pub(crate) fn slit(&mut self, slits: &[Slit]) {
         let cells = self.slit_cells(slits);
         if let Some(tears) = self.tears.as_mut().filter(|_| !slits.is_empty()) {
@@ -340,7 +340,7 @@ impl Sheet {
         tears.open.cells().iter().zip(slit).map(|(open, slit)| *open && !slit).collect()
     }
 
-    /// Restores the open cells to `torn` (empty: none) and the slits, for a return to another time.
+    /// Restore the open cells to `torn` (empty: none) and the slits, for a return to another time.
     pub(crate) fn set_open(&mut self, torn: &[bool]) {
         let Some(tears) = self.tears.as_mut() else { return };
         let of = |list: &[bool], c: usize| list.get(c).copied().unwrap_or(false);
@@ -353,7 +353,7 @@ impl Sheet {
         self.take_openings();
     }
 
-    /// Updates everything that depends on the open cells.
+    /// Update everything that depends on the open cells.
     fn take_openings(&mut self) {
         let before = self.energy(DVec3::ZERO).total;
         let Some(mut tears) = self.tears.take() else { return };
@@ -397,7 +397,7 @@ impl Sheet {
         (u * columns as f64, v * rows as f64)
     }
 
-    /// Fixes detached nodes, removes their attachments, and finds the node that each follows.
+    /// Fix detached nodes, remove their attachments, and find the node that each follows.
     fn hold_gone(&mut self, tears: &mut Tears) {
         let mut pinned = vec![false; self.masses()];
         self.pins.masses().for_each(|m| pinned[m as usize] = true);
@@ -418,7 +418,7 @@ impl Sheet {
         }
     }
 
-    /// Moves detached nodes with the nodes that they follow.
+    /// Move detached nodes with the nodes that they follow.
     fn carry(&mut self) {
         let Some(tears) = self.tears.as_ref().filter(|t| !t.loose.is_empty()) else { return };
         for (mass, with) in &tears.loose {
@@ -428,12 +428,8 @@ impl Sheet {
         }
     }
 
-    /// Updates contact and limits after a change of the open cells.
+    /// Update the limits after a change of the open cells.
     fn open_contact(&mut self) {
-        if let Some(mut skin) = self.work.skin.take() {
-            skin.open(self);
-            self.work.skin = Some(skin);
-        }
         if let Some(limit) = self.flexion_limit.as_ref().map(|l| l.limit) {
             self.flexion_limit = Some(FlexionLimit { triples: self.closed_triples(), limit });
         }

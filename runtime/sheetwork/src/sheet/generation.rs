@@ -1,4 +1,5 @@
-//! A sheet from its description: lattice, masses, and what every spring's stiffness is by the sheet's spring law.
+//! Generation of a sheet from its description: lattice or mesh, node masses, and spring stiffness
+//! by the spring law of the sheet.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -6,32 +7,33 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::elements::Element;
-use crate::elements::spring::SpringClass;
 use crate::elements::wall_spring::WallSprings;
 use crate::error::InputError;
 use crate::material::calibration::{Clamped, Request, WallSpring, calibrate, default_gap};
 use crate::mesh::outline;
 use crate::mesh::outline::Outline;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, Layer, StructureKind, generate, masses_of};
 use crate::scene::{Material, PinSpec, Region, SheetSpec, SpringLaw};
 use crate::sheet::build::{Parts, extent, length_of, material_coordinates};
 
-/// Nearest that layers of a sheet on a coarser grid are, as a fraction of what calibration would choose there.
+/// Minimum distance of the layers on a coarser grid, as a fraction of the distance that calibration
+/// chooses there.
 const NEAREST: f64 = 0.4;
 
-/// What calibration adds to the springs of a lattice.
+/// Clamp springs and delivered stiffness of a calibrated lattice.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Calibrated {
-    /// Masses in the planes of clamped edges.
+    /// Nodes in the planes of clamped edges.
     pub held: Vec<u32>,
-    /// Springs that end there, in the sheet's own axes, with their rest length, m.
+    /// Springs that end in these planes, in the axes of the sheet, with their rest lengths (m).
     pub walls: Vec<(WallSpring, f64)>,
-    /// Mean over directions of the bending stiffness delivered over that asked for.
+    /// Delivered over requested bending stiffness, mean over directions.
     pub delivered: f64,
 }
 
 impl Calibrated {
-    /// The springs that clamps cut, in the world.
+    /// Springs between lattice and clamp, placed in the world.
     pub fn wall_springs(
         &self,
         spec: &SheetSpec,
@@ -50,13 +52,14 @@ impl Calibrated {
     }
 }
 
-/// Whether a pin is a clamp along an edge that cuts the springs of a calibrated lattice: one that stands still.
+/// Whether a pin is a fixed clamp along an edge, which cuts the springs of a calibrated lattice.
 pub(crate) fn cuts(pin: &PinSpec) -> bool {
     let edge = matches!(pin.region, Region::Left | Region::Right | Region::Back | Region::Front);
     pin.clamp && pin.path.is_empty() && edge
 }
 
-/// The parts of a generated sheet; `described` is the grid that its description has, if it has gone to another.
+/// Parts of a generated sheet; `described` is the grid in the scene, which differs from that of
+/// `spec` after a change of grid.
 pub(crate) fn generated(
     spec: &SheetSpec,
     material: &Material,
@@ -88,7 +91,7 @@ pub(crate) fn generated(
     Ok(still(spec, lattice, rest, stiffness, mass))
 }
 
-/// A shell of any outline: one layer, its masses those of a mesh of triangles.
+/// Parts of a shell with an outline: one layer with the nodes of a triangle mesh.
 fn outlined(
     spec: &SheetSpec,
     material: &Material,
@@ -102,7 +105,8 @@ fn outlined(
     if spec.grid == described {
         check_levels(spec, &outline)?;
     } else if let Some(mass) = &mut node_mass {
-        // What the masses of rectangles are in is not what those of this outline are in.
+        // `node_mass` was scaled by the node counts of rectangular grids, which differ from those
+        // of the outline.
         let first = outline::mesh(&outline, (described.0, described.2))?.positions.len();
         let rectangles = masses_of(spec.grid) as f64 / masses_of(described) as f64;
         *mass *= rectangles * first as f64 / n as f64;
@@ -121,7 +125,7 @@ fn outlined(
     Ok(parts)
 }
 
-/// Refuses a level of detail that is too coarse for the outline.
+/// Refuse a level of detail that is too coarse for the outline.
 fn check_levels(spec: &SheetSpec, outline: &Outline) -> Result<(), InputError> {
     for (i, level) in spec.detail.iter().flat_map(|d| &d.levels).enumerate() {
         let fault = |e: InputError| {
@@ -136,8 +140,8 @@ fn check_levels(spec: &SheetSpec, outline: &Outline) -> Result<(), InputError> {
 
 fn calibrated(spec: &SheetSpec, material: &Material, described: (u32, u32, u32)) -> Result<Parts, InputError> {
     let clamped = |region: Region| spec.pins.iter().any(|p| cuts(p) && p.region == region);
-    // The layers of a sheet that has gone to another grid stay as far apart as they were: it is the same body. But for layers so near to
-    // one another that a bend snaps one through the other.
+    // After a change of grid the layers keep the distance that they have on the described grid. The
+    // minimum prevents a bend from snapping one layer through the other.
     let gap = |grid| default_gap(spec.structure, grid, spec.size);
     let gap = (described != spec.grid).then(|| gap(described).max(NEAREST * gap(spec.grid)));
     let request = Request {
@@ -188,13 +192,13 @@ fn still(spec: &SheetSpec, lattice: Lattice, rest: Vec<f64>, stiffness: Vec<f64>
     }
 }
 
-/// Part of a single layer's area that falls to each mass, in order.
+/// Fraction of a single layer's area per node, in order.
 fn shares((nx, _, nz): (u32, u32, u32)) -> impl Iterator<Item = f64> {
     let along = |k: u32, n: u32| if k == 0 || k + 1 == n { 0.5 } else { 1.0 } / f64::from(n - 1);
     (0..nz).flat_map(move |j| (0..nx).map(move |i| along(i, nx) * along(j, nz)))
 }
 
-/// Stiffness of every spring, N/m, by the sheet's spring law.
+/// Stiffness of every spring (N/m) by the spring law of the sheet.
 fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &[f64]) -> Vec<f64> {
     let et = material.young * material.thickness;
     let area = spec.size.0 * spec.size.1;
@@ -208,8 +212,10 @@ fn stiffnesses(spec: &SheetSpec, material: &Material, lattice: &Lattice, rest: &
             SpringLaw::Uniform | SpringLaw::Calibrated => et,
             SpringLaw::Length => {
                 let share = area / family.get(&(link.class, link.layer)).copied().unwrap_or(1.0);
-                // Each layer carries its part of the thickness; the spring stands for a strip share/length wide. Between
-                // layers the same: E A / h there would be many times stiffer, and shorten the step for nothing seen.
+                // Each layer has its share of the thickness, and a spring represents a strip of
+                // width share/length. Springs between layers have the full stiffness E t per layer:
+                // E A/h would be many times stiffer and shorten the stable step without a visible
+                // effect.
                 let strip = if link.class == SpringClass::Inter { 1.0 } else { (share / length) / length };
                 (et / layers) * strip
             }

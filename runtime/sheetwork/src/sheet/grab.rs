@@ -1,4 +1,4 @@
-//! Pulling at a material point of a sheet: see [`Pull`].
+//! Grabs: springs between a hand and a material point of a sheet, see [`Pull`].
 
 use glam::DVec3;
 
@@ -7,20 +7,20 @@ use crate::elements::{Element, NO_BLOCK};
 use crate::error::{InputError, check_range};
 use crate::sheet::{Probe, Sheet};
 
-/// Most pulls at one sheet at a time.
+/// Maximum number of grabs of one sheet.
 pub const MOST_PULLS: usize = 8;
-/// Stiffest pull, N/m.
+/// Maximum stiffness of a grab, N/m.
 const STIFFEST: f64 = 1e9;
-/// Furthest target along an axis, m.
+/// Maximum coordinate of a target, m.
 const FURTHEST: f64 = 1e6;
 
 impl Sheet {
-    /// Takes hold of the material point (u, v), each 0 to 1 over the bottom layer, by a spring of `stiffness` (N/m, above 0 to
-    /// 1e9) to where the point is now; returns
-    /// the number of the pull. Explicit engines bear it as they bear the sheet's own springs: up to a step.
+    /// Grab the material point (u, v), each 0 to 1 over the bottom layer, by a spring of
+    /// `stiffness` (N/m, above 0 to 1e9) to its present position; return the index of the grab. The
+    /// spring limits the stable step of an explicit integrator like the springs of the sheet.
     ///
     /// # Errors
-    /// When a value is out of range, or eight already pull.
+    /// When a value is out of range, or the sheet has eight grabs already.
     pub fn grab(&mut self, uv: (f64, f64), stiffness: f64) -> Result<usize, InputError> {
         check_range("u", uv.0, 0.0, 1.0, "")?;
         check_range("v", uv.1, 0.0, 1.0, "")?;
@@ -42,10 +42,11 @@ impl Sheet {
         Ok(self.pulls.len() - 1)
     }
 
-    /// Pulls the point of pull `index` towards `target` (m, each coordinate within ±1e6), from the next step on.
+    /// Move the target of grab `index` to `target` (m, each coordinate within ±1e6), from the next
+    /// step on.
     ///
     /// # Errors
-    /// When there is no such pull, or the target is out of range; nothing is changed then.
+    /// When there is no such grab, or the target is out of range; nothing is changed then.
     pub fn pull(&mut self, index: usize, target: DVec3) -> Result<(), InputError> {
         for (axis, value) in target.to_array().into_iter().enumerate() {
             check_range(&format!("target.{axis}"), value, -FURTHEST, FURTHEST, "m")?;
@@ -53,7 +54,8 @@ impl Sheet {
         let Some(pull) = self.pulls.get_mut(index) else { return Err(InputError::new("pull", "nobody pulls there")) };
         if pull.target != target {
             pull.target = target;
-            // The box keeps its place, so that the others' blocks stay where they are.
+            // The element keeps its place in the list, so the block indices of the others stay
+            // valid.
             let at = self.elements.len() - self.pulls.len() + index;
             self.elements[at] = self.boxed(index);
             self.wake();
@@ -61,7 +63,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Lets go of pull `index`; those after it count one less. False when there is none.
+    /// Release grab `index`; later indices decrease by one. False when there is none.
     pub fn let_go(&mut self, index: usize) -> bool {
         if index >= self.pulls.len() {
             return false;
@@ -76,12 +78,12 @@ impl Sheet {
         true
     }
 
-    /// Who pulls at it.
+    /// Grabs of the sheet.
     pub fn pulls(&self) -> &[Pull] {
         &self.pulls
     }
 
-    /// Pull `index` as an element, with its blocks if there is a linear system.
+    /// Grab `index` as an element, bound to the blocks of the linear system if there is one.
     fn boxed(&self, index: usize) -> Box<Pull> {
         let mut pull = Box::new(self.pulls[index]);
         if let Some(system) = &self.system {
@@ -90,7 +92,7 @@ impl Sheet {
         pull
     }
 
-    /// Makes the last pull an element.
+    /// Add the last grab to the elements.
     pub(crate) fn add_pull(&mut self) {
         let Some(pull) = self.pulls.last() else { return };
         if let Some(system) = &mut self.system {
@@ -98,7 +100,8 @@ impl Sheet {
             pull.couples(&mut |a, b| missing |= system.lacks(a, b));
             system.forget_constant();
             if missing {
-                // Masses of one triangle that no element joins: the system is made anew, and the scheme with it.
+                // No element couples these nodes of one triangle, so the linear system is rebuilt
+                // and the integrator restarts.
                 self.system = None;
                 self.field_before = None;
             }

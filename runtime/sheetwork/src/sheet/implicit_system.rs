@@ -48,7 +48,7 @@ pub(crate) struct System {
 }
 
 impl System {
-    /// Builds the system of `sheet` and binds its elements.
+    /// Build the system of `sheet` and bind its elements.
     pub fn new(sheet: &mut Sheet) -> Self {
         let mut springs = MixedSprings::new(&sheet.springs);
         let mut row = vec![NO_BLOCK; sheet.masses()];
@@ -110,13 +110,13 @@ impl System {
         }
     }
 
-    /// Takes over changed spring stiffnesses and invalidates the constant part.
+    /// Take over changed spring stiffnesses and invalidate the constant part.
     pub fn refresh(&mut self, springs: &Springs) {
         self.constant_at = None;
         self.springs.follow(springs);
     }
 
-    /// Invalidates the constant part after a change of forces or of the step.
+    /// Invalidate the constant part after a change of forces or of the step.
     pub fn forget_constant(&mut self) {
         self.constant_at = None;
     }
@@ -153,7 +153,7 @@ impl System {
         self.free[row as usize]
     }
 
-    /// Adds the half solutions of `loads` with the last factor.
+    /// Add the half solutions of `loads` with the last factor.
     pub fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
         self.factor.half_solve(loads, solutions);
     }
@@ -168,8 +168,8 @@ impl System {
         ContactTangent { pattern: &self.pattern, values: &self.values }
     }
 
-    /// Factorises the last assembled tangent with the entries that `add` adds; false when the sum
-    /// is not positive definite.
+    /// Factorise the last assembled tangent with the entries that `add` adds; false when the sum is
+    /// not positive definite.
     pub fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool {
         self.is_plain = false;
         self.augmented.clone_from(&self.values);
@@ -177,14 +177,14 @@ impl System {
         self.factor.factorize(&self.augmented).is_ok()
     }
 
-    /// Factorises the last assembled tangent, unless the factor is that of this tangent.
+    /// Factorise the last assembled tangent, unless the factor is that of this tangent.
     pub fn restore_factor(&mut self) {
         if !self.is_plain {
             self.is_plain = self.factorize_with(&mut |_| {});
         }
     }
 
-    /// Solves with the last factor, in place.
+    /// Solve with the last factor, in place.
     pub fn solve(&mut self, right: &mut [f64]) {
         self.factor.solve(right);
     }
@@ -268,7 +268,7 @@ impl ImplicitSheet<'_> {
         std::iter::once(springs).chain(self.elements.iter_mut().map(|e| &mut **e as &mut dyn Element))
     }
 
-    /// Assembles the constant part of the tangent for 1/h (1/s), unless it is up to date.
+    /// Assemble the constant part of the tangent for 1/h (1/s), unless it is up to date.
     fn constant(&mut self, per_time: f64) {
         if self.system.constant_at == Some(per_time) {
             return;
@@ -288,13 +288,13 @@ impl ImplicitSheet<'_> {
         self.system.constant_at = Some(per_time);
     }
 
-    /// Starts the elements without rates, with the stress at `x`.
+    /// Start the elements without rates, with the stress at `x`.
     pub fn start(&mut self, x: &Vectors, still: &Vectors) {
         self.begin(0.0, &[], 0.0, x, still);
         self.settle(x);
     }
 
-    /// Assembles the tangent at `x`.
+    /// Assemble the tangent at `x`.
     fn assemble(&mut self, stage: &Stage, x: &Vectors, geometric: Geometric) {
         self.constant(stage.per_time);
         let mut values = std::mem::take(&mut self.system.values);
@@ -307,7 +307,7 @@ impl ImplicitSheet<'_> {
         system.values = values;
     }
 
-    /// Factorises the tangent at `x`.
+    /// Factorise the tangent at `x`.
     ///
     /// # Errors
     /// When the tangent is not positive definite.
@@ -317,7 +317,7 @@ impl ImplicitSheet<'_> {
         self.system.factor.factorize(&self.system.values)
     }
 
-    /// Computes g = ∇Φ (N) into the system's gradient; entries of fixed nodes are undefined.
+    /// Compute g = ∇Φ (N) into the system's gradient; entries of fixed nodes are undefined.
     fn gradient(&mut self, stage: &Stage, x: &Vectors) {
         let mut g = std::mem::take(&mut self.system.gradient);
         let (inertia, air) = (stage.per_time * stage.per_time, self.field.air * stage.per_time);
@@ -482,7 +482,7 @@ impl Implicit for ImplicitSheet<'_> {
 }
 
 impl Sheet {
-    /// Calls `work` with the sheet as an implicit integrator sees it.
+    /// Call `work` with the sheet as an implicit integrator sees it.
     pub(crate) fn with_problem<R>(
         &mut self,
         field: Field,
@@ -504,7 +504,7 @@ impl Sheet {
         work(&mut problem)
     }
 
-    /// Advances by an implicit integrator; see [`Sheet::advance`].
+    /// Advance by an implicit integrator; see [`Sheet::advance`].
     pub(crate) fn advance_implicit(&mut self, field: Field, t: f64, dt: f64) -> Advance {
         self.ready_implicit(field);
         let Some(mut system) = self.system.take() else { return Advance::default() };
@@ -516,7 +516,7 @@ impl Sheet {
         done
     }
 
-    /// Builds the linear system where there is none, and restarts the elements after an explicit
+    /// Build the linear system where there is none, and restart the elements after an explicit
     /// integrator or a change of the field.
     pub(crate) fn ready_implicit(&mut self, field: Field) {
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));

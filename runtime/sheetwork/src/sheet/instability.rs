@@ -1,50 +1,55 @@
-//! What watches over a sheet that is not simply to be stopped when it goes unstable: its policy, and how far that has gone. What is done
-//! is in [`crate::islands`]; a sheet whose policy is to stop holds nothing of this.
+//! Instability detector and recovery policy of a sheet. [`crate::islands`] applies the actions; a
+//! sheet with the policy `Stop` has none of this state.
 //!
-//! An engine's own step can only turn what a sheet has, and what gravity, forces, pins and air do to it, into motion and strain:
+//! The step of an integrator can only convert the energy of the sheet and the work of gravity,
+//! applied forces, prescribed nodes and air into motion and strain:
 //!
 //!   ΔT + ΔV ≤ W,
 //!
-//! T and W of the masses that are free. Contact comes after the engine and is not in it: of a whole step the right side has what bodies and
-//! other sheets bring, besides.
+//! with kinetic energy T, elastic energy V and work W (J) of the dynamic nodes. Contact follows the
+//! integrator and is not in this balance. For a whole step, W also holds the energy from bodies and
+//! other sheets.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::elements::strain_limit::{Joint, StrainLimit, largest_strain};
-use crate::integrators::EngineKind;
 use crate::math::Vectors;
+use crate::scene::EngineKind;
 use crate::scene::WhenUnstable;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::{Field, Sheet, energy};
 
-/// The engine of last resort.
+/// Implicit integrator that replaces one that failed.
 pub(crate) const GUARDED: EngineKind = EngineKind::TrBdf2;
 
-/// How long all must be well before a step is lengthened, or the sheet's own engine tried again, s of simulated time; doubled each time
-/// that this was too early, up to the second.
+/// Delay (s of simulated time) without a detection after which a step is lengthened or the original
+/// integrator is tried again: initial value, and maximum. The delay doubles after each attempt that
+/// came too early.
 const QUIET: f64 = 0.25;
 const QUIET_MOST: f64 = 8.0;
 
-/// Part of the kinetic energy of the whole sheet at the speed of a pin that the pin may bring in a step: against the tension of a sheet
-/// as stiff as explicit engines bear it does work of about this size. A body that is led, likewise.
+/// Allowed work of prescribed motion per step, over m v² of the whole sheet at the speed v of a
+/// prescribed node or kinematic body. Work against the tension of a sheet at the explicit stability
+/// limit is about this large.
 pub(crate) const LED: f64 = 32.0;
 
-/// How far a policy has gone.
+/// Actions of a recovery policy so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GuardState {
-    /// The step is taken in 2 to this power parts.
+    /// Base-2 logarithm of the number of substeps.
     pub level: u32,
-    /// Whether springs are held to their limit.
+    /// Whether the strain of springs is limited.
     pub limiting: bool,
-    /// The sheet's own engine, while the implicit one stands in for it.
+    /// Replaced integrator, while the implicit one takes its place.
     pub own: Option<EngineKind>,
-    /// Whether it is to be replaced before the next step.
+    /// Whether the integrator is replaced before the next step.
     pub replace: bool,
-    /// Energy that a sheet whose springs are held may have, J: what contact strains them by is none of it.
+    /// Energy budget (J) of a sheet with strain limiting, without strain from contact.
     pub energy: f64,
-    /// Energy from nowhere that has not gone again, J.
+    /// Energy error that has not decayed, J.
     pub surplus: f64,
-    /// Time since the last alarm, s, how long it has to be, and whether something was eased since.
+    /// Time since the last detection (s), the delay before an action is relaxed (s), and whether
+    /// one has been relaxed since.
     pub calm: f64,
     pub wait: f64,
     pub eased: bool,
@@ -67,12 +72,12 @@ impl Default for GuardState {
 }
 
 impl GuardState {
-    /// Whether anything is done.
+    /// Whether any action is in effect.
     pub fn acts(&self) -> bool {
         self.level > 0 || self.limiting || self.own.is_some() || self.replace
     }
 
-    /// Takes the step in twice as many parts as now, at most `parts`; how many those are, none where that is exhausted.
+    /// Double the number of substeps, up to `parts`; return the new number, or `None` at the limit.
     pub fn shorten(&mut self, parts: u32) -> Option<u32> {
         (2_u32 << self.level <= parts).then(|| {
             self.level += 1;
@@ -80,7 +85,7 @@ impl GuardState {
         })
     }
 
-    /// Takes note of an alarm.
+    /// Record a detection.
     pub fn alarmed(&mut self) {
         if std::mem::take(&mut self.eased) {
             self.wait = (2.0 * self.wait).min(QUIET_MOST);
@@ -88,7 +93,7 @@ impl GuardState {
         (self.calm, self.surplus) = (0.0, 0.0);
     }
 
-    /// Lets `dt` s pass; whether it is time to ease what is done.
+    /// Add `dt` (s) without a detection; true when an action can be relaxed.
     pub fn pass(&mut self, dt: f64) -> bool {
         self.calm += dt;
         if self.calm < self.wait {
@@ -105,7 +110,7 @@ impl GuardState {
 }
 
 impl GuardState {
-    /// Keeps it for a snapshot.
+    /// Serialise the state.
     pub fn keep(&self, to: &mut Keeper) {
         to.count(self.level.into());
         [self.limiting, self.replace, self.eased, self.own.is_some()].into_iter().for_each(|f| to.flag(f));
@@ -113,35 +118,36 @@ impl GuardState {
         to.numbers(&[self.energy, self.surplus, self.calm, self.wait]);
     }
 
-    /// Takes it back.
+    /// Deserialise a state.
     pub fn taken(from: &mut Taker) -> Taken<Self> {
         let level = from.small()?;
         let (limiting, replace, eased) = (from.flag()?, from.flag()?, from.flag()?);
         let own = if from.flag()? { Some(from.text()?.parse().map_err(|_| Cut)?) } else { None };
         let (energy, surplus) = (from.number()?, from.number()?);
         let (calm, wait) = (from.number()?, from.number()?);
-        // Parts of a step are limited where policies are read.
+        // The scene reader limits a step to 2^12 substeps.
         let sound = level <= 12 && energy >= 0.0 && surplus >= 0.0 && calm >= 0.0 && wait > 0.0;
         if sound { Ok(Self { level, limiting, own, replace, energy, surplus, calm, wait, eased }) } else { Err(Cut) }
     }
 }
 
-/// The policy of a sheet, and what it needs.
+/// Recovery policy of a sheet and its workspace.
 pub(crate) struct Guard {
     pub policy: WhenUnstable,
     pub state: GuardState,
-    /// What the sheet had at the start of the world's step, or may have if its springs are held, J.
+    /// Energy at the start of the world's step, or the energy budget of a sheet with strain
+    /// limiting, J.
     pub before: f64,
-    /// Error that an adaptive engine of the sheet's may make, m.
+    /// Error tolerance of an adaptive integrator, m.
     pub tolerance: f64,
-    /// Made when it is first needed, and anew when the sheet has opened: the revision it is of.
+    /// Strain limit, with the fracture revision that it was built for; created on demand.
     pub limit: Option<(u64, StrainLimit)>,
-    /// Where a step of the engine began, and what came of it.
+    /// Positions at the start of an integrator step, and positions and velocities at its end.
     pub start: Vectors,
     pub end: (Vectors, Vectors),
 }
 
-/// Energy of the free masses' motion and of strain, J.
+/// Kinetic energy of the dynamic nodes and elastic energy of the sheet, J.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Level {
     pub motion: f64,
@@ -149,19 +155,19 @@ pub(crate) struct Level {
 }
 
 impl Level {
-    /// Both together.
+    /// Sum of both, J.
     pub fn total(self) -> f64 {
         self.motion + self.elastic
     }
 }
 
 impl Sheet {
-    /// What is done when it is about to go unstable.
+    /// Recovery policy after an instability.
     pub fn when_unstable(&self) -> WhenUnstable {
         self.guard.as_ref().map_or(WhenUnstable::Stop, |g| g.policy)
     }
 
-    /// Changes what is done when it is about to go unstable; what the former policy has done is undone.
+    /// Change the recovery policy; actions of the previous policy are undone.
     ///
     /// # Errors
     /// When its number is out of range; nothing is changed then.
@@ -172,7 +178,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// The engine that it was given, which another may stand in for.
+    /// Chosen integrator, also while another one replaces it.
     pub(crate) fn own_engine(&self) -> EngineKind {
         self.guard.as_ref().and_then(|g| g.state.own).unwrap_or(self.engine_kind)
     }
@@ -197,7 +203,7 @@ impl Sheet {
         self.guard = watched.then(guard);
     }
 
-    /// Goes back to what a policy had done, at another time.
+    /// Restore the recovery state of another time.
     pub(crate) fn restore_guard(&mut self, state: Option<GuardState>) {
         let Some(guard) = &mut self.guard else { return };
         let (now, then) = (guard.state, state.unwrap_or_default());
@@ -206,7 +212,7 @@ impl Sheet {
         match (now.own, then.own) {
             (Some(own), None) => self.change_engine(own, tolerance),
             (None, Some(_)) => {
-                // Its own may have been changed since.
+                // The chosen integrator may differ from the one of that time.
                 if let Some(guard) = &mut self.guard {
                     guard.state.own = Some(self.engine_kind);
                 }
@@ -222,12 +228,13 @@ impl Sheet {
         Level { motion, elastic: energy::elastic(self) }
     }
 
-    /// Energy of motion that it had at the start of the step, J.
+    /// Kinetic energy at the start of the step, J.
     pub(crate) fn energy_at_start(&self) -> f64 {
         self.work.start.1.iter().zip(&self.mass).map(|(v, m)| 0.5 * m * v.length_squared()).sum()
     }
 
-    /// What gravity, applied forces and pressure have done to free masses on their way from `from`, J.
+    /// Work of gravity, applied forces and pressure on the dynamic nodes since the positions
+    /// `from`, J.
     pub(crate) fn work_since(&self, from: &Vectors, field: &Field) -> f64 {
         let mut work = self.drag.pushed(from, &self.x);
         for (i, w) in self.inverse_mass.iter().enumerate() {
@@ -239,8 +246,8 @@ impl Sheet {
         work
     }
 
-    /// Energy (J) that a sound step of `dt` s may gain besides: by what leads pins and by the wind, and by the error of the coarsest
-    /// engine in free fall.
+    /// Tolerance of the energy balance of a step of `dt` (s), J: work of prescribed nodes and wind,
+    /// and the error of the coarsest integrator in free fall.
     pub(crate) fn may_gain(&self, field: &Field, dt: f64) -> f64 {
         let held = (0..self.masses()).filter(|i| self.inverse_mass[*i] == 0.0);
         let led = held.map(|i| self.v.get(i).length_squared()).fold(0.0, f64::max);
@@ -250,7 +257,8 @@ impl Sheet {
         self.total_mass() * (LED * led.max(glued) + wind + fall)
     }
 
-    /// Masses that belong together: those that springs join, or the neighbours of a shell, and their distances in the flat sheet.
+    /// Pairs of nodes joined by a spring, or neighbours in a shell, with their distances in the
+    /// flat sheet.
     fn joints(&self) -> impl Iterator<Item = Joint> + '_ {
         let springs = &self.springs;
         let closed = (0..springs.len()).filter(|i| springs.stiffness[*i] > 0.0);
@@ -267,13 +275,14 @@ impl Sheet {
         StrainLimit::new(self.joints())
     }
 
-    /// Largest strain between masses that belong together, as it lies; infinite where it is no number.
+    /// Largest present strain between joined nodes; infinite for non-finite positions.
     pub(crate) fn largest_strain(&self) -> f64 {
         largest_strain(self.joints(), &self.x)
     }
 
-    /// Brings the energy of motion down to `most` (J), the motion of the whole left as it is as long as nothing holds it; whether there
-    /// was anything to do.
+    /// Reduce the kinetic energy to `most` (J). The motion relative to the rigid motion slows down;
+    /// a sheet without fixed nodes keeps its rigid motion. Return whether the energy was above
+    /// `most`.
     pub(crate) fn slow_down(&mut self, most: f64) -> bool {
         let motion = self.level().motion;
         if motion <= most {
@@ -282,7 +291,7 @@ impl Sheet {
         let whole = self.whole_motion(&self.x, &self.v);
         let at = |i: usize| whole.at(self.x.get(i));
         let own: f64 = (0..self.masses()).map(|i| 0.5 * self.mass[i] * at(i).length_squared()).sum();
-        // The two parts of the motion are orthogonal, so that their energies add.
+        // The rigid and the relative motion are orthogonal, so their energies add.
         let keep = ((most - own).max(0.0) / (motion - own).max(f64::MIN_POSITIVE)).min(1.0).sqrt();
         for i in 0..self.masses() {
             if self.inverse_mass[i] > 0.0 {
@@ -293,8 +302,8 @@ impl Sheet {
         true
     }
 
-    /// Slows its turning as a whole until its energy of motion is `most` (J), or it turns no more: what an engine that has failed took it to
-    /// says little of how it turned.
+    /// Reduce the spin of the whole sheet until its kinetic energy is `most` (J) or the spin is
+    /// zero. After a failed integrator step the spin is unreliable.
     pub(crate) fn slow_spin(&mut self, most: f64) {
         let whole = self.whole_motion(&self.x, &self.v);
         let turning = |i: usize| whole.spin.cross(self.x.get(i) - whole.centre);
@@ -309,8 +318,9 @@ impl Sheet {
         }
     }
 
-    /// Has it move as it did when the part of the step began, but for `fallen` (m/s), where its motion as a whole has more than `most` (J): air pushes what has
-    /// failed with any force.
+    /// Restore the mean velocity at the start of the substep plus `fallen` (m/s), for a free sheet
+    /// whose kinetic energy is above `most` (J) and whose mean speed has grown. The air force on a
+    /// failed state is unreliable.
     pub(crate) fn slow_drift(&mut self, most: f64, fallen: DVec3) {
         if !self.pins.is_empty() || self.level().motion <= most {
             return;
@@ -326,15 +336,15 @@ impl Sheet {
         }
     }
 
-    /// Takes the sheet from where it was at `start` as an engine has taken it to `end` (positions, velocities) in `dt` s, but with a `part`
-    /// (0 to 1) of what it did beyond moving the whole.
+    /// Fallback: scale back a step from `start` to `end` (positions, velocities) of `dt` (s). The
+    /// rigid motion stays, and `part` (0 to 1) of the remaining motion is kept.
     pub(crate) fn carry_part(&mut self, start: &Vectors, end: (&Vectors, &Vectors), dt: f64, part: f64) {
         let shift = self.shift(start, end.0, dt);
         let turn = DQuat::from_scaled_axis(shift.spin * dt);
         let total = self.total_mass();
         let ahead = shift.centre + shift.velocity * dt;
         let drift = (0..self.masses()).map(|i| end.1.get(i) * self.mass[i]).sum::<DVec3>() / total;
-        // What something holds does not move as a whole.
+        // A sheet with fixed nodes has no free rigid motion.
         let drift = if self.pins.is_empty() { drift } else { DVec3::ZERO };
         for i in 0..self.masses() {
             if self.inverse_mass[i] == 0.0 {
@@ -349,7 +359,7 @@ impl Sheet {
         }
     }
 
-    /// Largest change of strain that [`Sheet::carry_part`] of all would bring.
+    /// Largest change of strain of the whole step, the rigid motion excluded.
     pub(crate) fn stretch_to(&self, limit: &StrainLimit, start: &Vectors, end: &Vectors, dt: f64) -> f64 {
         let shift = self.shift(start, end, dt);
         let turn = DQuat::from_scaled_axis(shift.spin * dt);
@@ -360,7 +370,7 @@ impl Sheet {
         limit.joints().iter().map(|j| own(j.ends[0]).distance(own(j.ends[1])) / j.rest).fold(0.0, f64::max)
     }
 
-    /// The motion of the whole that takes it from `start` to `end` in `dt` s.
+    /// Rigid velocity from `start` to `end` within `dt` (s).
     fn shift(&self, start: &Vectors, end: &Vectors, dt: f64) -> Whole {
         let rate = |i: usize| (end.get(i) - start.get(i)) / dt;
         self.whole_of(start, rate)
@@ -370,7 +380,8 @@ impl Sheet {
         self.whole_of(x, |i| v.get(i))
     }
 
-    /// The rigid motion with the momenta of masses at `x` that move with `v`; none of a sheet that something holds.
+    /// Rigid velocity with the momenta of the nodes at `x` with velocities `v`; zero for a sheet
+    /// with pins.
     fn whole_of(&self, x: &Vectors, v: impl Fn(usize) -> DVec3) -> Whole {
         if !self.pins.is_empty() {
             return Whole::default();
@@ -393,7 +404,7 @@ impl Sheet {
     }
 }
 
-/// A rigid motion: of the place `centre` (m) with `velocity` (m/s), and about it with `spin` (rad/s).
+/// Velocity of a rigid motion: `velocity` (m/s) at the point `centre` (m), and `spin` (rad/s).
 #[derive(Clone, Copy, Default)]
 struct Whole {
     centre: DVec3,

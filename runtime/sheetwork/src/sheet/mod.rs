@@ -8,6 +8,7 @@ pub(crate) mod accelerations;
 pub(crate) mod air_drag;
 pub(crate) mod air_parameters;
 pub(crate) mod attachment;
+pub(crate) mod bonds;
 pub(crate) mod buckling;
 pub(crate) mod build;
 pub(crate) mod creases;
@@ -21,6 +22,8 @@ pub(crate) mod generation;
 pub(crate) mod grab;
 pub(crate) mod implicit_system;
 pub(crate) mod instability;
+pub mod layer_stack;
+pub mod material_report;
 pub(crate) mod modes;
 pub(crate) mod node_contact;
 pub(crate) mod pins;
@@ -29,11 +32,13 @@ pub(crate) mod reaction;
 pub(crate) mod region;
 pub(crate) mod remap;
 pub(crate) mod serialization;
+pub(crate) mod slits;
 pub(crate) mod smooth_surface;
 pub(crate) mod snapshot;
 pub(crate) mod stage;
 pub(crate) mod stage_trace;
 pub mod surface;
+pub mod temperature;
 pub(crate) mod wireframe;
 
 use std::sync::Arc;
@@ -57,21 +62,23 @@ pub use crate::sheet::region::select;
 pub(crate) use crate::sheet::snapshot::SheetState;
 use crate::sheet::surface::Surface;
 
-use crate::contact::node::through_thickness::{Stack, Strike};
+use crate::elements::Element;
 use crate::elements::flexion_limit::FlexionLimit;
 use crate::elements::grab_spring::Pull;
 use crate::elements::spring::{SpringScratch, Springs};
 use crate::elements::thickness_limit::ThicknessLimit;
-use crate::elements::{Element, Law};
 use crate::error::{InputError, check_range};
-use crate::integrators::{Engine, EngineKind};
+use crate::integrators::Engine;
+use crate::material::law::Law;
 use crate::mesh::outline::Mesh;
 use crate::mesh::structure::{Layer, StructureKind};
+use crate::scene::EngineKind;
 use crate::scene::{Material, Tack};
 use crate::sheet::air_drag::Drag;
 use crate::sheet::creep::Flow;
 pub(crate) use crate::sheet::implicit_system::System;
-use crate::thermal::Heat;
+use crate::sheet::layer_stack::{Stack, Strike};
+use crate::sheet::temperature::Heat;
 
 /// Motion status of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -210,6 +217,8 @@ pub struct Sheet {
     pub(crate) stack: Stack,
     /// Time below the sleep threshold, s; `still_at` are the positions (m) at its start.
     pub(crate) quiet: f64,
+    /// Whether the nodes or their mobility may have changed other than by a step.
+    pub(crate) displaced: bool,
     pub(crate) still_at: Vectors,
     pub(crate) work: Work,
     material: Material,
@@ -250,15 +259,9 @@ pub(crate) struct Work {
     /// an impact.
     pub struck: Vec<Strike>,
     pub touching: Vec<bool>,
-    pub clearance: crate::contact::Clearance,
     pub stage: stage::StageWork,
-    pub unit: crate::contact::Unit,
-    pub contact: Option<Box<crate::contact::stage::Scratch>>,
-    pub near: Option<Box<crate::islands::NearWork>>,
-    /// Collision surface, built when the sheet is first near another object.
-    pub skin: Option<Box<crate::collision::collision_surface::Skin>>,
     /// Adhesive bonds.
-    pub stuck: Option<Box<crate::contact::adhesion::Stuck>>,
+    pub stuck: Option<Box<bonds::Stuck>>,
     /// Positions (m) of the first and last node and the bounding box (m) of a sheet at rest.
     pub resting: Option<((Option<DVec3>, Option<DVec3>), (DVec3, DVec3))>,
     /// Positions during the step, recorded when buckling is detected.
@@ -322,7 +325,7 @@ impl Sheet {
         self.damping_ratio
     }
 
-    /// Changes the damping ratio of the lowest bending mode, 0 to 10.
+    /// Change the damping ratio of the lowest bending mode, 0 to 10.
     ///
     /// # Errors
     /// When out of range; nothing is changed then.
@@ -426,7 +429,7 @@ impl Sheet {
         self.engine_kind
     }
 
-    /// Changes the time integrator from the next step on; `tolerance` is the error tolerance (m) of
+    /// Change the time integrator from the next step on; `tolerance` is the error tolerance (m) of
     /// an adaptive integrator.
     pub fn set_engine(&mut self, kind: EngineKind, tolerance: f64) {
         if let Some(guard) = &mut self.guard {
@@ -439,7 +442,7 @@ impl Sheet {
         self.wake();
     }
 
-    /// Changes the integrator and its tolerance (m), and nothing else.
+    /// Change the integrator and its tolerance (m), and nothing else.
     pub(crate) fn change_engine(&mut self, kind: EngineKind, tolerance: f64) {
         if kind != self.engine_kind {
             self.engine = kind.make();
@@ -451,7 +454,7 @@ impl Sheet {
         self.engine.set_tolerance(tolerance);
     }
 
-    /// Changes the material. Stiffness and dashpots follow at once; node masses stay.
+    /// Change the material. Stiffness and dashpots follow at once; node masses stay.
     ///
     /// # Errors
     /// When a constant is out of range; nothing is changed then.
@@ -472,7 +475,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Changes the dashpots of the springs: a fraction of critical damping, 0 to 10.
+    /// Change the dashpots of the springs: a fraction of critical damping, 0 to 10.
     ///
     /// # Errors
     /// When out of range; nothing is changed then.
@@ -483,7 +486,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Sets or removes the angle limit of the flexion triples, degrees.
+    /// Set or remove the angle limit of the flexion triples, degrees.
     ///
     /// # Errors
     /// When out of range or the structure has no flexion; nothing is changed then.
@@ -500,24 +503,24 @@ impl Sheet {
         Ok(())
     }
 
-    /// Wakes a sleeping or frozen sheet.
+    /// Wake a sleeping or frozen sheet.
     pub fn wake(&mut self) {
         self.quiet = 0.0;
-        self.work.clearance.forget();
+        self.displaced = true;
         self.doubt_apart();
         if matches!(self.status, Status::Asleep | Status::Frozen { .. }) {
             self.status = Status::Awake;
         }
     }
 
-    /// Requests a test of interpenetration with other sheets before the next step.
+    /// Request a test of interpenetration with other sheets before the next step.
     pub(crate) fn doubt_apart(&mut self) {
         if self.crossing == Crossing::No {
             self.crossing = Crossing::Unknown;
         }
     }
 
-    /// Updates stiffness and dashpots from material and damping: k = (k per E t) E t and c = ζ · 2
+    /// Update stiffness and dashpots from material and damping: k = (k per E t) E t and c = ζ · 2
     /// √(k μ) with the reduced mass μ; for calibrated springs k = (k per D) D and c = τ k.
     fn refresh(&mut self) {
         let law = self.law();
@@ -525,7 +528,7 @@ impl Sheet {
         self.refresh_springs();
     }
 
-    /// Updates the springs as [`Sheet::refresh`] does, without the elements.
+    /// Update the springs as [`Sheet::refresh`] does, without the elements.
     pub(crate) fn refresh_springs(&mut self) {
         let law = self.law();
         let unit =

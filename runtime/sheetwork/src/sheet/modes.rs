@@ -1,7 +1,8 @@
-//! Slowest vibrations of a sheet about where it is: K φ = ω² M φ with K its tangent stiffness.
+//! Lowest vibration modes of a sheet about its present state: K φ = ω² M φ with the tangent
+//! stiffness K.
 //!
-//! Subspace iteration on (K + σM)⁻¹ M with a small shift σ, so that sheets that nothing holds have a factor too (Bathe,
-//! *Finite Element Procedures*, 2014, chapter 11).
+//! Subspace iteration on (K + σM)⁻¹ M with a small shift σ, which makes the matrix of a free sheet
+//! positive definite (Bathe, *Finite Element Procedures*, 2014, chapter 11).
 
 use faer::{Mat, Side};
 
@@ -11,36 +12,37 @@ use crate::math::Vectors;
 use crate::sheet::implicit_system::System;
 use crate::sheet::{Field, Sheet};
 
-/// A way the sheet vibrates.
+/// Vibration mode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mode {
-    /// Angular frequency, rad/s; 0 for a rigid motion and where the sheet does not stand by itself.
+    /// Angular frequency, rad/s; 0 for a rigid or an unstable mode.
     pub omega: f64,
-    /// Its square, rad²/s², negative where the sheet does not stand by itself.
+    /// Square of the angular frequency, rad²/s²; negative for an unstable mode.
     pub squared: f64,
-    /// Displacement of every mass, φᵀ M φ = 1 kg m².
+    /// Displacement of every node, with φᵀ M φ = 1 kg m².
     pub shape: Vectors,
 }
 
-/// Vectors iterated beyond those asked for.
+/// Iterated vectors beyond the requested modes.
 const GUARDS: usize = 8;
 const MOST_ITERATIONS: usize = 300;
 
 impl Sheet {
-    /// Its `count` slowest modes about its present place, slowest first; fewer where it has fewer unknowns, none where its
-    /// tangent is far from positive definite.
+    /// Lowest `count` modes about the present state, lowest first; fewer for a sheet with fewer
+    /// unknowns, none if the tangent is far from positive definite.
     pub fn modes(&mut self, count: usize) -> Vec<Mode> {
         self.stand_still();
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
         system.forget_constant();
         let law = self.law();
-        // A tenth of the slowest cantilever frequency: far below what is looked for, far above rounding.
+        // The shift is a tenth of the lowest cantilever frequency: far below the requested modes,
+        // far above rounding.
         let stiffness = law.bending[0][0].max(law.bending[1][1]);
         let area: f64 = self.length * self.length;
         let slowest = 3.516 * (stiffness * area / self.total_mass().max(f64::MIN_POSITIVE)).sqrt() / area;
         let mut shift = 0.1 * slowest.max(1e-3);
         let x = self.x.clone();
-        // An unstable place needs a shift beyond its fastest growth.
+        // An unstable state needs a shift above its largest growth rate.
         let mut found = false;
         for _ in 0..20 {
             system.forget_constant();
@@ -61,8 +63,8 @@ impl Sheet {
         modes
     }
 
-    /// Whether the tangent stiffness where the sheet is, with the stress it has there, is positive definite: whether it
-    /// stands by itself.
+    /// Whether the present state is stable: the tangent stiffness with the present stress is
+    /// positive definite.
     pub fn is_stable(&mut self) -> bool {
         self.stand_still();
         let mut system = self.system.take().unwrap_or_else(|| Box::new(System::new(self)));
@@ -80,7 +82,7 @@ impl Sheet {
     }
 }
 
-/// Subspace iteration with the factor at hand, of K + σM with σ = `shift`².
+/// Subspace iteration with the present factor, that of K + σM with σ = `shift`².
 fn iterate(sheet: &Sheet, system: &mut System, count: usize, shift: f64) -> Vec<Mode> {
     let n = 3 * system.masses().len();
     let size = (count + GUARDS).min(n);
@@ -135,22 +137,23 @@ fn iterate(sheet: &Sheet, system: &mut System, count: usize, shift: f64) -> Vec<
             for (p, mass) in basis[k].chunks_exact(3).zip(system.masses()) {
                 shape.set(*mass as usize, glam::DVec3::from_slice(p));
             }
-            // Of a rigid motion only the shift is left, and rounding.
+            // The eigenvalue of a rigid mode is the shift plus rounding.
             let omega = if squared > 1e-3 * sigma { squared.sqrt() } else { 0.0 };
             Mode { omega, squared, shape }
         })
         .collect()
 }
 
-/// Eigenvalues, ascending, and vectors of A c = λ B c, Bᵀ-normalised; `None` when B has no Cholesky factor.
+/// Eigenvalues, ascending, and B-normalised eigenvectors of A c = λ B c; `None` if the eigenvalue
+/// problem of B or of the reduced matrix fails.
 fn reduced(a: &Mat<f64>, b: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     let n = a.nrows();
-    // Scaled to a unit diagonal, or rounding would spoil the factor.
+    // Scaling to a unit diagonal limits the rounding errors of the factor.
     let scale: Vec<f64> = (0..n).map(|i| 1.0 / b[(i, i)].sqrt()).collect();
     let a = Mat::from_fn(n, n, |i, j| a[(i, j)] * scale[i] * scale[j]);
     let b = Mat::from_fn(n, n, |i, j| b[(i, j)] * scale[i] * scale[j]);
     let eigen = b.self_adjoint_eigen(Side::Lower).ok()?;
-    // Directions that B hardly has are combinations of others: they are given weight zero and sort to the end.
+    // Near-null directions of B are linearly dependent: they get weight zero and sort to the end.
     let (u, s) = (eigen.U(), eigen.S().column_vector());
     let root = |k: usize| if s[k] > 1e-13 { 1.0 / s[k].sqrt() } else { 0.0 };
     let whiten = Mat::from_fn(n, n, |i, k| u[(i, k)] * root(k));

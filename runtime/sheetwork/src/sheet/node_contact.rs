@@ -1,8 +1,8 @@
-//! A sheet as contact sees it at the end of a step that its engine has taken by itself, as explicit ones do.
+//! Contact equations of a sheet after a step of its integrator, as for explicit integrators.
 //!
-//! The engine has taken the masses from (x₀, v₀) to (x₁, v₁), which is their free motion. To a force p (N) that contact adds in a
-//! step of h (s) they answer as H = M/h² says, each for itself: Δx = h² p/m, Δv = h p/m. A half solution (see
-//! [`HalfSolutions`]) is then √m⁻¹ h p at the masses it is for.
+//! The integrator has moved the nodes from (x₀, v₀) to (x₁, v₁), their free motion. A contact force
+//! p (N) in a step of h (s) acts on each node separately through H = M/h²: Δx = h² p/m, Δv = h p/m.
+//! A half solution (see [`HalfSolutions`]) is h p/√m at the loaded nodes.
 
 use glam::DVec3;
 
@@ -12,36 +12,55 @@ use crate::math::Vectors;
 use crate::sheet::Sheet;
 
 impl Sheet {
-    /// Whether its engine is an explicit one.
+    /// Size the work arrays of a step.
+    pub(crate) fn size_work(&mut self) {
+        let n = self.masses();
+        if self.work.x_before.len() != n {
+            self.work.x_before = Vectors::zeros(n);
+            self.work.v_before = Vectors::zeros(n);
+            self.still_at = Vectors::zeros(n);
+            self.work.struck = vec![Default::default(); n];
+            self.work.touching = vec![false; n];
+        }
+    }
+
+    /// Material name, friction and restitution coefficient.
+    pub(crate) fn surface_coefficients(&self) -> (&str, f64, f64) {
+        (&self.material().name, self.friction, self.restitution)
+    }
+
+    /// Whether its integrator is explicit.
     pub(crate) fn is_explicit(&self) -> bool {
         !self.engine_kind.info().implicit
     }
 
-    /// Whether its masses answer contact each for itself: of an explicit engine, and of an implicit one that met such a sheet.
+    /// Whether nodes respond to contact with their mass alone: with an explicit integrator, and
+    /// with an implicit one in contact with an explicit sheet.
     pub(crate) fn answers_by_mass(&self) -> bool {
         self.work.stage.by_mass || self.is_explicit()
     }
 
-    /// Distance from the masses at which the sheet is touched, m: half the thickness of one layer that follows its material.
+    /// Contact offset from the nodes, m: half the thickness of a single layer with the stiffness of
+    /// its material, otherwise the minimum offset.
     pub fn contact_offset(&self) -> f64 {
         let has_thickness = self.layers.len() <= 1 && self.follows_material();
-        if has_thickness { 0.5 * self.material().thickness } else { crate::contact::SKIN }
+        if has_thickness { 0.5 * self.material().thickness } else { crate::scene::contact::SKIN }
     }
 
-    /// Corners of the box around its surface, m.
+    /// Corners of the bounding box of the collision surface, m.
     pub(crate) fn box_around(&self) -> (DVec3, DVec3) {
         let (low, high) = self.x.bounds().unwrap_or_default();
         let offset = self.contact_offset();
         (low - offset, high + offset)
     }
 
-    /// The same, of a sheet that moves.
+    /// Bounding box of a moving sheet, m; invalidates the box of [`Sheet::resting_box`].
     pub(crate) fn surroundings(&mut self) -> (DVec3, DVec3) {
         self.work.resting = None;
         self.box_around()
     }
 
-    /// The same of a sheet that does not move: looked for once. One that somebody has put elsewhere is looked at again.
+    /// Bounding box of a resting sheet, m, cached until its first or last node has moved.
     pub(crate) fn resting_box(&mut self) -> (DVec3, DVec3) {
         let end = |i: Option<usize>| i.filter(|i| *i < self.masses()).map(|i| self.x.get(i));
         let ends = (end(Some(0)), end(self.masses().checked_sub(1)));
@@ -55,20 +74,21 @@ impl Sheet {
         around
     }
 
-    /// Keeps where a step begins.
+    /// Save the state at the start of a step.
     pub(crate) fn keep_start(&mut self) {
         let (x, v) = &mut self.work.start;
         x.clone_from(&self.x);
         v.clone_from(&self.v);
     }
 
-    /// Exchanges its state with that at the start of the engine's step.
+    /// Swap the state with that at the start of the integrator step.
     pub(crate) fn swap_before(&mut self) {
         std::mem::swap(&mut self.x, &mut self.work.x_before);
         std::mem::swap(&mut self.v, &mut self.work.v_before);
     }
 
-    /// Makes the state that a step of `dt` (s) has come to the free motion of a stage from where the step began.
+    /// Make the result of a step of `dt` (s) the free motion of a contact stage, and return to the
+    /// start of the step.
     pub(crate) fn begin_contact(&mut self, dt: f64) {
         let Self { work, x, v, .. } = self;
         let stage = &mut work.stage;
@@ -78,26 +98,26 @@ impl Sheet {
         self.go_to_start();
     }
 
-    /// Goes back to where the step began.
+    /// Restore the state at the start of the step.
     pub(crate) fn go_to_start(&mut self) {
         let Self { work, x, v, .. } = self;
         x.clone_from(&work.start.0);
         v.clone_from(&work.start.1);
     }
 
-    /// Takes the start of the step for what was before.
+    /// Copy the start of the step to the start of the integrator step.
     pub(crate) fn take_start_for_before(&mut self) {
         let Self { work, .. } = self;
         work.x_before.clone_from(&work.start.0);
         work.v_before.clone_from(&work.start.1);
     }
 
-    /// Where the step began, m.
+    /// Positions at the start of the step, m.
     pub(crate) fn start_positions(&self) -> &Vectors {
         &self.work.start.0
     }
 
-    /// Goes back to the free motion, with what contact did to it.
+    /// Set the free motion plus the displacement and velocity change by contact.
     pub(crate) fn end_contact(&mut self, jump: Option<&Jump>) {
         let Self { work, x, v, .. } = self;
         x.clone_from(&work.stage.free);
@@ -108,19 +128,19 @@ impl Sheet {
         }
     }
 
-    /// Furthest that a mass goes in the stage, m.
+    /// Largest displacement of a node in the stage, m.
     pub(crate) fn travel(&self) -> f64 {
         let pairs = self.x.iter().zip(self.work.stage.free.iter());
         pairs.map(|(p, q)| p.distance_squared(q)).fold(0.0, f64::max).sqrt()
     }
 
-    /// Mass `i` as a block row, and which of its directions are free (1) or held (0); none for a mass that is held in all.
+    /// Node `i` as a block row, and its free (1) and fixed (0) directions; `None` for a fixed node.
     pub(crate) fn free_mass(&self, i: u32) -> Option<(u32, DVec3)> {
         let is_free = self.inverse_mass.get(i as usize).is_some_and(|w| *w > 0.0);
         is_free.then(|| (i, self.pins.free_axes(i)))
     }
 
-    /// Adds the half solutions of `loads`, given by mass.
+    /// Add the half solutions of `loads`, given by node.
     pub(crate) fn half_solve_masses(&self, loads: &Loads, solutions: &mut HalfSolutions) {
         for load in loads.iter() {
             let mut last = None;
@@ -136,7 +156,7 @@ impl Sheet {
         }
     }
 
-    /// The displacement (m) of the masses that `force` (N) makes.
+    /// Compute the displacement (m) of the nodes by `force` (N).
     pub(crate) fn answer_masses(&self, force: &Vectors, dx: &mut Vectors) {
         let square = self.work.stage.h * self.work.stage.h;
         for (i, w) in self.inverse_mass.iter().enumerate() {

@@ -1,8 +1,10 @@
-//! Masses that do not move freely: held where they are, led along a path or by a body, or held in some directions only.
+//! Prescribed and fixed degrees of freedom of the nodes of a sheet, and attachments to bodies.
 //!
-//! Masses glued to a body that stands or is led go where it takes them: to x + q l at the end of a step, with the body's place
-//! x and rotation q then and their place l in its frame. Those glued to one that moves freely stay free themselves: body and
-//! sheet pull at one another there, which is for the solver of contact to work out.
+//! A node is fixed, follows a path, is fixed along some axes only, or is attached to a body. A node
+//! attached to a static or kinematic body is at x + q l at the end of a step, with the position x
+//! and the rotation q of the body at that time and the position l of the node in the frame of the
+//! body. A node attached to a dynamic body stays dynamic, and the contact solver computes the
+//! attachment force.
 
 use glam::DVec3;
 
@@ -11,13 +13,13 @@ use crate::rigid::BodyState;
 use crate::scene::{PathKey, path_at};
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// The pins of a sheet.
+/// Prescribed degrees of freedom and attachments of a sheet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pins {
     groups: Vec<Group>,
     glue: Vec<Glue>,
     rails: Vec<Rail>,
-    /// Masses that are gone, which nothing is glued to; empty where none is.
+    /// Detached nodes, whose attachments are void; empty without any.
     gone: Vec<bool>,
 }
 
@@ -26,26 +28,29 @@ struct Group {
     masses: Vec<u32>,
     start: Vec<DVec3>,
     path: Vec<PathKey>,
-    /// When they are let go, s.
+    /// Release time, s.
     until: Option<f64>,
 }
 
-/// Masses glued to a body.
+/// Nodes attached to a body.
 #[derive(Clone, Debug, PartialEq)]
 struct Glue {
     name: String,
-    /// Each mass, where it was at the start (m), and where it is in the body's frame (m) once that is known.
+    /// Each node, its initial position (m), and its position in the frame of the body (m) once the
+    /// body is known.
     masses: Vec<(u32, DVec3, DVec3)>,
     body: Option<Hold>,
 }
 
-/// The body that holds glued masses.
+/// Body of an attachment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Hold {
     index: usize,
-    /// Whether the masses are led by it; otherwise they are free, and it is for a solver to hold them.
+    /// Whether the body is kinematic or static and prescribes the nodes; otherwise the contact
+    /// solver acts on them.
     leads: bool,
-    /// At the start and at the end of the world's step, and when that starts and how long it is, s.
+    /// States of the body at the start and the end of the world's step, start time of the step (s)
+    /// and its length (s).
     from: BodyState,
     to: BodyState,
     time: f64,
@@ -53,14 +58,14 @@ struct Hold {
 }
 
 impl Hold {
-    /// The body at time `t`, s: at the end of the step exactly where it is then.
+    /// State of the body at time `t` (s); exactly the final state at the end of the step.
     fn at(&self, t: f64) -> BodyState {
         let done = t - self.time;
         if done >= self.dt * (1.0 - 1e-12) { self.to } else { self.from.fly(done, DVec3::ZERO) }
     }
 }
 
-/// A mass held along some of the world's axes.
+/// Node fixed along some axes of the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Rail {
     mass: u32,
@@ -69,12 +74,13 @@ struct Rail {
 }
 
 impl Pins {
-    /// Pins `masses`, now at `start` (m), led along `path` (empty: held), up to the time `until` (s) if there is one.
+    /// Prescribe `masses`, now at `start` (m): along `path` (empty: fixed), until the time `until`
+    /// (s) if given.
     pub fn add(&mut self, masses: Vec<u32>, start: Vec<DVec3>, path: Vec<PathKey>, until: Option<f64>) {
         self.groups.push(Group { masses, start, path, until });
     }
 
-    /// Keeps for a snapshot what may be let go.
+    /// Serialise the pins that can be released.
     pub(crate) fn keep(&self, to: &mut Keeper) {
         to.count(self.groups.len() as u64);
         for group in &self.groups {
@@ -93,7 +99,8 @@ impl Pins {
         }
     }
 
-    /// Takes it back, of a sheet of `masses` masses; whether other masses are held then.
+    /// Deserialise the pins of a sheet with `masses` nodes; true if they differ from the present
+    /// ones.
     pub(crate) fn take(&mut self, from: &mut Taker, masses: usize) -> Taken<bool> {
         let mut groups = Vec::new();
         for _ in 0..from.length(3)? {
@@ -113,12 +120,12 @@ impl Pins {
         Ok(changed)
     }
 
-    /// Whether something is to be let go at time `t`, s.
+    /// Whether a pin is released by time `t` (s).
     pub fn ends(&self, t: f64) -> bool {
         self.groups.iter().any(|g| g.until.is_some_and(|until| until <= t))
     }
 
-    /// Lets go what is not held beyond time `t`, s; the masses that were.
+    /// Remove the pins whose release time is not after `t` (s); return their nodes.
     pub(crate) fn release(&mut self, t: f64) -> Vec<u32> {
         let over = |g: &Group| g.until.is_some_and(|until| until <= t);
         let freed = self.groups.iter().filter(|g| over(g)).flat_map(|g| g.masses.iter().copied()).collect();
@@ -126,19 +133,20 @@ impl Pins {
         freed
     }
 
-    /// Holds `mass`, now at `start` (m), along the axes (x, y, z) that `held` names.
+    /// Fix the node `mass`, now at `start` (m), along the axes (x, y, z) selected by `held`.
     pub fn add_rail(&mut self, mass: u32, start: DVec3, held: [bool; 3]) {
         self.rails.push(Rail { mass, held, start });
     }
 
-    /// Glues `masses`, each now at a place (m), to the body called `name`.
+    /// Attach `masses`, each with its present position (m), to the body called `name`.
     pub fn add_glue(&mut self, masses: impl Iterator<Item = (u32, DVec3)>, name: &str) {
         let masses = masses.map(|(mass, place)| (mass, place, DVec3::ZERO)).collect();
         self.glue.push(Glue { name: name.to_owned(), masses, body: None });
     }
 
-    /// Finds the bodies that masses are glued to, by name: index and state. Masses glued to one that moves freely stay free;
-    /// the others are given back, to be held. The name of the first body that is not there is the error.
+    /// Look up the bodies of new attachments by name: index and state. Return the nodes attached to
+    /// static or kinematic bodies, which must be fixed. The error is the name of the first body
+    /// that does not exist.
     pub(crate) fn bind(&mut self, find: impl Fn(&str) -> Option<(usize, BodyState)>) -> Result<Vec<u32>, String> {
         let mut led = Vec::new();
         for glue in self.glue.iter_mut().filter(|g| g.body.is_none()) {
@@ -153,7 +161,8 @@ impl Pins {
         Ok(led)
     }
 
-    /// Tells of the bodies' step from `time` on, `dt` long (s): `find` gives the states of a body at its start and end.
+    /// Set the step of the bodies, from `time` on and `dt` long (s); `find` gives the states of a
+    /// body at its start and end.
     pub(crate) fn follow(&mut self, time: f64, dt: f64, find: impl Fn(usize) -> Option<(BodyState, BodyState)>) {
         for hold in self.glue.iter_mut().filter_map(|g| g.body.as_mut()) {
             if let Some((from, to)) = find(hold.index) {
@@ -162,7 +171,8 @@ impl Pins {
         }
     }
 
-    /// Lets go of what is glued to body `index`, which is no more, and counts the bodies after it anew; the masses that it led.
+    /// Remove the attachments to the removed body `index` and decrement the indices of later
+    /// bodies; return the nodes that the body prescribed.
     pub(crate) fn unglue(&mut self, index: usize) -> Vec<u32> {
         let on_it = |g: &Glue| g.body.is_some_and(|h| h.index == index);
         let led = |g: &&Glue| on_it(g) && g.body.is_some_and(|h| h.leads);
@@ -174,58 +184,57 @@ impl Pins {
         freed
     }
 
-    /// Masses that are glued to bodies and yet free, for a solver to hold there: mass, index of the body, place in its frame
-    /// (m).
+    /// Dynamic attached nodes: node, index of the body, position in the frame of the body (m).
     pub fn glued(&self) -> impl Iterator<Item = (u32, usize, DVec3)> + '_ {
         let free = self.glue.iter().filter_map(|g| g.body.filter(|h| !h.leads).map(|h| (g, h.index)));
         let all = free.flat_map(|(g, index)| g.masses.iter().map(move |(mass, _, local)| (*mass, index, *local)));
         all.filter(|(mass, ..)| !self.gone.get(*mass as usize).is_some_and(|gone| *gone))
     }
 
-    /// Lets go of the glue of the masses that are `gone`, and of no others.
+    /// Void the attachments of exactly the nodes in `gone`.
     pub(crate) fn set_gone(&mut self, gone: &[bool]) {
         self.gone.clear();
         self.gone.extend_from_slice(gone);
     }
 
-    /// Free glued masses, each with the state of its body at the end of the step.
+    /// Dynamic attached nodes, each with the state of its body at the end of the step.
     pub(crate) fn glued_states(&self) -> impl Iterator<Item = (u32, &BodyState)> + '_ {
         let free = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| !h.leads).map(|h| (g, &h.to)));
         free.flat_map(|(g, state)| g.masses.iter().map(move |m| (m.0, state)))
     }
 
-    /// Glued masses that their bodies lead: the body's motion, the mass, and its place in the body's frame (m).
+    /// Kinematic attached nodes: motion of the body, node, position in the frame of the body (m).
     fn led(&self) -> impl Iterator<Item = (&Hold, u32, DVec3)> + '_ {
         let led = self.glue.iter().filter_map(|g| g.body.as_ref().filter(|h| h.leads).map(|h| (g, h)));
         led.flat_map(|(g, h)| g.masses.iter().map(move |(mass, _, local)| (h, *mass, *local)))
     }
 
-    /// Whether nothing is pinned.
+    /// Whether no node is prescribed, fixed or attached.
     pub fn is_empty(&self) -> bool {
         self.groups.is_empty() && self.rails.is_empty() && self.glue.is_empty()
     }
 
-    /// Whether it holds the sheet by anything but glue on bodies that give way.
+    /// Whether it fixes or prescribes any node, attachments to dynamic bodies aside.
     pub(crate) fn holds(&self) -> bool {
         !self.rails.is_empty() || self.masses().next().is_some()
     }
 
-    /// Whether it glues any mass to a body that gives way.
+    /// Whether any node is attached to a dynamic body.
     pub(crate) fn glues(&self) -> bool {
         self.glued().next().is_some()
     }
 
-    /// All masses that are pinned in every direction, those led by bodies included.
+    /// Nodes that are prescribed in every direction, kinematic attached nodes included.
     pub fn masses(&self) -> impl Iterator<Item = u32> + '_ {
         self.groups.iter().flat_map(|g| g.masses.iter().copied()).chain(self.led().map(|(_, mass, _)| mass))
     }
 
-    /// Masses held along some axes only, and along which.
+    /// Nodes fixed along some axes, and those axes.
     pub fn rails(&self) -> impl Iterator<Item = (u32, [bool; 3])> + '_ {
         self.rails.iter().map(|r| (r.mass, r.held))
     }
 
-    /// Along which axes mass `i` is free (1) or held (0) by a rail.
+    /// Free (1) and fixed (0) axes of node `i`.
     pub(crate) fn free_axes(&self, i: u32) -> DVec3 {
         let free = |r: &Rail| DVec3::from_array(r.held.map(|held| if held { 0.0 } else { 1.0 }));
         self.rails.iter().filter(|r| r.mass == i).map(free).fold(DVec3::ONE, |a, b| a * b)
@@ -240,7 +249,8 @@ impl Pins {
                 .any(|h| h.from.moves() || (h.from.origin(), h.from.rotation()) != (h.to.origin(), h.to.rotation()))
     }
 
-    /// Gives every pinned mass the constant velocity that takes it to its place at `t + dt`.
+    /// Set the constant velocity of every prescribed node that takes it to its position at `t +
+    /// dt`.
     pub(crate) fn lead(&self, t: f64, dt: f64, x: &Vectors, v: &mut Vectors) {
         for group in &self.groups {
             let offset = path_at(&group.path, t + dt).0;
@@ -260,7 +270,8 @@ impl Pins {
         self.hold_rails(v);
     }
 
-    /// Puts every pinned mass exactly where it belongs at `t`: what an engine rounds must not add up.
+    /// Set the exact position of every prescribed node at `t` (s), which prevents the accumulation
+    /// of rounding errors.
     pub(crate) fn place(&self, t: f64, x: &mut Vectors) {
         for group in &self.groups {
             let offset = path_at(&group.path, t).0;
@@ -277,8 +288,8 @@ impl Pins {
         }
     }
 
-    /// Takes it that at time `t` (s) masses are at `x`: a pin whose mass is further than `slack` (m) from where it would lead it began
-    /// elsewhere. Puts all others exactly in place.
+    /// Adopt the positions `x` at time `t` (s): a node further than `slack` (m) from its prescribed
+    /// position gets a new start position. All others are set to their exact positions.
     pub(crate) fn anchor(&mut self, t: f64, x: &mut Vectors, slack: f64) {
         for group in &mut self.groups {
             let offset = path_at(&group.path, t).0;
@@ -298,13 +309,15 @@ impl Pins {
         self.place(t, x);
     }
 
-    /// Masses with where they began (m), pin by pin, and then those that are held along some axes.
+    /// Nodes with their start positions (m), pin by pin, and at the end the nodes fixed along some
+    /// axes.
     pub(crate) fn starts(&self) -> impl Iterator<Item = Vec<(u32, DVec3)>> + '_ {
         let groups = self.groups.iter().map(|g| g.masses.iter().copied().zip(g.start.iter().copied()).collect());
         groups.chain(std::iter::once(self.rails.iter().map(|r| (r.mass, r.start)).collect()))
     }
 
-    /// Takes it that masses began further on: mass `i` of pin `k`, counted as [`Pins::starts`] does, by `by(k, i)`, m.
+    /// Shift the start position of node `i` of pin `k`, counted as in [`Pins::starts`], by `by(k,
+    /// i)` (m).
     pub(crate) fn shift_starts(&mut self, by: impl Fn(usize, u32) -> DVec3) {
         for (k, group) in self.groups.iter_mut().enumerate() {
             group.masses.iter().zip(&mut group.start).for_each(|(i, start)| *start += by(k, *i));
@@ -313,7 +326,7 @@ impl Pins {
         self.rails.iter_mut().for_each(|r| r.start += by(last, r.mass));
     }
 
-    /// Sets the held components of velocities, accelerations or forces to zero.
+    /// Set the fixed components of velocities, accelerations or forces to zero.
     pub(crate) fn hold_rails(&self, a: &mut Vectors) {
         for rail in &self.rails {
             let i = rail.mass as usize;
@@ -321,7 +334,7 @@ impl Pins {
         }
     }
 
-    /// Copies the held components of `x` to `to`.
+    /// Copy the fixed components of `x` to `to`.
     pub(crate) fn follow_rails(&self, x: &Vectors, to: &mut Vectors) {
         for rail in &self.rails {
             let i = rail.mass as usize;
@@ -331,7 +344,7 @@ impl Pins {
 }
 
 impl Rail {
-    /// `p` with the held components of `q`.
+    /// `p` with the fixed components of `q`.
     fn replaced(&self, p: DVec3, q: DVec3) -> DVec3 {
         let pick = |axis: usize| if self.held[axis] { q[axis] } else { p[axis] };
         DVec3::new(pick(0), pick(1), pick(2))

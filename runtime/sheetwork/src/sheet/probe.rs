@@ -1,10 +1,10 @@
-//! Named material points: where a given (u, v) of the bottom layer is now.
+//! Probes: named material points (u, v) of the bottom layer.
 
 use glam::DVec3;
 
 use crate::math::Vectors;
 
-/// A point of the bottom layer, as three masses and weights that sum to 1.
+/// Point of the bottom layer as a weighted sum of three nodes; the weights sum to 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Probe {
     /// Name in reports.
@@ -14,7 +14,9 @@ pub struct Probe {
 }
 
 impl Probe {
-    /// The probe at (u, v), each 0 to 1, of the layer that these triangles cover and whose first mass is `first`; outside the triangles of a zigzag edge it is extrapolated from the nearest one.
+    /// Create the probe at (u, v), each 0 to 1, of the layer that `triangles` cover, whose first
+    /// node is `first` and whose material coordinates are `uv`. Outside the triangles of a zigzag
+    /// edge it is extrapolated from the nearest one.
     pub fn new(name: &str, (u, v): (f64, f64), first: u32, triangles: &[[u32; 3]], uv: &[(f64, f64)]) -> Self {
         let mut best = Self { name: name.to_owned(), masses: [first; 3], weights: [1.0, 0.0, 0.0] };
         let mut best_slack = f64::NEG_INFINITY;
@@ -37,12 +39,12 @@ impl Probe {
         best
     }
 
-    /// Its masses and their weights.
+    /// Nodes and weights.
     pub(crate) fn terms(&self) -> ([u32; 3], [f64; 3]) {
         (self.masses, self.weights)
     }
 
-    /// Its value of a quantity given per mass: with positions, where it is (m).
+    /// Value of a nodal quantity at the probe; its position (m) for positions.
     pub fn of(&self, field: &Vectors) -> DVec3 {
         self.masses.iter().zip(&self.weights).map(|(i, w)| field.get(*i as usize) * *w).sum()
     }

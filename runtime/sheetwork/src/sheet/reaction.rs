@@ -1,8 +1,9 @@
-//! What contact holds a sheet with, worked out from the sheet: the force that each mass lacks to stand still.
+//! Contact force on each node, from the equilibrium of the sheet.
 //!
-//! R_i = -(Σ element and spring forces + applied) - m_i g. At rest that is the force of contact on the mass; of masses that move it is off by
-//! their inertia, and by the drag of the air, which is left out. Held masses are left out too: what holds them is their pin; and what a limit on the
-//! thickness bears between two layers is not seen.
+//! R_i = -(Σ element and spring forces + applied force) - m_i g (N). For a sheet at rest R_i is the
+//! contact force on node i. In motion it has an error of the inertial force and of the air drag.
+//! Fixed nodes are left out, because their reaction comes from the pin, and forces of the thickness
+//! limit between layers are not included.
 
 use glam::DVec3;
 
@@ -11,8 +12,8 @@ use crate::math::Vectors;
 use crate::sheet::Sheet;
 
 impl Sheet {
-    /// Writes the force of contact on each mass, N, under `gravity` (m/s²), as if the sheet stood still; 0 for masses that neither
-    /// touch anything nor are joined to one that does.
+    /// Write the contact force on each node (N) under `gravity` (m/s²), for a sheet at rest; 0 for
+    /// nodes that neither touch anything nor share an edge with a node that does.
     pub fn contact_forces(&self, gravity: DVec3, out: &mut Vec<DVec3>) {
         let n = self.masses();
         out.clear();
@@ -24,7 +25,7 @@ impl Sheet {
         let (mut force, mut scratch) = (self.applied.clone(), SpringScratch::default());
         self.springs.add_forces(&self.x, &still, false, &mut scratch, &mut force);
         self.elements.iter().for_each(|e| e.add_forces(&self.x, &still, &mut force));
-        // A face that lies on an edge is held at its corners.
+        // A contact within a face or an edge acts on its corners.
         let mut near = self.touching().to_vec();
         for [a, b] in self.edges() {
             let (a, b) = (a as usize, b as usize);

@@ -1,17 +1,17 @@
-//! Which masses a region of a scene file means.
+//! Selection of the nodes of a region of a scene file.
 
 use crate::error::InputError;
 use crate::mesh::structure::Layer;
 use crate::scene::Region;
 use crate::sheet::Sheet;
 
-/// Slack on the borders of a rectangle, so that 0.1 includes the row at 0.1 despite rounding.
+/// Tolerance on the borders of a rectangle, so that 0.1 includes the row at 0.1 despite rounding.
 const SLACK: f64 = 1e-9;
 
-/// Indices of the masses in `region`, in order.
+/// Indices of the nodes in `region`, in order.
 ///
 /// # Errors
-/// When a mass index does not exist, or the region holds no mass at all.
+/// When a node index does not exist, or the region contains no node.
 pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
     let (layers, uv) = (&sheet.layers, &sheet.uv);
     let all = 0..uv.len() as u32;
@@ -30,7 +30,7 @@ pub fn select(region: &Region, sheet: &Sheet) -> Result<Vec<u32>, InputError> {
     let masses: Vec<u32> = match region {
         Region::All => all.collect(),
         Region::Border => all.filter(|i| sheet.border[*i as usize]).collect(),
-        // Of a mesh, the masses that lie on that side of the box around it.
+        // The sides of a mesh are its nodes on the sides of its bounding box.
         Region::Left if sheet.triangles.is_some() => beyond(|(u, _)| u),
         Region::Right if sheet.triangles.is_some() => beyond(|(u, _)| 1.0 - u),
         Region::Back if sheet.triangles.is_some() => beyond(|(_, v)| v),

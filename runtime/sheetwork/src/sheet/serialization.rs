@@ -1,23 +1,21 @@
-//! What of a sheet goes into a snapshot: what can be set of it while it runs, and what a step takes over from those before it.
+//! Serialisation of a sheet for snapshots: parameters that can change during a run, and state that
+//! a step takes from earlier steps.
 //!
-//! Not kept is what follows from the scene (how it is connected, its masses, its shape at rest) and what a step works out before it looks
-//! at it. Elements keep their rates and stresses where an implicit engine is under way, and their law where warmth, flow or
-//! tears have changed that.
+//! Topology, node masses and rest shape follow from the scene and are not serialised, nor is the
+//! workspace of a step. Elements serialise their rates and stresses while an implicit integrator
+//! runs, and their law where temperature, creep, plasticity or fracture have changed it.
 
 use glam::DVec3;
 
-use crate::collision::collision_surface::Skin;
-use crate::contact::adhesion::Stuck;
-use crate::contact::stage::Scratch;
 use crate::elements::Element;
 use crate::elements::grab_spring::Pull;
-use crate::islands::NearWork;
 use crate::scene::{Material, WhenUnstable, validate};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
+use crate::sheet::bonds::Stuck;
 use crate::sheet::{Crossing, Field, GuardState, Sheet, Status, System};
 
 impl Sheet {
-    /// Keeps what of its make a snapshot must fit.
+    /// Serialise the layout that a snapshot must match.
     pub(crate) fn keep_make(&self, to: &mut Keeper) {
         to.text(&self.name);
         let own = self.elements.len() - self.pulls.len();
@@ -28,12 +26,12 @@ impl Sheet {
         to.flag(self.flow.is_some());
     }
 
-    /// Whether steps have changed more of it than where it is: its law, or what is open.
+    /// Whether steps have changed the law of its elements or its open cells.
     pub(crate) fn is_changed(&self) -> bool {
         self.heat.is_some() || self.flow.is_some() || self.open_count() > 0
     }
 
-    /// Keeps what can be set of it.
+    /// Serialise the parameters that can change during a run.
     pub(crate) fn keep_settings(&self, to: &mut Keeper) {
         keep_material(&self.material, to);
         to.numbers(&[self.friction, self.restitution, self.damping, self.damping_ratio]);
@@ -48,7 +46,7 @@ impl Sheet {
         self.pulls.iter().for_each(|pull| pull.keep(to));
     }
 
-    /// Takes it back; `tolerance` is that of an adaptive engine, m.
+    /// Deserialise the parameters; `tolerance` is that of an adaptive integrator, m.
     pub(crate) fn take_settings(&mut self, from: &mut Taker, tolerance: f64) -> Taken {
         let material = take_material(from)?;
         (self.friction, self.restitution) = (from.number()?, from.number()?);
@@ -80,7 +78,7 @@ impl Sheet {
         }
         self.guard.iter_mut().for_each(|guard| guard.tolerance = tolerance);
         self.longest = from.number()?;
-        // More parts than a step may have would be a step without an end.
+        // A shorter step than 1e-9 s would need an unbounded number of substeps.
         if self.longest.is_nan() || self.longest < 1e-9 {
             return Err(Cut);
         }
@@ -106,10 +104,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Keeps what a step takes over from those before it, but for contact's.
-    pub(crate) fn keep_state(&self, to: &mut Keeper) {
-        let skin = self.work.skin.as_deref().map(Skin::make);
-        to.count(skin.map_or(0, |make| 1 + u64::from(make)));
+    /// Serialise the state that a step takes from earlier steps, without contact.
+    pub(crate) fn keep_state(&self, to: &mut Keeper, clearance: impl FnOnce(&mut Keeper)) {
         self.pins.keep(to);
         keep_status(&self.status, to);
         to.byte(self.crossing as u8);
@@ -134,22 +130,16 @@ impl Sheet {
         self.keep_history(to);
         to.flags(&self.work.touching);
         to.flag(self.work.stage.astray);
-        self.work.clearance.keep(to);
+        clearance(to);
         to.flag(self.work.stuck.is_some());
         self.work.stuck.iter().for_each(|stuck| stuck.keep(to));
         to.flag(self.watch.is_some());
         self.watch.iter().for_each(|watch| watch.keep(to));
     }
 
-    /// Takes it back, of a sheet that has not changed where the one that was kept had not.
-    pub(crate) fn take_state(&mut self, from: &mut Taker) -> Taken {
-        // The surface is of how the sheet lay when it was first stepped, which for a new one is how it lies now.
-        if let Some(make) = from.count()?.checked_sub(1) {
-            crate::islands::skin(self);
-            if self.work.skin.as_ref().is_none_or(|skin| u64::from(skin.make()) != make) {
-                return Err(Cut);
-            }
-        }
+    /// Deserialise the state. Elements that were unchanged in the snapshot must be unchanged in
+    /// this sheet.
+    pub(crate) fn take_state(&mut self, from: &mut Taker, clearance: impl FnOnce(&mut Taker, usize) -> Taken) -> Taken {
         let masses = self.masses();
         let mut pins = std::mem::take(&mut self.pins);
         let others = pins.take(from, masses);
@@ -188,25 +178,26 @@ impl Sheet {
         let mut touching = Vec::new();
         from.flags(&mut touching)?;
         if touching.len() == masses {
-            crate::islands::size_work(self);
+            self.size_work();
             self.work.touching = touching;
         } else if !touching.is_empty() {
             return Err(Cut);
         }
         self.work.stage.astray = from.flag()?;
-        self.work.clearance.take(from, masses)?;
+        clearance(from, masses)?;
+        self.displaced = false;
         self.work.stuck = if from.flag()? { Some(Box::new(Stuck::taken(from, masses)?)) } else { None };
         if from.flag()? {
             let mut watch = crate::sheet::buckling::Watch::default();
             watch.take(from, masses, self.opening_revision())?;
             self.watch.iter_mut().for_each(|own| **own = std::mem::take(&mut watch));
         }
-        // Taking up the rest may have woken it.
+        // Deserialising the other state may have woken the sheet.
         (self.status, self.crossing, self.quiet) = (status, crossing, quiet);
         Ok(())
     }
 
-    /// Holds the masses that pins hold, and no others.
+    /// Fix exactly the nodes that are pinned or detached.
     fn hold_pinned(&mut self) {
         let mut held = vec![false; self.masses()];
         self.pins.masses().for_each(|m| held[m as usize] = true);
@@ -233,7 +224,7 @@ impl Sheet {
         if !from.flag()? {
             return if self.heat.is_none() { Ok(()) } else { Err(Cut) };
         }
-        self.begin_heat(crate::thermal::REFERENCE);
+        self.begin_heat(crate::units::temperature::REFERENCE);
         let Some(mut heat) = self.heat.take() else { return Err(Cut) };
         let taken = heat.take(from, self);
         self.heat = Some(heat);
@@ -273,7 +264,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// What implicit engines carry: nothing where one has not begun, or begins anew.
+    /// Serialise the history of an implicit integrator; empty before its first step and after a
+    /// restart.
     fn keep_history(&self, to: &mut Keeper) {
         self.engine.keep(to);
         let begun = self.field_before.zip(self.system.as_ref());
@@ -305,38 +297,11 @@ impl Sheet {
         self.field_before = Some(field);
         Ok(())
     }
-
-    /// Keeps what contact takes over, of the first sheet of a group.
-    pub(crate) fn keep_contact(&self, to: &mut Keeper) {
-        to.flag(self.work.contact.is_some());
-        self.work.contact.iter().for_each(|contact| contact.save(to));
-        to.flag(self.work.near.is_some());
-        self.work.near.iter().for_each(|near| near.keep(to));
-    }
-
-    /// Takes that back, but for what detection keeps: see [`Sheet::take_near`].
-    pub(crate) fn take_contact(&mut self, from: &mut Taker) -> Taken {
-        self.work.unit.release();
-        if !from.flag()? {
-            self.work.contact = None;
-            return Ok(());
-        }
-        self.work.contact.get_or_insert_with(|| Box::new(Scratch::default())).take(from)
-    }
-
-    /// What detection of sheet number `index` keeps; `None` where nothing has been looked for.
-    pub(crate) fn take_near(sheets: &[Self], from: &mut Taker) -> Taken<Option<Box<NearWork>>> {
-        if !from.flag()? {
-            return Ok(None);
-        }
-        let skin = |id: u32| sheets.get(id as usize).and_then(|s| s.work.skin.as_deref());
-        NearWork::taken(from, skin).map(|near| Some(Box::new(near)))
-    }
 }
 
 fn keep_material(material: &Material, to: &mut Keeper) {
     to.text(&material.name);
-    // A name that is empty is left out of what is written.
+    // `Material` omits an empty name when it is written, so the name is written separately.
     let named = Material { name: "-".to_owned(), ..material.clone() };
     let bytes = postcard::to_extend(&named, Vec::new()).unwrap_or_default();
     to.blob(&bytes);

@@ -1,8 +1,10 @@
-//! Triangles halved for drawing: a smooth surface through the masses of a mesh.
+//! Subdivision of triangles for drawing: a smooth surface through the nodes of a mesh.
 //!
-//! Between two masses the surface bows by -⅛ l² x_tt from the middle of the edge, l the edge's length at rest and x_tt the curvature along
-//! it of the parabola that fits, by least squares, the masses that have an edge with one of the two. A flat sheet stays flat, and its
-//! outline the polygon that it is; masses stay where they are. What comes out is a mesh of four times as many triangles, which can be halved again.
+//! The new vertex of an edge lies -⅛ l² x_tt from the middle of the edge, with the rest length l of
+//! the edge and the curvature x_tt along it. The curvature is that of the parabola that fits, by
+//! least squares, the two end nodes and their neighbours. Flat sheets stay flat, polygonal outlines
+//! stay polygons, and nodes keep their positions. The result has four times as many triangles and
+//! can be subdivided again.
 //!
 //! Every new vertex is a fixed combination of old ones.
 
@@ -11,15 +13,17 @@ use faer::{Mat, Side};
 
 use crate::mesh::outline::Mesh;
 
-/// Coefficients of a parabola of two variables.
+/// Number of coefficients of a parabola in two variables.
 const TERMS: usize = 6;
-/// What decides, in units of the moments, where masses are too few for a parabola.
+/// Regularisation of the quadratic terms, relative to the moments, for fewer nodes than a parabola
+/// needs.
 const RIDGE: f64 = 1e-6;
 
-/// Vertices and their weights.
+/// Weighted sum of nodes.
 pub(crate) type Combination = Vec<(u32, f64)>;
 
-/// `mesh` with its edges halved, and what each vertex of that is of `vertices`, which are those of `mesh`.
+/// Subdivide the edges of `mesh`; return the new mesh and its vertices as combinations of nodes.
+/// `vertices` are those of `mesh`.
 pub(crate) fn halve(mesh: &Mesh, vertices: &[Combination]) -> Option<(Mesh, Vec<Combination>)> {
     let n = mesh.positions.len();
     let neighbours = mesh.neighbours();
@@ -44,7 +48,7 @@ pub(crate) fn halve(mesh: &Mesh, vertices: &[Combination]) -> Option<(Mesh, Vec<
     Some((Mesh::new(positions, parts.collect()).ok()?, all))
 }
 
-/// The middle between two vertices as a sum over those around.
+/// Vertex in the middle of edge `a`, `b` as a combination of the surrounding vertices.
 fn bow(mesh: &Mesh, neighbours: &[Vec<u32>], [a, b]: [u32; 2]) -> Combination {
     let mut around = vec![a, b];
     for m in neighbours[a as usize].iter().chain(&neighbours[b as usize]) {
@@ -94,7 +98,7 @@ mod tests {
         mesh(&outline, (n, n)).expect("a mesh")
     }
 
-    /// How far the drawn surface of w = f is from it, at most.
+    /// Largest distance of the drawn surface from w = f.
     fn worst(n: u32, levels: u32, f: impl Fn(f64, f64) -> f64) -> f64 {
         let mut mesh = ring(n);
         let heights: Vec<f64> = mesh.positions.iter().map(|[u, v]| f(*u, *v)).collect();
@@ -117,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_wave_is_drawn_better_than_flat_triangles_are() {
-        // Bowed by h² κ/8 = 0.02 between masses.
+        // The bow between nodes is h² κ/8 = 0.02.
         let wave = worst(11, 2, |u, v| (4.0 * u).sin() * (3.0 * v).cos());
         assert!(wave < 5e-3, "{wave}");
     }

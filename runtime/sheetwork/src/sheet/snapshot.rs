@@ -1,40 +1,41 @@
-//! What is kept of a sheet to go back to: positions, velocities, what is open, what it sticks to, whether it sleeps; and where heat, creep
-//! or yield change it, its temperatures and what has stayed of them.
+//! State of a sheet for a return to an earlier time: positions, velocities, open cells, adhesive
+//! bonds, sleep state; with heat, creep or plasticity also temperatures and inelastic strains.
 
-use crate::contact::adhesion::Stuck;
 use crate::elements::Element;
 use crate::elements::spring::Springs;
 use crate::math::Vectors;
 use crate::scene::Material;
+use crate::sheet::bonds::Stuck;
 use crate::sheet::creep::Flow;
+use crate::sheet::temperature::Heat;
 use crate::sheet::{GuardState, Sheet, Status};
-use crate::thermal::{Heat, REFERENCE};
+use crate::units::temperature::REFERENCE;
 
-/// A sheet at one time.
+/// State of a sheet at one time.
 #[derive(Clone, Debug)]
 pub(crate) struct SheetState {
     x: Vectors,
     v: Vectors,
     status: Status,
     quiet: f64,
-    /// Where it was when it was found still, if it is.
+    /// Positions at the start of the rest period, m; `None` for a moving sheet.
     still_at: Option<Vectors>,
-    /// Which cells have opened since the start, of a sheet that can.
+    /// Cells opened since the start; empty for a sheet that cannot open.
     open: Vec<bool>,
     stuck: Option<Box<Stuck>>,
     changed: Option<Changed>,
-    /// What was done against going unstable.
+    /// State of the recovery policy.
     guard: Option<GuardState>,
 }
 
-/// What steps change of a sheet besides where it is.
+/// Elements, springs and temperatures of a sheet with heat, creep or plasticity.
 struct Changed {
-    /// Without the hands that pull at it.
+    /// Elements without grab springs.
     elements: Vec<Box<dyn Element>>,
     springs: Springs,
     heat: Option<Box<Heat>>,
     flow: Option<Box<Flow>>,
-    /// The material that all this is of.
+    /// Material of this state.
     material: Material,
 }
 
@@ -69,7 +70,7 @@ impl std::fmt::Debug for Changed {
 }
 
 impl Sheet {
-    /// The sheet as it is now.
+    /// Copy the present state.
     pub(crate) fn state(&self) -> SheetState {
         let open = self.torn_cells();
         let (x, v, stuck) = (self.x.clone(), self.v.clone(), self.work.stuck.clone());
@@ -84,17 +85,16 @@ impl Sheet {
         SheetState { x, v, status: self.status, quiet: self.quiet, still_at, open, stuck, changed, guard }
     }
 
-    /// Whether `state` is one of this sheet.
+    /// Whether `state` is compatible with this sheet.
     pub(crate) fn takes(&self, state: &SheetState) -> bool {
         let own = self.open_cells().map_or(0, <[bool]>::len);
-        // One that has been given slits, or lost them, since then has the same masses.
+        // A change of the slits since then leaves the nodes as they are.
         let cells = state.open.len() == own || !state.open.contains(&true);
         let flows = |c: &Changed| c.flow.is_some() == self.flow.is_some() && c.springs.len() == self.springs.len();
         state.x.len() == self.masses() && cells && state.changed.as_ref().is_none_or(flows)
     }
 
-    /// Goes back to `state`, which it must take. Its engine begins anew from there, as after a change of engine; its material stays as it
-    /// is set now.
+    /// Restore a compatible `state`. The integrator restarts; the material stays as it is now.
     pub(crate) fn go_back(&mut self, state: &SheetState) {
         self.wake();
         self.x.copy_from(&state.x);
@@ -103,7 +103,7 @@ impl Sheet {
         self.work.stuck.clone_from(&state.stuck);
         match &state.changed {
             Some(changed) => self.take_back(changed.clone()),
-            // It had no temperatures: it was as warm as the room.
+            // A state without temperatures is at the reference temperature.
             None if self.heat.is_some() => _ = self.set_temperatures(|_| REFERENCE),
             None => {}
         }
@@ -124,11 +124,12 @@ impl Sheet {
         if changed.heat.is_some() {
             self.heat = changed.heat;
         }
-        // What elements know of the system's blocks is of then.
+        // The restored elements are bound to the blocks of another linear system.
         self.system = None;
         let now = std::mem::replace(&mut self.material, changed.material);
         if now != self.material {
-            // Both were allowed when they were set, and what creeps is not changed while it does.
+            // Both materials are valid, and a creeping sheet keeps its creep constants, so this
+            // succeeds.
             let _ = self.set_material(now);
         }
     }

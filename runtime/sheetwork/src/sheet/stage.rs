@@ -1,13 +1,12 @@
-//! A sheet through one stage of an implicit engine together with what it touches.
+//! One implicit stage of a sheet in contact.
 //!
-//! [`crate::contact`] drives this: [`Sheet::prepare_stage`], then rounds of [`Sheet::free_motion`] (where the sheet would be without
-//! contact, linearised at the last iterate) and [`Sheet::accept`] (where contact put it), then [`Sheet::finish_stage`]. In
-//! between, the factor of the tangent answers how forces at contacts would move it.
+//! [`crate::contact`] drives the stage: [`Sheet::prepare_stage`], then outer iterations of
+//! [`Sheet::free_motion`] (positions without contact, linearised at the last iterate) and
+//! [`Sheet::accept`] (positions with contact), then [`Sheet::finish_stage`]. In between, the factor
+//! of the tangent gives the displacement of the nodes by contact forces.
 
 use glam::DVec3;
 
-use crate::collision::narrow_phase::FindCounters;
-use crate::contact::stage::ContactCounters;
 use crate::elements::{Geometric, NO_BLOCK};
 use crate::integrators::implicit::Implicit;
 use crate::integrators::implicit::staged::{Jump, Staged};
@@ -17,52 +16,59 @@ use crate::rigid::BodyState;
 use crate::sheet::implicit_system::{ContactTangent, ImplicitSheet, System};
 use crate::sheet::{Field, Sheet};
 
-/// Energy of mispredicted strain that is let pass, as a fraction of the stage's inertial term: without contact, with.
+/// Tolerance on the energy of mispredicted strain, as a fraction of the inertial term of the stage:
+/// without contact, and with contact.
 const MISSED: [f64; 2] = [1e-4, 1e-2];
-/// The same of a sheet that is glued to a body which moves freely, where nothing else holds up its rounds. What turns by φ in a round mispredicts
-/// φ⁴, and what holds two rows of a stiff sheet at their distance, hundreds of newtons, is off by φ: at the 0.01 rad that others let pass a
-/// strip on a drum lost a fifth of its angular momentum in a step.
+/// Tolerance on the energy of mispredicted strain for a sheet attached to a dynamic body. A
+/// rotation by φ in an outer iteration mispredicts an energy proportional to φ⁴, but the attachment
+/// forces on two rows of a stiff sheet, hundreds of newtons, are wrong by φ. At 0.01 rad, which the
+/// tolerance of other sheets allows, a strip on a drum loses a fifth of its angular momentum in one
+/// step.
 const MISSED_GLUED: f64 = 1e-12;
-/// By how much the incremental potential may rise without contact, as a fraction of its inertial term.
+/// Tolerance on the rise of the incremental potential without contact, as a fraction of its
+/// inertial term.
 const SLACK: f64 = 0.02;
-/// A sheet this slow (m/s) carries no energy worth a further round.
+/// Speed (m/s) whose kinetic energy is the minimum of the reference energy of a stage.
 const STILL: f64 = 5e-3;
 
-/// Where a sheet is within a stage.
+/// Workspace and state of a stage.
 #[derive(Default)]
 pub(crate) struct StageWork {
-    /// Latest positions that were taken, m.
+    /// Positions of the last iterate, m.
     pub iterate: Vectors,
-    /// Where it would be without contact, m.
+    /// Positions without contact, m.
     pub free: Vectors,
-    /// Whether another round would change nothing that matters.
+    /// Whether the stage needs no further outer iteration.
     pub done: bool,
-    /// Energy of mispredicted strain in the last round, J, and over what is let pass.
+    /// Energy of mispredicted strain in the last outer iteration (J), and its ratio to the
+    /// tolerance.
     missed: f64,
     pub excess: f64,
-    /// Whether it could not be solved for.
+    /// Whether the linear system could not be solved.
     pub failed: bool,
-    /// Whether its engine has taken the step by itself, and its masses answer each for itself.
+    /// Whether the integrator has already advanced the sheet, and each node responds to contact
+    /// with its mass alone.
     pub by_mass: bool,
-    /// Whether the step gave the sheet energy beyond all measure.
+    /// Whether the step diverged: the energy of the sheet grew beyond its bound.
     pub astray: bool,
     /// Velocity at the end of the stage without contact, m/s.
     pub velocity: Vectors,
-    /// How long the stage is, and its weight of the new acceleration, s.
+    /// Length of the stage (s), and weight of the new acceleration in its displacement (s).
     pub length: f64,
     pub h: f64,
     d: Vectors,
     reference: f64,
     scale: f64,
     right: Vec<f64>,
-    /// What elements carry from stage to stage, when it was kept.
+    /// Saved history of integrator and elements.
     kept: Vec<f64>,
     kept_x: Vectors,
     kept_v: Vectors,
 }
 
 impl Sheet {
-    /// Calls `work` with the sheet as implicit engines see it, its engine, its stage, positions and velocities.
+    /// Call `work` with the equations of the sheet, its integrator, its stage, positions and
+    /// velocities.
     fn with_scheme<R>(
         &mut self,
         field: Field,
@@ -79,7 +85,7 @@ impl Sheet {
         result
     }
 
-    /// Begins a step of `dt` s that is taken stage by stage.
+    /// Begin a step of `dt` (s) that proceeds in stages.
     pub(crate) fn begin_step(&mut self, field: Field, dt: f64) {
         self.begin_flow(dt);
         self.ready_implicit(field);
@@ -96,29 +102,32 @@ impl Sheet {
         self.counters.accepted += 1;
     }
 
-    /// Lets its engine begin anew: what it carries from step to step is of a motion that has ended.
+    /// Restart the integrator after a discontinuity of the motion; its history is discarded.
     pub(crate) fn restart_engine(&mut self) {
         self.engine.restart();
     }
 
-    /// Stages of a step of its engine; 0 for an explicit one.
+    /// Number of stages of a step; 0 for an explicit integrator.
     pub(crate) fn stages(&mut self) -> usize {
         self.engine.staged().map_or(0, |s| s.stages())
     }
 
-    /// Weight θ of an acceleration in the displacement of a step of `dt` s, as its engine has it: see [`crate::integrators::EngineInfo::drift`].
+    /// Weight θ of an acceleration in the displacement of a step of `dt` (s): see
+    /// [`crate::integrators::EngineInfo::drift`].
     pub(crate) fn drift(&self, dt: f64) -> f64 {
         self.engine.drift(dt).unwrap_or(self.engine_kind.info().drift)
     }
 
-    /// Begins stage `k` of a step of `dt` s.
+    /// Begin stage `k` of a step of `dt` (s).
     pub(crate) fn prepare_stage(&mut self, field: Field, k: usize, dt: f64) {
         self.with_scheme(field, |problem, scheme, stage, (x, v)| {
             scheme.prepare(problem, k, dt, (x, v), &mut stage.iterate);
-            // A film that a vacuum draws moves slowly and turns much work into strain: a part of that is as good a measure.
+            // A film under vacuum moves slowly and turns much work into strain, so the work of
+            // pressure is also a reference energy.
             let pressed = problem.pressed(x, &stage.iterate).abs();
             let problem_stage = scheme.stage();
-            // Begin where the sheet is, unless the guess is the better place.
+            // The stage starts from the present positions, or from the extrapolated ones if their
+            // potential is lower.
             stage.free.copy_from(x);
             problem.led(&stage.iterate, &mut stage.free);
             let ahead = problem.potential(&problem_stage, &stage.iterate);
@@ -136,8 +145,9 @@ impl Sheet {
         });
     }
 
-    /// Begins the stage where the sheet comes to if it turns as one body, which is `own` at the start, where that strains it less: along straight
-    /// lines it would be longer by half of the angle squared, and what glue holds would have to take that back round by round.
+    /// Start the stage from the rigid rotation given by `own` at its start, if that has a lower
+    /// potential. Motion along straight lines stretches a sheet that rotates by φ by φ²/2, and the
+    /// outer iterations would have to remove this strain.
     pub(crate) fn begin_turned(&mut self, field: Field, own: &BodyState) {
         self.with_scheme(field, |problem, scheme, stage, (x, v)| {
             let end = own.fly(stage.length, DVec3::ZERO);
@@ -154,7 +164,8 @@ impl Sheet {
         });
     }
 
-    /// Solves for where the sheet would be without contact, from where it is; false where that cannot be told.
+    /// Solve for the positions without contact, linearised at the iterate; false without a finite
+    /// solution.
     pub(crate) fn free_motion(&mut self, field: Field) -> bool {
         self.counters.evaluations += 1;
         let found = self.with_scheme(field, |problem, scheme, stage, _| {
@@ -169,8 +180,10 @@ impl Sheet {
         found.unwrap_or(false)
     }
 
-    /// Takes up the free motion, and the displacement by contact (m) where there was some. The stage is done when
-    /// this was near enough to what the solve had predicted; nearer where what glue holds is to be `firm`, as long as another round helps.
+    /// Move the iterate to the free positions plus the displacement by contact (m). The stage has
+    /// converged when the solution agrees with its prediction within the tolerance. `firm` selects
+    /// the tighter tolerance of attached sheets, as long as further outer iterations reduce the
+    /// error.
     pub(crate) fn accept(&mut self, field: Field, contact: Option<&Vectors>, firm: bool) {
         let enough = MISSED[usize::from(contact.is_some())];
         let passes = if contact.is_some() && firm && self.is_glued() { MISSED_GLUED } else { enough };
@@ -195,13 +208,13 @@ impl Sheet {
         });
     }
 
-    /// Whether the stage has taken some mass further than `by` (m) so far.
+    /// Whether the stage has moved any node further than `by` (m) so far.
     pub(crate) fn has_moved(&self, by: f64) -> bool {
         let (from, to) = (self.x.iter(), self.work.stage.iterate.iter());
         from.zip(to).any(|(p, q)| p.distance_squared(q) > by * by)
     }
 
-    /// Works out the velocity at the end of the stage without contact.
+    /// Compute the velocity at the end of the stage without contact.
     pub(crate) fn free_velocity(&mut self, field: Field) {
         self.with_scheme(field, |_, scheme, stage, _| {
             let of_stage = scheme.stage();
@@ -210,7 +223,7 @@ impl Sheet {
         });
     }
 
-    /// Solves the stage without contact, guarded, from where the sheet is.
+    /// Solve the stage without contact by the globalised Newton method, from the present positions.
     pub(crate) fn solve_stage_alone(&mut self, field: Field) {
         let solved = self.with_scheme(field, |problem, scheme, stage, (x, _)| {
             let mut work = std::mem::take(scheme.work());
@@ -225,14 +238,14 @@ impl Sheet {
         self.counters.guarded += u64::from(solved.guarded);
     }
 
-    /// Ends stage `k`, with what contact did in it.
+    /// Finish stage `k` with the displacement and velocity change by contact.
     pub(crate) fn finish_stage(&mut self, field: Field, k: usize, dt: f64, jump: Option<&Jump>) {
         self.with_scheme(field, |problem, scheme, stage, state| {
             scheme.finish(problem, k, dt, &stage.iterate, jump, state);
         });
     }
 
-    /// Adds the half solutions of `loads`, given by mass, for the tangent at hand.
+    /// Add the half solutions of `loads`, given by node, for the present tangent.
     pub(crate) fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
         if self.answers_by_mass() {
             self.half_solve_masses(loads, solutions);
@@ -241,7 +254,7 @@ impl Sheet {
         }
     }
 
-    /// The displacement (m) that the tangent at hand gives for `force` (N).
+    /// Displacement (m) by `force` (N) with the present tangent.
     pub(crate) fn answer(&mut self, force: &Vectors, dx: &mut Vectors) {
         dx.clear();
         if self.answers_by_mass() {
@@ -262,29 +275,30 @@ impl Sheet {
         self.work.stage.right = right;
     }
 
-    /// The tangent at hand; `None` before the first implicit step, and where masses answer each for itself.
+    /// Present tangent; `None` before the first implicit step, and where nodes respond with their
+    /// mass alone.
     pub(crate) fn tangent(&self) -> Option<ContactTangent<'_>> {
         self.system.as_ref().filter(|_| !self.answers_by_mass()).map(|s| s.tangent())
     }
 
-    /// The linear system that holds the tangent at hand.
+    /// Linear system of the present tangent.
     pub(crate) fn system_mut(&mut self) -> Option<&mut System> {
         self.system.as_deref_mut()
     }
 
-    /// Makes the factor at hand that of the tangent, without contact.
+    /// Restore the factor of the tangent without contact.
     pub(crate) fn restore_factor(&mut self) {
         if let Some(system) = &mut self.system {
             system.restore_factor();
         }
     }
 
-    /// Mass of each block row of the tangent.
+    /// Node of each block row of the tangent.
     pub(crate) fn block_masses(&self) -> &[u32] {
         self.system.as_ref().map_or(&[], |s| s.masses())
     }
 
-    /// Copies a vector by block rows to one by masses.
+    /// Copy a vector by block rows to one by nodes.
     pub(crate) fn spread_rows(&self, by_row: &[f64], to: &mut Vectors) {
         to.clear();
         let Some(system) = &self.system else { return };
@@ -293,17 +307,7 @@ impl Sheet {
         }
     }
 
-    /// What looking for contact with it and its group has taken so far, where it is the first of its group.
-    pub fn detection(&self) -> FindCounters {
-        self.work.near.as_ref().map(|near| near.counters()).unwrap_or_default()
-    }
-
-    /// What contact has taken so far, where it is the first of its group.
-    pub fn contact_counters(&self) -> ContactCounters {
-        self.work.contact.as_ref().map(|contact| contact.counters).unwrap_or_default()
-    }
-
-    /// Block row of mass `i` and which of its directions are free (1) or held (0); none for a mass that is held in all.
+    /// Block row of node `i`, and its free (1) and fixed (0) directions; `None` for a fixed node.
     pub(crate) fn free_row(&self, i: u32) -> Option<(u32, DVec3)> {
         if self.answers_by_mass() {
             return self.free_mass(i);
@@ -313,7 +317,7 @@ impl Sheet {
         (row != NO_BLOCK).then(|| (row, system.free_axes(row)))
     }
 
-    /// Keeps the state of the sheet, to come back to with [`Sheet::put_back`].
+    /// Save the state of the sheet for [`Sheet::put_back`].
     pub(crate) fn keep(&mut self) {
         self.trace(|trace, _| trace.keep());
         let Self { work, x, v, engine, .. } = self;
@@ -326,12 +330,12 @@ impl Sheet {
         for_each_element(&mut self.system, &mut self.elements, |e| e.history(&mut |n| kept.extend_from_slice(n)));
     }
 
-    /// Where its masses were when its state was kept, m.
+    /// Saved positions, m.
     pub(crate) fn kept_positions(&self) -> &Vectors {
         &self.work.stage.kept_x
     }
 
-    /// Comes back to the state that was kept.
+    /// Restore the saved state.
     pub(crate) fn put_back(&mut self) {
         self.trace(|trace, _| trace.put_back());
         let Self { work, x, v, engine, .. } = self;

@@ -1,11 +1,14 @@
-//! The surface of a sheet as triangles to be drawn: one layer, flat between its masses or smoothed through them.
+//! Drawing surface of a sheet as triangles: one layer, flat between its nodes or smoothed through
+//! them.
 //!
-//! The smoothed surface is a tensor product of Catmull-Rom splines, which passes through every mass: the thesis smoothed
-//! with NURBS, which do not, and saw its surface sink into bodies that its masses lay on. Between masses a smooth surface
-//! can still dip below a sharp edge. Rows of a triangular layer are shifted by half a cell in turn; they are brought to
-//! common columns along their own splines first, so that the drawn outline is straight. Triangles of a mesh are halved (`smooth`).
+//! The smoothed surface of a grid is a tensor product of Catmull-Rom splines, which, unlike NURBS,
+//! passes through every node. Between nodes a smooth surface can still dip below a sharp edge. The
+//! rows of a triangular layer are shifted by half a cell in turn; splines along the rows bring them
+//! to common columns first, which makes the drawn outline straight. Triangles of a mesh are
+//! subdivided (`smooth_surface`).
 //!
-//! Every drawn vertex is a fixed combination of masses, worked out once; an update is a sparse product and allocates nothing.
+//! Every drawn vertex is a fixed combination of nodes. An update is a sparse product and does not
+//! allocate.
 
 use glam::Vec3;
 
@@ -14,20 +17,20 @@ use crate::mesh::outline::Mesh;
 use crate::mesh::structure::Layer;
 use crate::sheet::smooth_surface::{Combination, halve};
 
-/// Triangles to draw, single precision.
+/// Triangles to draw, in single precision.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SurfaceMesh {
     /// Vertex positions, m.
     pub positions: Vec<[f32; 3]>,
     /// Unit normals, out of the upper side.
     pub normals: Vec<[f32; 3]>,
-    /// Place in the sheet, 0 to 1 along length and width.
+    /// Material coordinates, 0 to 1 along length and width.
     pub uvs: Vec<[f32; 2]>,
     /// Triangles, counter-clockwise seen from the upper side.
     pub indices: Vec<[u32; 3]>,
 }
 
-/// How to draw a layer: topology and weights.
+/// Topology and vertex weights of the drawing surface of a layer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// First entry of each vertex in `masses` and `weights`, and the end.
@@ -38,7 +41,7 @@ pub struct Surface {
     indices: Vec<[u32; 3]>,
 }
 
-/// Columns and rows of masses, ascending, along which a sheet is creased from one end to the other.
+/// Columns and rows of nodes, ascending, along which a sheet is creased from edge to edge.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Folds {
     /// Columns, counted along the length.
@@ -48,7 +51,8 @@ pub struct Folds {
 }
 
 impl Surface {
-    /// The triangles of a mesh, halved twice from 4 `parts` on and once from 2 (see `smooth`), and flat for 1; `uv` is the sheet's own.
+    /// Surface of a triangle mesh: flat for `parts` of 1, subdivided once from 2 on and twice from
+    /// 4 on (see `smooth_surface`); `uv` are the material coordinates of the sheet.
     pub fn of_triangles(mesh: &Mesh, uv: &[(f64, f64)], parts: u32) -> Self {
         let mut vertices: Vec<Combination> = (0..uv.len() as u32).map(|i| vec![(i, 1.0)]).collect();
         let mut drawn = std::borrow::Cow::Borrowed(mesh);
@@ -62,13 +66,15 @@ impl Surface {
         surface
     }
 
-    /// Layer `layer` with `parts` spline pieces from one mass to the next (clamped to 1 to 16); 1 draws flat triangles
-    /// between the masses. `uv` is the sheet's own.
+    /// Surface of `layer` with `parts` spline segments between neighbouring nodes (clamped to 1 to
+    /// 16); 1 draws flat triangles between the nodes. `uv` are the material coordinates of the
+    /// sheet.
     pub fn new(layer: &Layer, uv: &[(f64, f64)], parts: u32) -> Self {
         Self::folded(layer, uv, parts, &Folds::default())
     }
 
-    /// The same with `folds`: the splines end there on both sides, so that a crease is drawn as sharp on a coarse grid as on a fine one.
+    /// Surface of `layer` as [`Surface::new`], with splines that end on both sides of `folds`, so
+    /// that a crease is equally sharp on every grid.
     pub fn folded(layer: &Layer, uv: &[(f64, f64)], parts: u32, folds: &Folds) -> Self {
         let parts = parts.clamp(1, 16);
         if parts == 1 || layer.nx < 2 || layer.nz < 2 {
@@ -120,12 +126,12 @@ impl Surface {
         surface
     }
 
-    /// Leaves these triangles alone.
+    /// Replace the triangles.
     pub(crate) fn keep(&mut self, triangles: Vec<[u32; 3]>) {
         self.indices = triangles;
     }
 
-    /// A mesh of the surface at positions `x`.
+    /// Triangle mesh at the positions `x` (m).
     pub fn mesh(&self, x: &Vectors) -> SurfaceMesh {
         let n = self.uvs.len();
         let mut mesh = SurfaceMesh {
@@ -148,9 +154,10 @@ impl Surface {
         self.uvs.is_empty()
     }
 
-    /// Writes what `values`, one a mass, are at the vertices: smoothed as positions are, and no further out than the masses about.
+    /// Interpolate `values`, one per node, at the vertices, with the weights of positions and
+    /// clamped to the range of the nodes used.
     ///
-    /// What is shorter than [`Surface::len`] is filled as far as it goes.
+    /// A shorter `out` than [`Surface::len`] is filled as far as it goes.
     pub fn interpolate(&self, values: &[f64], out: &mut [f32]) {
         for (vertex, out) in out.iter_mut().enumerate().take(self.len()) {
             let (mut sum, mut low, mut high) = (0.0, f32::INFINITY, f32::NEG_INFINITY);
@@ -163,9 +170,10 @@ impl Surface {
         }
     }
 
-    /// Writes positions and normals for a moment between two steps: `before` at s = 0, `after` at s = 1.
+    /// Write positions (m) and unit normals at a time between two steps: `before` at s = 0, `after`
+    /// at s = 1.
     ///
-    /// Both slices must be [`Surface::len`] long; what is shorter is filled as far as it goes.
+    /// Both slices must be [`Surface::len`] long; a shorter one is filled as far as it goes.
     pub fn update(
         &self,
         before: &Vectors,
@@ -186,7 +194,7 @@ impl Surface {
         normals.fill([0.0; 3]);
         for [a, b, c] in self.indices.iter().map(|t| t.map(|i| i as usize)) {
             let [p, q, r] = [a, b, c].map(|i| positions.get(i).map_or(Vec3::ZERO, |p| Vec3::from(*p)));
-            // Not normalised: larger triangles count for more.
+            // The cross product weights the normal by area.
             let normal = (q - p).cross(r - p);
             for i in [a, b, c] {
                 if let Some(n) = normals.get_mut(i) {
@@ -200,8 +208,8 @@ impl Surface {
     }
 }
 
-/// Catmull-Rom weights at parameter `u` of a row of `n` points at 0, 1, 2...; beyond the ends the end points are
-/// continued in a straight line. The row ends on both sides of each of `folds`.
+/// Catmull-Rom weights at parameter `u` of a row of `n` points at 0, 1, 2, ...; beyond the ends the
+/// row continues in a straight line. The row ends on both sides of each of `folds`.
 fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> Combination {
     let last = n as i64 - 1;
     let piece = (u.floor() as i64).clamp(0, last - 1);
@@ -231,8 +239,9 @@ fn catmull_rom(u: f64, n: u32, folds: &[u32]) -> Combination {
     };
     for (k, w) in basis.into_iter().enumerate() {
         let i = piece - 1 + k as i64;
-        // Beyond an end the parabola through the last three goes on, 3 p₀ - 3 p₁ + p₂, or the line through the last two: a sheet that is bent up to
-        // its edge is drawn so, whatever its grid.
+        // The phantom point beyond an end continues the parabola through the last three points, 3
+        // p₀ - 3 p₁ + p₂, or the line through the last two. A sheet bent up to its edge is
+        // therefore drawn equally on every grid.
         let (end, inward) = if i < first { (first, 1) } else { (last, -1) };
         if (first..=last).contains(&i) {
             add(i, w);
@@ -287,7 +296,8 @@ mod tests {
             let along: Vec<f64> = sheet.x.iter().map(|p| p.x).collect();
             surface.interpolate(&along, &mut seen);
             let drawn = surface.mesh(&sheet.x).positions;
-            // Shifted rows are drawn to beyond their ends, where a position goes on in a line and a value does not.
+            // Shifted rows are drawn beyond their ends, where positions are extrapolated linearly
+            // and values are clamped.
             let inside = |p: &[f32; 3]| structure == "samm" || p[0].abs() < 0.15;
             let off = drawn.iter().zip(&seen).filter(|(p, _)| inside(p)).map(|(p, v)| (p[0] - v).abs());
             assert!(off.fold(0.0, f32::max) < 1e-6, "{structure}");

@@ -1,9 +1,9 @@
-//! Which masses are neighbours, whether springs join them or not: for drawing a sheet as a net, and its masses to scale.
+//! Edges between neighbouring nodes, with and without springs, for drawing.
 
 use crate::sheet::Sheet;
 
 impl Sheet {
-    /// Pairs of neighbouring masses of a layer, each once: the sides of the triangles that cover it.
+    /// Pairs of neighbouring nodes of a layer, each once: the edges of its triangles.
     pub fn edges(&self) -> Vec<[u32; 2]> {
         let triangles = match &self.triangles {
             Some(triangles) => triangles.clone(),
@@ -16,8 +16,8 @@ impl Sheet {
         edges
     }
 
-    /// Shortest and longest distance of joined masses, m: of its springs at rest, or, where it has none, of neighbours as it
-    /// lies. `None` for a sheet of one mass.
+    /// Shortest and longest distance of joined nodes, m: rest lengths of the springs, or present
+    /// lengths of the edges for a sheet without springs. `None` for a sheet of one node.
     pub fn spacing(&self) -> Option<(f64, f64)> {
         let widen = |(low, high): (f64, f64), d: f64| (low.min(d), high.max(d));
         let none = (f64::INFINITY, 0.0);

@@ -1,7 +1,8 @@
-//! The room that heats sheets: its sources, and the step of heat.
+//! Thermal model of a world: its sources, and the thermal step.
 //!
-//! A world has one when something in its scene is not at 20 °C. Heat is stepped after motion, with the motion's step or, where that is
-//! shorter than `SHORTEST`, when as much time has gathered. Its time may run faster than the motion's by `time_lapse`.
+//! A world has one when its scene has a temperature other than 20 °C. Heat is stepped after motion,
+//! with the time step of the motion or, where that is shorter than `SHORTEST`, when that much time
+//! has accumulated. Thermal time is faster than mechanical time by `time_lapse`.
 
 use crate::error::{InputError, check_range};
 use crate::rigid::{RigidView, RigidWorld};
@@ -10,12 +11,12 @@ use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::{Sheet, Status};
 use crate::thermal::source::{Dial, Moment, Source, Surroundings, TABLE, Target, hot_body};
 use crate::thermal::thesis_mode::Thesis;
-use crate::thermal::{COLDEST, HOTTEST, REFERENCE};
+use crate::units::temperature::{COLDEST, HOTTEST, REFERENCE};
 
-/// Shortest step of heat, s.
+/// Minimum thermal step, s.
 const SHORTEST: f64 = 1.0 / 240.0;
 
-/// Sources, and how fast time runs for heat.
+/// Heat sources, surroundings and time-lapse.
 pub struct Room {
     surroundings: Surroundings,
     time_lapse: f64,
@@ -25,10 +26,10 @@ pub struct Room {
 }
 
 impl Room {
-    /// That of `scene`; none where everything is at 20 °C.
+    /// Thermal model of `scene`; `None` where everything is at 20 °C.
     ///
     /// # Errors
-    /// When a heater's file is not valid.
+    /// When the file of a heater is invalid.
     pub fn of(scene: &Scene) -> Result<Option<Self>, InputError> {
         let warm = scene.ambient_temperature != REFERENCE
             || scene.oven.is_some()
@@ -39,7 +40,7 @@ impl Room {
         if warm { Self::new(scene).map(Some) } else { Ok(None) }
     }
 
-    /// The room of `scene`, whatever is in it.
+    /// Thermal model of `scene`, also where everything is at 20 °C.
     ///
     /// # Errors
     /// As [`Room::of`].
@@ -54,36 +55,37 @@ impl Room {
         Ok(room)
     }
 
-    /// Puts a further source into it.
+    /// Add a source.
     pub fn add(&mut self, source: Box<dyn Source>) {
         self.sources.push(source);
     }
 
-    /// Takes up a body that is as warm as `celsius` (°C) from now on.
+    /// Add a body at `celsius` (°C) with contact conductance `conductance` (W/(m² K)).
     pub fn add_body(&mut self, name: &str, celsius: f64, conductance: f64) {
         let path = hot_body::path_of(name);
-        // One that was removed has left its place.
+        // The source of a removed body is reused.
         if !self.sources.iter_mut().any(|s| s.turn(&path, celsius)) {
             self.add(hot_body::of(name, celsius, conductance));
         }
     }
 
-    /// Takes the source at `path` out; false where there is none.
+    /// Remove the source at `path`. Returns `false` when there is none.
     pub fn remove(&mut self, path: &str) -> bool {
         let before = self.sources.len();
         self.sources.retain(|s| s.path() != path);
         before != self.sources.len()
     }
 
-    /// Sends the source at `path` to `placement`; false where there is none that can be sent.
+    /// Move the source at `path` to `placement`. Returns `false` when there is none that can be
+    /// moved.
     pub fn place(&mut self, path: &str, placement: &Placement) -> bool {
         self.sources.iter_mut().find(|s| s.path() == path).is_some_and(|s| s.place(placement))
     }
 
-    /// Takes up how `scene` models heat: the thesis's formulas know its heaters.
+    /// Set the heat mode of `scene`; the thesis's formulas read its heaters.
     ///
     /// # Errors
-    /// When a heater's file is not valid; nothing is changed then.
+    /// When the file of a heater is invalid; nothing changes then.
     pub fn model(&mut self, scene: &Scene) -> Result<(), InputError> {
         self.thesis = match scene.heat_mode {
             HeatMode::Physical => None,
@@ -92,20 +94,20 @@ impl Room {
         Ok(())
     }
 
-    /// Takes up the surroundings of `scene`, and how fast time runs there.
+    /// Set surroundings and time-lapse of `scene`.
     pub fn surround(&mut self, scene: &Scene) {
         self.surroundings = Surroundings { celsius: scene.ambient_temperature, convection: scene.convection };
         self.time_lapse = scene.time_lapse;
     }
 
-    /// How warm the surroundings are at `time` (s).
+    /// Surroundings at `time` (s).
     pub fn surroundings(&self, time: f64) -> Surroundings {
         let mut room = self.surroundings;
         self.sources.iter().for_each(|s| s.surround(time, &mut room));
         room
     }
 
-    /// Steps the heat of all sheets after their motion went from `time` on by `dt` s.
+    /// Step the heat of all sheets after their motion from `time` by `dt` (s).
     pub fn step(
         &mut self,
         sheets: &mut [Sheet],
@@ -114,7 +116,7 @@ impl Room {
         rigid: Option<&RigidWorld>,
     ) {
         self.pending += dt;
-        // A rounding error less is as good.
+        // The tolerance absorbs rounding.
         if self.pending < SHORTEST * (1.0 - 1e-9) {
             return;
         }
@@ -122,12 +124,13 @@ impl Room {
         self.pass(sheets, time + dt, span, view, rigid);
     }
 
-    /// Steps the heat of all sheets by `dt` s from `time` on, however short that is, with no bodies about.
+    /// Step the heat of all sheets by `dt` (s) from `time` on, without the minimum step and without
+    /// bodies.
     pub fn step_whole(&mut self, sheets: &mut [Sheet], (time, dt): (f64, f64)) {
         self.pass(sheets, time + dt, dt * self.time_lapse, None, None);
     }
 
-    /// Lets heat flow for `span` s, the sheets being where they are at `time`.
+    /// Advance heat by `span` (s) with the sheets at their positions of `time`.
     fn pass(
         &mut self,
         sheets: &mut [Sheet],
@@ -151,7 +154,7 @@ impl Room {
 
     fn heat(&mut self, index: usize, sheet: &mut Sheet, moment: &Moment, span: f64) {
         sheet.begin_heat(moment.room.celsius);
-        // What is as warm as all around it stays so.
+        // A sheet at the temperature of its surroundings keeps it.
         let is_even = sheet.heat.as_ref().is_some_and(|heat| heat.is_all_at(moment.room.celsius));
         if is_even && !self.sources.iter().any(|s| s.is_at_work()) {
             return sheet.follow_heat();
@@ -167,14 +170,14 @@ impl Room {
         sheet.follow_heat();
     }
 
-    /// Keeps for a snapshot what can be changed of it and of its sources.
+    /// Serialise the settings of the model and its sources.
     pub fn keep_settings(&self, to: &mut Keeper) {
         to.numbers(&[self.surroundings.celsius, self.surroundings.convection, self.time_lapse]);
         to.count(self.sources.len() as u64);
         self.sources.iter().for_each(|s| s.keep_settings(to));
     }
 
-    /// Takes that back.
+    /// Deserialise the settings.
     pub fn take_settings(&mut self, from: &mut Taker) -> Taken {
         self.surroundings = Surroundings { celsius: from.number()?, convection: from.number()? };
         self.time_lapse = from.number()?;
@@ -184,29 +187,29 @@ impl Room {
         self.sources.iter_mut().try_for_each(|s| s.take_settings(from))
     }
 
-    /// Keeps what it carries from step to step.
+    /// Serialise the state that steps depend on.
     pub fn keep(&self, to: &mut Keeper) {
         to.number(self.pending);
         self.sources.iter().for_each(|s| s.keep(to));
     }
 
-    /// Takes that back, for these sheets.
+    /// Deserialise the state, for these sheets.
     pub fn take(&mut self, from: &mut Taker, sheets: &[Sheet]) -> Taken {
         self.pending = from.number()?;
         self.sources.iter_mut().try_for_each(|s| s.take(from, sheets))
     }
 
-    /// How many sources there are.
+    /// Number of sources.
     pub fn sources(&self) -> usize {
         self.sources.len()
     }
 
-    /// Sheets were added or removed.
+    /// Discard the state of each sheet, after sheets were added or removed.
     pub fn forget(&mut self) {
         self.sources.iter_mut().for_each(|s| s.forget());
     }
 
-    /// What can be changed while the world runs.
+    /// Parameters that can change while the world runs.
     pub fn dials(&self) -> Vec<Dial> {
         let dial = |path: &str, value, unit, range| Dial { path: path.into(), value, unit, range };
         let mut all = vec![
@@ -218,10 +221,10 @@ impl Room {
         all
     }
 
-    /// Changes what is at `path`; false where there is nothing of that name.
+    /// Set the parameter at `path`. Returns `false` when there is none.
     ///
     /// # Errors
-    /// When out of range; nothing is changed then.
+    /// When it is out of range; nothing changes then.
     pub fn turn(&mut self, path: &str, value: f64) -> Result<bool, InputError> {
         let Some(dial) = self.dials().into_iter().find(|d| d.path == path) else { return Ok(false) };
         check_range(path, value, dial.range.0, dial.range.1, dial.unit)?;

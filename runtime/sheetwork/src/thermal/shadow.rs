@@ -1,8 +1,9 @@
-//! Whether a sheet stands in its own light.
+//! Self-shadowing of a sheet.
 //!
-//! A sheet whose triangles all face within an angle β of one direction m is a graph over the plane square to m with slopes up to β: a ray
-//! that climbs steeper than β over that plane meets it once. Such rays need no look. Others are tried with the triangles
-//! in whose boxes they come, of a tree that is brought up to date once a step, where any is needed.
+//! A sheet whose triangle normals all lie within an angle β of one direction m is a graph over the
+//! plane normal to m with slopes up to β: a ray steeper than β against that plane meets it once.
+//! Such rays are skipped. Others are tested against the triangles whose boxes they cross, found in
+//! a tree that is refitted at most once a step.
 
 use glam::{DVec3, Vec3};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
@@ -10,19 +11,19 @@ use rapier3d::parry::partitioning::{Bvh, BvhBuildStrategy};
 
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::patches::Faces;
+use crate::sheet::temperature::patches::Faces;
 
-/// A sheet whose sin β is no more than this casts no shadow on itself worth a look.
+/// Value of sin β up to which self-shadowing is neglected.
 const GRAZING: f64 = 0.1;
 
-/// The triangles of a sheet, as what stops light.
+/// Triangles of a sheet as obstacles of radiation.
 pub(crate) struct Own {
     triangles: Vec<[u32; 3]>,
     tree: Bvh,
     /// m, and sin β; 1 where the sheet is no graph.
     facing: DVec3,
     steepest: f64,
-    /// Boxes that the tree has.
+    /// Boxes in the tree.
     boxes: Vec<[f32; 6]>,
 }
 
@@ -34,19 +35,19 @@ impl Own {
         Self { triangles, tree, facing: DVec3::ZERO, steepest: 1.0, boxes }
     }
 
-    /// Whether it is of the triangles of `faces`.
+    /// Whether the triangles are those of `faces`.
     pub fn is_of(&self, faces: &Faces) -> bool {
         self.triangles.iter().eq(faces.triangles())
     }
 
-    /// Keeps it for a snapshot.
+    /// Serialise the state for a snapshot.
     pub fn keep(&self, to: &mut Keeper) {
         to.vector(self.facing);
         to.number(self.steepest);
         self.boxes.iter().for_each(|b| to.singles(b));
     }
 
-    /// Takes it back.
+    /// Deserialise the state.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         (self.facing, self.steepest) = (from.vector()?, from.number()?);
         self.boxes.iter_mut().try_for_each(|b| from.singles(b))?;
@@ -61,7 +62,7 @@ impl Own {
         self.tree.refit_without_opt();
     }
 
-    /// Brings it to where the sheet is.
+    /// Update direction, slope and tree to the present shape of the sheet.
     pub fn refresh(&mut self, sheet: &Sheet, faces: &Faces) {
         let normals = || {
             faces.triangles().map(|t| {
@@ -71,7 +72,7 @@ impl Own {
         };
         self.facing = normals().sum::<DVec3>().normalize_or_zero();
         let least = normals().map(|n| n.normalize_or_zero().dot(self.facing)).fold(1.0, f64::min);
-        // A degree of room.
+        // Margin of a degree.
         self.steepest = if least > 0.1 { ((1.0 - least * least).max(0.0).sqrt() + 0.02).min(1.0) } else { 1.0 };
         if self.steepest > GRAZING {
             for (to, t) in self.boxes.iter_mut().zip(&self.triangles) {
@@ -81,7 +82,7 @@ impl Own {
         }
     }
 
-    /// Whether some triangle that `mass` is no corner of is between `from` and `to`.
+    /// Whether a triangle without the corner `mass` blocks the line from `from` to `to`.
     pub fn stops(&self, sheet: &Sheet, mass: u32, from: DVec3, to: DVec3) -> bool {
         let way = to - from;
         if self.steepest <= GRAZING || way.dot(self.facing).abs() > self.steepest * way.length() {
@@ -99,7 +100,8 @@ impl Own {
 /// Lowest and highest corner of the box of a triangle.
 fn around(sheet: &Sheet, t: [u32; 3]) -> [f32; 6] {
     let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
-    // Single precision widens nothing here: a ray that grazes a box's edge grazes the triangle's.
+    // Boxes are rounded to single precision without a margin: a ray at the edge of a box only
+    // grazes the triangle.
     let (low, high) = (a.min(b).min(c).as_vec3(), a.max(b).max(c).as_vec3());
     [low.x, low.y, low.z, high.x, high.y, high.z]
 }
@@ -109,7 +111,7 @@ fn aabb(around: &[f32; 6]) -> Aabb {
     Aabb::new(Vec3::new(a, b, c), Vec3::new(d, e, f))
 }
 
-/// Whether `from` + s `way`, 0 < s < 1, goes through a triangle.
+/// Whether `from` + s `way`, 0 < s < 1, intersects a triangle.
 fn pierces([a, b, c]: [DVec3; 3], from: DVec3, way: DVec3) -> bool {
     let (p, q) = (b - a, c - a);
     let across = way.cross(q);

@@ -1,28 +1,32 @@
-//! Heat as the thesis has it (4.11.1): stiffness follows from where things are and how hot, at once; nothing warms up or cools.
+//! Thermal model of the thesis (4.11.1), for comparison: the stiffness follows at once from the
+//! positions and temperatures of sources.
 //!
-//! With K the stiffness of a planar spring (E t, N/m), Ht and At (°C) the temperatures of the source and of the room, C the thermal
-//! sensitivity (N/K) and d (m) a distance, a spring has K - (Ht - At)/d · C left (equation 4.4):
+//! With K the stiffness of a planar spring (E t, N/m), Ht and At (°C) the temperatures of the
+//! source and of the room, C the thermal sensitivity (N/K) and d (m) a distance, the remaining
+//! stiffness of a spring is K - (Ht - At)/d · C (equation 4.4):
 //!
 //! - oven: all springs alike, d = 1 m, Ht its temperature, At 20 °C;
-//! - heater: Ht - At is the hot face's, times what the sheet intercepts of it by equations 4.1 to 4.3 at its centre, ε cos Θ₁ ω with
-//!   ω = A cos Θ₂/D² the solid angle as if all of the face were at its centre; d is a spring's own distance from there, and the
-//!   loss is weighted by 1 + c (D - d)/D with c the thermal conductivity coefficient.
+//! - heater: Ht - At is that of the hot face times the fraction of its radiation that the sheet
+//!   intercepts, by equations 4.1 to 4.3 at its centre, ε cos Θ₁ ω with ω = A cos Θ₂/D² the solid
+//!   angle as if all of the face were at its centre; d is the distance of the spring from there,
+//!   and the loss is weighted by 1 + c (D - d)/D with c the thermal conductivity coefficient.
 //!
-//! The thesis leaves open in which units; these are ours. A hundredth of the stiffness always stays. Kept to be compared with: the
-//! solid angle is wrong by a third at a distance of one side and by a factor of thirty at a tenth.
+//! The thesis does not state units; these are defined here. At least a hundredth of the stiffness
+//! remains. The solid angle is wrong by a third at a distance of one side and by a factor of thirty
+//! at a tenth.
 
 use glam::DVec3;
 
 use crate::error::InputError;
 use crate::scene::Scene;
 use crate::sheet::Sheet;
-use crate::thermal::REFERENCE;
 use crate::thermal::source::Surroundings;
+use crate::units::temperature::REFERENCE;
 
-/// Part of the stiffness that always stays.
+/// Minimum remaining stiffness, as a fraction.
 const LEAST: f64 = 0.01;
 
-/// A hot face, as the thesis sees it.
+/// Hot face in this model.
 struct Face {
     centre: DVec3,
     normal: DVec3,
@@ -31,20 +35,20 @@ struct Face {
     emissivity: f64,
 }
 
-/// The thesis's heat.
+/// Thermal model of the thesis.
 pub(crate) struct Thesis {
     faces: Vec<Face>,
     /// C, N/K.
     sensitivity: f64,
-    /// c.
+    /// Thermal conductivity coefficient c.
     conductivity: f64,
 }
 
 impl Thesis {
-    /// That of `scene`.
+    /// Model of `scene`.
     ///
     /// # Errors
-    /// When a heater's file is not valid.
+    /// When the file of a heater is invalid.
     pub fn new(scene: &Scene, sensitivity: f64, conductivity: f64) -> Result<Self, InputError> {
         let mut faces = Vec::new();
         for spec in scene.heaters.iter().filter(|h| h.on) {
@@ -66,7 +70,7 @@ impl Thesis {
         Ok(Self { faces, sensitivity, conductivity })
     }
 
-    /// Makes `sheet` as soft as the room and the heaters have it.
+    /// Set the stiffness of `sheet` from the room and the heaters.
     pub fn soften(&self, sheet: &mut Sheet, room: &Surroundings) {
         sheet.begin_heat(room.celsius);
         let Some(mut heat) = sheet.heat.take() else { return };
@@ -82,7 +86,7 @@ impl Thesis {
                 if distance <= 0.0 || own <= 0.0 {
                     return 0.0;
                 }
-                // Both sides of the sheet take up heat: the cosine's sign does not matter.
+                // Both sides of the sheet absorb heat: the sign of the cosine is irrelevant.
                 let (first, second) = (way.dot(normal).abs() / distance, way.dot(face.normal).max(0.0) / distance);
                 let solid_angle = face.area * second / (distance * distance);
                 let radiant = (face.celsius - room.celsius) * face.emissivity * first * solid_angle;
@@ -96,7 +100,7 @@ impl Thesis {
     }
 }
 
-/// Unit normal of the sheet's lowest layer, averaged.
+/// Mean unit normal of the sheet's lowest layer.
 fn mean_normal(sheet: &Sheet) -> DVec3 {
     let area = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|m| sheet.x.get(m as usize));
@@ -105,7 +109,7 @@ fn mean_normal(sheet: &Sheet) -> DVec3 {
     let sum: DVec3 = match (&sheet.triangles, sheet.layers.first()) {
         (Some(triangles), _) => triangles.iter().map(area).sum(),
         (None, Some(layer)) => {
-            // By the diagonals of the outline.
+            // Normal from the diagonals of the outline.
             let (i, j) = (layer.nx.saturating_sub(1), layer.nz.saturating_sub(1));
             let [a, b, c, d] = [(0, 0), (i, j), (i, 0), (0, j)].map(|(i, j)| sheet.x.get(layer.at(i, j) as usize));
             (d - c).cross(b - a)

@@ -1,30 +1,35 @@
-//! View factor of a plane polygon from a small patch: the share of what the patch sends out that arrives there, and so of what it
-//! would receive if the polygon glowed and nothing else did.
+//! View factor of a plane polygon from a small patch: fraction of the patch's diffuse radiation
+//! that reaches the polygon.
 //!
-//! Lambert's contour sum: with r_i the corners seen from the patch, n its normal, and what lies below its horizon cut off,
+//! Lambert's contour sum, with r_i the corners relative to the patch, n its normal, and the part
+//! below its horizon clipped,
 //!
-//! F = 1/2π |Σ Θ_i n·(r_i × r_{i+1})/|r_i × r_{i+1}||, Θ_i the angle between r_i and r_{i+1}.
+//!   F = 1/2π |Σ Θ_i n·(r_i × r_{i+1})/|r_i × r_{i+1}||, Θ_i the angle between r_i and r_{i+1}.
 //!
-//! Exact for any plane polygon, convex or not, half hidden by the horizon or not (J. R. Howell, M. P. Mengüç, R. Siegel, *Thermal
-//! Radiation Heat Transfer*, 2010, chapter 5; catalogue factors C-11 to C-15).
+//! Exact for any plane polygon, convex or concave, above the horizon or clipped by it (J. R.
+//! Howell, M. P. Mengüç, R. Siegel, *Thermal Radiation Heat Transfer*, 2010, chapter 5; catalogue
+//! factors C-11 to C-15).
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// View factor, 0 to 1, of the polygon with these `corners` (m, either way round) from a patch at `point` that looks along `normal`
-/// (any length but 0).
+/// View factor, 0 to 1, of the polygon with these `corners` (m, either orientation) from a patch at
+/// `point` (m) with normal `normal` (any length but 0).
 pub fn view_factor(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     contour(corners, point, normal.normalize_or_zero()).abs().min(1.0)
 }
 
-/// The contour sum for a unit `normal`: positive where the corners run clockwise seen from the patch.
+/// Contour sum for a unit `normal`: positive where the corners run clockwise seen from the patch.
+/// patch.
 pub(crate) fn contour(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
     let mut sum = 0.0;
     let Some(last) = corners.last() else { return sum };
     let mut from = *last - point;
     let mut height = from.dot(normal);
-    // Where the outline went below the horizon, until it comes up again; and where it came up first.
+    // Point at which the outline went below the horizon, until it rises again; and the point of its
+    // first rise.
+    // first.
     let (mut down, mut up): (Option<DVec3>, Option<DVec3>) = (None, None);
     for corner in corners {
         let to = *corner - point;
@@ -60,7 +65,7 @@ pub(crate) fn contour(corners: &[DVec3], point: DVec3, normal: DVec3) -> f64 {
 fn edge(a: DVec3, b: DVec3, normal: DVec3) -> f64 {
     let across = a.cross(b);
     let length = across.length();
-    // Towards an end of the edge, or along it: it is seen as a point.
+    // The edge is seen as a point: towards an end of it, or along it.
     if length <= 1e-300 {
         return 0.0;
     }
@@ -76,7 +81,7 @@ mod tests {
         [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, z)| DVec3::new(x, at, z)).to_vec()
     }
 
-    /// By brute force: the patch's integral of cos cos/π r² over small squares, above the horizon.
+    /// View factor by summation: integral of cos cos/π r² over small squares, above the horizon.
     fn summed(corner: DVec3, u: DVec3, v: DVec3, point: DVec3, normal: DVec3, parts: usize) -> f64 {
         let area = u.cross(v) / (parts * parts) as f64;
         let mut sum = 0.0;
@@ -129,7 +134,7 @@ mod tests {
             }
         }
         assert_eq!(view_factor(&square(1.0, 1.0), DVec3::ZERO, DVec3::NEG_Y), 0.0);
-        // Half of it: what is seen edge-on of a square and of its upper half is the same.
+        // A square seen edge-on has the view factor of its upper half.
         let whole = view_factor(
             &[(0.5, -1.0), (0.5, 1.0), (-0.5, 1.0), (-0.5, -1.0)].map(|(x, y)| DVec3::new(x, y, 1.0)),
             DVec3::ZERO,
@@ -150,12 +155,12 @@ mod tests {
             let corners: Vec<DVec3> = list.iter().map(|(x, z)| DVec3::new(*x, 0.4, *z)).collect();
             view_factor(&corners, DVec3::ZERO, normal)
         };
-        // An L, cut by the horizon, and the two rectangles it is made of.
+        // An L, clipped by the horizon, and its two rectangles.
         let l = at(&[(-2.0, -1.0), (1.0, -1.0), (1.0, 0.0), (-1.5, 0.0), (-1.5, 2.0), (-2.0, 2.0)]);
         let parts = at(&[(-2.0, -1.0), (1.0, -1.0), (1.0, 0.0), (-2.0, 0.0)])
             + at(&[(-2.0, 0.0), (-1.5, 0.0), (-1.5, 2.0), (-2.0, 2.0)]);
         assert!((l - parts).abs() < 1e-15, "{l}, not {parts}");
-        // A room all around sees everything.
+        // The view factors of a closed box add up to 1.
         let mut sum = 0.0;
         for axis in 0..3 {
             for side in [-1.0, 1.0] {

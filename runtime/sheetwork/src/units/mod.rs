@@ -1,68 +1,70 @@
-//! Numbers with units, as people type and read them: "0.3 mm", "2.1 GPa", "140 °C". Everything inside is SI, temperatures are °C.
+//! Numbers with units in text form: "0.3 mm", "2.1 GPa", "140 °C".
 //!
-//! A number alone has the unit that the field shows. A decimal comma is a point. Unit names are compared exactly, because mPa is not MPa;
-//! spellings without raised digits ("m/s2", "kg/m3") are known too.
+//! Values are SI, temperatures °C, angles degrees. A number without a unit has the unit of its
+//! field. A decimal comma is accepted. Unit names are case-sensitive, since mPa and MPa differ;
+//! spellings without superscripts ("m/s2", "kg/m3") are accepted.
 
 pub(crate) mod quantity;
+pub mod temperature;
 
 use std::fmt;
 
-/// What a number is of: which units it may have.
+/// Physical quantity, which determines the admissible units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// A plain number; "%" is a hundredth.
+    /// Dimensionless number; "%" is 0.01.
     Number,
-    /// m.
+    /// Length, m.
     Length,
-    /// s.
+    /// Time, s.
     Time,
-    /// Pa.
+    /// Pressure or stress, Pa.
     Pressure,
-    /// kg.
+    /// Mass, kg.
     Mass,
-    /// kg/m³.
+    /// Density, kg/m³.
     Density,
-    /// m/s.
+    /// Speed, m/s.
     Speed,
-    /// m/s².
+    /// Acceleration, m/s².
     Acceleration,
-    /// °C.
+    /// Temperature, °C.
     Temperature,
-    /// N.
+    /// Force, N.
     Force,
-    /// N/m.
+    /// Stiffness, N/m.
     Stiffness,
-    /// Degrees.
+    /// Angle, degrees.
     Angle,
-    /// J.
+    /// Energy, J.
     Energy,
-    /// W/(m² K).
+    /// Convection coefficient, W/(m² K).
     Convection,
 }
 
-/// Why a text is no value.
+/// Reason why a text is not a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum UnitError {
-    /// Nothing was typed.
+    /// The text is empty.
     Empty,
-    /// It does not begin with a number.
+    /// The text does not begin with a number.
     NoNumber(String),
-    /// It is a number, but not a finite one.
+    /// The number is not finite.
     NotFinite(String),
-    /// Nobody knows the unit.
+    /// The unit is unknown.
     UnknownUnit {
-        /// What was typed.
+        /// Unit in the text.
         unit: String,
-        /// What may be.
+        /// Admissible units.
         known: String,
     },
-    /// It is the unit of something else.
+    /// The unit belongs to another quantity.
     WrongUnit {
-        /// What was typed.
+        /// Unit in the text.
         unit: String,
-        /// What that is a unit of.
+        /// Quantity of that unit.
         of: &'static str,
-        /// What may be.
+        /// Admissible units.
         known: String,
     },
 }
@@ -103,7 +105,7 @@ const ALL: [Quantity; 14] = [
 ];
 
 impl Quantity {
-    /// What it is called.
+    /// Name of the quantity.
     pub fn name(self) -> &'static str {
         match self {
             Self::Number => "a plain number",
@@ -123,7 +125,8 @@ impl Quantity {
         }
     }
 
-    /// Units with what one of them is in SI; those of temperature are apart, because they have zeros of their own.
+    /// Units with their value in SI. Temperature is converted separately, because its units have
+    /// different zeros.
     fn units(self) -> &'static [(&'static str, f64)] {
         match self {
             Self::Number => &[("%", 0.01)],
@@ -165,7 +168,7 @@ impl Quantity {
         }
     }
 
-    /// Its unit in SI (or °C, or degrees); empty for a plain number.
+    /// Unit in SI (or °C, or degrees); empty for a dimensionless number.
     pub fn si(self) -> &'static str {
         match self {
             Self::Temperature => "°C",
@@ -173,12 +176,13 @@ impl Quantity {
         }
     }
 
-    /// Its units, for a message.
+    /// Comma-separated list of the units, for messages.
     fn known(self) -> String {
         self.units().iter().map(|u| u.0).collect::<Vec<_>>().join(", ")
     }
 
-    /// What is of this SI unit (or °C, or degrees), as parameters and errors name it; none for a name that is no unit.
+    /// Quantity of an SI unit (or °C, or degrees) as named by parameters and errors; `None` for an
+    /// unknown unit.
     pub fn of_unit(unit: &str) -> Option<Self> {
         if unit.is_empty() || unit == "of critical" {
             return Some(Self::Number);
@@ -186,7 +190,7 @@ impl Quantity {
         ALL.into_iter().find(|q| q.scaled(1.0, unit) == Some(1.0))
     }
 
-    /// The value of `number` in `unit`.
+    /// SI value of `number` in `unit`; `None` for a unit of another quantity.
     fn scaled(self, number: f64, unit: &str) -> Option<f64> {
         if self == Self::Temperature {
             return match unit {
@@ -200,29 +204,29 @@ impl Quantity {
     }
 }
 
-/// A unit that a field shows, and that a number typed alone has: its name, and what one of it is in SI.
+/// Unit in which a field is displayed, and which a number without a unit has.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shown {
-    /// What it is of.
+    /// Quantity of the field.
     pub quantity: Quantity,
-    /// What is written behind the number; empty for none.
+    /// Unit name after the number; may be empty.
     pub unit: &'static str,
-    /// What one of it is in SI; 0 for a unit with a prefix that follows the size of the number.
+    /// Value of the unit in SI; 0 for a unit whose prefix follows the magnitude of the number.
     pub scale: f64,
 }
 
 impl Shown {
-    /// Always in this unit, one of the quantity's own.
+    /// Display in this fixed unit.
     pub const fn fixed(quantity: Quantity, unit: &'static str, scale: f64) -> Self {
         Self { quantity, unit, scale }
     }
 
-    /// In this SI unit with the prefix that suits: 2.10 GPa.
+    /// Display in this SI unit with a suitable prefix: 2.10 GPa.
     pub const fn prefixed(quantity: Quantity, unit: &'static str) -> Self {
         Self { quantity, unit, scale: 0.0 }
     }
 
-    /// The value as it is shown.
+    /// Text of the SI value `value`.
     pub fn format(&self, value: f64) -> String {
         if self.scale == 0.0 {
             return format_si(value, self.unit);
@@ -232,10 +236,10 @@ impl Shown {
         if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
     }
 
-    /// The value that a text means.
+    /// SI value of a text.
     ///
     /// # Errors
-    /// When it has no number, or a unit of something else.
+    /// If the text has no finite number, an unknown unit, or a unit of another quantity.
     pub fn parse(&self, text: &str) -> Result<f64, UnitError> {
         let (number, unit) = split(text)?;
         if unit.is_empty() {
@@ -244,7 +248,7 @@ impl Shown {
         if let Some(value) = self.quantity.scaled(number, unit) {
             return Ok(value);
         }
-        // "3 k" is 3 of the unit with its prefix, as "3 kPa" is.
+        // A prefix alone stands for the unit with that prefix: "3 k" equals "3 kPa".
         if self.scale == 0.0
             && let Some((scale, _)) = PREFIXES.iter().find(|(_, p)| !p.is_empty() && *p == unit)
         {
@@ -258,13 +262,14 @@ impl Shown {
     }
 }
 
-/// A number and what is behind it.
+/// Number at the start of a text, and the rest.
 fn split(text: &str) -> Result<(f64, &str), UnitError> {
     let text = text.trim();
     if text.is_empty() {
         return Err(UnitError::Empty);
     }
-    // The longest beginning that is a number; "1e" and "5in" are numbers with units. "inf" and "nan" are not.
+    // The longest prefix that is a number; "1e" and "5in" are numbers with units, "inf" and "nan"
+    // are not numbers.
     let ends = text.char_indices().map(|(i, c)| i + c.len_utf8());
     let ends: Vec<usize> =
         ends.filter(|end| text[..*end].ends_with(|c: char| c.is_ascii_digit() || c == '.' || c == ',')).collect();
@@ -275,7 +280,7 @@ fn split(text: &str) -> Result<(f64, &str), UnitError> {
     if number.is_finite() { Ok((number, unit)) } else { Err(UnitError::NotFinite(text.to_owned())) }
 }
 
-/// At most five digits that say something, without zeros behind.
+/// At most five significant digits, without trailing zeros.
 fn round_off(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{}", value + 0.0);
@@ -289,7 +294,7 @@ fn round_off(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// A number with three or four digits and an SI prefix: `3.00 GPa`.
+/// Text with three or four digits and an SI prefix: `3.00 GPa`.
 pub fn format_si(value: f64, unit: &str) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value} {unit}");
@@ -350,7 +355,7 @@ mod tests {
         assert!(wrong.to_string().contains("GPa is a unit of pressure") && wrong.to_string().contains("mm"), "{wrong}");
         let unknown = PA.parse("3 furlongs").expect_err("no unit");
         assert!(matches!(unknown, UnitError::UnknownUnit { .. }) && unknown.to_string().contains("GPa"), "{unknown}");
-        // Without a prefix of its own a field of millimetres takes none alone.
+        // A field in millimetres accepts no prefix without a unit.
         assert!(MM.parse("3 k").is_err());
     }
 

@@ -1,9 +1,9 @@
-//! Which field of a scene is of what, for values that are typed with their unit: `young=2.1 GPa`, `size=(30 cm, 0.2)`.
+//! Quantities of scene fields, for values given with units: `young=2.1 GPa`, `size=(30 cm, 0.2)`.
 
 use crate::error::InputError;
 use crate::units::{Quantity, Shown};
 
-/// Fields by the last part of their path.
+/// Field names, the last part of a path, by quantity.
 const FIELDS: &[(Quantity, &[&str])] = &[
     (
         Quantity::Length,
@@ -21,24 +21,25 @@ const FIELDS: &[(Quantity, &[&str])] = &[
     (Quantity::Convection, &["convection", "contact_conductance"]),
 ];
 
-/// What the last name of `path` is of; a plain number if it is not known to be anything.
+/// Quantity of the field named last in `path`; a dimensionless number if it is unknown.
 fn of(path: &str) -> Quantity {
-    // One of several, as in gravity.1, is of what they all are.
+    // An index, as in gravity.1, has the quantity of its list.
     let name = path.rsplit('.').find(|part| part.parse::<usize>().is_err()).unwrap_or(path);
     FIELDS.iter().find(|(_, names)| names.contains(&name)).map_or(Quantity::Number, |(quantity, _)| *quantity)
 }
 
-/// `value` in SI, as text, if it is a number with a unit behind it, or a tuple of numbers of which some have one; none for any other text.
+/// SI text of `value` if it is a number with a unit, or a tuple of numbers at least one of which
+/// has a unit; `None` for any other text.
 ///
 /// # Errors
-/// When the unit is not one of what the field is of.
+/// If the unit does not belong to the quantity of the field.
 pub(crate) fn in_si(path: &str, value: &str) -> Result<Option<String>, InputError> {
     let quantity = of(path);
     let tuple = value.strip_prefix('(').and_then(|v| v.strip_suffix(')'));
     let parts: Vec<&str> = tuple.unwrap_or(value).split(',').map(str::trim).collect();
     let has_unit = |part: &&str| part.parse::<f64>().is_err();
     let begins = |part: &&str| part.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-    // A unit is of letters and their like; ranges, maps and calls are none.
+    // A unit consists of letters, digits and a few symbols; ranges, maps and calls contain others.
     let is_unit = |c: char| c.is_alphanumeric() || " .+-/%°²³µ*".contains(c);
     let all_numbers = parts.iter().all(|part| begins(part) && part.chars().all(is_unit));
     if !all_numbers || !parts.iter().any(has_unit) {

@@ -1,4 +1,4 @@
-//! Rigid bodies that come, go and are sent somewhere while a world runs.
+//! Rigid bodies that are added, removed and moved while a world runs.
 
 use glam::{DQuat, DVec3};
 
@@ -10,10 +10,11 @@ use crate::thermal::Room;
 use crate::world::{World, free_name, serialization};
 
 impl World {
-    /// Adds a rigid body and returns its name: the description's, made unique with a number where it is taken.
+    /// Add a rigid body and return its name: the name of the description, with a number where it is
+    /// not unique.
     ///
     /// # Errors
-    /// When the world has no bodies of its own, or the description, or a file it names, is not valid.
+    /// When the world has no bodies of its own, or the description, or a file it names, is invalid.
     pub fn add_body(&mut self, spec: &BodySpec) -> Result<String, InputError> {
         let Some(rigid) = &mut self.rigid else {
             return Err(InputError::new(
@@ -40,7 +41,8 @@ impl World {
         Ok(name)
     }
 
-    /// Removes the rigid body of that name, lets go of what is glued to it and wakes the sheets; false when there is none.
+    /// Remove the rigid body `name`, detach the nodes attached to it, and wake the sheets. Returns
+    /// `false` when there is no such body.
     pub fn remove_body(&mut self, name: &str) -> bool {
         let index = self.rigid.as_ref().and_then(|r| r.index_of(name));
         let removed = self.rigid.as_mut().is_some_and(|r| r.remove(name));
@@ -58,20 +60,20 @@ impl World {
         removed
     }
 
-    /// Sends a rigid body to where it shall be at the end of the next step (m); false when there is none of that name. One that
-    /// moved freely no longer does.
+    /// Prescribe the pose of a rigid body at the end of the next step (m). A dynamic body becomes
+    /// kinematic. Returns `false` when there is no body `name`.
     pub fn move_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
         let was_free = self.body_state(name).is_some_and(BodyState::gives);
         let sent = self.rigid.as_mut().is_some_and(|r| r.send(name, position, rotation));
         if sent && was_free {
-            // What does not give way any more is met in another way.
+            // Contact with a kinematic body differs from contact with a dynamic one.
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
         sent
     }
 
-    /// Puts a rigid body that moves freely somewhere else (m) at once and at rest, and wakes all that may have lain on it or under it; false
-    /// when none of that name moves freely. It goes through whatever is on the way.
+    /// Place a dynamic body at a position (m), at once and at rest, and wake the sheets. Objects on
+    /// the way are not touched. Returns `false` when there is no dynamic body `name`.
     pub fn place_body(&mut self, name: &str, position: DVec3, rotation: DQuat) -> bool {
         let placed = self.rigid.as_mut().is_some_and(|r| r.put(name, position, rotation));
         if placed {

@@ -1,11 +1,12 @@
-//! Sheets that give way: looked for after every step, and told of as events. Tearing: `sheet/tears`; buckling: `sheet/buckle`.
+//! Failure of sheets: detection after every step, and its events. Fracture: `sheet/fracture`;
+//! buckling: `sheet/buckling`.
 
 use crate::islands::event::{Event, EventKind};
 use crate::sheet::Status;
 use crate::world::World;
 
 impl World {
-    /// Looks whether sheets open, after motion and heat.
+    /// Test sheets for fracture, after motion and heat.
     pub(crate) fn tear_sheets(&mut self) {
         let mut changed = false;
         for index in 0..self.sheets.len() {
@@ -26,14 +27,14 @@ impl World {
         }
     }
 
-    /// Looks for sheets that buckle, after every step from now on, or no longer: an [`EventKind::Buckled`] for each time, with place and
-    /// energy. Costs an evaluation of forces and energy a step of every sheet that moves.
+    /// Enable or disable the detection of buckling: an [`EventKind::Buckled`] for each occurrence,
+    /// with place and energy. Costs one evaluation of forces and energy per step and moving sheet.
     pub fn watch_buckling(&mut self, watch: bool) {
         self.buckling = watch;
         self.sheets.iter_mut().for_each(|s| s.watch_buckling(watch));
     }
 
-    /// Whether it looks for sheets that buckle.
+    /// Whether the detection of buckling is enabled.
     pub fn watches_buckling(&self) -> bool {
         self.buckling
     }
@@ -43,7 +44,7 @@ impl World {
             return;
         }
         for sheet in &mut self.sheets {
-            // One that came in since is watched from here on.
+            // Sheets added later are enabled here.
             sheet.watch_buckling(true);
             if let Some(buckle) = sheet.look_for_buckling(from) {
                 let event = Event::new(buckle.time, EventKind::Buckled, &sheet.name, None);

@@ -1,10 +1,12 @@
-//! Levels of detail while a world runs: each sheet that has levels goes to the one that its distance from the viewpoint wants, or to a coarser
-//! one where the world's budget says so.
+//! Levels of detail in a running world: each sheet with levels uses the level of its distance from
+//! the viewpoint, or a coarser one where the budget of the world requires it.
 //!
-//! After every step the cost of each sheet is counted by the model of [`crate::world::lod_cost`], and levels are planned anew, for the budget and for
-//! a part of it. Who is finer than the budget allows goes coarser at once; who could be finer does so once there is room to spare and half a second
-//! has passed since it changed. Sheets at rest cost nothing and stay. Everything this depends on is of the world, so that a run is the same
-//! again; worlds whose sheets have no levels hold nothing of it.
+//! After every step the cost of each sheet is computed by the model of [`crate::world::lod_cost`],
+//! and levels are planned twice: for the budget and for a part of it. A sheet finer than the budget
+//! allows is coarsened at once. A sheet is refined when the cost stays below the smaller part and
+//! half a second has passed since its last change. Resting sheets cost nothing and are left. All
+//! inputs belong to the world, so a run is reproducible; a world without levels stores no state for
+//! them.
 
 use glam::DVec3;
 
@@ -17,40 +19,41 @@ use crate::world::World;
 use crate::world::lod_cost::{Candidate, Planner, cost_of};
 use crate::world::remap::{Grid, grid_of};
 
-/// Part of the budget that is planned for, so that a step which costs more than those before it is within it all the same; and part that refining may
-/// fill.
+/// Fraction of the budget that is planned for, with a margin for steps that cost more than the
+/// mean; and fraction up to which sheets are refined.
 const PLANNED: f64 = 0.88;
 const ROOM: f64 = 0.6;
-/// How long a sheet stays as it is before it is refined, s.
+/// Minimum time on a grid before refinement, s.
 const DWELL: f64 = 0.5;
-/// A sheet that the budget makes coarser sooner than this after its last change was refined too early, and waits so much longer before it is again, s: a
-/// sheet that has just changed takes more solves than it did, and a change is a step's work itself.
+/// Time after a change within which coarsening by the budget counts as a premature refinement, and
+/// the additional time before the next refinement, s. A change costs about one step, and the first
+/// steps after it need more solves.
 const SOON: f64 = 2.0;
 const PENALTY: f64 = 4.0;
-/// Changes in one step: to coarser grids, which are cheap, and to finer.
+/// Maximum number of changes in one step: to coarser grids, which are cheap, and to finer ones.
 const MOST: (usize, usize) = (8, 1);
-/// Part of a step's cost in the mean of the steps.
+/// Weight of the present step in the running mean.
 const NEW: f64 = 0.1;
-/// Solves of a step that nobody has counted yet.
+/// Number of solves per step assumed before the first measurement.
 const FIRST: f64 = 3.0;
-/// Nearest that anything is, m.
+/// Minimum distance in the measure of importance, m.
 const NEAREST: f64 = 1e-3;
-/// Largest budget, ms.
+/// Maximum budget, ms.
 const LARGEST: f64 = 1e6;
 
-/// What a world with levels holds.
+/// Level-of-detail state of a world.
 #[derive(Default)]
 pub(crate) struct Detail {
     viewpoint: Option<DVec3>,
-    /// ms a step.
+    /// Budget, ms per step.
     budget: Option<f64>,
     sheets: Vec<State>,
-    /// What the last step cost by the model, ns.
+    /// Cost of the last step by the model, ns.
     last: f64,
     work: Work,
 }
 
-/// What is worked in, so that a warm step allocates nothing.
+/// Working arrays, reused so that later steps allocate nothing.
 #[derive(Default)]
 struct Work {
     planner: Planner,
@@ -62,21 +65,21 @@ struct Work {
     finer: Vec<(usize, Grid)>,
 }
 
-/// What is known of a sheet.
+/// Level-of-detail state of a sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct State {
-    /// Solves, or evaluations, that its step takes in the mean; none before the first.
+    /// Mean number of solves, or force evaluations, per step; `None` before the first step.
     solves: Option<f64>,
-    /// Those counted so far.
+    /// Number counted so far.
     counted: u64,
-    /// How long it has been on its grid, s.
+    /// Time on the present grid, s.
     since: f64,
-    /// Whether it could not go to another, and stays: it has torn, say.
+    /// Whether a change of grid has failed, as after fracture; the sheet then keeps its grid.
     stays: bool,
 }
 
 impl Detail {
-    /// Of a scene in which some sheet has levels.
+    /// State for a scene; `None` when no sheet has levels.
     pub fn of(scene: &Scene, sheets: &[Sheet]) -> Option<Box<Self>> {
         let any = scene.sheets.iter().any(|s| s.detail.is_some());
         let state = |s: &Sheet| State { counted: s.counters.evaluations, ..State::default() };
@@ -95,7 +98,7 @@ impl Detail {
         self.sheets.remove(index);
     }
 
-    /// Keeps for a snapshot what can be set.
+    /// Serialise the settings for a snapshot.
     pub fn keep_settings(&self, to: &mut Keeper) {
         to.flag(self.viewpoint.is_some());
         self.viewpoint.iter().for_each(|v| to.vector(*v));
@@ -109,7 +112,7 @@ impl Detail {
         if sound { Ok(()) } else { Err(Cut) }
     }
 
-    /// Keeps the rest.
+    /// Serialise the remaining state.
     pub fn keep(&self, to: &mut Keeper) {
         for state in &self.sheets {
             to.optional(state.solves);
@@ -131,7 +134,7 @@ impl Detail {
 }
 
 impl State {
-    /// Takes up a step of `dt` s.
+    /// Add a step of `dt` (s) to the counters. Returns its cost, ns.
     fn pass(&mut self, sheet: &Sheet, dt: f64) -> f64 {
         self.since += dt;
         let taken = sheet.counters.evaluations.saturating_sub(self.counted);
@@ -143,7 +146,7 @@ impl State {
         taken as f64 * cost_of(sheet.masses(), !sheet.is_explicit())
     }
 
-    /// What a step of `sheet` costs on `grid`, ns.
+    /// Cost of a step of `sheet` on `grid`, ns.
     fn cost(&self, sheet: &Sheet, grid: Grid) -> f64 {
         if sheet.status != Status::Awake {
             return 0.0;
@@ -153,33 +156,34 @@ impl State {
     }
 }
 
-/// Distance of the box around `sheet` from `eye`, m; none where nobody looks.
+/// Distance of the bounding box of `sheet` from `eye`, m; 0 without a viewpoint.
 fn distance(sheet: &Sheet, eye: Option<DVec3>) -> f64 {
     let Some((eye, (low, high))) = eye.zip(sheet.x.bounds()) else { return 0.0 };
     eye.distance(eye.clamp(low, high))
 }
 
-/// How much is seen of it: its size and its speed, over its distance.
+/// Visual importance: size and speed over distance.
 fn importance(sheet: &Sheet, distance: f64) -> f64 {
     let size = sheet.rest_size().0.max(sheet.rest_size().1);
     (size + sheet.max_speed()) / distance.max(NEAREST)
 }
 
-/// The level of `spec` that has this grid.
+/// Level of `spec` with this grid.
 fn level_of(spec: &DetailSpec, grid: Grid) -> Option<usize> {
     spec.levels.iter().position(|l| l.grid == grid)
 }
 
 impl World {
-    /// Where sheets with levels are looked at from, m; the scene's camera at first, and `None` where they are all near.
+    /// Viewpoint of the levels of detail, m; initially the scene's camera. `None` treats all sheets
+    /// as near.
     pub fn viewpoint(&self) -> Option<DVec3> {
         self.detail.as_ref().and_then(|d| d.viewpoint)
     }
 
-    /// Says where sheets with levels are looked at from (m, each coordinate within ±1e6). Where none has levels it does nothing.
+    /// Set the viewpoint (m, each coordinate within ±1e6). Without effect when no sheet has levels.
     ///
     /// # Errors
-    /// When it is out of range; nothing is changed then.
+    /// When it is out of range; nothing changes then.
     pub fn set_viewpoint(&mut self, eye: Option<DVec3>) -> Result<(), InputError> {
         for (axis, value) in eye.iter().flat_map(|e| e.to_array()).enumerate() {
             check_range(&format!("viewpoint.{axis}"), value, -1e6, 1e6, "m")?;
@@ -190,15 +194,16 @@ impl World {
         Ok(())
     }
 
-    /// What a step may cost by the model of [`crate::world::lod_cost`], ms; none where only distance counts.
+    /// Maximum cost of a step by the model of [`crate::world::lod_cost`], ms; `None` when only the
+    /// distance counts.
     pub fn detail_budget(&self) -> Option<f64> {
         self.detail.as_ref().and_then(|d| d.budget)
     }
 
-    /// Changes it, 1e-3 to 1e6 ms. Where no sheet has levels it does nothing.
+    /// Set the budget, 1e-3 to 1e6 ms. Without effect when no sheet has levels.
     ///
     /// # Errors
-    /// When it is out of range; nothing is changed then.
+    /// When it is out of range; nothing changes then.
     pub fn set_detail_budget(&mut self, budget: Option<f64>) -> Result<(), InputError> {
         budget.map_or(Ok(()), |b| check_range("detail_budget", b, 1e-3, LARGEST, "ms"))?;
         if let Some(detail) = &mut self.detail {
@@ -207,17 +212,17 @@ impl World {
         Ok(())
     }
 
-    /// What the last step of all sheets cost by the model, ms; `None` where no sheet has levels.
+    /// Cost of the last step of all sheets by the model, ms; `None` when no sheet has levels.
     pub fn detail_cost(&self) -> Option<f64> {
         self.detail.as_ref().map(|d| d.last * 1e-6)
     }
 
-    /// Whether some sheet has levels.
+    /// Whether a sheet has levels.
     pub fn has_detail(&self) -> bool {
         self.detail.is_some()
     }
 
-    /// After a step of `dt` s: counts what it cost and takes sheets to the grids that they shall have.
+    /// Update the cost after a step of `dt` (s), and change grids.
     pub(crate) fn follow_detail(&mut self, dt: f64) {
         let Some(mut detail) = self.detail.take() else { return };
         let Detail { sheets, last, .. } = &mut *detail;
@@ -235,13 +240,13 @@ impl World {
         self.detail = Some(detail);
     }
 
-    /// Numbers of the sheets that follow their levels, with those.
+    /// Sheets that follow their levels, by index, with the levels.
     fn following<'a>(&'a self, detail: &'a Detail) -> impl Iterator<Item = (usize, &'a DetailSpec)> {
         let levels = |i: usize| self.scene.sheets[i].detail.as_ref().filter(|_| !detail.sheets[i].stays);
         (0..self.sheets.len()).filter_map(move |i| Some((i, levels(i)?)))
     }
 
-    /// Plans a level for each of them, for the budget and for what refining may fill of it.
+    /// Plan a level for each of these sheets, for the budget and for its part for refinement.
     fn plan_levels(&self, detail: &Detail, work: &mut Work) {
         let Work { planner, candidates, tight, roomy, .. } = work;
         let count = self.following(detail).count();
@@ -262,7 +267,7 @@ impl World {
         planner.plan(candidates, others, ROOM * budget, roomy);
     }
 
-    /// Which sheets go to which grids now.
+    /// Select the sheets that change their grid now.
     fn find_changes(&self, detail: &Detail, work: &mut Work) {
         let Work { tight, roomy, coarser, finer, .. } = work;
         coarser.clear();

@@ -1,31 +1,32 @@
-//! What sheets cost at a level of detail, by a model, and which level each can have within a budget.
+//! Cost model of sheets at a level of detail, and the choice of levels within a budget.
 //!
-//! Neither looks at a clock: the same run always makes the same choices. A step of a sheet costs
+//! Both are independent of a clock: the same run makes the same choices. A step of a sheet costs
 //!
-//! c = s (a + b n^p) ns,
+//!   c = s (a + b n^p) ns,
 //!
-//! s the linear solves (implicit engines) or evaluations of the forces (explicit) that it took, n its masses, with constants that `sheetwork bench detail
-//! --calibrate` finds on the machine at hand. Who has a clock corrects the budget by what steps really take.
+//! s the number of linear solves (implicit integrators) or force evaluations (explicit), n the
+//! number of nodes. `sheetwork bench detail --calibrate` measures the constants on a machine. A
+//! host with a clock corrects the budget by measured times.
 
-/// a (ns), b (ns) and p of a linear solve, its forces and contact apart.
+/// a (ns), b (ns) and p of a linear solve, without forces and contact.
 const SOLVE: (f64, f64, f64) = (2.0e3, 240.0, 1.3);
-/// The same of an evaluation of forces.
+/// a (ns), b (ns) and p of a force evaluation.
 const FORCES: (f64, f64, f64) = (2.0e2, 183.0, 1.0);
 
-/// Nanoseconds of one solve, or evaluation, of a sheet of `masses`.
+/// Cost of one solve, or force evaluation, of a sheet of `masses` nodes, ns.
 pub fn cost_of(masses: usize, implicit: bool) -> f64 {
     let (a, b, p) = if implicit { SOLVE } else { FORCES };
     a + b * (masses as f64).powf(p)
 }
 
-/// One sheet that may change.
+/// A sheet with levels of detail.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidate {
-    /// What a step of it costs at each of its levels, finest first, ns.
+    /// Cost of a step at each level, finest first, ns.
     pub costs: Vec<f64>,
-    /// The level that its distance wants.
+    /// Level for the distance of the sheet.
     pub wanted: usize,
-    /// How much is seen of it: of two the less important is made coarser first.
+    /// Visual importance: less important sheets are coarsened first.
     pub importance: f64,
 }
 
@@ -35,15 +36,16 @@ impl Candidate {
     }
 }
 
-/// Finds levels, in memory that it keeps.
+/// Planner of levels, with reused arrays.
 #[derive(Clone, Debug, Default)]
 pub struct Planner {
     order: Vec<u32>,
 }
 
 impl Planner {
-    /// The level of each of `sheets`: that its distance wants, or coarser where all of them, and `others` (ns), would cost more than `budget` (ns).
-    /// They go coarser a level at a time, the least important first, so that none is coarsest while another has all.
+    /// Write the level of each of `sheets` to `levels`: the level of its distance, or a coarser one
+    /// where the total cost with `others` (ns) would exceed `budget` (ns). Sheets are coarsened one
+    /// level at a time, the least important first, so that differences between sheets stay small.
     pub fn plan(&mut self, sheets: &[Candidate], others: f64, budget: f64, levels: &mut Vec<usize>) {
         levels.clear();
         levels.extend(sheets.iter().map(|s| s.wanted));
@@ -94,7 +96,7 @@ mod tests {
         assert_eq!(plan(&sheets, 0.0, 24.0), [0, 1, 1]);
         assert_eq!(plan(&sheets, 8.0, 20.0), [1, 1, 1]);
         assert_eq!(plan(&sheets, 0.0, 7.0), [1, 2, 2]);
-        // What cannot be kept is as near as can be.
+        // A budget that cannot be met yields the coarsest levels.
         assert_eq!(plan(&sheets, 0.0, 1.0), [2, 2, 2]);
     }
 

@@ -1,7 +1,7 @@
-//! A world: sheets, rigid bodies, gravity, and the one function that steps them.
+//! World: sheets, rigid bodies, gravity, and the function that steps them.
 //!
-//! Built from a [`Scene`]; read by those who show it; changed between steps by its setters, or by path with
-//! [`World::set`], with the same checks as a scene file.
+//! A world is built from a [`Scene`]. Between steps its setters change it, or [`World::set`] does
+//! by path, with the checks of a scene file.
 
 pub(crate) mod bodies;
 pub(crate) mod failure_events;
@@ -27,23 +27,26 @@ pub use crate::world::parameters::Parameter;
 pub use crate::world::report::{BodyReport, OpeningReport, Report, SheetReport, TemperatureReport};
 pub use crate::world::snapshot::Snapshot;
 
+use crate::contact::SheetContact;
 use crate::contact::node::detection::deepest;
+use crate::contact::stage::ContactCounters;
 use crate::error::{InputError, check_range};
-use crate::integrators::EngineKind;
 use crate::islands::Stage;
 use crate::islands::event::{Event, EventKind, Touches};
-use crate::islands::island_manager::Groups;
+use crate::islands::island_manager::{Groups, SteppedSheets};
 use crate::profiler::{Phase, Watch, Watched};
 use crate::rigid::{BodyState, RigidView, RigidWorld};
+use crate::scene::EngineKind;
 use crate::scene::{Air, PairSpec, Scene, SheetSpec, body_name, validate};
 use crate::sheet::Field;
 use crate::sheet::{Energy, Equilibrium, Sheet, Status};
 use crate::thermal::Room;
 
-/// Sheets and bodies in time.
+/// Simulation of sheets and bodies.
 pub struct World {
     scene: Scene,
     sheets: Vec<Sheet>,
+    contacts: Vec<SheetContact>,
     touches: Vec<Touches>,
     rigid: Option<RigidWorld>,
     gravity: DVec3,
@@ -58,33 +61,33 @@ pub struct World {
     buckling: bool,
     pool: Option<Arc<rayon::ThreadPool>>,
     groups: Groups,
-    /// What heats the sheets; none where nothing does.
+    /// Thermal model; `None` without heat.
     heat: Option<Box<Room>>,
-    /// Which grids sheets are on; none where none has levels.
+    /// Levels of detail; `None` when no sheet has levels.
     detail: Option<Box<lod::Detail>>,
     watch: Watched,
-    /// A sum of what it was made of, for snapshots.
+    /// Checksum of the scene's structure, for snapshots.
     make: u32,
-    /// Events before those in the list: told of in another world, which a snapshot is of.
+    /// Number of events before those in the list, from the world that a loaded snapshot belongs to.
     told_before: u64,
 }
 
 impl World {
-    /// A world with its own rigid bodies.
+    /// Build a world with its own rigid bodies.
     ///
     /// # Errors
-    /// When the scene, or a file it names, is not valid.
+    /// When the scene, or a file it names, is invalid.
     pub fn new(scene: &Scene) -> Result<Self, InputError> {
         let checked = validate::built(scene);
         let built = checked.and_then(|()| RigidWorld::build(scene)).and_then(|rigid| Self::build(scene, Some(rigid)));
         built.map_err(|e| scene.located(e))
     }
 
-    /// A world without bodies of its own: the sheets meet what is lent to [`World::advance_with`]. The scene's bodies and room
-    /// are not built.
+    /// Build a world without bodies of its own: sheets meet the bodies passed to
+    /// [`World::advance_with`]. Bodies and room of the scene are not built.
     ///
     /// # Errors
-    /// When the scene, or a file it names, is not valid.
+    /// When the scene, or a file it names, is invalid.
     pub fn without_bodies(scene: &Scene) -> Result<Self, InputError> {
         validate::built(scene).and_then(|()| Self::build(scene, None)).map_err(|e| scene.located(e))
     }
@@ -109,18 +112,20 @@ impl World {
         }
         let heat = Room::of(scene)?.map(Box::new);
         if heat.is_some() {
-            // An oven that is on finds them as they come in.
+            // An oven that is on begins with sheets at ambient temperature.
             sheets.iter_mut().for_each(|s| s.begin_heat(scene.ambient_temperature));
         }
         for (index, (sheet, spec)) in sheets.iter_mut().zip(&scene.sheets).enumerate() {
             let warmed = sheet.warm(&spec.spots, scene.ambient_temperature);
             warmed.map_err(|e| InputError::new(format!("sheets.{index}.spots.{}", e.field), e.problem))?;
         }
+        let contacts = sheets.iter().map(|_| SheetContact::default()).collect();
         let touches = sheets.iter().map(|_| Touches::default()).collect();
         let own = named(scene);
         let detail = lod::Detail::of(scene, &sheets);
         Ok(Self {
             sheets,
+            contacts,
             touches,
             rigid,
             gravity: scene.gravity,
@@ -144,10 +149,10 @@ impl World {
         })
     }
 
-    /// Puts everything back to the scene it was built from; the number of threads, sleeping and the watch stay as set.
+    /// Reset the world to its scene. The number of threads, sleeping and the profiler stay as set.
     ///
     /// # Errors
-    /// When a file the scene names can no longer be read; the world is then as before.
+    /// When a file that the scene names can no longer be read; the world is then unchanged.
     pub fn reset(&mut self) -> Result<(), InputError> {
         let rigid = if self.rigid.is_some() { Some(RigidWorld::build(&self.scene)?) } else { None };
         let fresh = Self::build(&self.scene, rigid)?;
@@ -160,7 +165,8 @@ impl World {
         Ok(())
     }
 
-    /// Steps sheets on this many threads; 1 uses the caller's. The result does not depend on it.
+    /// Set the number of threads that step sheets; 1 uses the caller's. Results do not depend on
+    /// it.
     ///
     /// # Errors
     /// When the system refuses to start the threads.
@@ -174,7 +180,7 @@ impl World {
         Ok(())
     }
 
-    /// Whether sheets and bodies that come to rest are put to sleep (they are, unless told otherwise).
+    /// Enable or disable sleeping of resting sheets and bodies. Default: enabled.
     pub fn set_sleep(&mut self, sleep: bool) {
         self.sleep = sleep;
         if let Some(rigid) = &mut self.rigid {
@@ -185,17 +191,19 @@ impl World {
         }
     }
 
-    /// Has `watch` told which part of a step is under way, from the next step on; nobody for none. Results do not depend on it.
+    /// Set the profiler that receives the phases from the next step on; `None` removes it. Results
+    /// do not depend on it.
     pub fn set_watch(&mut self, watch: Option<Arc<dyn Watch>>) {
         self.watch = Watched(watch);
     }
 
-    /// Takes one step of [`World::dt`] with the world's own bodies.
+    /// Take one step of [`World::dt`] with the world's own bodies.
     pub fn step(&mut self) {
         self.step_by(self.dt);
     }
 
-    /// Advances by `duration` s in equal steps of at most [`World::dt`]; returns how many.
+    /// Advance by `duration` (s) in equal steps of at most [`World::dt`]. Returns the number of
+    /// steps.
     pub fn advance(&mut self, duration: f64) -> u64 {
         let steps = steps_in(duration, self.dt);
         for _ in 0..steps {
@@ -204,19 +212,21 @@ impl World {
         steps
     }
 
-    /// Sets gravity (m/s²) beyond what a scene may have: for rigs that look for a limit.
+    /// Set gravity (m/s²) without the range of a scene, for rigs that search for a limit.
     pub fn set_gravity_unbounded(&mut self, gravity: DVec3) {
         self.gravity = gravity;
     }
 
-    /// Moves every sheet to its equilibrium under gravity, its forces and the wind, without contact and without time
-    /// passing; `tolerance` is how far (m) the last step of the search may go. How each was found, in order.
+    /// Move every sheet to its equilibrium under gravity, its forces and wind, without contact and
+    /// without advancing time. `tolerance` is the largest displacement of the last iteration, m.
+    /// Returns the result of each sheet, in order.
     pub fn settle(&mut self, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();
         self.sheets.iter_mut().map(|s| s.settle(field, tolerance)).collect()
     }
 
-    /// Lets every sheet flow for `dt` s, in equilibrium throughout; see [`Sheet::flow_settled`]. The world's time stands.
+    /// Creep of every sheet over `dt` (s), in equilibrium throughout; see [`Sheet::flow_settled`].
+    /// The world's time does not advance.
     pub fn flow_settled(&mut self, dt: f64, tolerance: f64) -> Vec<Equilibrium> {
         let field = self.field();
         self.sheets.iter_mut().map(|s| s.flow_settled(field, dt, tolerance)).collect()
@@ -235,7 +245,7 @@ impl World {
                 touches.events.push((self.time, EventKind::Woke, None));
             }
         }
-        // Taken out for the step: the view borrows it while the sheets are changed.
+        // The bodies are taken out for the step: the view borrows them while the sheets change.
         let mut rigid = self.rigid.take();
         if let Some(rigid) = &mut rigid {
             self.watch.within(Phase::Rigid, || rigid.step(self.time, dt, self.gravity));
@@ -260,8 +270,8 @@ impl World {
         self.follow_detail(dt);
     }
 
-    /// Advances by `duration` s in equal steps of at most [`World::dt`] against a caller's rigid world, which must already be
-    /// at the end of that time; returns how many.
+    /// Advance by `duration` (s) in equal steps of at most [`World::dt`] with the caller's rigid
+    /// world, which must already be at the end of that time. Returns the number of steps.
     pub fn advance_with(&mut self, view: &RigidView, duration: f64) -> u64 {
         let steps = steps_in(duration, self.dt);
         let dt = duration / steps as f64;
@@ -288,9 +298,10 @@ impl World {
         };
         self.sheets.iter_mut().for_each(|s| s.press(stage.time + stage.dt));
         let many = self.sheets.len() > 1;
-        let Self { sheets, touches, groups, pool, .. } = self;
+        let Self { sheets, contacts, touches, groups, pool, .. } = self;
         let mut work = |parallel: bool| {
-            stage.watch.within(Phase::Motion, || groups.step(sheets, touches, &stage, rigid, parallel))
+            let all = SteppedSheets { sheets, contacts, touches };
+            stage.watch.within(Phase::Motion, || groups.step(all, &stage, rigid, parallel))
         };
         match pool {
             Some(pool) if many => pool.install(|| work(true)),
@@ -300,7 +311,8 @@ impl World {
         self.time += dt;
     }
 
-    /// Moves the sheets' events to the world's list, sheet by sheet, so that their order does not depend on threads.
+    /// Move the events of the sheets to the world's list, sheet by sheet: their order is
+    /// independent of threads.
     fn collect_events(&mut self, name: impl Fn(&Self, rapier3d::prelude::ColliderHandle) -> Option<String>) {
         for index in 0..self.touches.len() {
             if self.touches[index].events.is_empty() {
@@ -317,7 +329,7 @@ impl World {
         }
     }
 
-    /// The scene it was built from.
+    /// The scene of the world.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -327,33 +339,34 @@ impl World {
         &self.sheets
     }
 
-    /// The sheets, to be changed between steps.
+    /// The sheets, for changes between steps.
     pub fn sheets_mut(&mut self) -> &mut [Sheet] {
         &mut self.sheets
     }
 
-    /// The world's own rigid bodies; `None` where the caller lends them.
+    /// The world's own rigid bodies; `None` when the caller provides them.
     pub fn rigid(&self) -> Option<&RigidWorld> {
         self.rigid.as_ref()
     }
 
-    /// The sheet of that name.
+    /// The sheet `name`.
     pub fn sheet(&self, name: &str) -> Option<&Sheet> {
         self.sheets.iter().find(|s| s.name == name)
     }
 
-    /// The sheet of that name, to be changed between steps.
+    /// The sheet `name`, for changes between steps.
     pub fn sheet_mut(&mut self, name: &str) -> Option<&mut Sheet> {
         let sheet = self.sheets.iter_mut().find(|s| s.name == name)?;
-        // It may be put through another.
+        // The caller may place it so that it intersects another sheet.
         sheet.doubt_apart();
         Some(sheet)
     }
 
-    /// Adds a sheet and returns its name: the description's, made unique with a number where it is taken.
+    /// Add a sheet and return its name: the name of the description, with a number where it is not
+    /// unique.
     ///
     /// # Errors
-    /// When the description, or a file it names, is not valid; nothing is added then.
+    /// When the description, or a file it names, is invalid; nothing is added then.
     pub fn add_sheet(&mut self, spec: &SheetSpec) -> Result<String, InputError> {
         let base = if spec.name.is_empty() { "sheet" } else { spec.name.as_str() };
         let taken = |name: &str| self.sheets.iter().any(|s| s.name == name);
@@ -379,17 +392,20 @@ impl World {
             Some(detail) => detail.add(),
             None => self.detail = lod::Detail::of(&self.scene, &self.sheets),
         }
+        self.contacts.push(SheetContact::default());
         self.touches.push(Touches::default());
         self.make = serialization::make_of(&self.scene);
         Ok(name)
     }
 
-    /// Removes the sheet of that name; false when there is none.
+    /// Remove the sheet `name`. Returns `false` when there is no such sheet.
     pub fn remove_sheet(&mut self, name: &str) -> bool {
         let Some(index) = self.sheets.iter().position(|s| s.name == name) else { return false };
         self.sheets.remove(index);
         self.detail.iter_mut().for_each(|detail| detail.remove(index));
+        self.contacts.remove(index);
         self.touches.remove(index);
+        self.groups.remove_sheet(index);
         self.scene.sheets.remove(index);
         self.make = serialization::make_of(&self.scene);
         if let Some(heat) = &mut self.heat {
@@ -398,7 +414,12 @@ impl World {
         true
     }
 
-    /// What has happened so far, in order of the steps.
+    /// Counters of the contact solver of the island whose first sheet is `index`.
+    pub fn contact_counters(&self, index: usize) -> ContactCounters {
+        self.groups.contact_counters(index)
+    }
+
+    /// Events so far, in the order of the steps.
     pub fn events(&self) -> &[Event] {
         &self.events
     }
@@ -408,12 +429,12 @@ impl World {
         self.time
     }
 
-    /// Steps taken.
+    /// Number of steps taken.
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
-    /// Step of the engine, s.
+    /// Time step, s.
     pub fn dt(&self) -> f64 {
         self.dt
     }
@@ -423,23 +444,23 @@ impl World {
         self.gravity
     }
 
-    /// The engine.
+    /// Time integrator of the world.
     pub fn engine(&self) -> EngineKind {
         self.engine
     }
 
-    /// The air.
+    /// Air of the world.
     pub fn air(&self) -> Air {
         self.air
     }
 
-    /// State of the rigid body of that name: where it is and how it moves.
+    /// State of the rigid body `name`.
     pub fn body_state(&self, name: &str) -> Option<&BodyState> {
         let rigid = self.rigid.as_ref()?;
         rigid.state(rigid.index_of(name)?)
     }
 
-    /// Energies of all sheets, and of all bodies that move freely, J; gravity's is zero at the origin.
+    /// Energies of all sheets and dynamic bodies, J; potential energy is zero at the origin.
     pub fn energy(&self) -> Energy {
         let sheets = self.sheets.iter().map(|s| s.energy(self.gravity));
         let all = sheets.fold(Energy::default(), |sum, e| sum.plus(e.kinetic, e.elastic, e.gravity));
@@ -447,38 +468,38 @@ impl World {
         bodies.fold(all, |sum, b| sum.plus(b.kinetic_energy(), 0.0, b.gravity_energy(self.gravity)))
     }
 
-    /// Whether nothing moves by itself: all sheets asleep or stopped, and all bodies that move freely asleep.
+    /// Whether all sheets are asleep or stopped and all dynamic bodies are asleep.
     pub fn is_quiet(&self) -> bool {
         let rests = self.sheets.iter().all(|s| s.status != Status::Awake);
         rests && self.rigid.as_ref().is_none_or(RigidWorld::is_quiet)
     }
 
-    /// The first sheet that went unstable, if one did.
+    /// The first unstable sheet, if any.
     pub fn unstable(&self) -> Option<&Sheet> {
         self.sheets.iter().find(|s| matches!(s.status, Status::Unstable { .. }))
     }
 
-    /// How deep the deepest mass of any sheet is inside a body now, m.
+    /// Largest penetration of a body by a node, m.
     pub fn penetration(&self) -> f64 {
         let Some(rigid) = &self.rigid else { return 0.0 };
         let view = rigid.view();
         self.sheets.iter().map(|s| deepest(s, &view)).fold(0.0, f64::max)
     }
 
-    /// Changes the step, s; 1e-7 to 1.
+    /// Set the time step, s; 1e-7 to 1.
     ///
     /// # Errors
-    /// When out of range; nothing is changed then.
+    /// When it is out of range; nothing changes then.
     pub fn set_dt(&mut self, dt: f64) -> Result<(), InputError> {
         check_range("dt", dt, 1e-7, 1.0, "s")?;
         self.dt = dt;
         Ok(())
     }
 
-    /// Changes gravity, m/s²; each component within ±1000.
+    /// Set gravity, m/s²; each component within ±1000.
     ///
     /// # Errors
-    /// When out of range; nothing is changed then.
+    /// When it is out of range; nothing changes then.
     pub fn set_gravity(&mut self, gravity: DVec3) -> Result<(), InputError> {
         for (axis, value) in gravity.to_array().into_iter().enumerate() {
             check_range(&format!("gravity.{axis}"), value, -1e3, 1e3, "m/s²")?;
@@ -491,11 +512,11 @@ impl World {
         Ok(())
     }
 
-    /// Adds pairs of materials, each in place of one of the same two materials; they hold from the next step on, for what is in
-    /// the world and for what comes.
+    /// Add contact parameters of material pairs, replacing those of the same two materials, from
+    /// the next step on, for present and future objects.
     ///
     /// # Errors
-    /// When a coefficient is out of range; nothing is changed then.
+    /// When a coefficient is out of range; nothing changes then.
     pub fn add_pairs(&mut self, pairs: &[PairSpec]) -> Result<(), InputError> {
         let mut contact = self.scene.contact.clone();
         for pair in pairs {
@@ -511,10 +532,10 @@ impl World {
         Ok(())
     }
 
-    /// Changes the air.
+    /// Set the air.
     ///
     /// # Errors
-    /// When out of range; nothing is changed then.
+    /// When it is out of range; nothing changes then.
     pub fn set_air(&mut self, air: Air) -> Result<(), InputError> {
         validate::air(&air)?;
         self.air = air;
@@ -522,17 +543,17 @@ impl World {
         Ok(())
     }
 
-    /// Changes the engine of every sheet; the next step is the new one's.
+    /// Set the integrator of every sheet, from the next step on.
     pub fn set_engine(&mut self, engine: EngineKind) {
         self.engine = engine;
         let tolerance = self.tolerance;
         self.sheets.iter_mut().for_each(|s| s.set_engine(engine, tolerance));
     }
 
-    /// Changes the error an adaptive engine may make in a step, m; 1e-15 to 1.
+    /// Set the error tolerance of an adaptive integrator, m per step; 1e-15 to 1.
     ///
     /// # Errors
-    /// When out of range; nothing is changed then.
+    /// When it is out of range; nothing changes then.
     pub fn set_tolerance(&mut self, tolerance: f64) -> Result<(), InputError> {
         check_range("tolerance", tolerance, 1e-15, 1.0, "m")?;
         self.tolerance = tolerance;
@@ -541,19 +562,19 @@ impl World {
     }
 }
 
-/// `base`, or `base 2`, `base 3`... whichever is first not taken.
+/// The first of `base`, `base 2`, `base 3`... that is not in use.
 fn free_name(base: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = (2_u64..).map(|n| format!("{base} {n}"));
     std::iter::once(base.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
 }
 
-/// Equal steps of at most `dt` that make up `duration`; at least one.
+/// Number of equal steps of at most `dt` in `duration`; at least one.
 fn steps_in(duration: f64, dt: f64) -> u64 {
-    // The slack keeps a duration that is a whole number of steps, but for rounding, at that number.
+    // The slack absorbs rounding of a duration that is a whole number of steps.
     ((duration / dt) - 1e-9).ceil().max(1.0) as u64
 }
 
-/// The scene with the names of its bodies filled in, so that one can be found in it when it is removed.
+/// The scene with default names of bodies filled in, so that a removed body is found in it.
 fn named(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     for (index, body) in scene.bodies.iter_mut().enumerate() {
@@ -562,7 +583,7 @@ fn named(scene: &Scene) -> Scene {
     scene
 }
 
-/// Glues a sheet to the bodies that its pins name.
+/// Attach a sheet to the bodies that its pins name.
 fn glue(sheet: &mut Sheet, rigid: Option<&RigidWorld>) -> Result<(), InputError> {
     sheet.glue_to(|name| {
         let rigid = rigid?;

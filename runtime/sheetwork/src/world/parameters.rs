@@ -10,21 +10,22 @@ use crate::sheet::Sheet;
 use crate::units::{Quantity, Shown};
 use crate::world::World;
 
-/// A parameter as it is now.
+/// A parameter with its present value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
-    /// Its path: `sheets.strip.material.young`.
+    /// Path, as in `sheets.strip.material.young`.
     pub path: String,
-    /// Its value, as text that [`World::set`] takes back.
+    /// Value as text that [`World::set`] accepts.
     pub value: String,
-    /// Its unit; empty for a name or a plain number.
+    /// Unit; empty for a name or a dimensionless number.
     pub unit: &'static str,
-    /// Smallest and largest value, where it is a number.
+    /// Smallest and largest value of a number.
     pub range: Option<(f64, f64)>,
 }
 
 impl Parameter {
-    /// What it is: "number" (or "none" where there is none), "vector" of three numbers, "boolean" (true or false), or "name".
+    /// Kind of the value: "number" (or "none" for an optional one), "vector" of three numbers,
+    /// "boolean" (true or false), or "name".
     pub fn kind(&self) -> &'static str {
         if self.value.starts_with('(') {
             "vector"
@@ -55,8 +56,8 @@ const OF_SHEET: &[(&str, &str, (f64, f64))] = &[
 ];
 
 impl World {
-    /// Every parameter that [`World::set`] takes, with its present value; but for `sheets.NAME.grid` and `viewpoint`, which it takes too and
-    /// which are where things are and not what they are.
+    /// All parameters that [`World::set`] accepts, with their present values, except the states
+    /// `sheets.NAME.grid` and `viewpoint`.
     pub fn parameters(&self) -> Vec<Parameter> {
         let new = |path: &str, value: String, unit, range| Parameter { path: path.into(), value, unit, range };
         let text = |v: DVec3| format!("({}, {}, {})", v.x, v.y, v.z);
@@ -93,11 +94,12 @@ impl World {
         all
     }
 
-    /// `value` in the unit of the parameter at `path`, as text: `2.1 GPa` of a modulus is `2100000000`. What is a number already, is
-    /// none, or is of no parameter, is as it was.
+    /// `value` in the unit of the parameter at `path`, as text: `2.1 GPa` of a modulus is
+    /// `2100000000`. Plain numbers, other texts and values of unknown parameters are returned
+    /// unchanged.
     ///
     /// # Errors
-    /// When it is a number in a unit that the parameter does not have; the units that it has are named.
+    /// When the unit does not fit the parameter; the message names the units that do.
     pub fn in_own_unit<'a>(&self, path: &str, value: &'a str) -> Result<Cow<'a, str>, InputError> {
         let value = value.trim();
         let begins = value.trim_start_matches(['+', '-', '−', '.', ',']).starts_with(|c: char| c.is_ascii_digit());
@@ -114,11 +116,12 @@ impl World {
         Ok(number.to_string().into())
     }
 
-    /// Sets the parameter at `path`; takes effect with the next step. A number may have a unit: `2.1 GPa`, `0.3 mm`, `70 °F`; one without has
-    /// the parameter's own. Returns the old value as text.
+    /// Set the parameter at `path` from the next step on. A number may have a unit: `2.1 GPa`, `0.3
+    /// mm`, `70 °F`; a plain number has the parameter's own. Returns the old value as text.
     ///
     /// # Errors
-    /// When there is no such parameter, or the value is not of its kind or out of range; nothing is changed then.
+    /// When there is no such parameter, or the value has another kind or is out of range; nothing
+    /// changes then.
     pub fn set(&mut self, path: &str, value: &str) -> Result<String, InputError> {
         let value = &*self.in_own_unit(path, value)?;
         let old = |world: &Self| world.parameters().into_iter().find(|p| p.path == path).map(|p| p.value);
@@ -147,7 +150,7 @@ impl World {
         Ok(before)
     }
 
-    /// Sets a parameter of what heats the sheets; false where there is none of that path.
+    /// Set a parameter of the thermal model. Returns `false` when the path is not one of these.
     fn turn_heat(&mut self, path: &str, value: &str) -> Result<bool, InputError> {
         let Some(heat) = &mut self.heat else { return Ok(false) };
         if !heat.dials().iter().any(|d| d.path == path) {
@@ -199,7 +202,7 @@ fn canonical(sheets: &[Sheet], path: &str) -> String {
     named.map_or_else(|| path.to_owned(), |(sheet, name)| format!("sheets.{}.{name}", sheet.name))
 }
 
-/// Masses along length and width, as `21x11`.
+/// Numbers of nodes along length and width, as `21x11`.
 fn grid_text(sheet: &Sheet) -> String {
     format!("{}x{}", sheet.grid.0, sheet.grid.2)
 }
@@ -245,7 +248,8 @@ fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), In
         "flexion_limit" => return sheet.set_flexion_limit(Some(value)),
         "pressure" => return sheet.set_pressure(value),
         "temperature" => return sheet.set_temperature(value),
-        // Contact alone: setting the material again would forget what the sheet has worked out for its stiffness.
+        // Contact coefficients only: setting the material again would discard the factors of its
+        // stiffness.
         _ => {
             *(if name == "friction" { &mut sheet.friction } else { &mut sheet.restitution }) = value;
             sheet.wake();
@@ -255,12 +259,12 @@ fn set_value(sheet: &mut Sheet, name: &str, value: Option<f64>) -> Result<(), In
     sheet.set_material(material)
 }
 
-/// Whether what heats is switched on and off by this parameter.
+/// Whether the parameter switches a heat source on and off.
 fn is_switch(path: &str) -> bool {
     path.ends_with(".on")
 }
 
-/// `true` or `false`; 1 and 0 are taken too.
+/// Parse `true` or `false`, or 1 or 0.
 fn boolean(path: &str, value: &str) -> Result<bool, InputError> {
     match value {
         "true" | "1" => Ok(true),

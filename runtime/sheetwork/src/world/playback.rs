@@ -1,4 +1,5 @@
-//! Showing a frame of a recording: everything where it was then, as warm and as torn, and still; and a moment between two steps.
+//! Playback of a frame of a recording: positions, temperatures and open cells, at rest; and
+//! interpolation between two steps.
 
 use glam::DVec3;
 
@@ -8,10 +9,11 @@ use crate::world::World;
 use crate::world::recording::Frame;
 
 impl World {
-    /// Whether [`World::show`] can show `frame`.
+    /// Check whether [`World::show`] can show `frame`.
     ///
     /// # Errors
-    /// When the frame is of other sheets or bodies, or holds what is not finite or out of range.
+    /// When the frame belongs to other sheets or bodies, or holds values that are non-finite or out
+    /// of range.
     pub fn can_show(&self, frame: &Frame) -> Result<(), InputError> {
         let bodies = self.rigid.as_ref().map_or(0, |r| r.bodies().len());
         let same = |(index, sheet): (usize, &Sheet)| {
@@ -31,11 +33,11 @@ impl World {
         frame.warmth.iter().try_for_each(|w| w.check())
     }
 
-    /// Puts every mass (m), every body and the clock (s) where `frame` has them, at rest, with the temperatures and holes of then: to be
-    /// looked at, not to be gone on from, for which [`World::reset`] is.
+    /// Set the positions of nodes (m) and bodies, the time (s), the temperatures and the open cells
+    /// of `frame`, with zero velocities. For display only; [`World::reset`] starts a simulation.
     ///
     /// # Errors
-    /// As [`World::can_show`]; nothing is changed then.
+    /// As [`World::can_show`]; nothing changes then.
     pub fn show(&mut self, frame: &Frame) -> Result<(), InputError> {
         self.can_show(frame)?;
         for (index, (sheet, places)) in self.sheets.iter_mut().zip(&frame.sheets).enumerate() {
@@ -44,7 +46,7 @@ impl World {
                 sheet.v.set(i, DVec3::ZERO);
             }
             match frame.open_of(index) {
-                // Whole.
+                // No open cell.
                 [] => sheet.set_open(&vec![false; sheet.open_cells().map_or(0, <[bool]>::len)]),
                 cells => sheet.set_open(cells),
             }
@@ -59,11 +61,12 @@ impl World {
         Ok(())
     }
 
-    /// Puts every mass (m), every body and the clock (s) at `part` (0 to 1) of the way from where `before` has them to where they are; what else there is
-    /// of them stays. To be looked at, as [`World::show`] is.
+    /// Set positions of nodes (m) and bodies and the time (s) to the interpolation at `part` (0 to
+    /// 1) from `before` to the present state; other state is unchanged. For display only, as
+    /// [`World::show`].
     ///
     /// # Errors
-    /// As [`World::can_show`]; nothing is changed then.
+    /// As [`World::can_show`]; nothing changes then.
     pub fn show_between(&mut self, before: &Frame, part: f64) -> Result<(), InputError> {
         self.can_show(before)?;
         let part = part.clamp(0.0, 1.0);

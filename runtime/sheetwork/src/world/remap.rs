@@ -1,17 +1,19 @@
-//! Sheets of a running world on other grids: see [`crate::sheet`]'s `resample`.
+//! Change of grid of a sheet in a running world: see `sheet/remap`.
 //!
-//! The world's scene stays as it is, so that a reset goes back to the grids it has; a snapshot says the grids of its sheets.
+//! The scene of the world is unchanged, so that a reset returns to its grids; a snapshot stores the
+//! grids of its sheets.
 
+use crate::contact::SheetContact;
 use crate::error::{InputError, check_range};
 use crate::islands::event::{Event, EventKind};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::Sheet;
 use crate::world::World;
 
-/// Masses along length and width.
+/// Numbers of nodes along length and width.
 pub(crate) type Grid = (u32, u32);
 
-/// Most masses along a side.
+/// Maximum number of nodes along a side.
 const MOST: u32 = 2000;
 
 /// Grid of a sheet.
@@ -19,7 +21,7 @@ pub(crate) fn grid_of(sheet: &Sheet) -> Grid {
     (sheet.grid.0, sheet.grid.2)
 }
 
-/// Keeps it for a snapshot.
+/// Serialise the grids for a snapshot.
 pub(crate) fn keep_grids(sheets: &[Sheet], to: &mut Keeper) {
     to.count(sheets.len() as u64);
     for grid in sheets.iter().map(grid_of) {
@@ -28,7 +30,7 @@ pub(crate) fn keep_grids(sheets: &[Sheet], to: &mut Keeper) {
     }
 }
 
-/// Takes it back.
+/// Deserialise the grids.
 pub(crate) fn take_grids(from: &mut Taker) -> Taken<Vec<Grid>> {
     let mut all = Vec::new();
     for _ in 0..from.length(2)? {
@@ -38,11 +40,13 @@ pub(crate) fn take_grids(from: &mut Taker) -> Taken<Vec<Grid>> {
 }
 
 impl World {
-    /// Takes the sheet of that name to another grid, of `grid` masses along length and width (2 to 2000 each), with its shape, motion,
-    /// warmth and creases: at once, between two steps. Shells and lattices can; see `docs/detail.md`.
+    /// Change the sheet `name` to another grid of `grid` nodes along length and width (2 to 2000
+    /// each), between two steps, keeping shape, motion, temperatures and creases. Works for shells
+    /// and lattices; see `docs/detail.md`.
     ///
     /// # Errors
-    /// When there is no such sheet, the grid is out of range, or the sheet cannot go to it; nothing is changed then.
+    /// When there is no such sheet, the grid is out of range, or the sheet cannot change its grid;
+    /// nothing changes then.
     pub fn resample(&mut self, name: &str, grid: (u32, u32)) -> Result<(), InputError> {
         let Some(index) = self.sheets.iter().position(|s| s.name == name) else {
             return Err(InputError::new("sheet", format!("no sheet is named \"{name}\"")));
@@ -53,7 +57,7 @@ impl World {
         })
     }
 
-    /// The same of sheet number `index`.
+    /// Change the sheet `index` to another grid.
     pub(crate) fn resample_index(&mut self, index: usize, grid: Grid) -> Result<(), InputError> {
         check_range("grid", grid.0.into(), 2.0, MOST.into(), "masses along the length")?;
         check_range("grid", grid.1.into(), 2.0, MOST.into(), "masses along the width")?;
@@ -63,15 +67,21 @@ impl World {
         }
         old.check_resample(&self.scene.sheets[index])?;
         let mut new = self.built_at(index, grid)?;
+        let mut contact = SheetContact::default();
+        if self.contacts[index].surface.is_some() {
+            // The collision surface is built from the positions at rest, which the sheet has now.
+            contact.prepare_surface(&new);
+        }
         new.take_over(&self.sheets[index], &self.scene.sheets[index], self.time, self.tolerance)?;
         self.forget_contacts(index);
+        self.contacts[index] = contact;
         self.sheets[index] = new;
         let event = Event::new(self.time, EventKind::Resampled, &self.sheets[index].name, None);
         self.events.push(Event { grid: Some(grid), ..event });
         Ok(())
     }
 
-    /// Sheet number `index` as the scene has it, on that grid.
+    /// The sheet `index` of the scene, on that grid.
     pub(crate) fn built_at(&mut self, index: usize, grid: Grid) -> Result<Sheet, InputError> {
         let mut sheet = Sheet::build_at(&self.scene, index, grid)?;
         crate::world::glue(&mut sheet, self.rigid.as_ref())?;
@@ -80,22 +90,18 @@ impl World {
         Ok(sheet)
     }
 
-    /// What detection and contact remember of sheet number `index`, alone and with others; heat sees its faces anew.
+    /// Discard the detection and contact caches of the sheet `index` and of its islands, and the
+    /// visibility for heat.
     fn forget_contacts(&mut self, index: usize) {
-        for (i, sheet) in self.sheets.iter_mut().enumerate() {
-            let knows = |near: &crate::islands::NearWork| near.knows(index as u32);
-            if i == index || sheet.work.near.as_deref().is_some_and(knows) {
-                (sheet.work.near, sheet.work.contact) = (None, None);
-                sheet.work.unit.release();
-            }
-        }
+        self.groups.forget_sheet(index, &mut self.contacts);
         if let Some(heat) = &mut self.heat {
             heat.forget();
         }
     }
 
-    /// Puts sheets of the scene's in the place of those on other grids than `grids`; those that were there.
-    pub(crate) fn go_to_grids(&mut self, grids: &[Grid]) -> Taken<Vec<(usize, Sheet)>> {
+    /// Replace sheets on other grids than `grids` by sheets of the scene on these grids. Returns
+    /// the replaced ones.
+    pub(crate) fn go_to_grids(&mut self, grids: &[Grid]) -> Taken<Vec<(usize, Sheet, SheetContact)>> {
         if grids.len() != self.sheets.len() {
             return Err(Cut);
         }
@@ -105,21 +111,23 @@ impl World {
                 let watched = self.sheets[index].is_watched();
                 let mut sheet = self.built_at(index, *grid).map_err(|_| Cut)?;
                 sheet.watch_buckling(watched);
-                new.push((index, sheet));
+                new.push((index, sheet, SheetContact::default()));
             }
         }
-        for (index, sheet) in &mut new {
+        for (index, sheet, contact) in &mut new {
             self.forget_contacts(*index);
             std::mem::swap(&mut self.sheets[*index], sheet);
+            std::mem::swap(&mut self.contacts[*index], contact);
         }
         Ok(new)
     }
 
-    /// Puts them back.
-    pub(crate) fn put_back(&mut self, sheets: Vec<(usize, Sheet)>) {
-        for (index, sheet) in sheets {
+    /// Restore the replaced sheets.
+    pub(crate) fn put_back(&mut self, sheets: Vec<(usize, Sheet, SheetContact)>) {
+        for (index, sheet, contact) in sheets {
             self.forget_contacts(index);
             self.sheets[index] = sheet;
+            self.contacts[index] = contact;
         }
     }
 }

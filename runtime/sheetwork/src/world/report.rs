@@ -1,4 +1,4 @@
-//! The report of a run: the JSON object of `sheetwork run --json`.
+//! Report of a run: the JSON object of `sheetwork run --json`.
 
 use std::collections::BTreeMap;
 
@@ -10,87 +10,89 @@ use crate::islands::event::Event;
 use crate::sheet::{DeliveredStiffness, Energy, Sheet, Status};
 use crate::world::World;
 
-/// A run, in numbers.
+/// Results of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Report {
     /// Name of the scene.
     pub scene: String,
-    /// Engine at the end of the run.
+    /// Integrator at the end of the run.
     pub engine: &'static str,
-    /// Step of the engine, s.
+    /// Time step, s.
     pub dt_s: f64,
     /// Simulated time, s.
     pub simulated_s: f64,
-    /// CPU time of the stepping, s.
+    /// CPU time of the steps, s.
     pub cpu_s: f64,
-    /// Steps taken.
+    /// Number of steps.
     pub steps: u64,
-    /// "ok", or "unstable" with where and when.
+    /// "ok", or "unstable" with place and time.
     pub status: String,
-    /// The sheets.
+    /// Results of the sheets.
     pub sheets: Vec<SheetReport>,
-    /// The bodies.
+    /// Results of the bodies.
     pub bodies: Vec<BodyReport>,
-    /// What happened.
+    /// Events of the run.
     pub events: Vec<Event>,
 }
 
-/// A sheet at the end of a run.
+/// Results of a sheet at the end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SheetReport {
-    /// Name.
+    /// Name of the sheet.
     pub name: String,
-    /// Structure.
+    /// Structure of the sheet.
     pub structure: &'static str,
-    /// Masses.
+    /// Number of nodes.
     pub masses: usize,
-    /// Springs.
+    /// Number of springs.
     pub springs: usize,
-    /// Whether it sleeps.
+    /// Whether the sheet is asleep.
     pub asleep: bool,
-    /// "ok", "frozen" with when, or "unstable" with where and when.
+    /// "ok", "frozen" with time, or "unstable" with place and time.
     pub status: String,
-    /// What is done when it is about to go unstable.
+    /// Recovery policy for instability.
     pub when_unstable: String,
     /// Energies, J.
     pub energy_j: Energy,
-    /// Deepest a mass was inside a body at any frame of the run, m.
+    /// Largest penetration of a body by a node at any frame of the run, m.
     pub max_penetration_m: f64,
-    /// Largest speed of a mass now, m/s.
+    /// Largest speed of a node at the end, m/s.
     pub max_speed_m_s: f64,
-    /// Temperature, °C.
+    /// Temperatures, °C.
     pub temperature_c: TemperatureReport,
-    /// Named points, m.
+    /// Positions of the probes, m.
     pub probes: BTreeMap<String, [f64; 3]>,
-    /// Engine steps accepted by error control (all of them, for a fixed step).
+    /// Steps accepted by error control (all of them, for a fixed step).
     pub steps_accepted: u64,
-    /// Engine steps rejected by error control.
+    /// Steps rejected by error control.
     pub steps_rejected: u64,
-    /// Evaluations of the forces; linear solves of an implicit engine.
+    /// Number of force evaluations; of linear solves for an implicit integrator.
     pub evaluations: u64,
-    /// Stages of an implicit engine that its guarded descent had to finish.
+    /// Stages of an implicit integrator that the globalised Newton method finished.
     pub guarded: u64,
-    /// What is delivered now of the stiffness asked for; nothing where springs do not aim at it.
+    /// Delivered fraction of the requested stiffness; `None` when the springs are not calibrated to
+    /// a stiffness.
     pub stiffness: Option<DeliveredStiffness>,
-    /// Times a mass met a surface.
+    /// Number of contacts between nodes and surfaces.
     pub contacts: u64,
-    /// What has opened; nothing of a sheet that cannot.
+    /// Fracture; `None` for a sheet that cannot fracture.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub opening: Option<OpeningReport>,
-    /// Work of looking for contact, and of solving it, of the group that the sheet is the first of.
+    /// Work counters of detection and of the contact solver, for the island whose first sheet this
+    /// is.
     pub detection: FindCounters,
     /// See `detection`.
     pub contact_work: ContactCounters,
 }
 
-/// What has opened of a sheet.
+/// Fracture of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct OpeningReport {
-    /// Cells that are open.
+    /// Number of open cells.
     pub cells: usize,
-    /// Of how many.
+    /// Number of cells.
     pub of: usize,
-    /// Energy that opening has taken out of the motion, J.
+    /// Energy that fracture has removed from the motion, J.
     pub released_j: f64,
 }
 
@@ -101,7 +103,7 @@ impl OpeningReport {
     }
 }
 
-/// Temperatures of a sheet, °C. Without a source of heat, those of the surroundings.
+/// Temperatures of a sheet, °C; the ambient temperature without a thermal model.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct TemperatureReport {
     /// Lowest.
@@ -113,7 +115,8 @@ pub struct TemperatureReport {
 }
 
 impl TemperatureReport {
-    /// That of `sheet` in a room at `room` °C. The mean is of its masses.
+    /// Temperatures of `sheet` at an ambient temperature of `room` (°C). The mean is over the
+    /// nodes.
     fn of(sheet: &Sheet, room: f64) -> Self {
         let Some(heat) = sheet.heat() else { return Self { min: room, mean: room, max: room } };
         let mean = heat.celsius().iter().sum::<f64>() / heat.celsius().len().max(1) as f64;
@@ -122,28 +125,28 @@ impl TemperatureReport {
     }
 }
 
-/// A body at the end of a run.
+/// Results of a body at the end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BodyReport {
-    /// Name.
+    /// Name of the body.
     pub name: String,
     /// Position, m.
     pub position_m: [f64; 3],
     /// Rotation, quaternion (x, y, z, w).
     pub rotation: [f64; 4],
-    /// Velocity of the centre of mass, m/s; of the origin of a body that does not move freely.
+    /// Velocity of the centre of mass of a dynamic body, of the origin of another, m/s.
     pub velocity_m_s: [f64; 3],
     /// Angular velocity, rad/s.
     pub spin_rad_s: [f64; 3],
-    /// Mass, kg, of a body that moves freely.
+    /// Mass of a dynamic body, kg.
     pub mass_kg: Option<f64>,
-    /// Whether it moves freely, came to rest and sleeps.
+    /// Whether a dynamic body is asleep.
     pub asleep: bool,
 }
 
 impl World {
-    /// The world as it is now. `penetration` (m) is the deepest seen in the run per sheet, `cpu_s` the time it took; both
-    /// are the caller's to measure, since the core reads no clock.
+    /// Report of the present state. `penetration` (m) is the largest of the run per sheet, `cpu_s`
+    /// the CPU time; the caller measures both, since the library reads no clock.
     pub fn report(&self, cpu_s: f64, penetration: &[f64]) -> Report {
         let room = self.room_temperature();
         let sheets = self.sheets.iter().enumerate().map(|(index, sheet)| SheetReport {
@@ -166,8 +169,8 @@ impl World {
             stiffness: sheet.delivered_stiffness(self.dt),
             contacts: sheet.counters.contacts,
             opening: OpeningReport::of(sheet),
-            detection: sheet.detection(),
-            contact_work: sheet.contact_counters(),
+            detection: self.groups.detection_counters(index),
+            contact_work: self.groups.contact_counters(index),
         });
         let bodies = self.rigid.iter().flat_map(|rigid| {
             rigid.bodies().iter().enumerate().filter_map(|(index, body)| {
@@ -183,7 +186,8 @@ impl World {
                 })
             })
         });
-        // An event that is only known later, like having slid off, goes where it belongs; the sort is stable.
+        // Events that are detected late, as the end of a contact, are sorted by time; the sort is
+        // stable.
         let mut events = self.events.clone();
         events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
         let status = self.unstable().map_or_else(|| "ok".to_owned(), |s| describe(&s.name, &s.status));
@@ -201,7 +205,8 @@ impl World {
         }
     }
 
-    /// How deep the deepest mass of each sheet is inside a body now, m: deepens the values in `so_far`.
+    /// Raise each value of `so_far` to the present largest penetration of a body by a node of the
+    /// sheet, m.
     pub fn watch_penetration(&self, so_far: &mut Vec<f64>) {
         so_far.resize(self.sheets.len(), 0.0);
         let Some(rigid) = &self.rigid else { return };

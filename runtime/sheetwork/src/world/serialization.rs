@@ -1,10 +1,12 @@
-//! Snapshots as bytes: all of a world that the next step depends on, so that a run goes on from them bit for bit.
+//! Serialisation of a world: all state that the next step depends on, for bit-exact continuation.
 //!
-//! Little endian: the eight bytes `SHEETWRK`, the version (u32), how many bytes follow the checksum (u64), their CRC-32 (u32), and then a sum
-//! of what the world is made of (u32: sheets, bodies, heaters as the scene describes them), settings, bodies, sheets, contact, heat,
-//! time. Parameters are in it, and so are hands that pull; the scene itself is not: a snapshot is taken up by the world it is of, or by a
-//! new one of the same scene. What has been told of as events stays told.
+//! Little endian: the eight bytes `SHEETWRK`, the version (u32), the number of bytes after the
+//! checksum (u64), their CRC-32 (u32); then a checksum of the structure (u32: sheets, bodies and
+//! heaters as the scene describes them), settings, bodies, sheets, contact, heat, time. Parameters
+//! and grabs are included; the scene is not: a snapshot is loaded by its own world or by a new one
+//! of the same scene. Events before the snapshot are not sent again.
 
+use crate::contact::SheetContact;
 use crate::error::InputError;
 use crate::scene::{Air, ContactDefaults, Scene};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
@@ -14,15 +16,15 @@ use crate::world::remap::{Grid, grid_of, keep_grids, take_grids};
 
 const MAGIC: &[u8; 8] = b"SHEETWRK";
 const VERSION: u32 = 5;
-/// What is wrong with one of another world.
+/// Message about a snapshot of another world.
 const OTHERS: &str = "is of other sheets or bodies than there are now";
-/// Bytes that the place and velocity of a mass take.
+/// Bytes of position and velocity of a node.
 const OF_A_MASS: u64 = 48;
-/// Bytes before the checksum's own.
+/// Bytes before the body: magic, version, length, checksum.
 const HEAD: usize = 8 + 4 + 8 + 4;
 
-/// Fewest masses that `sheet` can have on `grid`. How many triangles have of a box is not known before they are made: a strip has as many more
-/// as it is longer in cells, give or take what fits.
+/// Lower bound of the number of nodes of `sheet` on `grid`. The number on a triangle mesh is known
+/// only after meshing: it grows at least with the length in cells of a narrow strip.
 fn fewest_masses(sheet: &Sheet, grid: Grid) -> u64 {
     let own = grid_of(sheet);
     if sheet.mesh().is_none() {
@@ -33,14 +35,14 @@ fn fewest_masses(sheet: &Sheet, grid: Grid) -> u64 {
 }
 
 impl World {
-    /// The whole world as bytes, for [`World::load`].
+    /// Serialise the world for [`World::load`].
     pub fn save(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         self.save_into(&mut bytes);
         bytes
     }
 
-    /// The same into `bytes`, in their memory; what they held is gone.
+    /// Serialise the world into `bytes`, replacing their content and reusing their allocation.
     pub fn save_into(&self, bytes: &mut Vec<u8>) {
         let mut to = Keeper { bytes: std::mem::take(bytes) };
         to.bytes.clear();
@@ -53,11 +55,12 @@ impl World {
         *bytes = to.bytes;
     }
 
-    /// Goes to where the world was when `bytes` were saved, parameters and all; the next step is the one that came then, to the bit.
+    /// Load the state of `bytes`, parameters included. The next step equals the next step of the
+    /// saved world bit for bit.
     ///
     /// # Errors
-    /// When `bytes` are no snapshot, are cut off or damaged, of another version, or of other sheets or bodies than this world's; nothing
-    /// is changed then.
+    /// When `bytes` are no snapshot, truncated, damaged, of another version, or of other sheets or
+    /// bodies than this world's; nothing changes then.
     pub fn load(&mut self, bytes: &[u8]) -> Result<(), InputError> {
         let body = body_of(bytes)?;
         let grids = self.grids_of(body)?;
@@ -69,7 +72,7 @@ impl World {
         }
         if self.take(body).is_err() {
             self.put_back(before);
-            // It is its own: there is nothing in it that could be refused.
+            // The world's own state is always accepted.
             let _ = self.take(&back[HEAD..]);
             return Err(InputError::new(
                 "snapshot",
@@ -87,7 +90,7 @@ impl World {
         Err(InputError::new("snapshot", OTHERS))
     }
 
-    /// Grids of the sheets of a snapshot of this world's scene.
+    /// Grids of the sheets in a snapshot of this world's scene.
     fn grids_of(&self, body: &[u8]) -> Result<Vec<Grid>, InputError> {
         let other = |Cut| InputError::new("snapshot", OTHERS);
         let mut from = Taker::new(body);
@@ -95,13 +98,13 @@ impl World {
         let grids = take_grids(&mut from).map_err(other)?;
         let elsewhere = grids.iter().zip(&self.sheets).filter(|(grid, sheet)| grid_of(sheet) != **grid);
         let masses: u64 = elsewhere.map(|(grid, sheet)| fewest_masses(sheet, *grid)).sum();
-        // Nothing is built for masses whose places cannot be in what follows.
+        // Sheets are built only when the snapshot is long enough for their nodes.
         let there = masses.saturating_mul(OF_A_MASS) <= body.len() as u64;
         let ours = scene == self.make && grids.len() == self.sheets.len();
         if ours && there { Ok(grids) } else { Err(other(Cut)) }
     }
 
-    /// A sum of what the world is made of.
+    /// Checksum of the structure of the world.
     fn make(&self) -> u32 {
         let mut to = Keeper::default();
         to.bytes.extend_from_slice(&self.make.to_le_bytes());
@@ -119,8 +122,11 @@ impl World {
         let settings = self.settings();
         to.blob(&settings);
         self.rigid.iter().for_each(|rigid| rigid.keep(to));
-        self.sheets.iter().for_each(|s| s.keep_state(to));
-        self.sheets.iter().for_each(|s| s.keep_contact(to));
+        for (sheet, contact) in self.sheets.iter().zip(&self.contacts) {
+            contact.keep_surface(to);
+            sheet.keep_state(to, |to| contact.clearance.keep(to, sheet.displaced));
+        }
+        self.groups.keep(self.sheets.len(), to);
         self.heat.iter().for_each(|heat| heat.keep(to));
         self.touches.iter().for_each(|t| t.keep(to));
         self.detail.iter().for_each(|detail| detail.keep(to));
@@ -129,12 +135,12 @@ impl World {
         to.count(self.told_before + self.events.len() as u64);
     }
 
-    /// Takes up what [`World::keep`] has kept, of a world of the same make.
+    /// Deserialise the output of [`World::keep`] from a world of the same structure.
     fn take(&mut self, body: &[u8]) -> Taken {
         let mut from = Taker::new(body.get(8..).ok_or(Cut)?);
         take_grids(&mut from)?;
         for index in 0..self.sheets.len() {
-            // What warmth, flow and tears have done is not undone but by a new sheet.
+            // Changes by heat, creep and fracture are undone only by building the sheet again.
             if !from.flag()? && self.sheets[index].is_changed() {
                 self.renew(index)?;
             }
@@ -146,11 +152,12 @@ impl World {
         if let Some(rigid) = &mut self.rigid {
             rigid.take(&mut from, &self.scene)?;
         }
-        self.sheets.iter_mut().try_for_each(|s| s.take_state(&mut from))?;
-        for index in 0..self.sheets.len() {
-            self.sheets[index].take_contact(&mut from)?;
-            self.sheets[index].work.near = Sheet::take_near(&self.sheets, &mut from)?;
+        for (sheet, contact) in self.sheets.iter_mut().zip(&mut self.contacts) {
+            contact.take_surface(sheet, &mut from)?;
+            sheet.take_state(&mut from, |from, masses| contact.clearance.take(from, masses))?;
+            contact.prepare_opened(sheet);
         }
+        self.groups.take(&mut self.contacts, &mut from)?;
         if let Some(heat) = &mut self.heat {
             heat.take(&mut from, &self.sheets)?;
         }
@@ -165,17 +172,18 @@ impl World {
         if from.is_empty() { Ok(()) } else { Err(Cut) }
     }
 
-    /// Puts sheet number `index` back to how the scene has it.
+    /// Build the sheet `index` of the scene again.
     fn renew(&mut self, index: usize) -> Taken {
         let watched = self.sheets[index].is_watched();
         let grid = grid_of(&self.sheets[index]);
         let mut sheet = self.built_at(index, grid).map_err(|_| Cut)?;
         sheet.watch_buckling(watched);
         self.sheets[index] = sheet;
+        self.contacts[index] = SheetContact::default();
         Ok(())
     }
 
-    /// What can be set of the world while it runs.
+    /// Serialise the settings that can change while the world runs.
     fn settings(&self) -> Vec<u8> {
         let mut to = Keeper::default();
         let Air { factor, per, density, wind } = self.air;
@@ -225,13 +233,14 @@ impl World {
         if from.is_empty() { Ok(()) } else { Err(Cut) }
     }
 
-    /// Goes back to `bytes` of this very world, its parameters staying as they are now; false where that cannot be.
+    /// Return to the state in `bytes` of this world, keeping the present parameters. Returns
+    /// `false` when that is impossible.
     pub(crate) fn go_back(&mut self, bytes: &[u8]) -> bool {
         let Ok(body) = body_of(bytes) else { return false };
         let Ok(grids) = self.grids_of(body) else { return false };
         let elsewhere = grids.iter().zip(&self.sheets).any(|(grid, sheet)| grid_of(sheet) != *grid);
         let start = elsewhere.then(|| self.save());
-        // What is set goes with them.
+        // A change of grid keeps the settings of the sheet.
         if (0..grids.len()).any(|i| self.resample_index(i, grids[i]).is_err()) || self.check_make(body).is_err() {
             start.iter().for_each(|start| drop(self.load(start)));
             return false;
@@ -249,7 +258,7 @@ impl World {
     }
 }
 
-/// What follows the head of a snapshot, when that is whole and of this version.
+/// Body of a snapshot, after a check of magic, version, length and checksum.
 fn body_of(bytes: &[u8]) -> Result<&[u8], InputError> {
     let bad = |problem: String| InputError::new("snapshot", problem);
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
@@ -274,7 +283,7 @@ fn body_of(bytes: &[u8]) -> Result<&[u8], InputError> {
     Ok(body)
 }
 
-/// A sum of what `scene` makes a world of: what cannot be changed of it while it runs.
+/// Checksum of the structure of `scene`: the parts that cannot change while a world runs.
 pub(crate) fn make_of(scene: &Scene) -> u32 {
     let Scene { sheets, bodies, room, heaters, .. } = scene;
     crc32fast::hash(format!("{sheets:?} {bodies:?} {room:?} {heaters:?}").as_bytes())

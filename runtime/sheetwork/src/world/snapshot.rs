@@ -1,9 +1,10 @@
-//! Snapshots: a world as it was, to go back to.
+//! Snapshots: stored states of a world for rollback.
 //!
-//! Back in the world it was taken of, all that a step depends on is as it was (`save`), so that the run goes on bit for bit. Parameters
-//! stay as they are set: a snapshot is a start for trying others. A world of other make that has the same sheets and bodies (the scene
-//! was edited) takes up time, positions and velocities, temperatures and what has stayed of heat, creep and yield, and
-//! what sleeps; its engines begin anew from there, as after a change of engine.
+//! In the world of the snapshot, restoring is bit-exact (`save`). Parameters keep their present
+//! values, so that a snapshot is a start for trying others. A world of another structure with the
+//! same sheets and bodies (after an edit of the scene) takes over time, positions, velocities,
+//! temperatures, the state of heat, creep and plasticity, and sleeping; its integrators restart, as
+//! after a change of integrator.
 
 use crate::error::InputError;
 use crate::islands::event::Touches;
@@ -11,29 +12,29 @@ use crate::rigid::BodyState;
 use crate::sheet::SheetState;
 use crate::world::World;
 
-/// A world at one time.
+/// State of a world at one time.
 #[derive(Clone, Debug)]
 pub struct Snapshot {
-    /// All of it.
+    /// Serialised world.
     whole: Vec<u8>,
     time: f64,
     steps: u64,
     sheets: Vec<(String, SheetState)>,
-    /// Of bodies that move freely: index, state, whether it sleeps.
+    /// Dynamic bodies: index, state, whether asleep.
     bodies: Vec<(usize, BodyState, bool)>,
     touches: Vec<Touches>,
     events: usize,
 }
 
 impl Snapshot {
-    /// Simulated time it was taken at, s.
+    /// Simulated time of the snapshot, s.
     pub fn time(&self) -> f64 {
         self.time
     }
 }
 
 impl World {
-    /// The world as it is now, to go back to.
+    /// Store the present state.
     pub fn snapshot(&self) -> Snapshot {
         let rigid = self.rigid.as_ref();
         let free = |i: usize| {
@@ -52,10 +53,10 @@ impl World {
         }
     }
 
-    /// Goes back to a snapshot of this world, or of one with the same sheets and bodies.
+    /// Return to a snapshot of this world, or of one with the same sheets and bodies.
     ///
     /// # Errors
-    /// When sheets or bodies have been added, removed or replaced since; nothing is changed then.
+    /// When sheets or bodies have been added, removed or replaced after it; nothing changes then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), InputError> {
         if self.go_back(&snapshot.whole) {
             return Ok(());
@@ -129,8 +130,8 @@ mod tests {
         assert!(apart < 1e-3 && first.1.distance(second.1) < 1e-6, "{apart}");
     }
 
-    /// A clamped strip and a lattice that an oven softens, so that they sag for good, in air that lets them do nothing else: what restoring
-    /// did not bring back would be seen for long.
+    /// A clamped strip and a lattice that an oven softens, so that they sag permanently, in
+    /// strongly damping air. A state that is not restored stays visible for long.
     #[test]
     fn heat_creep_and_yield_go_back_too() {
         let scene = Scene::parse(
@@ -160,7 +161,8 @@ mod tests {
             ends.push(seen(&world));
         }
         assert_eq!(ends[0], ends[1], "two runs from one snapshot");
-        // The shell alone: a soft lattice comes down otherwise, by millimetres, when its scheme starts anew.
+        // Only the shell: a soft lattice falls differently, by millimetres, after a restart of its
+        // integrator.
         for (a, b) in ends[0].iter().zip(&later).take(1) {
             let apart = a.0.iter().zip(b.0.iter()).map(|(p, q)| p.distance(q)).fold(0.0, f64::max);
             assert!(apart < 5e-4, "{apart} m from the run it was taken of");

@@ -1,9 +1,9 @@
-//! A number for where everything is, to compare runs by: equal bits give the same one on any machine.
+//! Hash of the state of a world, to compare runs: equal bits give the same hash on any machine.
 
 use crate::world::World;
 
 impl World {
-    /// FNV-1a (64 bit) over the bits of every position and velocity of every sheet, in order.
+    /// FNV-1a hash (64 bit) of the positions and velocities of all sheets, in order.
     pub fn state_hash(&self) -> u64 {
         let mut hash = 0xcbf2_9ce4_8422_2325_u64;
         for sheet in &self.sheets {

@@ -1,15 +1,15 @@
-//! What was meant by a path that no parameter has.
+//! Suggestions for an unknown parameter path.
 
 use crate::error::InputError;
 use crate::world::World;
 
-/// Most paths that are proposed.
+/// Maximum number of suggested paths.
 const MOST: usize = 3;
-/// How alike (0 to 1) a path must be to be proposed.
+/// Similarity threshold (0 to 1) of a suggested path.
 const ALIKE: f64 = 0.5;
 
 impl World {
-    /// The refusal of a path that is none of [`World::parameters`]', with the nearest of those.
+    /// Error for a path that is not in [`World::parameters`], with the most similar paths.
     pub fn no_such_parameter(&self, path: &str) -> InputError {
         let all = self.parameters();
         let near = nearest(path, all.iter().map(|p| p.path.as_str()));
@@ -24,7 +24,7 @@ impl World {
     }
 }
 
-/// The few of `paths` that are most like `path`, the best first: by their letters, or because they end as it does.
+/// The most similar of `paths`, the best first: by all letters, or by the last part.
 fn nearest<'a>(path: &str, paths: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     let last = |p: &str| p.rsplit('.').next().unwrap_or_default().to_lowercase();
     let wanted = path.to_lowercase();
@@ -35,7 +35,7 @@ fn nearest<'a>(path: &str, paths: impl Iterator<Item = &'a str>) -> Vec<&'a str>
         whole.max(0.9 * end)
     };
     let mut scored: Vec<(f64, &str)> = paths.map(|p| (alike(p), p)).filter(|s| s.0 >= ALIKE).collect();
-    // Stable: of those alike the first in the list.
+    // The sort is stable: among equals the first in the list wins.
     scored.sort_by(|a, b| b.0.total_cmp(&a.0));
     scored.into_iter().take(MOST).map(|s| s.1).collect()
 }

@@ -1,6 +1,6 @@
-//! What heats a world: stepped with it, and put in, moved and taken out while it runs.
+//! Heat sources of a world: stepped with it, and added, moved and removed while it runs.
 //!
-//! What is put in becomes part of the scene, so that a reset keeps it.
+//! Added sources become part of the scene, so that a reset keeps them.
 
 use glam::DVec3;
 
@@ -14,7 +14,7 @@ use crate::thermal::source::{Source, gun, heater, oven};
 use crate::world::{World, free_name};
 
 impl World {
-    /// Steps heat after a step of motion of `dt` s.
+    /// Step the thermal model after a step of motion of `dt` (s).
     pub(crate) fn step_heat(&mut self, view: Option<&RigidView>, rigid: Option<&RigidWorld>, dt: f64) {
         let (sheets, time) = (&mut self.sheets, (self.time - dt, dt));
         if let Some(heat) = &mut self.heat {
@@ -22,15 +22,16 @@ impl World {
         }
     }
 
-    /// How warm the surroundings are, °C: the scene's ambient temperature, or its oven's.
+    /// Temperature of the surroundings, °C: ambient temperature of the scene, or of its oven.
     pub fn room_temperature(&self) -> f64 {
         self.heat.as_ref().map_or(self.scene.ambient_temperature, |h| h.surroundings(self.time).celsius)
     }
 
-    /// Adds a heater and returns its name: the description's, made unique with a number where it is taken.
+    /// Add a heater and return its name: the name of the description, with a number where it is not
+    /// unique.
     ///
     /// # Errors
-    /// When the description, or a file it names, is not valid; nothing is added then.
+    /// When the description, or a file it names, is invalid; nothing is added then.
     pub fn add_heater(&mut self, spec: &HeaterSpec) -> Result<String, InputError> {
         let base = if spec.name.is_empty() { "heater" } else { spec.name.as_str() };
         let taken = |name: &str| self.scene.heaters.iter().any(|h| h.name == name);
@@ -48,22 +49,24 @@ impl World {
         Ok(spec.name)
     }
 
-    /// Removes the heater of that name; false when there is none, or it has a number for a name.
+    /// Remove the heater `name`. Returns `false` when there is none, or when its name is its
+    /// number.
     pub fn remove_heater(&mut self, name: &str) -> bool {
         let Some(heat) = self.heat.as_mut().filter(|_| !name.is_empty()) else { return false };
-        // One without a name is known by its number, which would be another's then.
+        // A heater without a name is known by its number, which would pass to another.
         let known = self.scene.heaters.iter().any(|h| h.name == name);
         let removed = known && heat.remove(&heater::path_of(name));
         if removed {
             self.scene.heaters.retain(|h| h.name != name);
-            // Files that could be read can be read with one less.
+            // Files that were readable with this heater are readable without it.
             let _ = heat.model(&self.scene);
             self.sheets.iter_mut().for_each(Sheet::wake);
         }
         removed
     }
 
-    /// Sends the heater of that name to where it shall be from the next step of heat on; false when there is none.
+    /// Place the heater `name` at `placement` from the next thermal step on. Returns `false` when
+    /// there is no such heater.
     pub fn move_heater(&mut self, name: &str, placement: &Placement) -> bool {
         let Some(heat) = &mut self.heat else { return false };
         let moved = heat.place(&heater::path_of(name), placement);
@@ -75,11 +78,11 @@ impl World {
         moved
     }
 
-    /// Makes places of sheet `index` warm, at once and after each reset; with none it only begins to have temperatures. False where there is
-    /// no such sheet.
+    /// Add hot spots to the sheet `index`, at once and after each reset; an empty list only starts
+    /// its thermal model. Returns `false` when there is no such sheet.
     ///
     /// # Errors
-    /// When a spot is out of range; nothing is changed then.
+    /// When a spot is out of range; nothing changes then.
     pub fn warm(&mut self, index: usize, spots: &[SpotSpec]) -> Result<bool, InputError> {
         if index >= self.sheets.len() {
             return Ok(false);
@@ -96,10 +99,10 @@ impl World {
         Ok(true)
     }
 
-    /// Puts an oven about everything in place of the one there is, or takes it away.
+    /// Set, replace or remove the oven.
     ///
     /// # Errors
-    /// When the description is not valid; nothing is changed then.
+    /// When the description is invalid; nothing changes then.
     pub fn set_oven(&mut self, spec: Option<OvenSpec>) -> Result<(), InputError> {
         let source = spec.as_ref().map(oven::of);
         self.heated_by(Scene { oven: spec, ..self.scene.clone() })?;
@@ -107,10 +110,10 @@ impl World {
         Ok(())
     }
 
-    /// Takes a heat gun in place of the one there is, or puts it away.
+    /// Set, replace or remove the heat gun.
     ///
     /// # Errors
-    /// When the description is not valid; nothing is changed then.
+    /// When the description is invalid; nothing changes then.
     pub fn set_heat_gun(&mut self, spec: Option<HeatGunSpec>) -> Result<(), InputError> {
         let source = spec.as_ref().map(gun::of);
         self.heated_by(Scene { heat_gun: spec, ..self.scene.clone() })?;
@@ -118,7 +121,7 @@ impl World {
         Ok(())
     }
 
-    /// Takes `source`, where there is one, in place of the one at `path`.
+    /// Replace the source at `path` by `source`, if any.
     fn replace_source(&mut self, path: &str, source: Option<Box<dyn Source>>) {
         if let Some(heat) = &mut self.heat {
             heat.remove(path);
@@ -126,7 +129,8 @@ impl World {
         }
     }
 
-    /// Holds the nozzle of the heat gun at `placement`, so that it blows along that one's -z; false when there is none.
+    /// Place the nozzle of the heat gun at `placement`, blowing along its -z axis. Returns `false`
+    /// when there is no heat gun.
     pub fn aim_heat_gun(&mut self, placement: &Placement) -> bool {
         let Some(heat) = &mut self.heat else { return false };
         let aimed = heat.place(gun::PATH, placement);
@@ -138,11 +142,11 @@ impl World {
         aimed
     }
 
-    /// Takes up the temperature, the convection, the conductance of contact, the time-lapse and the heat mode of `settings`; its sources,
-    /// sheets and bodies are not looked at.
+    /// Set the temperature, convection, contact conductance, time-lapse and heat mode of
+    /// `settings`; its sources, sheets and bodies are ignored.
     ///
     /// # Errors
-    /// When one is out of range; nothing is changed then.
+    /// When one is out of range; nothing changes then.
     pub fn set_surroundings(&mut self, settings: &Scene) -> Result<(), InputError> {
         self.heated_by(Scene {
             ambient_temperature: settings.ambient_temperature,
@@ -158,7 +162,8 @@ impl World {
         Ok(())
     }
 
-    /// Makes `scene`, which differs from this world's in what heats it, the world's, and begins heat where there now is some.
+    /// Replace the scene by `scene`, which differs only in heat, and start the thermal model where
+    /// it is needed.
     fn heated_by(&mut self, scene: Scene) -> Result<(), InputError> {
         validate::heat(&scene)?;
         match &mut self.heat {
@@ -166,7 +171,7 @@ impl World {
             None => {
                 self.heat = Room::of(&scene)?.map(Box::new);
                 if self.heat.is_some() {
-                    // As warm as the room was until now.
+                    // Sheets start at the ambient temperature of the old scene.
                     self.sheets.iter_mut().for_each(|s| s.begin_heat(self.scene.ambient_temperature));
                 }
             }

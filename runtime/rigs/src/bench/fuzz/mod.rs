@@ -1,8 +1,9 @@
-//! `sheetwork bench fuzz`: damaged input of every kind; what panics is kept.
+//! `sheetwork bench fuzz`: damaged input of every kind.
 //!
-//! Inputs are made from good ones (the shipped files, a small world's snapshot, recording, journal and frames, and what the corpus holds) by
-//! changes that know numbers, pieces of the formats and, for formats with checksums, how to repair those. The same seed gives
-//! the same inputs. An input that panics, or takes longer than ten seconds of CPU, is written to the folder `--out`.
+//! Inputs are mutations of valid ones: the shipped files, a small world's snapshot, recording,
+//! journal and frames, and the corpus. Mutations know numbers, fragments of the formats and, for
+//! formats with checksums, the repair of checksums. The seed determines the inputs. An input that
+//! panics, or takes longer than ten seconds of CPU time, is written to the folder `--out`.
 
 pub(crate) mod mutate;
 pub(crate) mod readers;
@@ -23,30 +24,32 @@ use crate::bench::fuzz::readers::{READERS, Reader};
 use crate::bench::shard;
 use crate::output::{print_json, print_line};
 
-/// An input that takes more CPU time is kept, s.
+/// CPU time above which an input counts as a fault, s.
 const SLOW: f64 = 10.0;
 
 #[derive(Args)]
 pub struct Fuzz {
-    /// Reader, by name; all if left out: scene, sht, pol, heater, material, snapshot, recording, journal, link.
+    /// Reader, by name; all by default: scene, sht, pol, heater, material, snapshot, recording,
+    /// journal, link.
     #[arg(long)]
     reader: Option<String>,
-    /// How many inputs each.
+    /// Number of inputs for each reader.
     #[arg(long, default_value_t = 10_000)]
     count: u64,
     /// Run only every N-th input from the I-th on, 1 to N.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(usize, usize)>,
-    /// Seed of the changes.
+    /// Seed of the mutations.
     #[arg(long, default_value_t = 0)]
     seed: u64,
-    /// Folder with a folder of inputs for each reader; tests/corpus, if it is there, unless told otherwise.
+    /// Folder with a subfolder of inputs for each reader. The default is tests/corpus, if it
+    /// exists.
     #[arg(long)]
     corpus: Option<PathBuf>,
     /// Folder of the shipped files.
     #[arg(long, default_value = "assets")]
     assets: PathBuf,
-    /// Folder for inputs that panic or take long.
+    /// Folder for inputs that panic or exceed the CPU time limit.
     #[arg(long, default_value = "sheetwork-out/fuzz")]
     out: PathBuf,
     /// Print JSON and nothing else.
@@ -54,7 +57,7 @@ pub struct Fuzz {
     json: bool,
 }
 
-/// What the last panic said, and where.
+/// Message and location of the last panic.
 static SAID: Mutex<String> = Mutex::new(String::new());
 
 impl Fuzz {
@@ -110,7 +113,7 @@ impl Fuzz {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let bar = if self.json { ProgressBar::hidden() } else { ProgressBar::new(self.count) };
         let (mut read, mut refused, mut slowest, mut faults) = (0_u64, 0_u64, 0.0_f64, Vec::new());
-        // What is in the corpus first, as it is.
+        // Inputs of the corpus come first, unchanged.
         for number in 0..self.count {
             if number as usize % of != which - 1 {
                 continue;
@@ -127,7 +130,7 @@ impl Fuzz {
                 Ok(true) => read += 1,
                 Ok(false) => refused += 1,
                 Err(_) => {
-                    // What it was at may be in any state.
+                    // A panic may leave the reader's state invalid.
                     tried = (reader.make)()?;
                 }
             }
@@ -157,7 +160,7 @@ impl Fuzz {
     }
 }
 
-/// The files of a folder, by name; none where there is no such folder.
+/// Files of a folder, by name; empty without such a folder.
 fn corpus(folder: &Path) -> Result<Vec<Vec<u8>>, InputError> {
     let Ok(entries) = std::fs::read_dir(folder) else { return Ok(Vec::new()) };
     let mut files: Vec<PathBuf> = entries.filter_map(|e| Some(e.ok()?.path())).filter(|p| p.is_file()).collect();

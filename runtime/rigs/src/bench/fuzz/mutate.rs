@@ -1,8 +1,8 @@
-//! Changes of an input: of its bytes, its numbers, its pieces.
+//! Mutations of an input: of its bytes, its numbers and its fragments.
 
 use crate::bench::fuzz::readers::Reader;
 
-/// Numbers at the border of something.
+/// Numbers at limits of formats and types.
 const NUMBERS: &[&str] = &[
     "0",
     "-0",
@@ -25,13 +25,13 @@ const NUMBERS: &[&str] = &[
     "65536",
     "255",
 ];
-/// Whole numbers at the border of something.
+/// Integers at limits of types.
 const WHOLE: &[u64] =
     &[0, 1, 2, 0x7f, 0x80, 0xff, 0xffff, 0x7fff_ffff, 0xffff_ffff, 0x7ff0_0000_0000_0000, u64::MAX, 1 << 40];
-/// Longest input, bytes.
+/// Maximum length of an input, bytes.
 const LONGEST: usize = 200_000;
 
-/// Pseudo-random numbers (splitmix64), the same for the same seed and number.
+/// Pseudo-random numbers (splitmix64), determined by seed and number.
 pub struct Dice(u64);
 
 impl Dice {
@@ -47,16 +47,16 @@ impl Dice {
         z ^ (z >> 31)
     }
 
-    /// A number below `limit`; 0 where that is 0.
+    /// A number below `limit`; 0 for a limit of 0.
     pub fn below(&mut self, limit: usize) -> usize {
         (self.next() % limit.max(1) as u64) as usize
     }
 }
 
-/// An input made of one of `seeds`.
+/// A mutation of one of `seeds`.
 pub fn mutated(seeds: &[Vec<u8>], reader: &Reader, dice: &mut Dice) -> Vec<u8> {
     let mut bytes = seeds.get(dice.below(seeds.len())).cloned().unwrap_or_default();
-    // One change most often: more hide one another.
+    // Mostly a single change, because several can mask one another.
     for _ in 0..=[0, 0, 1, 3, 8][dice.below(5)] {
         if reader.is_text {
             change_text(&mut bytes, seeds, reader.pieces, dice);
@@ -93,7 +93,7 @@ fn change_bytes(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut Dice) {
         5 => drop(bytes.drain(at..(at + dice.below(64)).min(bytes.len()))),
         6 => repeat(bytes, at, dice),
         7 => {
-            // The head of one, the tail of another.
+            // The head of one input and the tail of another.
             let other = seeds.get(dice.below(seeds.len())).map_or(&[][..], Vec::as_slice);
             bytes.truncate(at);
             bytes.extend_from_slice(&other[at.min(other.len())..]);
@@ -113,7 +113,7 @@ fn repeat(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
     }
 }
 
-/// Puts another number in the place of one.
+/// Replaces a number.
 fn replace_number(bytes: &mut Vec<u8>, dice: &mut Dice) {
     let digits: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i].is_ascii_digit()).collect();
     let Some(at) = digits.get(dice.below(digits.len())).copied() else { return };
@@ -125,7 +125,7 @@ fn replace_number(bytes: &mut Vec<u8>, dice: &mut Dice) {
     bytes.splice(start..end, number.bytes());
 }
 
-/// Puts a line of another input in the place of one.
+/// Replaces a line with one of another input.
 fn swap_line(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], dice: &mut Dice) {
     let other = seeds.get(dice.below(seeds.len())).map_or(&[][..], Vec::as_slice);
     let lines: Vec<&[u8]> = other.split(|b| *b == b'\n').collect();

@@ -1,4 +1,4 @@
-//! What reads input: one row a reader, with its good inputs and what is done with a damaged one.
+//! Readers of input: one row each, with valid inputs and the test of a damaged one.
 
 use std::path::Path;
 
@@ -11,19 +11,19 @@ use sheetwork_link::Command;
 use sheetwork_link::layout::FrameView;
 use sheetwork_link::topology::Meshes;
 
-/// Tries an input: true where it was read, false where it was refused.
+/// Tests an input: true for accepted, false for rejected.
 type Try = Box<dyn FnMut(&[u8]) -> bool>;
 
-/// A reader.
+/// A reader under test.
 pub struct Reader {
     pub name: &'static str,
     pub is_text: bool,
-    /// Pieces of its format that break or change something.
+    /// Fragments of the format that break or change its meaning.
     pub pieces: &'static [&'static str],
-    /// Good inputs, with the folder of the shipped files.
+    /// Valid inputs, from the folder of the shipped files.
     pub seeds: fn(&Path) -> Result<Vec<Vec<u8>>, InputError>,
     pub make: fn() -> Result<Try, InputError>,
-    /// Makes checksums fit again.
+    /// Repairs checksums.
     pub repair: Option<fn(&mut [u8])>,
 }
 
@@ -162,7 +162,7 @@ fn files(assets: &Path, folder: &str, ending: &str) -> Result<Vec<Vec<u8>>, Inpu
     all.iter().map(|f| std::fs::read(f).map_err(|e| InputError::io(f, &e))).collect()
 }
 
-/// A scene that is read is built now and then, where that takes no time, and stepped.
+/// An accepted scene is built and stepped if it is selected and small.
 fn scene() -> Result<Try, InputError> {
     Ok(Box::new(|bytes| {
         let Ok(scene) = Scene::parse(&String::from_utf8_lossy(bytes)) else { return false };
@@ -176,7 +176,7 @@ fn scene() -> Result<Try, InputError> {
     }))
 }
 
-/// Whether more is done with an input than to read it: with one in 64, always the same ones.
+/// Whether an input is tested beyond reading: a fixed choice of one in 64.
 fn is_chosen(bytes: &[u8]) -> bool {
     crc(bytes).is_multiple_of(64)
 }
@@ -184,7 +184,7 @@ fn is_chosen(bytes: &[u8]) -> bool {
 fn is_small(scene: &Scene) -> bool {
     let masses = |s: &sheetwork::scene::SheetSpec| u64::from(s.grid.0) * u64::from(s.grid.1) * u64::from(s.grid.2);
     let files = scene.sheets.iter().any(|s| s.file.is_some());
-    // Steps of an adaptive engine may be a millionth of the scene's.
+    // Steps of an adaptive integrator may be a millionth of the scene's.
     !files && scene.sheets.iter().map(masses).sum::<u64>() < 600 && scene.engine.name() != "rk45"
 }
 
@@ -221,8 +221,8 @@ fn material_file() -> Result<Try, InputError> {
     }))
 }
 
-/// A small world of each kind of state: heat, flow, tears, contact. Nothing in it moves freely: of what Rapier writes itself nothing is
-/// checked but the checksum.
+/// A small world with each kind of state: heat, creep, fracture, contact. It has no dynamic body,
+/// because Rapier's own state is verified by its checksum only.
 fn small_scene() -> Result<Scene, InputError> {
     Scene::parse(
         r#"(engine: "tr-bdf2", dt: 0.01, room: (x: (-1, 1), y: (0, 1), z: (-1, 1)),
@@ -255,7 +255,7 @@ fn snapshot() -> Result<Try, InputError> {
         if world.load(bytes).is_err() {
             return false;
         }
-        // What cannot be told from a state is stepped: a sheet may go unstable, nothing else.
+        // An accepted state is stepped: a sheet may become unstable, without further effect.
         world.step();
         world.load(&good).is_ok()
     }))
@@ -270,7 +270,7 @@ fn repair_snapshot(bytes: &mut [u8]) {
     }
 }
 
-/// Makes the checksums of parts fit that follow two lines, each after its length and its sum.
+/// Repairs the checksums of parts that follow two lines, each after its length and its checksum.
 fn repair_parts(bytes: &mut [u8]) {
     let lines: Vec<usize> = (0..bytes.len()).filter(|i| bytes[*i] == b'\n').take(2).collect();
     let Some(mut at) = lines.get(1).map(|end| end + 1) else { return };
@@ -287,7 +287,7 @@ fn crc(bytes: &[u8]) -> u32 {
     crc32fast::hash(bytes)
 }
 
-/// Calls `write` with a file of its own, and gives back what it has then.
+/// Calls `write` with a temporary file and returns the file's content.
 fn written(name: &str, write: impl FnOnce(&Path) -> Result<(), InputError>) -> Result<Vec<u8>, InputError> {
     let file = std::env::temp_dir().join(format!("sheetwork-fuzz-{name}-{}", std::process::id()));
     write(&file)?;
@@ -327,7 +327,7 @@ fn journals() -> Result<Vec<Vec<u8>>, InputError> {
 fn journal() -> Result<Try, InputError> {
     Ok(Box::new(|bytes| {
         let Ok(journal) = Journal::from_bytes(bytes) else { return false };
-        // Its scene may be another: only what is small is run.
+        // The scene may differ from the original, so only small ones are run.
         let small = || Scene::parse(&journal.header.source).is_ok_and(|s| is_small(&s)) && journal.len() < 50;
         if is_chosen(bytes)
             && small()
@@ -355,7 +355,7 @@ fn messages() -> Result<Vec<Vec<u8>>, InputError> {
     Ok([frame, meshes].into_iter().chain(commands).collect())
 }
 
-/// Memory that is aligned as a sample's is.
+/// Memory with the alignment of a sample.
 #[repr(align(64))]
 struct Aligned([u8; 1 << 18]);
 
@@ -373,7 +373,7 @@ fn message(bytes: &[u8]) -> bool {
             sum += sheet.contact().iter().map(|c| f32::from(*c)).sum::<f32>();
             let _ = (sheet.header().name(), sheet.header().structure());
         }
-        // What a reader may see is any number, and none is a fault.
+        // Frames may hold any number; none is an error.
         return std::hint::black_box(sum).to_bits() != 1;
     }
     Meshes::read(bytes).is_ok() || Command::from_bytes(bytes).is_ok()

@@ -1,5 +1,6 @@
-//! Heat maps: the longest step that an engine bears, as colours, over stiffness and damping and over stiffness and mass, with the predicted
-//! one drawn over it as lines, at the same steps at which the colours change.
+//! Heat maps of the longest stable step of an integrator over stiffness and damping, and over
+//! stiffness and mass. Colours show the measured step; lines show the predicted step at the
+//! boundaries of the colour bands.
 
 use plotters::prelude::{DrawingBackend, RGBColor, WHITE};
 
@@ -10,18 +11,18 @@ use crate::bench::stability::point::Point;
 const PANEL: (f64, f64) = (440.0, 250.0);
 const LEGEND: f64 = 64.0;
 const LEFT: f64 = 74.0;
-/// Parts of a cell that are coloured each for itself.
+/// Subdivisions of a cell for colouring.
 const PARTS: u32 = 10;
-/// Decades of the step (s) that have colours, and bands of a decade.
+/// Decades of the step (s) with colours, and bands per decade.
 const DECADES: (f64, f64) = (-5.0, 0.0);
 const BANDS: f64 = 4.0;
 const TEXT: f64 = 14.0;
 
-/// What the panels of a column show.
+/// Mass (kg) of the panels over damping, and damping of the panels over mass.
 const DAMPING_AT: f64 = 4e-4;
 const MASS_AT: f64 = 0.14;
 
-/// Log10 of the steps, found and predicted, over a grid.
+/// Log10 of the measured and predicted steps over a grid.
 struct Panel {
     title: String,
     axis: &'static str,
@@ -31,14 +32,14 @@ struct Panel {
     predicted: Vec<f64>,
 }
 
-/// The maps of one structure.
+/// Maps of one structure.
 pub struct Map {
     structure: String,
     panels: Vec<Panel>,
 }
 
 impl Map {
-    /// Of `structure`, from the points of the map; a panel wants all of its grid.
+    /// Maps of `structure` from the points of the sweep "map"; a panel needs its complete grid.
     pub fn of(points: &[Point], structure: &str) -> Self {
         let mine: Vec<&Point> = points
             .iter()
@@ -61,7 +62,7 @@ impl Map {
         Self { structure: structure.to_owned(), panels }
     }
 
-    /// Whether there is nothing to draw.
+    /// Whether there is no panel.
     pub fn is_empty(&self) -> bool {
         self.panels.is_empty()
     }
@@ -85,7 +86,7 @@ impl Picture for Map {
 }
 
 impl Panel {
-    /// None where the points are no whole grid of at least two by two.
+    /// A panel from points; none for an incomplete grid or one below two by two.
     fn of<'a>(
         engine: &str,
         axis: &'static str,
@@ -114,7 +115,7 @@ impl Panel {
         Some(Self { title: engine.to_owned(), axis, x, y, found, predicted })
     }
 
-    /// Where a place in the grid is drawn: columns and rows of the grid, 0 to one less than there are.
+    /// Position of a point of the grid, in columns and rows from 0 to one less than their number.
     fn at(&self, (x, y): (f64, f64), column: f64, row: f64) -> (f64, f64) {
         let (width, height) = (PANEL.0 - LEFT - 16.0, PANEL.1 - 30.0 - 46.0);
         let (columns, rows) = ((self.x.len() - 1) as f64, (self.y.len() - 1) as f64);
@@ -140,7 +141,7 @@ impl Panel {
         canvas.text(&self.title, (x, y - 14.0), 16.0, Anchor::Left, INK)
     }
 
-    /// Bands of what was found; neighbouring parts of one band are drawn as one.
+    /// Colour bands of the measured step; adjacent parts of one band are drawn as one.
     fn colours<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> Drawn<B> {
         let (columns, rows) = (PARTS * (self.x.len() as u32 - 1), PARTS * (self.y.len() as u32 - 1));
         let place = |k: u32| f64::from(k) / f64::from(PARTS);
@@ -160,7 +161,7 @@ impl Panel {
         Ok(())
     }
 
-    /// Linear between the four corners of a cell.
+    /// Bilinear interpolation in a cell.
     fn between(&self, values: &[f64], column: f64, row: f64) -> f64 {
         let (i, j) = ((column as usize).min(self.x.len() - 2), (row as usize).min(self.y.len() - 2));
         let (s, t) = (column - i as f64, row - j as f64);
@@ -168,7 +169,7 @@ impl Panel {
         (1.0 - t) * ((1.0 - s) * at(i, j) + s * at(i + 1, j)) + t * ((1.0 - s) * at(i, j + 1) + s * at(i + 1, j + 1))
     }
 
-    /// Where what is predicted passes from band to band.
+    /// Contour lines of the predicted step at the boundaries of the bands.
     fn lines<B: DrawingBackend>(&self, canvas: &Canvas<B>, origin: (f64, f64)) -> Drawn<B> {
         let (columns, rows) = (PARTS * (self.x.len() as u32 - 1), PARTS * (self.y.len() as u32 - 1));
         let place = |k: u32| f64::from(k) / f64::from(PARTS);
@@ -202,7 +203,7 @@ fn band_of(log_step: f64) -> u32 {
     ((log_step.clamp(DECADES.0, DECADES.1 - 1e-9) - DECADES.0) * BANDS) as u32
 }
 
-/// Dark blue for short steps, over green, to light yellow for long ones.
+/// Dark blue for short steps, over green, to light yellow for long steps.
 fn colour(band: u32) -> RGBColor {
     const STOPS: [[f64; 3]; 5] =
         [[68.0, 30.0, 110.0], [59.0, 82.0, 139.0], [33.0, 145.0, 140.0], [94.0, 201.0, 98.0], [253.0, 231.0, 120.0]];
@@ -212,7 +213,7 @@ fn colour(band: u32) -> RGBColor {
     RGBColor(mix(0), mix(1), mix(2))
 }
 
-/// A number in few digits.
+/// A number with at most six decimals and no trailing zeros.
 fn short(value: f64) -> String {
     let rounded = format!("{value:.6}");
     rounded.trim_end_matches('0').trim_end_matches('.').to_owned()

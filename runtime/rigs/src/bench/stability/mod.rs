@@ -1,4 +1,5 @@
-//! `sheetwork bench stability`: runs the map, or merges what shards of it have run, and writes table, CSV and pictures.
+//! `sheetwork bench stability`: runs the map of stability limits, or merges the results of its
+//! shards, and writes table, CSV and pictures.
 
 pub(crate) mod map;
 pub(crate) mod plan;
@@ -27,16 +28,17 @@ pub struct Stability {
     /// Run only every N-th point from the I-th on, 1 to N, and write only stability-I-of-N.csv.
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<(usize, usize)>,
-    /// Run nothing: read the CSV files in these folders, written by shards.
+    /// Run nothing: read the CSV files that shards wrote to these folders.
     #[arg(long, value_name = "DIR", num_args = 1.., conflicts_with_all = ["shard", "quick"])]
     merge: Vec<PathBuf>,
-    /// Run only these sweeps, with commas between: map, aspect, thickness, jump, speed, thesis, thesis-common.
+    /// Run only these sweeps, comma-separated: map, aspect, thickness, jump, speed, thesis,
+    /// thesis-common.
     #[arg(long, value_name = "SWEEP", value_delimiter = ',', value_parser = SWEEPS, conflicts_with = "merge")]
     only: Vec<String>,
-    /// Run only these structures, with commas between.
+    /// Run only these structures, comma-separated.
     #[arg(long, value_name = "NAME", value_delimiter = ',', conflicts_with = "merge")]
     structures: Vec<StructureKind>,
-    /// A few points of each kind, to see that it works.
+    /// A few points of each kind, as a smoke test.
     #[arg(long)]
     quick: bool,
 }
@@ -55,13 +57,13 @@ impl Stability {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Runs every point, or those of the shard.
+    /// Runs all points, or those of the shard.
     fn run(&self) -> Result<Vec<Point>, InputError> {
         let (which, of) = self.shard.unwrap_or((1, 1));
         let wanted = |sweep: &str| self.only.is_empty() || self.only.iter().any(|s| s == sweep);
         let of_these = |kind: StructureKind| self.structures.is_empty() || self.structures.contains(&kind);
         let fits = |trial: &Trial| wanted(trial.sweep) && of_these(trial.setting.structure);
-        // Numbered among what is chosen, so that shards of a choice can be merged.
+        // Numbered within the selection, so that shards of a selection can be merged.
         let chosen: Vec<Trial> = plan(self.quick).into_iter().filter(fits).collect();
         if chosen.is_empty() {
             return Err(InputError::new("--only", "nothing of the plan is left with these sweeps and structures"));

@@ -1,41 +1,43 @@
-//! What the map is made of: every setting that is tried, in an order that does not change.
+//! Plan of the map: all trials, in a fixed order.
 
 use crate::measure::limit::{Setting, Varied};
 use sheetwork::InputError;
-use sheetwork::integrators::{EngineKind, TABLE};
+use sheetwork::integrators::TABLE;
 use sheetwork::mesh::structure;
 use sheetwork::mesh::structure::StructureKind;
+use sheetwork::scene::EngineKind;
 
 use crate::bench::stability::point::Point;
 
-/// Stiffnesses (N/m), masses (kg) and dampings (of critical) of the map.
+/// Stiffnesses (N/m), node masses (kg) and dampings (fraction of critical) of the map.
 const STIFFNESS: [f64; 4] = [0.02, 0.2, 2.0, 20.0];
 const MASS: [f64; 3] = [4e-5, 4e-4, 4e-3];
 const DAMPING: [f64; 5] = [0.0, 0.02, 0.14, 0.34, 1.0];
-/// Masses along length and width of the map's sheets.
+/// Nodes along length and width of the map's sheets.
 const GRID: (u32, u32) = (4, 4);
 
-/// Values of the sweeps of one number.
+/// Values of the sweeps of a single parameter: length over width, thickness (m), temperature jump
+/// (K), speed (m/s).
 const ASPECT: [f64; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const THICKNESS: [f64; 5] = [1e-4, 3e-4, 1e-3, 3e-3, 6e-3];
 const JUMP: [f64; 4] = [-100.0, -50.0, 50.0, 100.0];
 const SPEED: [f64; 6] = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0];
-/// Damping of the sweeps.
+/// Damping of the sweeps, as a fraction of critical.
 const SWEPT: f64 = 0.14;
 
 /// Speed of the thesis's sheets at a ridge, m/s: a fall of some millimetres at its gravity.
 const FALL: f64 = 0.1;
-/// Step of the thesis's engines, where the printed one is beyond their limit, over that limit.
+/// Step over stability limit, for the thesis's integrators whose printed step exceeds the limit.
 const WITHIN: f64 = 0.85;
 
-/// The thesis's engines (table 5.4): stiffness (N/m), damping, step (s).
+/// The thesis's integrators (table 5.4): stiffness (N/m), damping, step (s).
 pub const THESIS: [(EngineKind, f64, f64, f64); 3] = [
     (EngineKind::EulerCromer, 0.06, 0.34, 0.010),
     (EngineKind::EulerRichardson, 0.2, 0.14, 0.020),
     (EngineKind::Rk4, 0.4, 0.14, 0.040),
 ];
 
-/// What is swept.
+/// Names of the sweeps.
 pub const SWEEPS: [&str; 7] = ["map", "aspect", "thickness", "jump", "speed", "thesis", "thesis-common"];
 
 /// One point of the map.
@@ -44,11 +46,11 @@ pub struct Trial {
     /// One of [`SWEEPS`].
     pub sweep: &'static str,
     pub setting: Setting,
-    /// What is looked for: the longest step, or how much harder something may be made.
+    /// Searched parameter: the longest step, or the largest stable factor on another parameter.
     pub varied: Varied,
 }
 
-/// Every point there is.
+/// All points.
 pub fn plan(quick: bool) -> Vec<Trial> {
     let engines: Vec<EngineKind> = if quick {
         THESIS.map(|row| row.0).to_vec()
@@ -68,13 +70,13 @@ fn structures(quick: bool) -> Vec<StructureKind> {
     all.filter(|s| !quick || [StructureKind::Trimm, StructureKind::Shell].contains(s)).collect()
 }
 
-/// Stiffness x mass x damping x engine x structure; the step is what is looked for.
+/// Stiffness x mass x damping x integrator x structure, with a search for the step.
 fn map(all: &mut Vec<Trial>, engines: &[EngineKind], quick: bool) {
     let some = |list: &[f64]| if quick { list.iter().copied().skip(1).take(2).collect() } else { list.to_vec() };
     for structure in structures(quick) {
         for engine in engines {
             for damping in some(&DAMPING) {
-                // Any step makes some of them grow.
+                // Without damping every step of this integrator lets some mode grow.
                 if damping == 0.0 && engine.info().stability_limit == 0.0 {
                     continue;
                 }
@@ -116,7 +118,7 @@ fn sweeps(all: &mut Vec<Trial>, engines: &[EngineKind], quick: bool) {
     }
 }
 
-/// Implicit engines, which nothing should break.
+/// Implicit integrators, which should be stable at every step.
 fn implicit(all: &mut Vec<Trial>, quick: bool) {
     let stiff: &[f64] = if quick { &[0.2] } else { &[0.02, 0.2, 20.0, 2e4, 2e7] };
     for engine in TABLE.iter().filter(|e| e.implicit) {
@@ -129,7 +131,8 @@ fn implicit(all: &mut Vec<Trial>, quick: bool) {
     }
 }
 
-/// The thesis's engines at its settings, and all at that of the second order: how much harder each may be made.
+/// The thesis's integrators at their settings, and all at the second-order setting: largest stable
+/// factor on each parameter.
 fn thesis(all: &mut Vec<Trial>, quick: bool) {
     let (_, stiffness, damping, _) = THESIS[1];
     let what = [Varied::Step, Varied::Stiffness, Varied::Mass, Varied::Damping];
@@ -146,21 +149,21 @@ fn thesis(all: &mut Vec<Trial>, quick: bool) {
 }
 
 impl Trial {
-    /// What it is, in words.
+    /// Description.
     pub fn name(&self) -> String {
         format!("{} {} on {}", self.sweep, self.setting.engine, self.setting.structure)
     }
 
-    /// The step (s) of the thesis for this engine, or for all.
+    /// The printed step (s) of the thesis for this integrator, or for all.
     fn printed(&self) -> f64 {
         let engine = if self.sweep == "thesis" { self.setting.engine } else { EngineKind::EulerRichardson };
         THESIS.iter().find(|row| row.0 == engine).map_or(0.02, |row| row.3)
     }
 
-    /// Tries it.
+    /// Runs the trial.
     ///
     /// # Errors
-    /// When its setting is refused, which would be a fault of the plan.
+    /// Parameters out of range, which is a defect of the plan.
     pub fn run(&self, number: usize, count: usize) -> Result<Point, InputError> {
         let predicted = self.setting.predicted()?;
         let mut point = Point::of(self, number, count);
@@ -170,7 +173,7 @@ impl Trial {
             return Ok(point);
         }
         let mut dt = self.printed().min(WITHIN * bears(&self.setting)?);
-        // All engines at one step are at what the weakest of them bears.
+        // A common step uses the smallest limit of the integrators.
         if self.sweep == "thesis-common" {
             for (engine, ..) in THESIS {
                 dt = dt.min(WITHIN * bears(&Setting { engine, ..self.setting })?);
@@ -180,7 +183,7 @@ impl Trial {
         point.dt_s = Some(dt);
         point.predicted = match self.varied {
             Varied::Step => Some(steps),
-            // The limit is as √(m/k).
+            // The limit is proportional to √(m/k).
             Varied::Stiffness | Varied::Mass => Some(steps * steps),
             Varied::Damping => None,
         };
@@ -189,7 +192,7 @@ impl Trial {
     }
 }
 
-/// The longest step (s) that the sheet bears as it meets the ridge.
+/// Longest stable step (s) of the sheet at the ridge.
 fn bears(setting: &Setting) -> Result<f64, InputError> {
     Ok(setting.found(setting.predicted()?)?.unwrap_or(f64::INFINITY))
 }

@@ -8,24 +8,24 @@ use sheetwork::InputError;
 
 use crate::bench::stability::plan::Trial;
 
-/// A setting, and where it breaks.
+/// A trial and its stability limit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// Its place in the plan, from 0, and how many there are.
+    /// Index in the plan, from 0.
     pub number: usize,
-    /// See `number`.
+    /// Number of points of the plan.
     pub of: usize,
-    /// What it is swept for.
+    /// Sweep of the point.
     pub sweep: String,
     /// Structure.
     pub structure: String,
-    /// Engine.
+    /// Time integrator.
     pub engine: String,
-    /// Masses along length and width.
+    /// Nodes along length and width.
     pub grid: String,
     /// Stiffness, N/m.
     pub stiffness_n_m: f64,
-    /// Mass of a node, kg.
+    /// Node mass, kg.
     pub mass_kg: f64,
     /// Damping as a fraction of critical.
     pub damping: f64,
@@ -33,22 +33,22 @@ pub struct Point {
     pub aspect: f64,
     /// Thickness, m.
     pub thickness_m: f64,
-    /// Jump of temperature, K.
+    /// Temperature jump, K.
     pub jump_k: f64,
-    /// Speed of impact, m/s.
+    /// Impact speed, m/s.
     pub speed_m_s: f64,
-    /// Step that something else is made harder at, s.
+    /// Step (s) of a search over another parameter.
     pub dt_s: Option<f64>,
-    /// What is looked for: "step", "stiffness", "mass", "damping".
+    /// Searched parameter: "step", "stiffness", "mass", "damping".
     pub varied: String,
-    /// The longest step, s, or how many times harder it may be, as the largest frequency has it; none where there is no limit.
+    /// Predicted longest step (s), or largest stable factor; none without a limit.
     pub predicted: Option<f64>,
-    /// The same by trial; none where nothing broke it.
+    /// Measured longest step (s), or largest stable factor; none if every trial was stable.
     pub found: Option<f64>,
 }
 
 impl Point {
-    /// The point of `trial`, not tried yet.
+    /// The point of `trial` before its run.
     pub fn of(trial: &Trial, number: usize, of: usize) -> Self {
         let s = &trial.setting;
         let varied = match trial.varied {
@@ -78,7 +78,7 @@ impl Point {
         }
     }
 
-    /// Found over predicted, where both are there.
+    /// Measured over predicted value, where both exist.
     pub fn ratio(&self) -> Option<f64> {
         self.found.zip(self.predicted).filter(|(_, p)| *p > 0.0).map(|(f, p)| f / p)
     }
@@ -87,7 +87,7 @@ impl Point {
 /// Writes points as CSV.
 ///
 /// # Errors
-/// When the file cannot be written.
+/// Failure to write.
 pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
     let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let mut writer = csv::Writer::from_path(path).map_err(refused)?;
@@ -98,7 +98,7 @@ pub fn write_csv(path: &Path, points: &[Point]) -> Result<(), InputError> {
 fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
     let refused = |e: csv::Error| InputError::new("", e.to_string()).in_file(path);
     let text = std::fs::read(path).map_err(|e| InputError::io(path, &e))?;
-    // A number that is cut off is a number.
+    // A truncated number is still a valid number.
     if text.last().is_some_and(|last| *last != b'\n') {
         return Err(InputError::new("", "is cut off: its last line has no end").in_file(path));
     }
@@ -106,10 +106,10 @@ fn read_csv(path: &Path) -> Result<Vec<Point>, InputError> {
     reader.deserialize().collect::<Result<Vec<Point>, _>>().map_err(refused)
 }
 
-/// The points in all CSV files of the folders, in the order of the plan; each once.
+/// Points of all CSV files of the folders, in the order of the plan.
 ///
 /// # Errors
-/// When a file cannot be read, they are of different plans, or points are missing.
+/// An unreadable file, files of different plans, or missing points.
 pub fn merged(folders: &[PathBuf]) -> Result<Vec<Point>, InputError> {
     let mut points: Vec<Point> = Vec::new();
     for folder in folders {

@@ -1,16 +1,16 @@
-//! The Markdown tables of the map.
+//! Markdown tables of the map.
 
 use std::fmt::Write;
 
 use crate::bench::stability::point::Point;
 
-/// How near found and predicted should be.
+/// Tolerance between measured and predicted value.
 const NEAR: f64 = 0.05;
 
-/// All tables, one under the other.
+/// All tables.
 pub fn markdown(points: &[Point]) -> String {
     let mut text = String::new();
-    // Writing to a string cannot fail.
+    // Writing to a string is infallible.
     let _ = writeln!(text, "## The map: found over predicted\n");
     let _ = writeln!(text, "| engine | points | median | lowest | highest | within 5 % |\n|---|---|---|---|---|---|");
     let map: Vec<&Point> = points.iter().filter(|p| p.sweep == "map").collect();
@@ -35,7 +35,7 @@ pub fn markdown(points: &[Point]) -> String {
     text
 }
 
-/// Different values of a field, in the order they come.
+/// Distinct values of a field, in the order of occurrence.
 fn each<'a>(points: &[&'a Point], field: impl Fn(&'a Point) -> &'a String) -> Vec<&'a str> {
     let mut all: Vec<&str> = Vec::new();
     for point in points {
@@ -92,7 +92,7 @@ fn cell(point: &Point) -> String {
     point.ratio().map_or_else(|| found.clone(), |r| format!("{found} ({r:.2})"))
 }
 
-/// How much harder the thesis's settings may be made.
+/// Largest stable factors on the thesis's settings.
 fn thesis(text: &mut String, points: &[Point]) {
     for (sweep, title) in [
         ("thesis", "The thesis's engines, each at its own setting: how much harder until it breaks"),

@@ -1,6 +1,8 @@
-//! A surface of plane faces: its faces, sharp convex edges and convex corners, and where a point is nearest to it.
+//! Collider surface of plane faces: faces, sharp convex edges, convex corners, and distance
+//! queries.
 //!
-//! The signed distance of a point x from face k is d_k = n_k·x - c_k, m; a convex solid is where all are negative.
+//! The signed distance of a point x from face k is d_k = n_k·x - c_k, m. A convex solid is the set
+//! of points for which all d_k are negative.
 
 use glam::{DVec3, Vec3};
 use rapier3d::parry::bounding_volume::Aabb;
@@ -10,20 +12,20 @@ use rapier3d::parry::shape::{FeatureId, TriMesh, TriMeshFlags};
 
 use crate::collision::features::topology::Topology;
 
-/// Up to this many faces a convex solid is met by looking at all of its planes.
+/// Number of faces up to which all planes of a convex solid are tested without a query structure.
 const FEW: usize = 32;
 
-/// A face: all triangles of one plane that hang together.
+/// A face: connected triangles of one plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {
-    /// Outward normal, unit.
+    /// Outward unit normal.
     pub normal: DVec3,
-    /// n·x of its points, m.
+    /// Offset of the plane: n·x of its points, m.
     pub distance: f64,
 }
 
 impl Face {
-    /// Signed distance of a point, m, positive outside.
+    /// Signed distance of a point, m; positive outside.
     #[inline]
     pub fn height(&self, p: DVec3) -> f64 {
         self.normal.dot(p) - self.distance
@@ -33,40 +35,41 @@ impl Face {
 /// A sharp convex edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Its ends, m.
+    /// End points, m.
     pub ends: [DVec3; 2],
-    /// Outward normals of the faces it joins.
+    /// Outward normals of the adjacent faces.
     pub normals: [DVec3; 2],
 }
 
 /// A convex corner: all its edges are sharp and convex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Corner {
-    /// Where, m.
+    /// Position, m.
     pub place: DVec3,
-    /// Unit directions of the edges that leave it.
+    /// Unit directions of the edges that leave the corner.
     pub edges: Vec<DVec3>,
 }
 
 impl Corner {
-    /// Whether the solid lies behind the plane through the corner with normal `n`, to within a sine of `slack`.
+    /// Whether the solid lies behind the plane through the corner with normal `n`, within the sine
+    /// `slack`.
     pub fn faces(&self, n: DVec3, slack: f64) -> bool {
         self.edges.iter().all(|e| e.dot(n) <= slack)
     }
 }
 
-/// The nearest point of a surface.
+/// Nearest point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
-    /// Where, m.
+    /// Position, m.
     pub point: DVec3,
-    /// Whether the point asked about lies inside.
+    /// Whether the query point lies inside.
     pub inside: bool,
-    /// The face it lies on.
+    /// Face of the nearest point.
     pub face: u32,
 }
 
-/// A surface of plane faces, in double precision.
+/// A surface of plane faces in double precision.
 #[derive(Clone)]
 pub struct Mesh {
     vertices: Vec<DVec3>,
@@ -79,12 +82,12 @@ pub struct Mesh {
     convex: bool,
     thinness: f64,
     edge_tree: Bvh,
-    /// For distance and ray queries of surfaces of many faces.
+    /// Structure for distance and ray queries; `None` for convex solids with few faces.
     surface: Option<TriMesh>,
 }
 
 impl Mesh {
-    /// From triangles, counter-clockwise seen from outside; `None` when none of them has an area.
+    /// Surface from triangles, counter-clockwise seen from outside; `None` if all have zero area.
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
         let topology = Topology::of(vertices, triangles)?;
         let low = topology.vertices.iter().copied().fold(DVec3::INFINITY, DVec3::min);
@@ -106,52 +109,52 @@ impl Mesh {
         Some(Self { vertices, triangles, face_of, faces, edges, corners, bounds, convex, thinness, edge_tree, surface })
     }
 
-    /// Its vertices, each once, m.
+    /// Vertices, each once, m.
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
     }
 
-    /// Its triangles that have an area.
+    /// Triangles with nonzero area.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Its faces.
+    /// Faces.
     pub fn faces(&self) -> &[Face] {
         &self.faces
     }
 
-    /// Its sharp convex edges.
+    /// Sharp convex edges.
     pub fn edges(&self) -> &[Edge] {
         &self.edges
     }
 
-    /// Its convex corners.
+    /// Convex corners.
     pub fn corners(&self) -> &[Corner] {
         &self.corners
     }
 
-    /// Corners of the box around it, m.
+    /// Lower and upper corner of the bounding box, m.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         self.bounds
     }
 
-    /// Whether it is closed and convex.
+    /// Whether the surface is closed and convex.
     pub fn is_convex(&self) -> bool {
         self.convex
     }
 
-    /// Whether its planes are few enough to look at all of them.
+    /// Whether the solid is convex with few faces, so that all planes are tested.
     pub fn has_few_faces(&self) -> bool {
         self.surface.is_none()
     }
 
-    /// Least width of a convex solid across any of its faces, m; infinite for others.
+    /// Least width of a convex solid across any of its faces, m; infinite for other surfaces.
     pub fn thinness(&self) -> f64 {
         self.thinness
     }
 
-    /// Calls `visit` with the number of every edge whose box meets the box from `low` to `high`, m.
+    /// Call `visit` with the index of each edge whose box overlaps the box from `low` to `high`, m.
     pub fn edges_in(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
         let around = Aabb::new(low.as_vec3(), high.as_vec3());
         for i in self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)) {
@@ -159,15 +162,15 @@ impl Mesh {
         }
     }
 
-    /// Whether a sharp edge or a corner is near the box from `low` to `high`, m.
+    /// Whether the box of a sharp edge, or a corner, overlaps the box from `low` to `high`, m.
     pub fn is_sharp_in(&self, low: DVec3, high: DVec3) -> bool {
         let around = Aabb::new(low.as_vec3(), high.as_vec3());
         let edge = self.edge_tree.leaves(|node| node.aabb().intersects_box(&around)).next().is_some();
         edge || self.corners.iter().any(|c| c.place.cmpge(low).all() && c.place.cmple(high).all())
     }
 
-    /// The point of the surface nearest to `p`, if it is nearer than `reach` (m). Parry finds the triangle, its plane is
-    /// taken in double precision.
+    /// Point of the surface nearest to `p`, if its distance is below `reach` (m). Parry finds the
+    /// triangle; its plane is evaluated in double precision.
     pub fn nearest(&self, p: DVec3, reach: f64) -> Option<Nearest> {
         let surface = self.surface.as_ref()?;
         let (on, (triangle, _)) =
@@ -177,22 +180,23 @@ impl Mesh {
         let w = crate::collision::geometry::point_triangle(p, corners);
         let point = corners[0] * w[0] + corners[1] * w[1] + corners[2] * w[2];
         let height = self.faces.get(face as usize)?.height(p);
-        // Over the inside of a face its plane says more than single precision can.
+        // Above the inside of a face its plane is more accurate than the single-precision query.
         let over = (p - point).length() <= 1.01 * height.abs();
         let inside = if over { height < 0.0 } else { on.is_inside };
         Some(Nearest { point, inside, face })
     }
 
-    /// Where the way from `a` to `b` first enters the surface: fraction of the way, and the face.
+    /// First entry of the path from `a` to `b` into the surface: fraction of the path, and the
+    /// face.
     pub fn entered(&self, a: DVec3, b: DVec3) -> Option<(f64, u32)> {
         let surface = self.surface.as_ref()?;
         let (from, to): (Vec3, Vec3) = (a.as_vec3(), b.as_vec3());
         let hit = surface.cast_local_ray_and_get_normal(&Ray::new(from, to - from), 1.0, false)?;
         let FeatureId::Face(triangle) = hit.feature else { return None };
-        // Triangles are numbered once more for their backs.
+        // Parry numbers the back sides of the triangles after the front sides.
         let triangle = triangle as usize % self.triangles.len();
         let face = *self.face_of.get(triangle)?;
-        // A way that starts inside leaves through the back of a face.
+        // A path that starts inside leaves through the back of a face.
         let n = self.faces.get(face as usize)?.normal;
         ((b - a).dot(n) < 0.0).then_some((f64::from(hit.time_of_impact), face))
     }

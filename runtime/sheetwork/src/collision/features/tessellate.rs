@@ -1,8 +1,8 @@
-//! Surfaces of Parry's shapes, as triangles.
+//! Tessellation of Parry's shapes.
 //!
-//! Around a radius r, faces of width w lie within w²/(8 r) of the circle: the number of faces is chosen for w of 3 mm and a
-//! distance of 20 µm, within 12 to 128. A rounded shape is the convex hull of its inner shape's vertices with a small ball
-//! at each.
+//! On a circle of radius r, faces of width w lie within w²/(8 r) of the circle. The number of faces
+//! is chosen for a width of 3 mm and a distance of 20 µm, within 12 to 128. A rounded shape is the
+//! convex hull of small balls at the vertices of its inner shape. Lengths in m.
 
 use std::f64::consts::TAU;
 
@@ -13,23 +13,23 @@ use rapier3d::parry::transformation::try_convex_hull;
 
 use crate::collision::features::{Features, Solid};
 
-/// Widest face of a curved surface, m.
+/// Maximum width of a face of a curved surface, m.
 const WIDTH: f64 = 3e-3;
 
-/// Furthest that such a face may lie from the surface, m.
+/// Maximum distance of such a face from the true surface, m.
 const AWAY: f64 = 2e-5;
 
 type Triangles = (Vec<Vec3>, Vec<[u32; 3]>);
 
-/// How many faces go around a circle of this radius, m.
+/// Number of faces around a circle of this radius (m).
 fn around(radius: f32) -> u32 {
     let radius = f64::from(radius).max(1e-9);
     let width = WIDTH.min((8.0 * radius * AWAY).sqrt());
-    // Cast: the quotient is clamped.
+    // The cast is exact: the quotient is clamped.
     (TAU * radius / width).ceil().clamp(12.0, 128.0) as u32
 }
 
-/// Adds the pieces of `shape`, placed at `place` in the collider's frame.
+/// Add the parts of `shape`, placed at `place` in the frame of the collider.
 pub(crate) fn add(shape: &dyn Shape, place: &Pose, to: &mut Features) {
     let triangles = match shape.as_typed_shape() {
         TypedShape::HalfSpace(plane) if place.translation == Vec3::ZERO => {
@@ -79,10 +79,10 @@ fn triangles_of(shape: &TypedShape) -> Option<Triangles> {
     }
 }
 
-/// Convex hull of balls of this radius about these points; the balls have vertices on all axes, so that plane faces stay
-/// where they are.
+/// Convex hull of balls of this radius about these centres (m). The balls have vertices on all
+/// axes, so that plane faces keep their position.
 fn rounded(centres: Vec<Vec3>, radius: f32) -> Option<Triangles> {
-    // Few centres can afford fine balls; many make a fine surface with coarse ones.
+    // The number of vertices is bounded: few centres have fine balls, many centres coarse ones.
     let most = (4000 / centres.len().max(1)).max(32);
     let segments = around(radius).min((most as f64).sqrt() as u32 * 2).max(8).next_multiple_of(4);
     let rings = segments / 2;

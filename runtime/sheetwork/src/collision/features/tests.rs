@@ -1,4 +1,4 @@
-//! Counts of features follow from Euler's formula and from the shapes themselves.
+//! Numbers of features follow from Euler's formula and from the shapes.
 
 use glam::{DVec3, Vec3};
 use rapier3d::math::Pose;
@@ -66,7 +66,8 @@ fn a_round_box_lies_between_its_true_surface_and_just_below_it() {
 
 #[test]
 fn a_hollow_has_no_convex_edge() {
-    // A cube with its top pushed in to a point below: the rim stays convex, the four valleys do not.
+    // A cube whose top is pushed in to a point below: the rim stays convex, the four valleys are
+    // concave.
     let mut vertices: Vec<DVec3> = Vec::new();
     for y in [0.0, 1.0] {
         vertices.extend([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, z)| DVec3::new(x, y, z)));
@@ -80,7 +81,7 @@ fn a_hollow_has_no_convex_edge() {
     let mesh = Mesh::new(&vertices, &triangles).expect("triangles");
     assert!(!mesh.is_convex());
     assert_eq!((mesh.faces().len(), mesh.edges().len()), (9, 12));
-    // Those below are convex, those of the rim have a valley.
+    // The lower corners are convex; those of the rim have a concave edge.
     assert_eq!(mesh.corners().len(), 4);
     let below = mesh.nearest(DVec3::new(0.5, 0.2, 0.5), 10.0).expect("near");
     assert!(below.inside && (below.point.y).abs() < 1e-12);

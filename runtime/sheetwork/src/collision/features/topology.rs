@@ -1,7 +1,8 @@
-//! Faces, edges and corners of a surface of triangles.
+//! Faces, edges and corners of a triangulated surface.
 //!
-//! Vertices at one place are one vertex; triangles without area are left out; triangles that share an edge and a plane, to
-//! within a milliradian, are one face. An edge is convex when the faces on both sides fall away behind each other's planes.
+//! Coincident vertices are merged; triangles without area are removed; adjacent triangles in one
+//! plane, within 1 mrad, form one face. An edge is convex if each adjacent face falls behind the
+//! plane of the other.
 
 use std::collections::BTreeMap;
 
@@ -9,13 +10,13 @@ use glam::DVec3;
 
 use crate::collision::features::mesh::{Corner, Edge, Face};
 
-/// Sine of the angle between triangles below which they are one face.
+/// Sine of the angle between triangles below which they form one face.
 const PLANE: f64 = 1e-3;
 
-/// Vertices nearer than this fraction of the surface's size are one.
+/// Distance, as a fraction of the size of the surface, below which vertices are merged.
 const WELD: f64 = 1e-6;
 
-/// The parts of a surface.
+/// Topology of a surface.
 pub(crate) struct Topology {
     pub vertices: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
@@ -24,18 +25,18 @@ pub(crate) struct Topology {
     pub faces: Vec<Face>,
     pub edges: Vec<Edge>,
     pub corners: Vec<Corner>,
-    /// Whether every side has two triangles.
+    /// Whether each side has two triangles.
     pub closed: bool,
 }
 
-/// A side of two triangles: its vertices in the order in which the first has them, and the triangles.
+/// A side of triangles: its vertices in the order of the first triangle, and the triangles.
 struct Side {
     ends: [u32; 2],
     triangles: Vec<usize>,
 }
 
 impl Topology {
-    /// `None` when no triangle has an area.
+    /// Topology of triangles; `None` if all have zero area.
     pub fn of(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Option<Self> {
         let (vertices, renamed) = weld(vertices)?;
         let size = vertices.iter().map(|v| v.abs().max_element()).fold(0.0, f64::max);
@@ -70,7 +71,7 @@ impl Topology {
         Some(topology)
     }
 
-    /// Collects convex edges, and the corners at which only such edges meet.
+    /// Collect convex edges, and corners at which only convex edges meet.
     fn find_sharp(&mut self, sides: &[Side]) {
         let mut meeting: Vec<(Vec<DVec3>, bool)> = vec![(Vec::new(), true); self.vertices.len()];
         for side in sides {
@@ -107,7 +108,7 @@ fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Vertices at different places, and the new number of each old one; `None` if a place is not finite.
+/// Distinct vertices, and the new index of each old one; `None` if a coordinate is not finite.
 fn weld(vertices: &[DVec3]) -> Option<(Vec<DVec3>, Vec<u32>)> {
     if !vertices.iter().all(|v| v.is_finite()) {
         return None;
@@ -149,7 +150,8 @@ fn faces_of(normals: &[DVec3], sides: &[Side]) -> Vec<u32> {
     };
     for side in sides {
         let [a, b] = side.triangles[..] else { continue };
-        // Compared with the first triangle of the face, so that a fine curve is not taken for a plane step by step.
+        // The comparison with the first triangle of the face keeps a fine curve from merging step
+        // by step.
         let (a, b) = (find(&root, a), find(&root, b));
         if normals[a].dot(normals[b]) > 0.0 && normals[a].cross(normals[b]).length() < PLANE {
             root[a.max(b)] = a.min(b);

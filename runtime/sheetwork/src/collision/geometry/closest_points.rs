@@ -1,12 +1,13 @@
 //! Closest points of points, segments and triangles.
 //!
-//! Point and triangle: the Voronoi regions of the triangle's corners, sides and inside are tried in turn; segment and
-//! segment: the minimum of |p₀ + s u - q₀ - t v|² over the unit square, on its inside or on a side of it (Ericson,
-//! Real-Time Collision Detection, 2005, 5.1.5 and 5.1.9). Lengths in m; weights and parameters are pure numbers.
+//! Point and triangle: the Voronoi regions of corners, sides and interior are tested in turn.
+//! Segment and segment: the minimum of |p₀ + s u - q₀ - t v|² over the unit square, in its interior
+//! or on a side (Ericson, Real-Time Collision Detection, 2005, 5.1.5 and 5.1.9). Lengths in m;
+//! weights and parameters are dimensionless.
 
 use glam::DVec3;
 
-/// Parameter, 0 to 1, of the point of the segment from `a` to `b` that is closest to `p`.
+/// Parameter, 0 to 1, of the point of the segment from `a` to `b` closest to `p`.
 #[inline]
 pub fn point_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     let d = b - a;
@@ -14,9 +15,9 @@ pub fn point_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     if length > 0.0 { ((p - a).dot(d) / length).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Barycentric weights of the point of the triangle `t` that is closest to `p`. A weight is exactly zero when the point
-/// lies on the opposite side, so that the weights tell which feature is closest. Degenerate triangles are taken as their
-/// longest side.
+/// Barycentric weights of the point of a triangle closest to `p`. A weight is exactly zero if the
+/// point lies on the opposite side, so that the weights identify the closest feature. A degenerate
+/// triangle is treated as its three sides.
 pub fn point_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -50,7 +51,7 @@ pub fn point_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
         return [0.0, 1.0 - w, w];
     }
     let sum = va + vb + vc;
-    // Without area there is no inside; the closest point of the sides is exact.
+    // A triangle without area has no interior; the closest point of its sides is exact.
     if sum.is_nan() || sum <= 0.0 { closest_of_sides(p, [a, b, c]) } else { [va / sum, vb / sum, vc / sum] }
 }
 
@@ -64,8 +65,8 @@ fn closest_of_sides(p: DVec3, [a, b, c]: [DVec3; 3]) -> [f64; 3] {
     sides.into_iter().min_by(|x, y| x.0.total_cmp(&y.0)).map_or([1.0, 0.0, 0.0], |x| x.1)
 }
 
-/// Parameters (s, t), each 0 to 1, of the closest points of the segments p and q. Of parallel segments, which have many,
-/// one pair.
+/// Parameters (s, t), each 0 to 1, of the closest points of the segments p and q; one of the
+/// solutions for parallel segments.
 pub fn segment_segment(p: [DVec3; 2], q: [DVec3; 2]) -> (f64, f64) {
     let (u, v, r) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
     let (a, e, f) = (u.length_squared(), v.length_squared(), v.dot(r));
@@ -78,7 +79,7 @@ pub fn segment_segment(p: [DVec3; 2], q: [DVec3; 2]) -> (f64, f64) {
     }
     let b = u.dot(v);
     let area = a * e - b * b;
-    // Below this the quotient is rounding noise; any s will do, since t is fitted to it.
+    // Below this bound the quotient is rounding noise; any s is valid, since t is fitted to it.
     let s = if area > 1e-14 * a * e { ((b * f - c * e) / area).clamp(0.0, 1.0) } else { 0.0 };
     let t = (b * s + f) / e;
     if t < 0.0 {
@@ -90,12 +91,12 @@ pub fn segment_segment(p: [DVec3; 2], q: [DVec3; 2]) -> (f64, f64) {
     }
 }
 
-/// Barycentric weights, of any sign, of the point where the line through `p` along `n` meets the plane of the triangle;
-/// `None` where it hardly does.
+/// Barycentric weights, of any sign, of the intersection of the line through `p` along `n` with the
+/// plane of the triangle; `None` for a line nearly parallel to the plane.
 pub fn barycentric_along(p: DVec3, n: DVec3, [a, b, c]: [DVec3; 3]) -> Option<[f64; 3]> {
     let area = (b - a).cross(c - a);
     let whole = area.dot(n);
-    // A triangle seen nearly from its side has no useful weights.
+    // A triangle seen nearly edge-on has no useful weights.
     if whole.is_nan() || whole.abs() < 0.1 * area.length() || whole == 0.0 {
         return None;
     }
@@ -115,7 +116,8 @@ mod tests {
     }
 
     proptest! {
-        /// The distance is convex in the weights: no neighbour is nearer where, and only where, it is least.
+        /// The distance is convex in the weights: a point without nearer neighbours is the closest
+        /// one.
         #[test]
         fn no_point_of_the_triangle_is_nearer(p in point(), a in point(), b in point(), c in point(),
                                               v in 0.0..1.0, w in 0.0..1.0) {
@@ -152,7 +154,7 @@ mod tests {
         let [_, b, c] = point_triangle(DVec3::new(0.75, 1.0, 0.0), [o, x * 0.5, x]);
         assert!((0.5 * b + c - 0.75).abs() < 1e-12);
         assert_eq!(segment_segment([o, o], [x, x]), (0.0, 0.0));
-        // Parallel, one above the other.
+        // Parallel segments, one above the other.
         let (s, t) = segment_segment([o, x], [DVec3::Y, DVec3::Y + x]);
         assert!((s - t).abs() < 1e-15);
     }

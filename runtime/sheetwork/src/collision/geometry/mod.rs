@@ -1,5 +1,6 @@
-//! Distances between points, triangles and edges, and the times at which moving ones meet. Pure functions, m and s-free:
-//! time runs from 0 to 1 over the motion.
+//! Distances between points, triangles and edges, and times of impact of moving ones.
+//!
+//! Pure functions. Lengths in m; time is the fraction 0 to 1 of the motion.
 
 pub(crate) mod closest_points;
 pub(crate) mod time_of_impact;

@@ -1,29 +1,30 @@
-//! When a moving point meets a moving triangle, or a moving edge another.
+//! Time of impact of a moving point with a moving triangle, and of two moving edges.
 //!
-//! All four points move along straight lines, x(t) = x₀ + t (x₁ - x₀), 0 ≤ t ≤ 1. They can only meet when they lie in one
-//! plane: (x₂-x₁) × (x₃-x₁) · (x₄-x₁) = 0, a cubic in t (Provot, Collision and self-collision handling in cloth model
-//! dedicated to design garments, 1997, eqs. 2-3; Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and
-//! friction for cloth animation, 2002, eq. 2). Of its roots the earliest counts at which the two really touch. Four points
-//! that stay in one plane for all of the motion are left to distance tests.
+//! All four points move along straight lines, x(t) = x₀ + t (x₁ - x₀), 0 ≤ t ≤ 1. An impact
+//! requires that they are coplanar: (x₂-x₁) × (x₃-x₁) · (x₄-x₁) = 0, a cubic in t (Provot,
+//! Collision and self-collision handling in cloth model dedicated to design garments, 1997, eqs.
+//! 2-3; Bridson, Fedkiw, Anderson, Robust treatment of collisions, contact and friction for cloth
+//! animation, 2002, eq. 2). The impact is at the earliest root at which the features touch. Points
+//! that stay coplanar throughout the motion have no impact here; distance tests cover them.
 
 use glam::DVec3;
 
 use crate::collision::geometry::closest_points::{point_triangle, segment_segment};
 use crate::math::cubic::{Roots, roots_in_unit_interval};
 
-/// How a point meets a triangle.
+/// Impact of a point with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointImpact {
-    /// When, 0 to 1.
+    /// Time of impact, 0 to 1.
     pub time: f64,
-    /// Where, as barycentric weights.
+    /// Barycentric weights on the triangle.
     pub weights: [f64; 3],
 }
 
-/// How an edge meets an edge.
+/// Impact of two edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EdgeImpact {
-    /// When, 0 to 1.
+    /// Time of impact, 0 to 1.
     pub time: f64,
     /// Parameter on the first edge, 0 to 1.
     pub s: f64,
@@ -31,7 +32,7 @@ pub struct EdgeImpact {
     pub t: f64,
 }
 
-/// Times at which four moving points lie in one plane.
+/// Times at which four moving points are coplanar.
 fn coplanar(start: [DVec3; 4], end: [DVec3; 4]) -> Roots {
     let at = |i: usize| (start[i] - start[0], (end[i] - end[0]) - (start[i] - start[0]));
     let ((a, da), (b, db), (c, dc)) = (at(1), at(2), at(3));
@@ -39,8 +40,7 @@ fn coplanar(start: [DVec3; 4], end: [DVec3; 4]) -> Roots {
     roots_in_unit_interval([n0.dot(c), n1.dot(c) + n0.dot(dc), n2.dot(c) + n1.dot(dc), n2.dot(dc)])
 }
 
-/// Earliest meeting of the point that is first of the four with the triangle of the other three, nearer than `tolerance`
-/// (m).
+/// Earliest impact of the first point with the triangle of the other three, within `tolerance` (m).
 pub fn point_meets_triangle(start: [DVec3; 4], end: [DVec3; 4], tolerance: f64) -> Option<PointImpact> {
     coplanar(start, end).iter().find_map(|time| {
         let [p, a, b, c] = std::array::from_fn(|i| start[i].lerp(end[i], time));
@@ -50,7 +50,8 @@ pub fn point_meets_triangle(start: [DVec3; 4], end: [DVec3; 4], tolerance: f64) 
     })
 }
 
-/// Earliest meeting of the edge of the first two points with the edge of the last two, nearer than `tolerance` (m).
+/// Earliest impact of the edge of the first two points with that of the last two, within
+/// `tolerance` (m).
 pub fn edges_meet(start: [DVec3; 4], end: [DVec3; 4], tolerance: f64) -> Option<EdgeImpact> {
     coplanar(start, end).iter().find_map(|time| {
         let [a, b, c, d] = std::array::from_fn(|i| start[i].lerp(end[i], time));
@@ -72,7 +73,7 @@ mod tests {
             .prop_map(|v| std::array::from_fn(|i| DVec3::new(v[3 * i], v[3 * i + 1], v[3 * i + 2])))
     }
 
-    /// Motions that pass through a chosen meeting at a chosen time.
+    /// Motions that pass through a given configuration at a given time.
     fn through(at: [DVec3; 4], way: [DVec3; 4], time: f64) -> ([DVec3; 4], [DVec3; 4]) {
         (std::array::from_fn(|i| at[i] - way[i] * time), std::array::from_fn(|i| at[i] + way[i] * (1.0 - time)))
     }
@@ -105,7 +106,7 @@ mod tests {
             prop_assert!(found.is_some_and(|f| f.time <= time + 1e-6), "{found:?} for {time}");
         }
 
-        /// Brute force: what stays apart at many times has not met.
+        /// The distance of the features at a reported impact is within the tolerance.
         #[test]
         fn what_is_found_touches(start in points(), end in points()) {
             if let Some(hit) = point_meets_triangle(start, end, CLOSE) {

@@ -1,8 +1,9 @@
-//! Whether two triangles go through one another: whether an edge of one pierces the other.
+//! Intersection test of two triangles: an edge of one pierces the other.
 
 use glam::DVec3;
 
-/// Whether two triangles go through one another. Those that touch at a corner or along an edge, or lie in one plane, do not.
+/// Whether two triangles intersect. Triangles that touch at a corner or along an edge, or that are
+/// coplanar, do not count.
 pub fn triangles_cut(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
     let over_q = heights(q, p);
     if is_one_sided(over_q) {
@@ -12,7 +13,7 @@ pub fn triangles_cut(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
     !is_one_sided(over_p) && (pierces(p, over_q, q) || pierces(q, over_p, p))
 }
 
-/// Heights of points over the plane of a triangle, times twice its area.
+/// Heights of points above the plane of a triangle, times twice its area, m³.
 fn heights([a, b, c]: [DVec3; 3], points: [DVec3; 3]) -> [f64; 3] {
     let normal = (b - a).cross(c - a);
     points.map(|x| normal.dot(x - a))
@@ -22,7 +23,7 @@ fn is_one_sided(heights: [f64; 3]) -> bool {
     heights.iter().all(|h| *h >= 0.0) || heights.iter().all(|h| *h <= 0.0)
 }
 
-/// Whether an edge of `p`, the corners of which have these `heights` over `q`, pierces that.
+/// Whether an edge of `p` pierces `q`; `heights` are those of the corners of `p` above `q`.
 fn pierces(p: [DVec3; 3], heights: [f64; 3], q: [DVec3; 3]) -> bool {
     let normal = (q[1] - q[0]).cross(q[2] - q[0]);
     (0..3).any(|k| {
@@ -56,7 +57,8 @@ mod tests {
         assert!(!triangles_cut(FLAT, FLAT.map(|x| x + DVec3::new(0.1, 0.0, 0.1))));
     }
 
-    /// One edge of the upper comes down inside the lower, the other outside it: there it is the border of the lower that pierces.
+    /// One edge of the upper triangle passes inside the lower one and the other outside, so that
+    /// the border of the lower triangle pierces the upper one.
     #[test]
     fn a_corner_that_goes_in_over_the_border_is_seen_from_both() {
         let over = [DVec3::new(-0.2, -0.2, 0.3), DVec3::new(0.8, 0.3, 0.3), DVec3::new(-0.2, 0.5, 0.4)];

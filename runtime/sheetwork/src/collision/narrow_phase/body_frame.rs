@@ -1,4 +1,4 @@
-//! A sheet seen from a body, and how a row against that body is written down.
+//! Positions of a sheet in the frame of a body, and constraints between the two.
 
 use glam::DVec3;
 
@@ -11,15 +11,16 @@ use crate::collision::narrow_phase::{BodyMotion, DEEP, Limits, Problem, SheetMot
 use crate::math::RigidFrame;
 use crate::math::Vectors;
 
-/// Places of the masses in the body's frame at the three times, m.
+/// Positions of the nodes in the frame of the body at start, base and end, m.
 #[derive(Default)]
 pub(crate) struct Local {
     pub start: Vec<DVec3>,
     pub base: Vec<DVec3>,
     pub end: Vec<DVec3>,
-    /// Box around all of them.
+    /// Bounding box of all positions.
     pub around: Cuboid,
-    /// Whether the base is where contact has put the sheet in an earlier round of the stage.
+    /// Whether the base was accepted by the contact solver in an earlier outer iteration of the
+    /// stage.
     pub placed: bool,
 }
 
@@ -38,18 +39,18 @@ impl Local {
         self.placed = !std::ptr::eq(sheet.base, sheet.start);
     }
 
-    /// Where contact has put mass `i` in an earlier round; where it would be now before that.
+    /// Position of node `i` accepted by the contact solver; before that its position at the end, m.
     pub fn put(&self, i: usize) -> DVec3 {
         if self.placed { self.base[i] } else { self.end[i] }
     }
 
-    /// The places of some masses at the three times.
+    /// Positions of nodes at start, base and end, m.
     pub fn of<const N: usize>(&self, masses: [u32; N]) -> [[DVec3; N]; 3] {
         [&self.start, &self.base, &self.end].map(|x| masses.map(|i| x[i as usize]))
     }
 }
 
-/// A sheet and a piece of a body.
+/// A sheet and one part of a collider.
 pub(crate) struct Meeting<'a> {
     pub skin: &'a Skin,
     pub offset: f64,
@@ -65,8 +66,8 @@ pub(crate) struct Meeting<'a> {
 }
 
 impl<'a> Meeting<'a> {
-    /// Sheet and body with their places in the problem, the number of the piece's first feature, and the coefficients of
-    /// friction and restitution.
+    /// Pair of a sheet and a part of a body, with their indices in the detection input, the number
+    /// of the part's first feature, and the coefficients of friction and restitution.
     pub fn new(
         problem: &Problem,
         (s, sheet): (u32, &SheetMotion<'a>),
@@ -89,35 +90,35 @@ impl<'a> Meeting<'a> {
         }
     }
 
-    /// What counts as close for a solid of this least width, m.
+    /// Distances of detection for a solid of this least width, m.
     pub fn limits(&self, thinness: f64) -> Limits {
         let deep = DEEP.min(0.4 * (thinness + 2.0 * self.offset));
         Limits { offset: self.offset, margin: self.margin, deep }
     }
 
-    /// A direction of the world, at the base, in the body's frame.
+    /// Direction in the frame of the body at the base, from world axes.
     pub fn at_base(&self, direction: DVec3) -> DVec3 {
         self.base.local_direction(direction)
     }
 
-    /// A direction of the world in the body's frame at the end.
+    /// Direction in the frame of the body at the end, from world axes.
     pub fn at_end(&self, direction: DVec3) -> DVec3 {
         self.end.local_direction(direction)
     }
 
-    /// What is seen in the body's frame at the three times, in the world's axes: as from a point of the body that goes along with it
-    /// and does not turn.
+    /// Rotate positions in the frame of the body at start, base and end into world axes, as seen by
+    /// an observer that translates with the body but does not rotate.
     pub fn in_axes_of_the_world<const N: usize>(&self, [start, base, end]: [[DVec3; N]; 3]) -> [[DVec3; N]; 3] {
         [(start, &self.start), (base, &self.base), (end, &self.end)].map(|(x, frame)| x.map(|p| frame.direction(p)))
     }
 
-    /// From which directions an edge of the sheet can be touched at the base, in the body's frame.
+    /// Orientation of an edge of the sheet at the base, in the frame of the body.
     pub fn side_of(&self, edge: &SkinEdge, tree: &SkinTree, local: &Local) -> Facing {
         let sides = tree.edge_normals(edge.triangles).map(|n| self.at_base(n));
         self.facing(edge, sides, &local.base)
     }
 
-    /// The same at the start.
+    /// Orientation of an edge of the sheet at the start, in the frame of the body.
     pub fn side_before(&self, edge: &SkinEdge, local: &Local) -> Facing {
         let normal = |[p, q, r]: [DVec3; 3]| (q - p).cross(r - p).normalize_or_zero();
         self.facing(edge, self.triangles_at(edge, &local.start).map(normal), &local.start)
@@ -133,26 +134,26 @@ impl<'a> Meeting<'a> {
         Facing { sides, flanks: self.triangles_at(edge, x).map(flank), is_border: edge.is_border() }
     }
 
-    /// The corners of the two triangles at an edge; at the border of the one there is, twice.
+    /// Corners of the two triangles at an edge; at the border those of the only one, twice.
     fn triangles_at(&self, edge: &SkinEdge, x: &[DVec3]) -> [[DVec3; 3]; 2] {
         let [first, second] = edge.triangles;
         let both = [first, if edge.is_border() { first } else { second }];
         both.map(|t| self.skin.triangles()[t as usize].masses.map(|i| x[i as usize]))
     }
 
-    /// Box in the world that points of the body's frame within the box from `low` to `high` sweep.
+    /// World box swept by the box from `low` to `high` of the frame of the body.
     pub fn swept(&self, low: DVec3, high: DVec3) -> Cuboid {
         let own = Cuboid::from((low, high));
         own.placed(&self.start).joined(&own.placed(&self.end))
     }
 
-    /// The name of feature number `index` of the sheet.
+    /// Key of feature `index` of the sheet.
     pub fn sheet_feature(&self, kind: Kind, index: u32) -> u64 {
         name(kind, self.sheet.1, index)
     }
 
-    /// The row of a point of the sheet (named by kind and number) against the point `local` of the body's feature, along the
-    /// normal `normal` of the body's frame.
+    /// Constraint of a point of the sheet (with kind and index of its feature) with the point
+    /// `local` of a feature of the body, along `normal`, both in the frame of the body.
     pub fn row(
         &self,
         (point, kind, index): (SheetPoint, Kind, u32),

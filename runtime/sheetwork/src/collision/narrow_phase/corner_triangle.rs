@@ -1,4 +1,7 @@
-//! Convex corners of a body on the triangles of a sheet: along the triangle's normal, as far as the body lies behind it.
+//! Convex corners of a body on the triangles of a sheet.
+//!
+//! The contact normal is that of the triangle, provided that the body lies behind the plane of the
+//! triangle. Lengths in m.
 
 use glam::DVec3;
 
@@ -12,10 +15,11 @@ use crate::collision::narrow_phase::feature_keys::Kind;
 
 use crate::collision::narrow_phase::edge_edge::{BEYOND, SLACK, SLIPS};
 
-/// Distance of a point from a triangle it meets, m: rounding.
+/// Distance of a point from a triangle at the time of impact, m: rounding.
 const TOUCH: f64 = 1e-9;
 
-/// Rows of all convex corners of a surface; returns how many triangles were looked at.
+/// Add the constraints of all convex corners of a collider surface. Return the number of triangles
+/// tested.
 pub(crate) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
     let limits = meeting.limits(mesh.thinness());
     let around = local.around.grown(limits.offset + limits.margin);
@@ -51,19 +55,21 @@ pub(crate) fn corners(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &
     tests
 }
 
-/// Normal and weights with which a moving triangle touches a corner.
+/// Normal and barycentric weights of the contact of a moving triangle with a corner.
 fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
     let gap = at(base, point_triangle(corner.place, base)) - corner.place;
-    // Of two sides it is on the one where the stage began.
+    // The triangle must be on the side on which the stage began.
     let placed = base != start;
     let near =
         || facing(corner, base).filter(|n| gap.length() <= limits.near() && (placed || n.dot(gap) >= -limits.deep));
     let over = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, end)?)?));
-    // Where contact has put it once says better which point touches than where it would be without.
+    // A base accepted by the contact solver determines the touching point better than the free
+    // motion.
     let known = |n: DVec3| Some((n, within(barycentric_along(corner.place, n, base)?)?)).filter(|_| placed);
-    // A triangle that met the corner and has slid off it since is held where it met.
+    // A triangle that met the corner and has slid off since is held where it met.
     let (normal, w) = near().and_then(|n| known(n).or_else(|| over(n))).or_else(|| {
-        // What would stay clear without contact, contact elsewhere may have taken right through.
+        // A triangle that stays clear in free motion may have been pushed through by another
+        // contact.
         let pushed = || met_on_the_way(corner, start, base, limits).filter(|_| placed);
         let (n, met) = met_on_the_way(corner, start, end, limits).or_else(pushed)?;
         over(n).or(met.map(|w| (n, w)))
@@ -71,14 +77,15 @@ fn touch(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) 
     closes(corner, (normal, w), [start, base, end], limits)
 }
 
-/// The same for the triangle that is nearest to a corner at the base, where no triangle is over it in the end: over a fold that
-/// bends away from it none may be, and what the free motion slides off, contact and friction may hold.
+/// Contact of the triangle nearest to a corner at the base, if no triangle is above the corner at
+/// the end, as over a fold that bends away from it. Contact and friction may hold the triangle
+/// although the free motion slides off.
 fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -> Option<(DVec3, [f64; 3])> {
     let w = point_triangle(corner.place, base);
     let gap = at(base, w) - corner.place;
     let normal = facing(corner, base)?;
     let slid = (at(end, w) - at(base, w)).reject_from_normalized(normal).length();
-    // Beyond the border of the sheet it is the edges that touch.
+    // Beyond the border of the sheet its edges are in contact.
     let beside = gap.reject_from_normalized(normal).length() > 0.5 * gap.length() + TOUCH;
     let off = base == start && slid > SLIPS;
     if gap.length() > limits.near() || beside || off || (base == start && normal.dot(gap) < -limits.deep) {
@@ -87,7 +94,8 @@ fn held(corner: &Corner, [start, base, end]: [[DVec3; 3]; 3], limits: &Limits) -
     closes(corner, (normal, w), [start, base, end], limits)
 }
 
-/// A touch, if the two come together at the end and were not on each other's far sides at the start.
+/// The contact, provided that the pair is near at the end and was not on opposite sides at the
+/// start.
 fn closes(
     corner: &Corner,
     (normal, w): (DVec3, [f64; 3]),
@@ -95,7 +103,7 @@ fn closes(
     limits: &Limits,
 ) -> Option<(DVec3, [f64; 3])> {
     let height = |x: [DVec3; 3]| normal.dot(at(x, w) - corner.place);
-    // What would stay clear without contact, contact elsewhere may have pushed in.
+    // A triangle that stays clear in free motion may have been pushed in by another contact.
     let gap = if base == start { height(end) } else { height(end).min(height(base)) } - limits.offset;
     let was_apart = || {
         height(start) >= -limits.deep
@@ -105,22 +113,25 @@ fn closes(
     (gap <= limits.margin && was_apart()).then_some((normal, w))
 }
 
-/// Whether a triangle was on the near side of the corner at the start, as it stood then: where it slides and turns, the point that
-/// touches in the end may have been behind a plane through the corner that was not there yet.
+/// Whether a triangle was in front of the corner at the start, with its normal there. When it
+/// slides and turns, its final contact point may lie behind a plane that the earlier normal did not
+/// define.
 fn was_in_front(corner: &Corner, start: [DVec3; 3], limits: &Limits) -> bool {
     let gap = at(start, point_triangle(corner.place, start)) - corner.place;
     facing(corner, start).is_some_and(|normal| normal.dot(gap) >= -limits.deep)
 }
 
-/// Whether the corner was at the start on the side of the triangle that `normal` leads away from at the base: seen from a body that a blow has
-/// turned by much in the stage, neither plane tells.
+/// Whether at the start the corner was on the side of the triangle away from which `normal` points
+/// at the base. Needed for a body that an impact turns by a large angle within the stage, for which
+/// neither plane is conclusive.
 fn was_on_that_side(corner: &Corner, normal: DVec3, [start, base]: [[DVec3; 3]; 2], limits: &Limits) -> bool {
     let upwards = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero();
     let away = if normal.dot(upwards(base)) < 0.0 { -upwards(start) } else { upwards(start) };
     away.dot(at(start, point_triangle(corner.place, start)) - corner.place) >= -limits.deep
 }
 
-/// The normal of a triangle that was far, and where it met.
+/// Normal of a triangle that is far from the corner at the base, and the weights at the time of
+/// impact; without an impact the normal at the end, if the triangle is close there.
 fn met_on_the_way(
     corner: &Corner,
     start: [DVec3; 3],
@@ -139,7 +150,8 @@ fn met_on_the_way(
     facing(corner, end).filter(|n| n.dot(gap) >= 0.0).map(|n| (n, None))
 }
 
-/// The normal of the triangle on whose far side the body lies.
+/// Normal of a triangle, directed away from the body; `None` if the body is on both sides of its
+/// plane.
 fn facing(corner: &Corner, [a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let normal = (b - a).cross(c - a).try_normalize()?;
     [normal, -normal].into_iter().find(|n| corner.faces(*n, SLACK))
@@ -149,7 +161,7 @@ pub(crate) fn at(x: [DVec3; 3], w: [f64; 3]) -> DVec3 {
     x[0] * w[0] + x[1] * w[1] + x[2] * w[2]
 }
 
-/// Weights of a point inside a triangle, brought inside if they are beyond by rounding; `None` further out.
+/// Barycentric weights clamped to the triangle if they exceed it by rounding; `None` otherwise.
 pub(crate) fn within(w: [f64; 3]) -> Option<[f64; 3]> {
     if w.iter().any(|x| x.is_nan() || *x < -BEYOND) {
         return None;

@@ -1,8 +1,8 @@
-//! Rows of two sheets that say the same.
+//! Removal of redundant constraints between two sheets.
 //!
-//! A mass over an edge or a corner of the other sheet's triangles is over all the triangles there, and where two masses meet each
-//! is over the other's. The constraints are one; more than one row for it costs the solver time, and leaves open how they share
-//! their force.
+//! A node over an edge or a corner of the other sheet's triangles is over all triangles there, and
+//! two coincident nodes are each over the other. These constraints are equivalent; duplicates cost
+//! solver time and leave the distribution of the force undetermined.
 
 use glam::DVec3;
 
@@ -10,14 +10,16 @@ use crate::collision::constraint::{Contact, SheetPoint, Side};
 use crate::collision::narrow_phase::feature_keys::{Kind, name};
 use crate::collision::narrow_phase::{Problem, SheetMotion};
 
-/// Cosine between normals above which two rows may be one.
+/// Cosine between normals above which two constraints may be equivalent.
 const ALIKE: f64 = 0.98;
-/// Distance between the points of two rows, as a fraction of the touching distance, below which they may be one.
+/// Distance between the points of two constraints, as a fraction of the contact offset, below which
+/// they may be equivalent.
 const SAME: f64 = 0.05;
-/// Weight of a mass above which the point is taken for it.
+/// Barycentric weight above which a point counts as the node.
 const MASS: f64 = 0.98;
 
-/// Removes from `rows`, which are sorted by their keys and of which each is there once, those that an earlier one says too.
+/// Remove from `rows` those equivalent to an earlier one. `rows` is sorted by unique keys; `keep`
+/// is a buffer.
 pub(crate) fn prune(problem: &Problem, rows: &mut Vec<Contact>, keep: &mut Vec<bool>) {
     keep.clear();
     keep.resize(rows.len(), true);
@@ -39,7 +41,7 @@ pub(crate) fn prune(problem: &Problem, rows: &mut Vec<Contact>, keep: &mut Vec<b
     rows.retain(|_| kept.next().is_none_or(|k| *k));
 }
 
-/// Of a row of a mass with a sheet, the sheet and the point on it.
+/// Sheet and point touched by the node of a constraint; `None` for other kinds of constraints.
 fn mass_on_sheet(row: &Contact) -> Option<(u32, SheetPoint)> {
     match (row.a, row.b) {
         (Side::Sheet { point, .. }, Side::Sheet { sheet, point: on }) if point.weights[0] == 1.0 => Some((sheet, on)),
@@ -59,7 +61,8 @@ fn same(problem: &Problem, row: &Contact, other: &Contact) -> bool {
     row.normal.dot(other.normal) > ALIKE && apart.is_some_and(|d| d < SAME * row.offset)
 }
 
-/// Whether row `i`, of a mass at a mass of `sheet`, is there the other way round, and that is the one to keep.
+/// Whether constraint `i`, of a node at a node of `sheet`, exists with both nodes exchanged and a
+/// lower key.
 fn is_told_by_other(
     problem: &Problem,
     rows: &[Contact],

@@ -277,7 +277,7 @@ fn outward(edge: &Edge, along: DVec3, side: &Facing) -> Option<DVec3> {
     if !side.allows(normal) {
         return None;
     }
-    // n = α m + β n', scaled by the sine of the angle between the face normals m and n'.
+    // normal = α m + β n; both coefficients below are scaled by the sine of the angle of m and n.
     let cosine = m.dot(n);
     let (a, b) = (normal.dot(m), normal.dot(n));
     let sine = (1.0 - cosine * cosine).max(1e-12).sqrt();

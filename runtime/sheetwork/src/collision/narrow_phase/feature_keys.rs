@@ -1,8 +1,8 @@
-//! Names of features: a kind, the sheet or body it belongs to, and its number there.
+//! Keys of features: the kind of feature, its sheet or body, and its index there.
 
 use crate::collision::constraint::Key;
 
-/// What a feature is.
+/// Kind of a feature.
 #[derive(Clone, Copy)]
 pub(crate) enum Kind {
     Mass = 1,
@@ -14,24 +14,24 @@ pub(crate) enum Kind {
     Ball,
 }
 
-/// The name of feature number `index` of the sheet or body `id`.
+/// Key of feature `index` of the sheet or body `id`.
 pub(crate) fn name(kind: Kind, id: u32, index: u32) -> u64 {
     (kind as u64) << 56 | u64::from(id & 0x00ff_ffff) << 32 | u64::from(index)
 }
 
-/// The sheet or body that the feature called `name` belongs to, as a number that is the same for all its features.
+/// Number of the sheet or body that owns a feature, equal for all its features.
 pub(crate) fn thing(name: u64) -> u64 {
     let is_sheet = name >> 56 <= Kind::Triangle as u64;
     (name >> 32 & 0x00ff_ffff) << 1 | u64::from(is_sheet)
 }
 
-/// Whether a contact of this name is of a mass and the surface of a body.
+/// Whether a constraint with this key joins a node to the surface of a body.
 pub(crate) fn is_of_surface(key: &Key) -> bool {
     let [of, on] = key.map(|name| name >> 56);
     of == Kind::Mass as u64 && (on == Kind::Face as u64 || on == Kind::Ball as u64)
 }
 
-/// Whether a contact of this name is of a ball.
+/// Whether a constraint with this key joins a feature to a ball.
 pub(crate) fn is_of_ball(key: &Key) -> bool {
     key[1] >> 56 == Kind::Ball as u64
 }

@@ -1,13 +1,17 @@
-//! Whether a sheet is a graph over a plane throughout a stage, and so cannot meet itself.
+//! Test whether a sheet is a height graph over a plane throughout a stage, which excludes
+//! self-contact.
 //!
-//! Project a surface of the shape of a disc along a direction m. Where every triangle keeps its side up (n·m > 0), and the border, seen
-//! along m, runs once around a point that it always has on its left, the projection is one to one: no two places of the surface are
-//! above each other (the argument of degree; P. Volino, N. Magnenat-Thalmann, "Efficient self-collision detection on smoothly
-//! discretized surface animations using geometrical shape regularity", Computer Graphics Forum 13, 1994). Masses move along straight
-//! lines, so that a triangle's area vector is A₀ (1-t)² + 2 A₁ t (1-t) + A₂ t², and keeps its side up if these three do.
+//! Project a disc-shaped surface along a direction m. If every triangle faces up (n·m > 0), and the
+//! border, seen along m, turns once around a point that stays on its left, the projection is one to
+//! one: no two points of the surface are above each other (argument of degree; P. Volino, N.
+//! Magnenat-Thalmann, "Efficient self-collision detection on smoothly discretized surface
+//! animations using geometrical shape regularity", Computer Graphics Forum 13, 1994). Nodes move
+//! along straight lines, so that the area vector of a triangle is A₀ (1-t)² + 2 A₁ t (1-t) + A₂ t²,
+//! and the triangle faces up throughout if these three vectors do.
 //!
-//! A triangle is asked to be within an angle of m whose cosine leaves room for the sheet's thickness: two walls of that slope are
-//! further apart than it a triangle away from where they meet.
+//! The angle between each triangle and m is bounded by a cosine that leaves space for the thickness
+//! of the sheet: two walls of that slope are farther apart than the thickness at a distance of one
+//! triangle from their common line.
 
 use std::f64::consts::TAU;
 
@@ -17,11 +21,13 @@ use crate::collision::collision_surface::Skin;
 use crate::collision::narrow_phase::SheetMotion;
 use crate::math::Vectors;
 
-/// Least cosine, and least cosine times height of a triangle over the distance at which the sheet touches.
+/// Minimum cosine between a triangle and the projection direction, and minimum cosine times height
+/// of a triangle over contact offset.
 const STEEPEST: f64 = 0.2;
 const ROOM: f64 = 3.0;
 
-/// Whether the sheet, if it is one rectangle, is such a graph; `height` is the least height of its triangles, m.
+/// Whether the sheet is a single rectangle and such a graph. `height` is the least height of its
+/// triangles, m.
 pub(crate) fn stays_graph(sheet: &SheetMotion, height: f64) -> bool {
     let (skin, start, end) = (sheet.skin, sheet.start, sheet.end);
     if !skin.is_rectangle() || start.len() != end.len() {
@@ -53,7 +59,7 @@ fn sides(x: &Vectors, masses: [u32; 3]) -> [DVec3; 2] {
     [b - a, c - a]
 }
 
-/// Whether the border, seen along `up`, runs once around its own middle.
+/// Whether the border, seen along `up`, turns once around its centroid.
 fn runs_around(skin: &Skin, x: &Vectors, up: DVec3) -> bool {
     let border = || skin.edges().iter().filter(|e| e.is_border());
     let (sum, count) = border().fold((DVec3::ZERO, 0), |(sum, n), e| (sum + x.get(e.masses[0] as usize), n + 1));
@@ -62,7 +68,7 @@ fn runs_around(skin: &Skin, x: &Vectors, up: DVec3) -> bool {
     for edge in border() {
         let masses = skin.triangles()[edge.triangles[0] as usize].masses;
         let [a, b] = edge.masses;
-        // As its triangle has it: with the surface on its left.
+        // Orientation of the edge in its triangle, with the surface on the left.
         let forward = (0..3).any(|k| masses[k] == a && masses[(k + 1) % 3] == b);
         let [p, q] = if forward { [a, b] } else { [b, a] }.map(|m| {
             let arm = x.get(m as usize) - middle;

@@ -1,6 +1,8 @@
-//! Sheets against one another: which meet in a stage, and the rows of those that do, on as many threads as there are.
+//! Detection between two sheets: candidate pairs of a stage and their contact constraints, in
+//! parallel.
 //!
-//! Every pair of sheets writes rows of its own, which are joined in the order of the pairs: threads change nothing.
+//! Each pair of sheets writes its own constraints, which are joined in the order of the pairs. The
+//! result is independent of the number of threads.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,37 +12,39 @@ use crate::collision::constraint::Contact;
 use crate::collision::narrow_phase::triangle_pairs::{Couple, Party};
 use crate::collision::narrow_phase::{DEEP, Limits, Pair, Problem, SheetMotion};
 
-/// Pairs of sheets that one thread takes at a time.
+/// Pairs of sheets per parallel task.
 const AT_A_TIME: usize = 4;
 
-/// Sheets that go through one another do so when one is moved by this part of what keeps them apart, either way; what only touches does not. And no
-/// mass lies in a triangle of the other then, nor an edge in an edge, as where two are put in one place.
+/// Shift, as a fraction of the contact offset, by which one sheet is moved to test
+/// interpenetration. Two sheets interpenetrate if they intersect with the shift in either
+/// direction; sheets that only touch do not. The unequal components keep nodes off triangles and
+/// edges off edges of a sheet that is created in the same place.
 const ASIDE: DVec3 = DVec3::new(4.8e-4, 6.1e-4, 6.3e-4);
 
-/// Two sheets that meet, by their place in the problem.
+/// Two sheets whose swept boxes overlap, by indices of the detection input.
 #[derive(Clone, Copy)]
 struct Meeting {
     pair: (u32, u32),
-    /// What the second sweeps, with room for both.
+    /// Swept box of the second sheet, grown by both contact offsets and the margin.
     around: Cuboid,
     /// Friction and restitution coefficient.
     coefficients: (f64, f64),
 }
 
-/// Rows that some meetings gave.
+/// Constraints and counts of one parallel task.
 #[derive(Default)]
 struct Share {
     rows: Vec<Contact>,
     seen: Seen,
 }
 
-/// What looking at some pairs of sheets has come to.
+/// Result of testing some pairs of sheets.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
-    /// Pairs of boxes and of triangles looked at.
+    /// Number of box pairs and of triangle pairs tested.
     pub boxes: u64,
     pub tests: u64,
-    /// Whether two sheets go through one another at the end that did not at the start.
+    /// Whether two sheets interpenetrate at the end and did not at the start.
     pub cut: bool,
 }
 
@@ -50,22 +54,23 @@ impl Seen {
     }
 }
 
-/// What is kept from call to call.
+/// Detector of sheet-sheet contact with buffers reused between calls.
 #[derive(Default)]
 pub(crate) struct Between {
-    /// Pairs of sheets that may meet in this step.
+    /// Candidate pairs of sheets of this step.
     pub near: Vec<(u32, u32)>,
-    /// What every sheet sweeps, as seen from their mean motion.
+    /// Swept box of each sheet, relative to the mean motion of all.
     swept: Vec<Cuboid>,
     meetings: Vec<Meeting>,
-    /// Whether a sheet is in one of them.
+    /// Whether a sheet is part of a candidate pair.
     meets: Vec<bool>,
     shares: Vec<Share>,
 }
 
 impl Between {
-    /// Adds the rows of all sheets that meet nearer than `margin` (m) to `rows`, on threads if `parallel`. Where what `crosses` is looked for,
-    /// ridges at the end count too, and sheets that go through one another.
+    /// Add the constraints of all pairs of sheets nearer than contact offset plus `margin` (m) to
+    /// `rows`, in parallel if the first flag is set. With the second flag, edges that stand out at
+    /// the end are tested too, and interpenetration is detected.
     pub fn find(
         &mut self,
         problem: &Problem,
@@ -121,8 +126,8 @@ impl Between {
         shares.iter().fold(all, |seen, share| seen.and(share.seen))
     }
 
-    /// Leaves out the pairs of sheets that go through one another at the start, as far as `is_in_doubt` asks for one of the two, and writes
-    /// them to `crossing`.
+    /// Remove the pairs that interpenetrate at the start and of which at least one sheet satisfies
+    /// `is_in_doubt`. Their indices are appended to `crossing`.
     pub fn leave_out_crossing(
         &mut self,
         problem: &Problem,
@@ -157,7 +162,7 @@ impl Between {
         });
     }
 
-    /// Which sheets sweep what others do.
+    /// Find the pairs of sheets whose swept boxes overlap.
     fn meet(&mut self, problem: &Problem, margin: f64, drift: &Drift) {
         let sheets = problem.sheets;
         self.swept.clear();
@@ -178,12 +183,13 @@ impl Between {
     }
 }
 
-/// What boxes of a sheet that may meet another within `margin` are grown by, m: each does half of that.
+/// Distance (m) by which the boxes of a sheet are grown: its contact offset plus half the margin,
+/// since both sheets of a pair contribute.
 pub(crate) fn half_room(sheet: &SheetMotion, margin: f64) -> f64 {
     sheet.skin.offset() + 0.5 * margin
 }
 
-/// Two sheets of a problem, or one twice.
+/// Two sheets of the detection input, or one twice.
 pub(crate) fn couple<'a>(
     sheets: &'a [SheetMotion<'a>],
     trees: &'a [SkinTree],
@@ -197,7 +203,8 @@ pub(crate) fn couple<'a>(
     };
     let (a, b) = (party(s)?, party(t)?);
     let offset = a.sheet.skin.offset() + b.sheet.skin.offset();
-    // Two sheets that lie within each other are on no certain side: as two that are made in one place.
+    // The overlap limit is at most half the offset: sheets created in the same place have no
+    // defined side.
     let limits = Limits { offset, margin, deep: DEEP.min(0.5 * offset) };
     Some(Couple { a, b, limits, coefficients })
 }

@@ -1,14 +1,18 @@
-//! Balls on the triangles of a sheet, exactly: a triangle touches a ball at its point closest to the centre c, along
-//! n = (x - c)/|x - c|, when |x - c| is the radius and the offset.
+//! Balls on the triangles of a sheet, without tessellation.
 //!
-//! Of a triangle that comes from afar the time at which it meets the ball is found by conservative advancement: with L no
-//! less than the fastest of its masses the distance falls by no more than L dt, so that a step of (d - r)/L passes nothing
-//! (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996, 2.3).
+//! A triangle touches a ball of centre c at its point x closest to c, along n = (x - c)/|x - c|,
+//! when
+//! |x - c| equals radius plus contact offset. The time of impact of a triangle that approaches from
+//! afar is found by conservative advancement: with L at least the speed of its fastest node, the
+//! distance d falls by at most L dt, so that a step of (d - r)/L cannot miss an impact (Mirtich,
+//! Impulse-based dynamic simulation of rigid body systems, 1996, 2.3).
 //!
-//! It then counts only if c is in the region of the feature that it meets: a triangle of a flat sheet ahead of a ball that goes
-//! along it comes near with its side or its corner first, along a normal that leans against the ball, while the ball is over another.
+//! The impact counts only if c lies in the Voronoi region of the touched feature. A triangle of a
+//! flat sheet ahead of a ball that moves along the sheet would otherwise be touched at an edge or
+//! corner, along a normal that opposes the ball, while the ball is over another triangle.
 //!
-//! All of it is seen from c in axes that do not turn: what rolls turns under a place that touches, and does not take it along.
+//! Positions are relative to c in axes that do not rotate with the ball: a rolling ball turns under
+//! the touched place and does not carry it along. Lengths in m.
 
 use glam::DVec3;
 
@@ -21,31 +25,33 @@ use crate::collision::narrow_phase::corner_triangle::at;
 use crate::collision::narrow_phase::edge_edge::SLIPS;
 use crate::collision::narrow_phase::feature_keys::Kind;
 
-/// Steps of the advancement; each takes off most of the distance.
+/// Maximum number of steps of conservative advancement; each removes most of the distance.
 const ROUNDS: usize = 40;
 
-/// Cosine of the angle within which the direction at the end is the one at the base, only later.
+/// Cosine within which the direction at the end counts as that at the base.
 const SAME_SIDE: f64 = 0.8;
 
-/// What is no further from touching rests on the ball, m.
+/// Distance (m) from contact within which the triangle rests on the ball.
 const RESTS: f64 = 2e-5;
 
-/// Part of a distance by which another is less that is: rounding.
+/// Relative tolerance of comparisons of distances: rounding.
 const LESS: f64 = 1e-9;
 
-/// Most triangles looked at around a mass.
+/// Maximum number of triangles visited around a node.
 const FAN: usize = 64;
 
-/// What each triangle near a ball says of its own features, kept from call to call.
+/// Distances of the features of triangles near a ball, with buffers reused between calls.
 #[derive(Default)]
 pub(crate) struct Nearest {
-    /// Distance from the centre of what each row is of, m, where things were near before they moved.
+    /// Distance of each constraint's feature from the centre, m; `None` if the triangle was far at
+    /// the base.
     rows: Vec<Option<f64>>,
-    /// Names of features of a triangle that has something nearer, and the distance of that.
+    /// Keys of features whose triangle has a nearer one, and the distance of that.
     surpassed: Vec<(u64, f64)>,
 }
 
-/// Rows of a ball with this centre and radius; returns how many triangles were looked at.
+/// Add the constraints of a ball with this centre and radius. Return the number of triangles
+/// tested.
 pub(crate) fn ball(
     meeting: &Meeting,
     local: &Local,
@@ -91,7 +97,7 @@ pub(crate) fn ball(
 }
 
 impl Nearest {
-    /// Notes that `of` is what a triangle has nearest, at `distance` (m).
+    /// Record that `of` is the nearest feature of a triangle, at `distance` (m).
     fn note(&mut self, meeting: &Meeting, triangle: &SkinTriangle, of: u64, distance: Option<f64>) {
         self.rows.push(distance);
         let masses = triangle.masses.map(|i| meeting.sheet_feature(Kind::Mass, i));
@@ -102,9 +108,10 @@ impl Nearest {
         }
     }
 
-    /// Leaves out of the rows from number `first` on those of an edge or a mass to which a triangle that it belongs to has something
-    /// nearer. A surface touches a ball where it is nearest to it on all sides; beside that place such a row says the same with a normal
-    /// that leans away from it, and where a ball rolls off, would push it on for as long as accuracy lets it.
+    /// Remove, from index `first` on, the constraints of an edge or a node that belongs to a
+    /// triangle with a nearer feature. A surface touches a ball where its distance is a local
+    /// minimum; another constraint beside that place would have a normal that leans away, and would
+    /// push a ball that rolls off.
     fn leave_out_surpassed(&mut self, first: usize, rows: &mut Vec<Contact>) {
         self.surpassed.sort_unstable_by(|p, q| p.0.cmp(&q.0).then(p.1.total_cmp(&q.1)));
         let least = |feature: u64| {
@@ -124,20 +131,20 @@ impl Nearest {
     }
 }
 
-/// Where a triangle touches a ball.
+/// Contact of a triangle with a ball.
 struct Touch {
-    /// In the axes of the places.
+    /// Unit normal in the axes of the positions.
     normal: DVec3,
     weights: [f64; 3],
     /// Distance of the point from the centre, m.
     distance: f64,
-    /// Whether it was near before it moved.
+    /// Whether the triangle was near the ball at the base.
     near: bool,
-    /// The part of its way at which it is like that; none for where it was at the base.
+    /// Fraction of the motion at which the contact is evaluated; `None` for the base.
     seen: Option<f64>,
 }
 
-/// The point of a triangle that is closest to the origin, and its weights.
+/// Point of a triangle closest to the origin, and its barycentric weights.
 fn closest(x: [DVec3; 3]) -> (DVec3, [f64; 3]) {
     let w = point_triangle(DVec3::ZERO, x);
     (at(x, w), w)
@@ -147,7 +154,7 @@ fn between(start: [DVec3; 3], end: [DVec3; 3], time: f64) -> [DVec3; 3] {
     [0, 1, 2].map(|i: usize| start[i].lerp(end[i], time))
 }
 
-/// Whether `is` is true of a triangle that shares the feature of triangle number `t` that is touched.
+/// Whether `is` holds for any triangle that shares the touched feature of triangle `t`.
 fn around(meeting: &Meeting, t: u32, (kind, index): (Kind, u32), mut is: impl FnMut(u32) -> bool) -> bool {
     let (triangles, edges) = (meeting.skin.triangles(), meeting.skin.edges());
     let across = |edge: u32, from: u32| {
@@ -158,7 +165,8 @@ fn around(meeting: &Meeting, t: u32, (kind, index): (Kind, u32), mut is: impl Fn
         Kind::SheetEdge => across(index, t).is_some_and(is),
         Kind::Mass => {
             let sides = triangles[t as usize].edges.into_iter().filter(|e| edges[*e as usize].masses.contains(&index));
-            // From one side around the mass, and from the other where the border ended that.
+            // Go around the node from one side, and from the other side if the border stopped the
+            // first pass.
             for first in sides {
                 let (mut from, mut through) = (t, first);
                 for _ in 0..FAN {
@@ -182,7 +190,8 @@ fn around(meeting: &Meeting, t: u32, (kind, index): (Kind, u32), mut is: impl Fn
     }
 }
 
-/// How a triangle that moves past the origin touches a ball there: as it is at the end, and, where something else is nearer then, as it came.
+/// Contacts of a triangle that moves past a ball at the origin: that at the end, and, as an
+/// alternative if another feature is nearer then, that at arrival.
 fn touches([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) -> [Option<Touch>; 2] {
     let touching = radius + meeting.offset;
     let (there, there_weights) = closest(base);
@@ -200,10 +209,10 @@ fn touches([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) 
     let Some(arrived) = arrived else { return [None, None] };
     let (last, weights) = closest(end);
     let distance = last.length();
-    // A round of contact before this one knows better where the triangle will be than its motion without contact does.
+    // A base accepted by the contact solver predicts the position better than the free motion.
     let first = base == start;
-    // A sheet under strain goes far into the ball without contact, and is nearest to its centre elsewhere there: what rests is held where it
-    // rests, and finds again the force that it had there.
+    // A stretched sheet moves deep into the ball in free motion, where another point is closest. A
+    // resting contact keeps its point, so that its force is found in the contact cache.
     let slid = || (at(end, there_weights) - there).reject_from(there).length();
     let rests = there.length() - touching < RESTS && slid() < SLIPS;
     let normal = last.normalize_or_zero();
@@ -216,7 +225,7 @@ fn touches([start, base, end]: [[DVec3; 3]; 3], radius: f64, meeting: &Meeting) 
     [at_end, Some(arrived).filter(closes)]
 }
 
-/// When a triangle comes as near to the origin as `reach` (m) on its way.
+/// Fraction of the motion at which the distance of a triangle from the origin falls to `reach` (m).
 fn arrival(start: [DVec3; 3], end: [DVec3; 3], reach: f64) -> Option<f64> {
     let speed = (0..3).map(|i| start[i].distance(end[i])).fold(0.0, f64::max);
     let mut time = 0.0;
@@ -233,7 +242,8 @@ fn arrival(start: [DVec3; 3], end: [DVec3; 3], reach: f64) -> Option<f64> {
     Some(time)
 }
 
-/// What the weights say is touched: triangles that share a mass or an edge then make one row of it.
+/// Feature that the weights identify. Triangles that share a node or an edge then produce equal
+/// keys.
 fn closest_feature(triangle: &SkinTriangle, number: u32, w: [f64; 3]) -> (Kind, u32) {
     match w.map(|x| x == 0.0) {
         [true, true, _] => (Kind::Mass, triangle.masses[2]),

@@ -112,7 +112,7 @@ impl Party<'_> {
         [self.sheet.base, self.sheet.end].map(|x| x.get(mass))
     }
 
-    /// Whether the border `edge` lies between the sheet and a point, at the base or at the end.
+    /// Whether a point lies beyond the border `edge` of the sheet, at the base or at the end.
     fn ends_before(&self, edge: &SkinEdge, place: [DVec3; 2]) -> bool {
         let Some(triangle) = edge.triangles.into_iter().find(|t| *t != NONE).filter(|_| edge.is_border()) else {
             return false;

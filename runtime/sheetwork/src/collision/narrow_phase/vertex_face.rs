@@ -1,10 +1,12 @@
-//! Masses on the faces of a body.
+//! Nodes on the faces of a body.
 //!
-//! Seen from the body, a mass goes from a to b on a straight line. With d_k its distance from plane k beyond the offset, it
-//! is inside a convex solid where all d_k < 0. Of the faces that it was in front of, it has come in through the one whose
-//! plane it passed last (the line clipped by slabs: Cyrus and Beck, Generalized two- and three-dimensional clipping, 1978).
-//! Near a rim two faces may pass for that: then it is the one that the sheet lies along, since a sheet that lies on a face
-//! and slides must not catch on the next one, nor one that hangs beside a body be lifted to its top.
+//! In the frame of the body a node moves from a to b on a straight line. With d_k its distance from
+//! plane k minus the contact offset, the node is inside a convex solid if all d_k < 0. It entered
+//! through the face whose plane it crossed last, among those in front of which it began (clipping
+//! of a line by slabs: Cyrus and Beck, Generalized two- and three-dimensional clipping, 1978). Near
+//! a rim two faces may qualify; the one parallel to the sheet is chosen, because a sheet that
+//! slides on a face must not catch on the next face, and one that hangs beside a body must not be
+//! lifted to its top. Lengths in m.
 
 use glam::DVec3;
 
@@ -15,23 +17,24 @@ use crate::collision::narrow_phase::Limits;
 use crate::collision::narrow_phase::body_frame::{Local, Meeting};
 use crate::collision::narrow_phase::feature_keys::Kind;
 
-/// Distance from a rim up to which either face may be the one, m.
+/// Distance (m) from a rim within which either adjacent face may be chosen.
 const RIM: f64 = 5e-5;
 
-/// How far below its plane a mass may pass a rim and still lie on the face that the sheet lies along, m: what a resting
-/// sheet falls freely in a long step.
+/// Depth (m) below its plane at which a node may pass a rim and still belong to the face parallel
+/// to the sheet: the free fall of a resting sheet in a long step.
 const FALL: f64 = 2e-3;
 
-/// Cosine of the angle below which two faces make a ridge: a mass that comes over it is below the planes of both, and in neither.
+/// Cosine below which two faces form a ridge: a node that passes over it is below the planes of
+/// both and crosses neither face.
 const SHARP: f64 = -0.1;
 
-/// Cosine of the angle above which two faces go over into each other smoothly.
+/// Cosine above which two faces are joined smoothly.
 const SMOOTH: f64 = 0.7;
 
-/// A mass that cuts off a corner no deeper than this, m, has not passed through the body.
+/// Depth (m) up to which a node that cuts across a corner has not passed through the body.
 pub(crate) const GRAZE: f64 = 1e-3;
 
-/// Rows of all masses against a half space.
+/// Add the constraints of all nodes with a half space.
 pub(crate) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: &mut Vec<Contact>) {
     for (i, p) in local.end.iter().enumerate().filter(|(i, _)| !meeting.skin.is_gone(*i)) {
         let height = normal.dot(*p);
@@ -43,7 +46,7 @@ pub(crate) fn half_space(meeting: &Meeting, local: &Local, normal: DVec3, rows: 
     }
 }
 
-/// Rows of all masses against a surface of faces; returns how many were looked at.
+/// Add the constraints of all nodes with a surface of faces. Return the number of nodes tested.
 pub(crate) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mesh, rows: &mut Vec<Contact>) -> u64 {
     let limits = meeting.limits(mesh.thinness());
     let (low, high) = mesh.bounds();
@@ -59,12 +62,12 @@ pub(crate) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
         tests += 1;
         let first = a;
         let a = if few { last_outside(mesh, a, local.base[i], &limits) } else { a };
-        // Asked for at rims only.
+        // Evaluated at rims only.
         let lies = || meeting.at_base(tree.mass_normal(i));
         let face = |a, b| {
             if few { entered(mesh, a, b, &lies, &limits) } else { entered_by_query(mesh, a, b, &lies, &limits) }
         };
-        // What would stay clear without contact, contact elsewhere may have pushed in.
+        // A node that stays clear in free motion may have been pushed in by another contact.
         let pushed = || Some(put).filter(|p| *p != b).and_then(|p| face(first, p));
         let Some(index) = face(a, b).or_else(pushed) else { continue };
         let face = &mesh.faces()[index as usize];
@@ -75,14 +78,14 @@ pub(crate) fn mesh(meeting: &Meeting, local: &Local, tree: &SkinTree, mesh: &Mes
     tests
 }
 
-/// Where the way into a convex solid begins: at the base if that is outside, for the mass may have gone around a rim since
-/// the start; else, and where the mass has gone through to there, at the start.
+/// Start of the path into a convex solid: the base if it is outside, since the node may have passed
+/// around a rim; otherwise, and if the path to the base leads through the solid, the start.
 fn last_outside(mesh: &Mesh, start: DVec3, base: DVec3, limits: &Limits) -> DVec3 {
     let outside = start != base && mesh.faces().iter().any(|f| f.height(base) - limits.offset >= -limits.deep);
     if outside && !has_passed(mesh, start, base, limits) { base } else { start }
 }
 
-/// Whether the way from `a` to `b`, both outside, leads through a convex solid.
+/// Whether the path from `a` to `b`, both outside, leads through a convex solid.
 fn has_passed(mesh: &Mesh, a: DVec3, b: DVec3, limits: &Limits) -> bool {
     let (mut enters, mut leaves) = ((0, 0.0_f64), (0, 1.0_f64));
     for (k, face) in mesh.faces().iter().enumerate() {
@@ -100,8 +103,8 @@ fn has_passed(mesh: &Mesh, a: DVec3, b: DVec3, limits: &Limits) -> bool {
     enters.1 > 0.0 && leaves.1 < 1.0 && passed(mesh, a, b, enters, leaves, limits)
 }
 
-/// The face of a convex solid that a mass going from `a` to `b` has come in through or is near; `lies` is the normal of the
-/// sheet there.
+/// Face of a convex solid through which a node moving from `a` to `b` has entered, or near which it
+/// is. `lies` returns the surface normal of the sheet there.
 fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
     let faces = mesh.faces();
     let ends = |k: usize| (faces[k].height(a) - limits.offset, faces[k].height(b) - limits.offset);
@@ -115,7 +118,7 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
         if d1 > limits.margin && d0 > 0.0 {
             return None;
         }
-        // Nearly level, the time of passing is noise.
+        // For motion nearly parallel to the plane the crossing time is rounding noise.
         let t = if d0 - d1 > 1e-12 { (d0 / (d0 - d1)).max(0.0) } else { 0.0 };
         if d0 >= -limits.deep && (t > time || (t == time && last.is_some_and(|j| d1 > ends(j).1))) {
             (last, time) = (Some(k), t);
@@ -133,7 +136,7 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
     if furthest > 0.0 {
         return last.filter(|k| passed(mesh, a, b, (*k, time), out, limits)).map(|k| k as u32);
     }
-    // One that was inside before is let out the shortest way.
+    // A node that began inside leaves along the shortest way.
     let Some(last) = last else { return shallowest(mesh, a).map(|k| k as u32) };
     let time = time.min(1.0);
     let chosen = along(mesh, last, lies, |k| {
@@ -151,7 +154,7 @@ fn entered(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &L
     Some(settled(mesh, chosen, b) as u32)
 }
 
-/// Whether the way through a solid is more than a graze of a corner.
+/// Whether the path through a solid is deeper than a graze of a corner.
 fn passed(
     mesh: &Mesh,
     a: DVec3,
@@ -169,7 +172,8 @@ fn passed(
     depth > GRAZE || (depth > 0.0 && faces[k].normal.dot(faces[j].normal) < -0.1)
 }
 
-/// Of face `first` and those at a sharp angle to it that `allowed` lets pass, the one that the sheet lies along.
+/// Face most nearly parallel to the sheet, among `first` and the faces at a sharp angle to it that
+/// satisfy `allowed`.
 fn along(mesh: &Mesh, first: usize, lies: &dyn Fn() -> DVec3, allowed: impl Fn(usize) -> bool) -> usize {
     let faces = mesh.faces();
     let (mut best, mut most) = (first, 0.0);
@@ -186,7 +190,7 @@ fn along(mesh: &Mesh, first: usize, lies: &dyn Fn() -> DVec3, allowed: impl Fn(u
     best
 }
 
-/// Of face `first` and those it goes over into smoothly, the one that `b` is least behind.
+/// Face with the least penetration of `b`, among `first` and the faces smoothly joined to it.
 fn settled(mesh: &Mesh, first: usize, b: DVec3) -> usize {
     let faces = mesh.faces();
     let (mut best, mut height) = (first, faces[first].height(b));
@@ -203,7 +207,8 @@ fn shallowest(mesh: &Mesh, p: DVec3) -> Option<usize> {
     heights.max_by(|x, y| x.1.total_cmp(&y.1)).map(|x| x.0)
 }
 
-/// The same for surfaces that are not convex or have many faces, by distance and ray queries.
+/// Face that a node has entered or is near, by distance and ray queries, for surfaces that are not
+/// convex or have many faces.
 fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, limits: &Limits) -> Option<u32> {
     let faces = mesh.faces();
     let travel = a.distance(b);
@@ -214,10 +219,10 @@ fn entered_by_query(mesh: &Mesh, a: DVec3, b: DVec3, lies: &dyn Fn() -> DVec3, l
     let came_in_front = face.height(a) >= -limits.deep.min(0.5 * limits.offset + RIM);
     if !near.inside {
         if b.distance(near.point) > reach {
-            // Nearest to the end is not what lies on the way.
+            // The nearest face to the end need not be the one on the path.
             return (travel > b.distance(near.point)).then(ray).flatten().filter(|k| *k != near.face || !came_in_front);
         }
-        // Beside a rim the edges and corners of the body say what is met.
+        // Beside a rim the edges and corners of the body determine the contact.
         let over = face.height(b) >= 0.9 * b.distance(near.point);
         return (came_in_front && over).then_some(near.face);
     }

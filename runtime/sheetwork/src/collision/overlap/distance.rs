@@ -1,8 +1,9 @@
-//! Distances between points, segments and triangles, m (Ericson, Real-Time Collision Detection, 2005, 5.1.5 and 5.1.9).
+//! Distances between points, segments and triangles, m (Ericson, Real-Time Collision Detection,
+//! 2005, 5.1.5 and 5.1.9).
 
 use glam::DVec3;
 
-/// Distance from `p` to a triangle.
+/// Distance from `p` to a triangle, m.
 pub fn point_triangle(p: DVec3, [a, b, c]: [DVec3; 3]) -> f64 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let normal = ab.cross(ac);
@@ -25,7 +26,7 @@ fn point_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     p.distance(a + d * s)
 }
 
-/// Distance between two segments.
+/// Distance between two segments, m.
 pub fn segments([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> f64 {
     let ends = point_segment(a, c, d).min(point_segment(b, c, d));
     let ends = ends.min(point_segment(c, a, b)).min(point_segment(d, a, b));
@@ -40,7 +41,7 @@ pub fn segments([a, b]: [DVec3; 2], [c, d]: [DVec3; 2]) -> f64 {
     if (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t) { (w + u * s - v * t).length() } else { ends }
 }
 
-/// Distance between two triangles; 0 where they cross.
+/// Distance between two triangles, m; 0 if they intersect.
 pub fn triangles(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     let edges = |t: &[DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
     if edges(p).into_iter().any(|e| pierces(e, q)) || edges(q).into_iter().any(|e| pierces(e, p)) {
@@ -51,7 +52,7 @@ pub fn triangles(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     points.chain(pairs).fold(f64::INFINITY, f64::min)
 }
 
-/// Whether a segment crosses a triangle.
+/// Whether a segment pierces a triangle.
 pub fn pierces([a, b]: [DVec3; 2], [p, q, r]: &[DVec3; 3]) -> bool {
     let normal = (*q - *p).cross(*r - *p);
     let (before, after) = ((a - *p).dot(normal), (b - *p).dot(normal));

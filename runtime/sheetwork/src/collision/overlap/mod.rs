@@ -1,7 +1,9 @@
-//! How deep sheets are in bodies and in each other: the surface as triangles between masses, with its half thickness on either side.
+//! Overlap of sheets with bodies and with each other, for the test rigs.
 //!
-//! A sheet of one layer that follows its material is as thick as its material says. Other lattices touch at their masses. The
-//! penetration of a pair is what their solids overlap by, thickness included, m: a sheet that lies on a body as it should has 0.
+//! The solid of a sheet is its surface of triangles between nodes, with half a thickness on either
+//! side: that of the material for a single layer with the stiffness of the material, otherwise the
+//! minimum contact offset. The overlap of a pair is that of the two solids, m: a sheet that rests
+//! on a body has overlap 0.
 
 pub(crate) mod distance;
 pub(crate) mod sheets;
@@ -11,16 +13,16 @@ use glam::{DQuat, DVec3};
 
 pub use crate::collision::overlap::sheets::{between, pairs};
 pub use crate::collision::overlap::solid::Solid;
-use crate::contact::SKIN;
 use crate::math::Vectors;
+use crate::scene::contact::SKIN;
 use crate::sheet::Sheet;
 
-/// Distance from a sheet's masses at which it touches, m.
+/// Distance from the nodes of a sheet at which it touches, m.
 pub fn half_thickness(sheet: &Sheet) -> f64 {
     if sheet.layers.len() == 1 && sheet.follows_material() { 0.5 * sheet.material().thickness } else { SKIN }
 }
 
-/// The outer surfaces of a sheet as triangles between its masses.
+/// Outer surfaces of a sheet as triangles between its nodes.
 pub fn faces(sheet: &Sheet) -> Vec<[u32; 3]> {
     if let Some(triangles) = &sheet.triangles {
         return triangles.clone();
@@ -29,29 +31,29 @@ pub fn faces(sheet: &Sheet) -> Vec<[u32; 3]> {
     outer.flat_map(crate::mesh::structure::Layer::triangles).collect()
 }
 
-/// Corners of a triangle between masses.
+/// Corners of a triangle, m.
 pub fn corners(x: &Vectors, triangle: &[u32; 3]) -> [DVec3; 3] {
     triangle.map(|i| x.get(i as usize))
 }
 
-/// Place and turn of a body.
+/// Position and rotation of a body.
 #[derive(Clone, Copy)]
 pub struct Frame {
-    /// Where its origin is, m.
+    /// Position of the origin, m.
     pub position: DVec3,
-    /// How it is turned.
+    /// Rotation from the frame of the body to the world.
     pub rotation: DQuat,
 }
 
 impl Frame {
-    /// A point of the world in the body's frame.
+    /// A world point in the frame of the body, m.
     pub fn local(&self, p: DVec3) -> DVec3 {
         self.rotation.inverse() * (p - self.position)
     }
 }
 
-/// Overlap of the deepest mass and of the deepest place of the whole surface with a body, m; negative where all are further than the
-/// half thickness.
+/// Overlap (m) of the deepest node, and of the deepest point of the whole surface, with a body;
+/// negative if they are farther away than the half thickness.
 pub fn with_body(sheet: &Sheet, faces: &[[u32; 3]], solid: &Solid, frame: &Frame) -> (f64, f64) {
     let half = half_thickness(sheet);
     let local: Vec<DVec3> = sheet.x.iter().map(|p| frame.local(p)).collect();

@@ -1,11 +1,11 @@
-//! Overlap of two sheets: how much closer than the sum of their half thicknesses their surfaces come, m.
+//! Overlap of two sheets: sum of their half thicknesses minus the distance of their surfaces, m.
 
 use glam::DVec3;
 
 use crate::collision::overlap::{corners, distance, faces, half_thickness};
 use crate::sheet::Sheet;
 
-/// A triangle with the box around it.
+/// A triangle with its bounding box.
 struct Boxed {
     corners: [DVec3; 3],
     low: DVec3,
@@ -21,12 +21,13 @@ fn boxed(sheet: &Sheet) -> Vec<Boxed> {
     faces(sheet).iter().map(of).collect()
 }
 
-/// Overlap of every two sheets, the largest, m; 0 where none touch. Surfaces that cross overlap by the sum of their half thicknesses.
+/// Largest overlap (m) of any two sheets; 0 if none touch. Surfaces that intersect overlap by the
+/// sum of their half thicknesses.
 pub fn between(sheets: &[Sheet]) -> f64 {
     pairs(sheets, 0.0).into_iter().map(|(_, _, overlap)| overlap).fold(0.0, f64::max)
 }
 
-/// Numbers and overlap (m) of every two sheets that are closer than `slack` (m) to touching.
+/// Indices and overlap (m) of all pairs of sheets nearer than `slack` (m) to contact.
 pub fn pairs(sheets: &[Sheet], slack: f64) -> Vec<(usize, usize, f64)> {
     let surfaces: Vec<Vec<Boxed>> = sheets.iter().map(boxed).collect();
     let mut found = Vec::new();
@@ -51,7 +52,7 @@ fn apart(a: (DVec3, DVec3), b: (DVec3, DVec3), by: f64) -> bool {
     (a.0 - b.1).max(b.0 - a.1).max_element() > by
 }
 
-/// Distance of two surfaces where it is below `reach`, else `reach`.
+/// Distance of two surfaces (m) if it is below `reach`, otherwise `reach`.
 fn closest(a: &[Boxed], b: &[Boxed], reach: f64) -> f64 {
     let mut least = reach;
     for s in a {

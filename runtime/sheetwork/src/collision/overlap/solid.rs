@@ -1,10 +1,12 @@
-//! How deep the surface of a sheet is in a simple convex body, exactly: the rigs' own measure, so that contact is not judged
-//! by what it does itself.
+//! Exact overlap of a triangle of a sheet with a simple convex body, as a measure independent of
+//! contact.
 //!
-//! The overlap of a triangle and a convex body is the shortest way that separates them; for polyhedra that way is along a face
-//! normal of the body, the triangle's own normal, or the cross product of two edges (Gottschalk, Lin and Manocha, OBBTree, 1996,
-//! for boxes; the same axes serve any two convex polyhedra). Where they are apart it is minus their distance. So a needle's tip
-//! that shows through a sheet counts by how far it stands out, however slender it is. Lengths in m.
+//! The overlap of a triangle and a convex body is the length of the shortest separating
+//! translation. For polyhedra its direction is a face normal of the body, the normal of the
+//! triangle, or the cross product of two edges (Gottschalk, Lin and Manocha, OBBTree, 1996, for
+//! boxes; the same axes suffice for any two convex polyhedra). For separate solids it is the
+//! negative distance. The tip of a needle that pierces a sheet counts by the length that stands
+//! out, however slender the needle is. Lengths in m.
 
 use glam::DVec3;
 
@@ -13,15 +15,15 @@ use crate::scene::{Polyhedron, Shape};
 
 /// A convex body in its own frame.
 pub enum Solid {
-    /// Everything below y = 0.
+    /// The half space y < 0.
     HalfSpace,
-    /// A ball of this radius about the origin.
+    /// A ball of this radius about the origin, m.
     Ball(f64),
-    /// A polyhedron.
+    /// A convex polyhedron.
     Convex(Convex),
 }
 
-/// A convex polyhedron: its faces' planes n·p = d, its corners, its edges, its faces as triangles.
+/// A convex polyhedron: face planes n·p = d, corners, edges, and faces as triangles.
 pub struct Convex {
     planes: Vec<(DVec3, f64)>,
     corners: Vec<DVec3>,
@@ -30,7 +32,7 @@ pub struct Convex {
 }
 
 impl Solid {
-    /// The solid of a scene's shape; `None` for what is read from a file.
+    /// Solid of a scene's shape; `None` for shapes read from a file.
     pub fn of(shape: &Shape) -> Option<Self> {
         match shape {
             Shape::HalfSpace => Some(Self::HalfSpace),
@@ -41,7 +43,7 @@ impl Solid {
         }
     }
 
-    /// Depth of a point in it, m; outside minus its distance.
+    /// Depth of a point, m; the negative distance outside.
     pub fn depth(&self, p: DVec3) -> f64 {
         match self {
             Self::HalfSpace => -p.y,
@@ -50,10 +52,11 @@ impl Solid {
         }
     }
 
-    /// Whether the way from `a` to `b`, which may have led up to `bend` (m) beside the straight line, leads through its core: a
-    /// polyhedron whose faces are moved in by a quarter of its least width and by the bend, but no further than by a quarter of its
-    /// width along their normal, so that what swings around the rim of a plate has not gone through it; a ball of half the radius, a
-    /// half space a centimetre down.
+    /// Whether the path from `a` to `b`, which may deviate by `bend` (m) from the straight line,
+    /// leads through the core. The core of a polyhedron has its faces moved inward by a quarter of
+    /// the least width plus `bend`, at most by a quarter of the width along their normal, so that a
+    /// path around the rim of a plate does not count. The core of a ball has half the radius; that
+    /// of a half space begins 0.01 m below its surface.
     pub fn crossed(&self, a: DVec3, b: DVec3, bend: f64) -> bool {
         match self {
             Self::HalfSpace => b.y < -0.01,
@@ -62,7 +65,8 @@ impl Solid {
         }
     }
 
-    /// Overlap with a triangle, m; negative where they are apart, exact down to -`reach` and some value below it beyond.
+    /// Overlap with a triangle, m; negative for separate solids. Exact down to -`reach`, and any
+    /// value below it beyond.
     pub fn overlap(&self, triangle: &[DVec3; 3], reach: f64) -> f64 {
         match self {
             Self::HalfSpace => triangle.iter().map(|p| -p.y).fold(f64::NEG_INFINITY, f64::max),
@@ -72,7 +76,7 @@ impl Solid {
     }
 }
 
-/// Smallest and largest of points along a direction.
+/// Least and greatest component of points along a direction.
 fn span<'a>(points: impl IntoIterator<Item = &'a DVec3>, along: DVec3) -> (f64, f64) {
     points.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| {
         let at = p.dot(along);
@@ -81,7 +85,7 @@ fn span<'a>(points: impl IntoIterator<Item = &'a DVec3>, along: DVec3) -> (f64, 
 }
 
 impl Convex {
-    /// From a polyhedron that is convex: of another the planes bound nothing.
+    /// Solid of a polyhedron, which must be convex.
     pub fn new(polyhedron: &Polyhedron) -> Self {
         let mut edges: Vec<(u32, u32)> = Vec::new();
         let (mut planes, mut triangles) = (Vec::new(), Vec::new());
@@ -142,7 +146,8 @@ impl Convex {
         -self.distance(triangle)
     }
 
-    /// Gaps along the triangle's normal and the cross products of edges; negative where the two overlap along it.
+    /// Gaps along the normal of the triangle and the cross products of edges, m; negative for
+    /// overlap.
     fn other_axes(&self, triangle: &[DVec3; 3]) -> impl Iterator<Item = f64> + '_ {
         let triangle = *triangle;
         let sides = [triangle[1] - triangle[0], triangle[2] - triangle[1], triangle[0] - triangle[2]];
@@ -150,7 +155,7 @@ impl Convex {
             let edge = *b - *a;
             sides.map(|side| {
                 let cross = edge.cross(side);
-                // Edges that are nearly parallel give no axis of their own.
+                // Nearly parallel edges define no axis.
                 if cross.length() > 1e-6 * edge.length() * side.length() { cross.normalize() } else { DVec3::ZERO }
             })
         });
@@ -162,7 +167,7 @@ impl Convex {
         })
     }
 
-    /// Distance of a triangle that does not touch it.
+    /// Distance from a triangle outside, m.
     fn distance(&self, triangle: &[DVec3; 3]) -> f64 {
         let sides = [[triangle[0], triangle[1]], [triangle[1], triangle[2]], [triangle[2], triangle[0]]];
         let faces = self.triangles.iter().flat_map(|face| triangle.map(|p| point_triangle(p, *face)));
@@ -189,9 +194,9 @@ mod tests {
         };
         check(lying, 0.01);
         check(lying.map(|p| p + DVec3::Y * 0.03), -0.02);
-        // Beside an edge: away from it across.
+        // Diagonally beside an edge.
         check(lying.map(|p| p + DVec3::new(1.53, 0.05, 0.0)), -(0.03_f64.powi(2) + 0.04_f64.powi(2)).sqrt());
-        // A wide triangle that the corner (1, 1, 1) pokes through by 0.02.
+        // A wide triangle through which the corner (1, 1, 1) protrudes by 0.02.
         let diagonal = DVec3::ONE.normalize();
         let (u, v) = diagonal.any_orthonormal_pair();
         let centre = DVec3::ONE - diagonal * 0.02;
@@ -207,7 +212,7 @@ mod tests {
         assert!(crossed([0.0, 0.2, 0.0], [0.3, -0.2, 0.1], 0.1));
         assert!(!crossed([0.0, 0.2, 0.0], [0.3, 0.001, 0.1], 0.0));
         assert!(!crossed([0.9, 0.2, 0.0], [0.6, -0.2, 0.0], 0.0));
-        // Around the rim, or through the plate beside it.
+        // A path around the rim, or through the plate beside it.
         let around = ([0.49, 0.01, 0.0], [0.505, -0.01, 0.0]);
         assert!(crossed(around.0, around.1, 0.0) && !crossed(around.0, around.1, 0.004));
         assert!(Solid::Ball(0.1).crossed(DVec3::X, DVec3::new(-1.0, 0.02, 0.0), 0.0));

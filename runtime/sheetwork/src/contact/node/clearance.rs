@@ -1,8 +1,10 @@
-//! Which masses need not be looked at: those that cannot have reached anything since they were last found far from it.
+//! Clearance cache: nodes that cannot have reached a body since their last distance test are
+//! skipped.
 //!
-//! When a mass at place c was found to be at least d away from every body, it can meet nothing while it stays within d of
-//! c, less what bodies have moved since. Only the distance from c is looked at, so that whatever moved the mass (an engine,
-//! a pin, a program) is covered. The result of a step is the same with and without; only the time differs.
+//! A node at c that is at least d away from every body cannot meet one while it stays within d of
+//! c, minus the distance that bodies have moved since. The test compares only positions, so that it
+//! holds for any cause of motion (integrator, attachment, user code). Steps with and without the
+//! cache give the same result.
 
 use glam::DVec3;
 use rapier3d::prelude::ColliderHandle;
@@ -12,61 +14,69 @@ use crate::contact::node::target::NO_FACE;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// What is known of the masses of a sheet.
+/// Clearances of the nodes of a sheet.
 #[derive(Default)]
 pub(crate) struct Clearance {
-    /// Where each mass was when it was last checked, m.
+    /// Position of each node at its last distance test, m.
     checked: Vectors,
-    /// Value of `moved` up to which that check holds for a mass that stays where it was; -∞ if it was never checked.
+    /// Value of `moved` (m) up to which the clearance of an unmoved node holds; -∞ without a test.
     until: Vec<f64>,
-    /// How far the fastest body has moved in all, m.
+    /// Accumulated displacement bound of the fastest body, m.
     moved: f64,
-    /// Of this step: distance to the nearest body so far, m; negative for masses that are not looked at.
+    /// Distance of each node to the nearest body in this step, m; negative for skipped nodes.
     pub nearest: Vec<f64>,
-    /// Collider and face that each mass was nearest to when it was last looked at.
+    /// Collider and face nearest to each node at its last test.
     pub face: Vec<(ColliderHandle, u32)>,
-    /// Masses that met two bodies in this step: each was put where the other may be.
+    /// Nodes with contacts on two bodies in this step, whose response to one may have moved them
+    /// into the other.
     pub cornered: Vec<u32>,
-    /// Masses that met something in this step, and what each met first.
+    /// Nodes with contact in this step.
     pub met: Vec<u32>,
+    /// First hit of each node in this step.
     pub first: Vec<Option<First>>,
-    /// What is left of the ways of masses that were turned aside in this step, and room for the same of one round before.
+    /// Remaining paths of nodes after their contact.
     pub legs: Vec<Leg>,
+    /// Remaining paths of the previous iteration.
     pub last_legs: Vec<Leg>,
 }
 
-/// What a mass met first in a step.
+/// First hit of a node in a step.
 #[derive(Clone, Copy)]
 pub(crate) struct First {
     pub collider: ColliderHandle,
     pub face: u32,
     pub surface: Surface,
-    /// When, as a fraction of the step.
+    /// Time of impact as a fraction of the step.
     pub tau: f64,
-    /// Whether it would have met another collider too.
+    /// Whether the path also meets another collider.
     pub another: bool,
 }
 
-/// The way of a mass from where it met a surface to where it ends the step.
+/// Path of a node from its contact to the end of the step.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg {
     pub mass: u32,
-    /// What it met, and the normal there.
+    /// Collider of the contact.
     pub from: ColliderHandle,
+    /// Normal at the contact.
     pub normal: DVec3,
     pub flight: Flight,
 }
 
 impl Clearance {
-    /// Forgets what was known: every mass is looked at in the next step.
+    /// Clear the cache: every node is tested in the next step.
     pub fn forget(&mut self) {
         self.until.fill(f64::NEG_INFINITY);
     }
 
-    /// Keeps it for a snapshot.
-    pub fn keep(&self, to: &mut Keeper) {
+    /// Serialise the clearances; `forgotten` states that the cache is to be cleared.
+    pub fn keep(&self, to: &mut Keeper, forgotten: bool) {
         to.vector_list(&self.checked);
-        to.numbers(&self.until);
+        if forgotten {
+            to.numbers(&vec![f64::NEG_INFINITY; self.until.len()]);
+        } else {
+            to.numbers(&self.until);
+        }
         to.number(self.moved);
         for (collider, face) in &self.face {
             let (index, generation) = collider.into_raw_parts();
@@ -74,7 +84,7 @@ impl Clearance {
         }
     }
 
-    /// Takes it back, of a sheet of `masses` masses.
+    /// Deserialise the clearances of a sheet with `masses` nodes.
     pub fn take(&mut self, from: &mut Taker, masses: usize) -> Taken {
         *self = Self::default();
         let mut checked = Vectors::default();
@@ -103,13 +113,14 @@ impl Clearance {
         self.last_legs = Vec::with_capacity(masses);
     }
 
-    /// Whether mass `i` was never checked, so that nothing bounds how deep in a body it may be.
+    /// Whether node `i` was never tested; its depth inside a body is then unbounded.
     pub fn is_new(&self, i: usize) -> bool {
         self.until[i] == f64::NEG_INFINITY
     }
 
-    /// Begins a step in which bodies move by at most `reach` (m). Sets `nearest` to `margin` for masses that must be looked
-    /// at, which `x` and `free` decide, and to -1 for the others; masses are met at `offset` (m). False when there is nothing to look at.
+    /// Begin a step in which bodies move by at most `reach` (m). Sets `nearest` to `margin` (m) for
+    /// nodes that must be tested, given positions `x` (m), dynamic nodes `free` and the contact
+    /// offset `offset` (m), and to -1 for all others. Returns false if there are none.
     pub fn begin(&mut self, x: &Vectors, free: impl Fn(usize) -> bool, reach: f64, margin: f64, offset: f64) -> bool {
         if self.until.len() != x.len() {
             self.size(x.len());
@@ -129,7 +140,7 @@ impl Clearance {
         any
     }
 
-    /// Ends the step: masses that were looked at are clear for as far as the nearest body was.
+    /// End the step: store positions and distances of the nodes that were tested.
     pub fn end(&mut self, x: &Vectors) {
         for i in (0..x.len()).filter(|i| self.nearest[*i] >= 0.0) {
             self.checked.set(i, x.get(i));

@@ -1,9 +1,10 @@
-//! Which masses of an explicit engine met which surfaces in a step, of bodies that do not give way: a mass then answers for
-//! itself alone, and needs no solver. All else that may touch them is for `stage`.
+//! Contact of the nodes of an explicit integrator with kinematic and static bodies. All other
+//! contacts of explicit integrators go through `stage`.
 //!
-//! Rapier's broad phase gives the colliders near the box that the sheet swept; masses that may have reached one (see
-//! `clearance`) are taken into its frame, met with its shape (`target`) and turned back (`response`). Impacts are then
-//! shared between layers (`through_thickness`), and masses that met two bodies are freed of both.
+//! Rapier's broad phase returns the colliders near the swept box of the sheet. Nodes that may have
+//! reached one (see `clearance`) are tested in its frame (`target`), and `response` computes their
+//! motion. Impacts are then shared between layers (`through_thickness`), and nodes in contact with
+//! two bodies are moved out of both.
 
 use std::f64::consts::TAU;
 
@@ -13,56 +14,66 @@ use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::{Shape, TypedShape};
 use rapier3d::prelude::{ColliderHandle, RigidBody, Vector};
 
-use crate::contact::SKIN;
-use crate::contact::node::clearance::{First, Leg};
+use crate::contact::node::clearance::{Clearance, First, Leg};
 use crate::contact::node::response::{Flight, Surface, arrival, resolve};
 use crate::contact::node::target::{Frame, Meeting, NO_FACE, Target};
-use crate::contact::node::through_thickness::{Strike, share_impacts};
+use crate::contact::node::through_thickness::share_impacts;
 use crate::rigid::RigidView;
+use crate::scene::contact::SKIN;
 use crate::sheet::Sheet;
+use crate::sheet::layer_stack::Strike;
 
-/// Bodies further than this fraction of the sheet's diagonal from its swept box are not looked at.
+/// Search margin around the swept box, as a fraction of the sheet's diagonal.
 const MARGIN: f64 = 0.05;
 
-/// Rounds in which masses caught between two bodies are freed.
+/// Maximum number of iterations for nodes between two bodies.
 const CORNER_ROUNDS: usize = 3;
 
-/// A mass that goes less far than this after it met a surface, m, is not followed: it can get no deeper.
+/// Remaining path (m) below which a node is not tested again after a contact; it cannot penetrate
+/// deeper than that.
 const LONG_LEG: f64 = 10.0 * SKIN;
 
-/// Cosine of the angle below which two normals are those of one face.
+/// Cosine between two normals above which they belong to the same face.
 const SAME_FACE: f64 = 1.0 - 1e-6;
 
-/// Told of every mass that touches a collider in a step.
+/// Receives every node that touches a collider in a step.
 pub trait Touch {
-    /// Mass `mass` touched `collider`.
+    /// Called when node `mass` touches `collider`.
     fn touched(&mut self, collider: ColliderHandle, mass: usize);
 }
 
-/// Resolves the contact of `sheet` after its engine moved it for `dt` s from `work.x_before`, `work.v_before`.
+/// Resolve the contact of `sheet` after its integrator moved it for `dt` (s) from `work.x_before`
+/// and `work.v_before`.
 ///
-/// `remaining` is the time from the end of this part of the step to the time the bodies' poses are of.
-pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) {
+/// `remaining` (s) is the time from the end of this substep to that of the bodies' poses.
+pub(crate) fn resolve_node_contact(
+    sheet: &mut Sheet,
+    clearance: &mut Clearance,
+    view: &RigidView,
+    (dt, remaining): (f64, f64),
+    touch: &mut dyn Touch,
+) {
     let reach = reach_of_moving(view, dt + remaining);
     let offset = sheet.contact_offset();
     let margin = (MARGIN * sheet.spread).max(2.0 * offset);
-    // Bodies that are only lent may be moved by their owner without a velocity to know it by.
-    if !view.owned {
-        sheet.work.clearance.forget();
+    // A sheet may have been displaced between steps, and a caller may move its own bodies without
+    // setting their velocity.
+    if std::mem::take(&mut sheet.displaced) || !view.owned {
+        clearance.forget();
     }
     let inverse_mass = &sheet.inverse_mass;
-    if !sheet.work.clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
+    if !clearance.begin(&sheet.x, |i| inverse_mass[i] > 0.0, reach, margin, offset) {
         return;
     }
     let Some((low, high)) = swept(sheet) else { return };
     let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened((reach + margin) as Real);
     for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
         let target = Target::new(handle, collider, view, sheet, dt, remaining);
-        meet(sheet, &target, dt, margin);
+        meet(sheet, clearance, &target, dt, margin);
     }
-    let mut struck = turn_all(sheet, dt, touch);
-    if !sheet.work.clearance.legs.is_empty() {
-        struck |= follow(sheet, view, dt, remaining, touch);
+    let mut struck = turn_all(sheet, clearance, dt, touch);
+    if !clearance.legs.is_empty() {
+        struck |= follow(sheet, clearance, view, (dt, remaining), touch);
     }
     if struck {
         if sheet.stack.is_layered() {
@@ -70,16 +81,17 @@ pub(crate) fn contact(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f
         }
         sheet.work.struck.fill(Strike::default());
     }
-    if !sheet.work.clearance.cornered.is_empty() {
-        free_cornered(sheet, view, around, dt, remaining);
+    if !clearance.cornered.is_empty() {
+        free_cornered(sheet, clearance, view, around, (dt, remaining));
     }
-    sheet.work.clearance.end(&sheet.x);
+    clearance.end(&sheet.x);
 }
 
-/// Radius of a body that has no bounds, m: as far as anything may be placed.
+/// Radius of an unbounded body, m: the largest allowed coordinate.
 const UNBOUNDED: f64 = 1e4;
 
-/// How far any point of a moving body may have come in `time` s: its speed, and its turn times its radius.
+/// Upper bound of the displacement of any point of a kinematic body in `time` (s), m: speed, plus
+/// angular speed times radius.
 fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
     let moving = view.bodies.iter().filter(|(_, b)| !b.is_fixed() && !view.gives_way(b));
     let reach = moving.map(|(_, body)| {
@@ -90,7 +102,8 @@ fn reach_of_moving(view: &RigidView, time: f64) -> f64 {
     reach.fold(0.0, f64::max)
 }
 
-/// Distance from a body's centre of mass to the furthest corner of the boxes around its colliders, m.
+/// Distance from the centre of mass of a body to the furthest point of its colliders' bounding
+/// spheres, m.
 fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
     let centre = body.center_of_mass();
     let colliders = body.colliders().iter().filter_map(|c| view.colliders.get(*c));
@@ -101,27 +114,27 @@ fn radius_of(body: &RigidBody, view: &RigidView) -> f64 {
     radii.fold(0.0, f64::max).min(UNBOUNDED)
 }
 
+/// Corners of the bounding box that the sheet swept in the step, m.
 fn swept(sheet: &Sheet) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.x_before.bounds()?;
     let (c, d) = sheet.x.bounds()?;
     Some((a.min(c), b.max(d)))
 }
 
-/// Finds for the masses that must be looked at where they meet one collider, and keeps the surface that each meets first.
-fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
+/// Test all nodes that need it against one collider, and keep the first hit of each.
+fn meet(sheet: &Sheet, clearance: &mut Clearance, target: &Target, dt: f64, margin: f64) {
     let offset = sheet.contact_offset();
     for i in 0..sheet.x.len() {
-        if sheet.work.clearance.nearest[i] < 0.0 {
+        if clearance.nearest[i] < 0.0 {
             continue;
         }
         let flight = whole_flight(sheet, i, dt);
-        let reach = if sheet.work.clearance.is_new(i) { Real::MAX } else { margin as Real };
-        let (near, mut face) = sheet.work.clearance.face[i];
+        let reach = if clearance.is_new(i) { Real::MAX } else { margin as Real };
+        let (near, mut face) = clearance.face[i];
         if near != target.handle {
             face = NO_FACE;
         }
         let (a, b) = (target.start.local(flight.x0), target.end.local(flight.x1));
-        let clearance = &mut sheet.work.clearance;
         match target.meet(a, b, reach, &mut face) {
             Meeting::Clear(distance) => clearance.nearest[i] = clearance.nearest[i].min(distance.into()),
             Meeting::Surface(surface) => {
@@ -142,31 +155,31 @@ fn meet(sheet: &mut Sheet, target: &Target, dt: f64, margin: f64) {
     }
 }
 
-/// Mass `i` over a step of `dt` s as the engine moved it.
+/// Path of node `i` in a step of `dt` (s) as the integrator moved it.
 fn whole_flight(sheet: &Sheet, i: usize, dt: f64) -> Flight {
     let work = &sheet.work;
     let drift = sheet.engine_kind.info().drift;
     Flight { x0: work.x_before.get(i), v0: work.v_before.get(i), x1: sheet.x.get(i), v1: sheet.v.get(i), dt, drift }
 }
 
-/// Turns aside every mass that met something at what it met first; true if any took an impact.
-fn turn_all(sheet: &mut Sheet, dt: f64, touch: &mut dyn Touch) -> bool {
+/// Apply the response of every node at its first hit. Returns whether any was an impact.
+fn turn_all(sheet: &mut Sheet, clearance: &mut Clearance, dt: f64, touch: &mut dyn Touch) -> bool {
     let mut struck = false;
-    for k in 0..sheet.work.clearance.met.len() {
-        let i = sheet.work.clearance.met[k] as usize;
-        let Some(first) = sheet.work.clearance.first[i].take() else { continue };
+    for k in 0..clearance.met.len() {
+        let i = clearance.met[k] as usize;
+        let Some(first) = clearance.first[i].take() else { continue };
         let flight = whole_flight(sheet, i, dt);
-        sheet.work.clearance.face[i] = (first.collider, first.face);
-        struck |= turn_aside(sheet, i, &flight, &first.surface, first.collider, first.another);
+        clearance.face[i] = (first.collider, first.face);
+        struck |= turn_aside((&mut *sheet, &mut *clearance), i, &flight, &first.surface, first.collider, first.another);
         touch.touched(first.collider, i);
     }
     struck
 }
 
-/// Lets mass `i` on its `flight` meet `surface` of a collider, and keeps the rest of its way if it is long or `another`
-/// collider was in it; true if that was an impact.
+/// Apply the response of node `i` at `surface`. The remaining path is stored for another test if it
+/// is long or `another` collider was hit. Returns whether this was an impact.
 fn turn_aside(
-    sheet: &mut Sheet,
+    (sheet, clearance): (&mut Sheet, &mut Clearance),
     i: usize,
     flight: &Flight,
     surface: &Surface,
@@ -177,7 +190,6 @@ fn turn_aside(
     sheet.x.set(i, out.x);
     sheet.v.set(i, out.v);
     sheet.counters.contacts += 1;
-    let clearance = &mut sheet.work.clearance;
     clearance.nearest[i] = 0.0;
     if sheet.work.touching[i] {
         clearance.cornered.push(i as u32);
@@ -201,12 +213,17 @@ fn turn_aside(
     out.impact > 0.0
 }
 
-/// Follows masses that were turned aside on the rest of their way, which may take them into another face or body: a mass
-/// that slides along one wall of a corner must not leave through the other. True if any took an impact.
-fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &mut dyn Touch) -> bool {
+/// Test the remaining paths of nodes after their contact: a node that slips along one wall of a
+/// corner must not pass through the other. Returns whether any hit was an impact.
+fn follow(
+    sheet: &mut Sheet,
+    clearance: &mut Clearance,
+    view: &RigidView,
+    (dt, remaining): (f64, f64),
+    touch: &mut dyn Touch,
+) -> bool {
     let mut struck = false;
     for _ in 0..CORNER_ROUNDS {
-        let clearance = &mut sheet.work.clearance;
         std::mem::swap(&mut clearance.legs, &mut clearance.last_legs);
         clearance.legs.clear();
         let ends = clearance.last_legs.iter().flat_map(|leg| [leg.flight.x0, leg.flight.x1]);
@@ -218,10 +235,10 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
         let around = Aabb::new(low.as_vec3(), high.as_vec3()).loosened(reach_of_moving(view, dt + remaining) as Real);
         for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
             let target = Target::new(handle, collider, view, sheet, dt, remaining);
-            for k in 0..sheet.work.clearance.last_legs.len() {
-                let leg = sheet.work.clearance.last_legs[k];
+            for k in 0..clearance.last_legs.len() {
+                let leg = clearance.last_legs[k];
                 let i = leg.mass as usize;
-                // Along one face of a convex body there is no way into it.
+                // A path along one face of a convex body cannot enter it.
                 if leg.from == handle && target.convex {
                     continue;
                 }
@@ -231,7 +248,7 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
                 if leg.from == handle && surface.normal.dot(leg.normal) > SAME_FACE {
                     continue;
                 }
-                struck |= turn_aside(sheet, i, &flight, &surface, handle, false);
+                struck |= turn_aside((&mut *sheet, &mut *clearance), i, &flight, &surface, handle, false);
                 touch.touched(handle, i);
             }
         }
@@ -239,13 +256,19 @@ fn follow(sheet: &mut Sheet, view: &RigidView, dt: f64, remaining: f64, touch: &
     struck
 }
 
-/// Puts masses that met two bodies outside both, without approach velocity, in a few alternating projections.
-fn free_cornered(sheet: &mut Sheet, view: &RigidView, around: Aabb, dt: f64, remaining: f64) {
+/// Move nodes in contact with two bodies out of both by alternating projections, and remove their
+/// approach velocity.
+fn free_cornered(
+    sheet: &mut Sheet,
+    clearance: &Clearance,
+    view: &RigidView,
+    around: Aabb,
+    (dt, remaining): (f64, f64),
+) {
     for _ in 0..CORNER_ROUNDS {
         for (handle, collider) in view.query_standing().intersect_aabb_conservative(around) {
             let target = Target::new(handle, collider, view, sheet, dt, remaining);
-            for k in 0..sheet.work.clearance.cornered.len() {
-                let i = sheet.work.clearance.cornered[k] as usize;
+            for i in clearance.cornered.iter().map(|i| *i as usize) {
                 let Some(surface) = target.holds(sheet.x.get(i)) else { continue };
                 let depth = sheet.contact_offset() - (sheet.x.get(i) - surface.point).dot(surface.normal);
                 let approach = (sheet.v.get(i) - surface.velocity).dot(surface.normal);
@@ -256,7 +279,7 @@ fn free_cornered(sheet: &mut Sheet, view: &RigidView, around: Aabb, dt: f64, rem
     }
 }
 
-/// How deep the deepest mass of `sheet` is inside a body now, m; 0 when none is.
+/// Deepest penetration of a node of `sheet` into a body, m; 0 if there is none.
 pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
     let Some((low, high)) = sheet.x.bounds() else { return 0.0 };
     let mut deepest = 0.0_f64;
@@ -264,7 +287,7 @@ pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
         let frame = Frame::of(collider.position());
         for p in sheet.x.iter() {
             let local = frame.local(p);
-            // Of Parry's projections this is the one that knows the inside of an oriented mesh.
+            // Only this projection of Parry distinguishes inside and outside of an oriented mesh.
             let (projection, _) = collider.shape().project_local_point_and_get_feature(local);
             let depth = frame.world(projection.point).distance(p);
             if projection.is_inside && depth > deepest && is_within(collider.shape(), local.as_dvec3()) {
@@ -275,9 +298,10 @@ pub fn deepest(sheet: &Sheet, view: &RigidView) -> f64 {
     deepest
 }
 
-/// Whether `p` is within a solid whose projections say so: a polyhedron is to wind around it, which is that the solid angles of its triangles seen
-/// from there add up to 4π, and from outside to nothing. By itself Parry takes what is near a sharp corner to be inside where it is not.
-/// (Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE Trans. Biomed. Eng. 30, 1983.)
+/// Whether `p` lies inside a polyhedral shape: the solid angles of its triangles seen from inside
+/// sum to 4π, from outside to 0. Other shapes return true. It confirms Parry's projection, which is
+/// wrong near sharp corners (Van Oosterom and Strackee, "The solid angle of a plane triangle", IEEE
+/// Trans. Biomed. Eng. 30, 1983).
 fn is_within(shape: &dyn Shape, p: DVec3) -> bool {
     let angle = |corners: [Vector; 3]| {
         let [a, b, c] = corners.map(|corner| corner.as_dvec3() - p);
@@ -302,7 +326,7 @@ mod tests {
     use crate::scene::polyhedron::pyramid::pyramid;
     use rapier3d::prelude::{SharedShape, TriMeshFlags};
 
-    /// A slender pyramid is where projections err: what is beside its tip they may take to be within.
+    /// A slender pyramid, for which Parry's projection takes points beside the tip as inside.
     #[test]
     fn what_is_beside_a_needles_tip_is_not_within_it() {
         let needle = pyramid(0.016, 0.05);

@@ -1,4 +1,9 @@
-//! Contact of single nodes with kinematic and static bodies, for explicit integrators.
+//! Contact of single nodes with kinematic and static bodies, for explicit integrators. A node
+//! responds alone, by impact and friction, without a contact solver.
+//!
+//! `detection` runs the steps, `clearance` skips distant nodes, `target` tests a node's path
+//! against a collider, `response` computes impact and friction, `through_thickness` shares impacts
+//! between layers.
 
 pub(crate) mod clearance;
 pub mod detection;

@@ -1,35 +1,40 @@
-//! What contact does to one mass (thesis appendix B, with friction as Coulomb has it).
+//! Response of one node to contact with a surface (thesis appendix B, with Coulomb friction).
 //!
-//! With n the outward normal and v the velocity relative to the body, an impact at approach speed vₙ = v·n < 0 gives
-//! vₙ' = -e vₙ (e = 0 below [`REST_SPEED`]) and takes from the tangential velocity at most μ (1 + e) |vₙ|: less when that
-//! stops it, which is sticking.
+//! With n the outward normal and v the velocity relative to the body, an impact with v_n = v·n < 0
+//! gives
 //!
-//! Within a step that takes a mass from x₀ to x₁ and its velocity from v₀ to v₁ through the surface, the instant of contact
-//! τ is where the straight line crosses it; the velocity there is v₁ - a (1 - τ) dt with a = (v₁ - v₀)/dt. After the impact
-//! the same acceleration acts for the rest of the step; where it presses into the surface its normal part is taken up, with
-//! friction again, and the mass moves on as the engine would move it: by its velocity and θ times the change of it. A mass at rest on a surface has τ = 0, so this
-//! one rule bounces, slides, sticks and rests, with an error of second order in the step.
+//!   v_n' = -e v_n,  |v_t'| = max(0, |v_t| - μ (1 + e) |v_n|),
+//!
+//! with e = 0 below [`REST_SPEED`]. A tangential velocity of 0 after the impact is sticking.
+//!
+//! In a step that moves a node from x₀ to x₁ and its velocity from v₀ to v₁ through the surface,
+//! the time of impact τ (fraction of the step) is where the straight path crosses it; the velocity
+//! there is v₁ - a (1 - τ) dt with a = (v₁ - v₀)/dt. The acceleration a also acts for the remainder
+//! of the step. Its normal part is removed if it presses into the surface, again with friction, and
+//! the node moves as the integrator would move it: by its velocity and θ times the change of
+//! velocity. A node at rest on a surface has τ = 0, so that one rule covers rebound, slip, stick
+//! and rest. The error is of second order in the step.
 
 use glam::DVec3;
 
 use crate::contact::REST_SPEED;
 
-/// A surface that a mass met.
+/// Surface that a node meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Point of the surface nearest to where the mass would be, m.
+    /// Point of the surface nearest to the end of the path, m.
     pub point: DVec3,
-    /// Outward normal, unit.
+    /// Outward unit normal.
     pub normal: DVec3,
-    /// Velocity of the surface there, m/s.
+    /// Velocity of the surface at the point, m/s.
     pub velocity: DVec3,
-    /// Coefficient of friction of the pair.
+    /// Friction coefficient of the pair.
     pub friction: f64,
     /// Coefficient of restitution of the pair.
     pub restitution: f64,
 }
 
-/// A mass over a step, before contact: from (x0, v0) to (x1, v1) in `dt`.
+/// Path of a node over a step without contact, from (x0, v0) to (x1, v1) in `dt`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flight {
     /// Position at the start, m.
@@ -42,16 +47,16 @@ pub struct Flight {
     pub v1: DVec3,
     /// Length of the step, s.
     pub dt: f64,
-    /// Weight of the acceleration in the engine's displacement, Δx = v h + θ a h².
+    /// Weight θ of the acceleration in the integrator's displacement, Δx = v h + θ a h².
     pub drift: f64,
 }
 
-/// What came of it.
+/// State of a node after contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Where the mass met the surface, m.
+    /// Position where the node met the surface, m.
     pub touch: DVec3,
-    /// Its velocity right after that, m/s.
+    /// Velocity immediately after the contact, m/s.
     pub leaving: DVec3,
     /// Position at the end of the step, m.
     pub x: DVec3,
@@ -59,25 +64,27 @@ pub struct Outcome {
     pub v: DVec3,
     /// Approach speed of the impact, m/s; 0 for resting contact.
     pub impact: f64,
-    /// How much of the step was left when the surface was met, s.
+    /// Remaining time of the step after the contact, s.
     pub rest: f64,
 }
 
-/// `v` shortened by `amount` (m/s), to zero if that is more than its length.
+/// Return `v` with its length reduced by `amount` (m/s), at most to zero.
 pub fn slowed(v: DVec3, amount: f64) -> DVec3 {
     let speed = v.length();
     if speed <= amount { DVec3::ZERO } else { v * (1.0 - amount / speed) }
 }
 
-/// When a flight that ends behind `surface` reaches it, as a fraction of the flight: 0 if it began there.
+/// Time of impact of a path that ends behind `surface` at contact offset `skin` (m), as a fraction
+/// of the step; 0 if the path starts behind it.
 pub fn arrival(flight: &Flight, surface: &Surface, skin: f64) -> f64 {
-    // In the frame of the surface, which moves with constant velocity over the step.
+    // The surface moves with constant velocity; in its frame the path is a straight line.
     let start = (flight.x0 + surface.velocity * flight.dt - surface.point).dot(surface.normal) - skin;
     let end = (flight.x1 - surface.point).dot(surface.normal) - skin;
     if start > 0.0 { (start / (start - end)).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// Resolves a flight that ends behind `surface`, keeping the mass `skin` in front of it.
+/// Compute the response of a node whose path ends behind `surface`; the node stays `skin` (m) in
+/// front of it.
 pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     let Flight { x0, v0, x1, v1, dt, drift } = *flight;
     let n = surface.normal;
@@ -86,11 +93,12 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     let acceleration = (v1 - v0) / dt;
     let arriving = v1 - surface.velocity - acceleration * rest;
 
-    // The Euler schemes keep velocities half a step off the path they draw; an impact is at the path's own velocity.
+    // Symplectic Euler schemes store velocities half a step off the path. An impact acts on the
+    // velocity of the path.
     let shift = acceleration * ((drift - 0.5) * dt);
     let (mut leaving, impact) = bounce(arriving + shift, surface);
     leaving = if impact > 0.0 { leaving - shift } else { bounce(arriving, surface).0 };
-    // The rest of the step.
+    // The remainder of the step.
     let mut last = leaving + acceleration * rest;
     let pressing = last.dot(n);
     if pressing < 0.0 {
@@ -107,7 +115,8 @@ pub fn resolve(flight: &Flight, surface: &Surface, skin: f64) -> Outcome {
     Outcome { touch, leaving: leaving + surface.velocity, x, v: last + surface.velocity, impact, rest }
 }
 
-/// Relative velocity after the impact, and the approach speed if it counts as one.
+/// Relative velocity after an impact, and its approach speed (m/s), 0 if it is below the
+/// restitution threshold.
 fn bounce(v: DVec3, surface: &Surface) -> (DVec3, f64) {
     let n = surface.normal;
     let approach = v.dot(n);
@@ -133,7 +142,7 @@ mod tests {
         let v = DVec3::new(4.0, -2.0, 0.0);
         let flight = Flight { x0: DVec3::Y, v0: v, x1: DVec3::Y + v, v1: v, dt: 1.0, drift: 0.5 };
         let out = resolve(&flight, &FLOOR, 0.0);
-        // Friction takes 0.3 · 1.5 · 2 from 4; half the step is left after the impact.
+        // Friction takes 0.3 · 1.5 · 2 from 4; half of the step remains after the impact.
         assert!(out.v.distance(DVec3::new(3.1, 1.0, 0.0)) < 1e-12, "{out:?}");
         assert!(out.x.distance(DVec3::new(2.0 + 1.55, 0.5, 0.0)) < 1e-12, "{out:?}");
         assert_eq!(out.impact, 2.0);

@@ -1,10 +1,11 @@
-//! One collider over a step of a sheet: its frame at the start and at the end, and what a moving point meets of it.
+//! A collider over one step, and the contact of a node's path with it.
 //!
-//! A point goes from a (in the collider's frame at the start of the step) to b (in its frame at the end). Parry projects b
-//! on the shape. With n the normal of the nearest face, a convex shape lies wholly behind that face: a point that ends
-//! outside and is in front of the face at both ends met nothing, and one that ends inside and was in front came through it.
-//! Everything else (a concave shape, a way in through another face, a passage right through a thin plate) is settled by
-//! casting the way from a to b as a ray.
+//! The path goes from a (in the collider's frame at the start of the step) to b (in its frame at
+//! the end). Parry projects b on the shape. A convex shape lies behind the plane of the nearest
+//! face with normal n: a path that ends outside and has both ends in front of that plane has no
+//! contact; a path that ends inside and starts in front has entered through the face. All other
+//! cases (a concave shape, entry through another face, passage through a thin plate) are decided by
+//! a ray cast from a to b.
 
 use glam::{DMat3, DQuat, DVec3};
 use rapier3d::math::{Pose, Real, Vector};
@@ -13,17 +14,17 @@ use rapier3d::parry::query::{PointQuery, PointQueryWithLocation, Ray};
 use rapier3d::parry::shape::{Shape, TriMesh, TypedShape};
 use rapier3d::prelude::{Collider, ColliderHandle, FeatureId};
 
-use crate::contact::SKIN;
 use crate::contact::node::response::Surface;
 use crate::rigid::{CONVEX, RigidView};
+use crate::scene::contact::SKIN;
 use crate::sheet::Sheet;
 
-/// A rigid frame in f64.
+/// A rigid frame in `f64`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame {
-    /// Where its origin is, m.
+    /// Origin, m.
     pub origin: DVec3,
-    /// From its axes to the world's.
+    /// Rotation from local to world axes.
     pub rotation: DMat3,
 }
 
@@ -41,22 +42,23 @@ impl Frame {
         self.rotation * p.as_dvec3() + self.origin
     }
 
-    /// The frame a time `dt` earlier, for a body moving with `linear` and `angular` about `centre`.
+    /// The frame a time `dt` (s) earlier, for a body with velocity `linear` (m/s) and angular
+    /// velocity `angular` (rad/s) about `centre` (m).
     fn earlier(&self, linear: DVec3, angular: DVec3, centre: DVec3, dt: f64) -> Self {
         let back = DMat3::from_quat(DQuat::from_scaled_axis(-angular * dt));
         Self { origin: centre + back * (self.origin - centre) - linear * dt, rotation: back * self.rotation }
     }
 }
 
-/// What a point met, or how far from the shape it certainly is.
+/// Result of testing a path against a collider.
 pub(crate) enum Meeting {
-    /// It ended behind this surface, or passed it.
+    /// The path ends behind this surface, or passes through it.
     Surface(Surface),
-    /// It met nothing, and the shape is at least this far away, m.
+    /// The path has no contact; the shape is at least this far away, m.
     Clear(Real),
 }
 
-/// A collider over a step.
+/// A collider over one step of a sheet.
 pub(crate) struct Target<'a> {
     pub handle: ColliderHandle,
     pub end: Frame,
@@ -66,27 +68,27 @@ pub(crate) struct Target<'a> {
     pub convex: bool,
     /// Whether its body may move.
     moves: bool,
-    /// Box of the shape in its own frame, grown by the skin.
+    /// Bounding box in its own frame, extended by the contact offset.
     bounds: Aabb,
     linear: DVec3,
     angular: DVec3,
     centre: DVec3,
     friction: f64,
     restitution: f64,
-    /// Distance at which a mass lies on it, m.
+    /// Contact offset, m.
     skin: f64,
 }
 
-/// Shapes with a way of their own.
+/// Shapes with a specialised test.
 #[derive(Clone, Copy)]
 enum Kind<'a> {
     Mesh(&'a TriMesh),
-    /// A half space, by its outward normal.
+    /// A half-space with this outward normal.
     Plane(Vector),
     Other,
 }
 
-/// Where a point projects on a shape.
+/// Projection of a point on a shape.
 struct Nearest {
     point: Vector,
     inside: bool,
@@ -94,11 +96,12 @@ struct Nearest {
     face: u32,
 }
 
-/// Stands for no face in a hint.
+/// Face index for no face.
 pub(crate) const NO_FACE: u32 = u32::MAX;
 
 impl<'a> Target<'a> {
-    /// `remaining` is the time from the end of the step to the time the body's pose is of.
+    /// Prepare `collider` for a step of `dt` (s). `remaining` (s) is the time from the end of the
+    /// step to that of the body's pose.
     pub fn new(
         handle: ColliderHandle,
         collider: &'a Collider,
@@ -124,7 +127,7 @@ impl<'a> Target<'a> {
             _ => Kind::Other,
         };
         let skin = sheet.contact_offset();
-        let (friction, restitution) = view.coefficients(sheet, handle, collider);
+        let (friction, restitution) = view.coefficients(sheet.surface_coefficients(), handle, collider);
         Self {
             handle,
             shape,
@@ -143,13 +146,14 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// Its frame a time `dt` before the end of the step.
+    /// Frame at the time `dt` (s) before the end of the step.
     pub fn before_end(&self, dt: f64) -> Frame {
         if self.moves { self.end.earlier(self.linear, self.angular, self.centre, dt) } else { self.end }
     }
 
-    /// What a point going from `a` (local, at the start) to `b` (local, at the end) meets. Surfaces further than `reach`
-    /// from b need not be found. `face` is where the point lay on this shape last, if it did, and is brought up to date.
+    /// Test the path from `a` (local, at the start) to `b` (local, at the end). Surfaces further
+    /// than `reach` (m) from b may be ignored. `face` is the last known nearest face and is
+    /// updated.
     pub fn meet(&self, a: Vector, b: Vector, reach: Real, face: &mut u32) -> Meeting {
         let (skin, fine) = (self.skin as Real, SKIN as Real);
         if let Kind::Plane(n) = self.kind {
@@ -193,8 +197,8 @@ impl<'a> Target<'a> {
         normal.map_or(Meeting::Clear(0.0), |n| Meeting::Surface(self.surface(nearest.point, n)))
     }
 
-    /// A point that lay on a face of a convex mesh and ends behind it, over the same triangle, is on it still: no search
-    /// is needed. Most points of a resting sheet are.
+    /// Contact of a point that lay on a face of a convex mesh and ends behind it within the same
+    /// triangle. This needs no search and covers most nodes of a resting sheet.
     fn still_on(&self, face: u32, a: Vector, b: Vector) -> Option<Surface> {
         let Kind::Mesh(mesh) = self.kind else { return None };
         if face == NO_FACE || !self.convex || face as usize >= mesh.num_triangles() {
@@ -214,7 +218,8 @@ impl<'a> Target<'a> {
         (s >= 0.0 && t >= 0.0 && s + t <= whole).then(|| self.surface(b - n * after, n))
     }
 
-    /// The surface at which a point at rest at `p` (world) is held back, if it is nearer than the skin or inside.
+    /// Surface that holds a point at `p` (world, m), if it is inside or nearer than the contact
+    /// offset.
     pub fn holds(&self, p: DVec3) -> Option<Surface> {
         let b = self.end.local(p);
         if !self.bounds.contains_local_point(b) {
@@ -225,6 +230,7 @@ impl<'a> Target<'a> {
         Some(self.surface(nearest.point, nearest.normal?)).filter(|_| close)
     }
 
+    /// Projection of `b` on the shape, or `None` if it is further than `reach` (m).
     fn nearest(&self, b: Vector, reach: Real) -> Option<Nearest> {
         match self.kind {
             Kind::Mesh(mesh) => {
@@ -244,12 +250,13 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Surface that the ray from `a` to `b` enters first.
     fn cast(&self, a: Vector, b: Vector) -> Option<Surface> {
         let ray = Ray::new(a, b - a);
         let hit = self.shape.cast_local_ray_and_get_normal(&ray, 1.0, false)?;
         let point = ray.point_at(hit.time_of_impact);
         let normal = normal_of(self.shape, hit.feature, point).unwrap_or(hit.normal);
-        // A ray that starts inside meets the surface from behind: it is on its way out.
+        // A ray that starts inside meets the surface from behind and leaves the shape.
         (ray.dir.dot(normal) < 0.0).then(|| self.surface(point, normal))
     }
 
@@ -265,7 +272,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// Shapes whose own kind says they are convex.
+/// Whether the type of the shape is convex.
 fn is_convex(shape: &dyn Shape) -> bool {
     matches!(
         shape.as_typed_shape(),
@@ -279,11 +286,12 @@ fn is_convex(shape: &dyn Shape) -> bool {
     )
 }
 
-/// The exact normal of the face a feature names. Directions to nearby points lose all accuracy at a distance of a skin.
+/// Exact normal of the face `feature`. The direction to the projected point is inaccurate at
+/// distances of the contact offset.
 fn normal_of(shape: &dyn Shape, feature: FeatureId, point: Vector) -> Option<Vector> {
     if let Some(mesh) = shape.as_trimesh() {
         let FeatureId::Face(face) = feature else { return None };
-        // Parry counts the back of face i as face i + n.
+        // Parry numbers the back of face i as face i + n.
         let face = face % mesh.num_triangles() as u32;
         return mesh.triangle(face).normal();
     }

@@ -1,98 +1,21 @@
-//! An impact on one layer is felt by the layers behind it at once.
+//! Sharing of an impact between the layers of a lattice.
 //!
-//! Through the thickness of a real sheet a shock takes under a microsecond; between the layers of a lattice it would take
-//! many steps, and a dropped lattice would bounce off its own inter-layer springs instead of by its restitution. So a mass
-//! that is joined across to masses which were struck takes the impact too, in the share s of its neighbours on that side
-//! that were struck: its approach velocity vₙ becomes vₙ (1 - (1 + e) s), with friction in proportion. Since s is at most 1
-//! this never adds energy, and a sheet that lands flat rebounds as one with e² of its energy, which the layers alone would not
-//! give. Resting contact is left to the springs, which carry the weight of the upper layers.
+//! In a real sheet a shock crosses the thickness in less than a microsecond. Between the layers of
+//! a lattice it takes many steps, so that a dropped lattice would rebound from its inter-layer
+//! springs and not by its restitution coefficient. A node that is connected to struck nodes of the
+//! next layer therefore takes the impact too. With s the struck fraction of its connected nodes in
+//! that layer, its approach velocity v_n becomes v_n (1 - (1 + e) s), with proportional friction.
+//! Since s ≤ 1, energy never grows, and a sheet that lands flat rebounds with e² of its energy.
+//! Resting contact is left to the springs, which carry the weight of the upper layers.
 
 use glam::DVec3;
 
 use crate::contact::node::response::slowed;
-use crate::elements::spring::{SpringClass, Springs};
 use crate::sheet::Sheet;
+use crate::sheet::layer_stack::{Neighbours, Stack, Strike};
 
-/// An impact that a mass took in this step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Strike {
-    /// Share of the impact, 0 (none) to 1.
-    pub share: f64,
-    /// Direction out of the body, unit.
-    pub normal: DVec3,
-    /// Velocity of the body there, m/s.
-    pub body: DVec3,
-    /// Coefficient of restitution.
-    pub restitution: f64,
-    /// Coefficient of friction.
-    pub friction: f64,
-    /// How much of the step was left after the impact, s.
-    pub rest: f64,
-}
-
-/// For every mass, the masses it is joined to in the layer below and in the layer above.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Stack {
-    layers: u32,
-    layer_of: Vec<u32>,
-    below: Neighbours,
-    above: Neighbours,
-}
-
-#[derive(Clone, Debug, Default, PartialEq)]
-struct Neighbours {
-    first: Vec<u32>,
-    list: Vec<u32>,
-}
-
-impl Neighbours {
-    fn new(lists: &[Vec<u32>]) -> Self {
-        let mut all = Self { first: vec![0], list: Vec::new() };
-        for list in lists {
-            all.list.extend_from_slice(list);
-            all.first.push(all.list.len() as u32);
-        }
-        all
-    }
-
-    fn of(&self, i: usize) -> &[u32] {
-        &self.list[self.first[i] as usize..self.first[i + 1] as usize]
-    }
-}
-
-impl Stack {
-    /// From the inter-layer springs of a sheet.
-    pub fn new(springs: &Springs, layer_of: &[u32]) -> Self {
-        let mut below = vec![Vec::new(); layer_of.len()];
-        let mut above = vec![Vec::new(); layer_of.len()];
-        for i in (0..springs.len()).filter(|i| springs.class[*i] == SpringClass::Inter) {
-            let (a, b) = (springs.a[i], springs.b[i]);
-            let (low, high) = if layer_of[a as usize] < layer_of[b as usize] { (a, b) } else { (b, a) };
-            below[high as usize].push(low);
-            above[low as usize].push(high);
-        }
-        Self {
-            layers: layer_of.iter().max().map_or(0, |l| l + 1),
-            layer_of: layer_of.to_vec(),
-            below: Neighbours::new(&below),
-            above: Neighbours::new(&above),
-        }
-    }
-
-    /// For every mass of a smaller layer, the masses it is joined to in the layer below and, apart, in the layer above.
-    pub fn cells(&self) -> impl Iterator<Item = (u32, &[u32])> {
-        let small = |i: &usize| self.layer_of[*i] % 2 == 1;
-        let masses = (0..self.layer_of.len()).filter(small);
-        masses.flat_map(|i| [(i as u32, self.below.of(i)), (i as u32, self.above.of(i))])
-    }
-
-    /// Whether there is more than one layer to share between.
-    pub fn is_layered(&self) -> bool {
-        self.layers > 1
-    }
-}
-
-/// Passes the impacts in `sheet.work.struck` on from layer to layer, upwards and then downwards, after a step of `dt` s.
+/// Propagate the impacts in `sheet.work.struck` from layer to layer, upwards and then downwards,
+/// after a step of `dt` (s).
 pub(crate) fn share_impacts(sheet: &mut Sheet, dt: f64) {
     for layer in 1..sheet.stack.layers {
         pass(sheet, layer, dt, |stack| &stack.below);
@@ -102,6 +25,7 @@ pub(crate) fn share_impacts(sheet: &mut Sheet, dt: f64) {
     }
 }
 
+/// Propagate the impacts to the nodes of one layer from the layer on the given `side`.
 fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighbours) {
     let drift = sheet.engine_kind.info().drift - 0.5;
     let Sheet { stack, work, x, v, inverse_mass, .. } = sheet;
@@ -112,7 +36,8 @@ fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighb
         }
         let Some(strike) = felt(from.of(i), &work.struck) else { continue };
         work.struck[i] = strike;
-        // As in `response`: back to the instant of the impact, then on with the new velocity and the same acceleration.
+        // As in `response`: back to the time of impact, then forward with the new velocity and the
+        // same acceleration.
         let ended = v.get(i);
         let change = ended - work.v_before.get(i);
         let gained = change * (strike.rest / dt);
@@ -124,7 +49,7 @@ fn pass(sheet: &mut Sheet, layer: u32, dt: f64, side: impl Fn(&Stack) -> &Neighb
     }
 }
 
-/// The mean of what the neighbours took; `None` if none was struck.
+/// Mean impact of the connected nodes, with their share; `None` if none was struck.
 fn felt(neighbours: &[u32], struck: &[Strike]) -> Option<Strike> {
     let mut sum = Strike::default();
     for strike in neighbours.iter().map(|j| struck[*j as usize]).filter(|s| s.share > 0.0) {
@@ -149,7 +74,7 @@ fn felt(neighbours: &[u32], struck: &[Strike]) -> Option<Strike> {
     })
 }
 
-/// Velocity relative to the body after the shared impact.
+/// Velocity relative to the body after the shared impact, m/s.
 fn rebound(v: DVec3, strike: &Strike) -> DVec3 {
     let approach = v.dot(strike.normal);
     if approach >= 0.0 {

@@ -1,15 +1,20 @@
-//! Newton steps on normal forces and limits of friction at once, for the few contacts of which those limits, following the normal
-//! forces (`primal`), do not settle.
+//! Alart-Curnier semismooth Newton method on normal and friction forces together. It is used for
+//! small problems in which the fixed-point iteration on the friction bound stagnates.
 //!
-//! With u = W p + b in the frames of the contacts, ρ a weight (N/m) and [x] the part of x that is positive, Coulomb's law is
+//! With u = W p + b in the contact frames, a weight ρ (N/m) and [x] the positive part of x,
+//! Coulomb's law is
 //!
-//!   p_n = [p_n - ρ u_n],  p_t = the nearest to p_t - ρ u_t within a disc of radius L,
+//!   p_n = [p_n - ρ u_n],  p_t = projection of p_t - ρ u_t on a disc of radius L,
 //!
-//! L = μ [p_n] or μ [p_n - ρ u_n]: the same where the law holds, not on the way there, and where one does not come there the other may.
-//! What is missed, in m, is brought to nothing by Newton's method. The derivative of L makes the matrix unsymmetric; it is
-//! small and dense, of the contacts that push, and eliminated with row pivots.
-//! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92, 1991;
-//! Jean and Moreau's L against theirs: Acary, Brémond, Huber, "On solving contact problems with Coulomb friction", 2018.)
+//! with L = μ [p_n] (Jean and Moreau) or L = μ [p_n - ρ u_n] (Alart and Curnier). Both agree at the
+//! solution but not on the way there, so that one may converge where the other does not. Newton's
+//! method brings the residual of these equations (divided by ρ: m) to zero. The derivative of L
+//! makes the matrix unsymmetric. It is small and dense and contains the closed contacts; Gaussian
+//! elimination with row pivots solves it.
+//!
+//! Sources: Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton
+//! like solution methods", CMAME 92, 1991; Acary, Brémond, Huber, "On solving contact problems with
+//! Coulomb friction", 2018.
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 use multiversion::multiversion;
@@ -18,15 +23,17 @@ use crate::contact::coulomb::Law;
 use crate::contact::solver::augmented_lagrangian::{Accuracy, Row};
 use crate::contact::solver::pgs::Problem;
 
-/// Contacts up to which it is tried: the cost grows with the cube.
+/// Maximum number of contacts: the cost grows with the cube.
 pub(crate) const MOST: usize = 128;
-/// Steps of a try, times the lengths it looks at or two.
+/// Maximum number of iterations of a variant; doubled if it shortens steps.
 const STEPS: u32 = 20;
-/// Force on a contact over the largest that would put one apart by itself, beyond which contacts contradict one another: in folds it comes to
-/// 1000, where a needle is touched from within to 10⁴ at least.
+/// Ratio of a contact force to the largest force that would open a single contact, above which
+/// contacts contradict each other. The ratio reaches 1000 in folds, and at least 10⁴ where a needle
+/// is touched from within.
 const CONTRADICTED: f64 = 2000.0;
-/// What is tried in turn, found on 200 problems of thrown sheets and folds: whole steps come there soonest, though more may be missed on the way;
-/// those shortened until less is are slow, and stall.
+/// Variants in the order in which they are tried, chosen on 200 problems of thrown sheets and
+/// folds. Full steps converge fastest, although the residual may grow on the way; shortened steps
+/// are slower and may stagnate.
 const TRIES: [Try; 5] = [
     Try { lengths: 1, weight: 1.0, ahead: false, from_rest: false },
     Try { lengths: 2, weight: 1.0, ahead: false, from_rest: false },
@@ -34,58 +41,62 @@ const TRIES: [Try; 5] = [
     Try { lengths: 2, weight: 10.0, ahead: true, from_rest: false },
     Try { lengths: 6, weight: 1.0, ahead: false, from_rest: true },
 ];
-/// Part of what is missed that a step must take away, times the part of it that is taken.
+/// Required relative decrease of the squared residual for a full step; proportional to the step
+/// length.
 const GAIN: f64 = 0.1;
-/// What is added to W's diagonal in the matrix, as a fraction: contacts that hold the same leave it singular.
+/// Relative addition to the diagonal of W in the matrix, which redundant contacts would make
+/// singular.
 const SLIGHT: f64 = 1e-9;
-/// Pivots below this fraction of the largest entry are none.
+/// Pivot, as a fraction of the largest entry, below which the matrix is singular.
 const SINGULAR: f64 = 1e-14;
 
-/// How it is tried.
+/// Variant of the method.
 #[derive(Clone, Copy, Debug)]
 struct Try {
-    /// Lengths of a step that are looked at, each half of the one before.
+    /// Number of step lengths that are tried, each half of the previous one.
     lengths: u32,
-    /// ρ over the inverse of W's diagonal.
+    /// ρ as a multiple of the inverse of the diagonal of W.
     weight: f64,
-    /// Whether L is μ [p_n - ρ u_n].
+    /// Whether L = μ [p_n - ρ u_n] instead of μ [p_n].
     ahead: bool,
-    /// Whether it begins without forces, and not with those there were.
+    /// Whether the iteration starts at zero forces instead of the given ones.
     from_rest: bool,
 }
 
-/// What the law of a contact says at the forces there are.
+/// Branch of the friction law at the present forces.
 #[derive(Clone, Copy, Debug)]
 enum Says {
+    /// Open: the force is zero.
     Open,
+    /// Stick: u is zero.
     Stuck,
-    /// Friction along this direction; what of a change of p_t - ρ u_t is felt.
+    /// Slip: direction of friction, and derivative of the projection with respect to p_t - ρ u_t.
     Slides(DVec2, DMat2),
 }
 
-/// The solver with its arrays.
+/// Alart-Curnier solver and its arrays.
 #[derive(Default)]
 pub(crate) struct AtOnce {
-    /// Forces, N; u, m; and both of the step that is tried.
+    /// Forces (N) and u (m), of the iterate, the trial point and the best trial point.
     force: Vec<DVec3>,
     u: Vec<DVec3>,
     trial: Vec<DVec3>,
     trial_u: Vec<DVec3>,
     best: (Vec<DVec3>, Vec<DVec3>),
-    /// What is missed, m, and what each contact does.
+    /// Residual (m) and branch of each contact.
     missed: Vec<DVec3>,
     says: Vec<Says>,
     step: Vec<DVec3>,
     step_u: Vec<DVec3>,
-    /// First unknown of each contact that pushes.
+    /// First unknown of each closed contact.
     place: Vec<Option<usize>>,
     matrix: Vec<f64>,
     right: Vec<f64>,
-    /// Newton steps so far.
+    /// Newton iterations since the solver was created.
     pub steps: u64,
 }
 
-/// A contact problem as it is put here.
+/// A contact problem with the variant that solves it.
 struct Posed<'a> {
     problem: &'a Problem,
     rows: &'a [Row],
@@ -93,13 +104,13 @@ struct Posed<'a> {
 }
 
 impl Posed<'_> {
-    /// 1/ρ: along the normal, and across it, m/N.
+    /// 1/ρ along the normal and the tangents, m/N.
     fn own(&self, i: usize) -> (f64, f64) {
         let a = &self.problem.diagonal[i];
         (a.x_axis.x / self.by.weight, a.y_axis.y.max(a.z_axis.z) / self.by.weight)
     }
 
-    /// What contact `i` misses at force `p` and `u`, m, and what its law says there.
+    /// Residual (m) and branch of contact `i` at force `p` and relative displacement `u`.
     fn missed(&self, i: usize, p: DVec3, u: DVec3) -> (DVec3, Says) {
         let ((a, at), row) = (self.own(i), &self.rows[i]);
         let Law::Coulomb(friction) = row.law else { return (u, Says::Stuck) };
@@ -121,8 +132,9 @@ impl Posed<'_> {
 }
 
 impl AtOnce {
-    /// Solves for the forces on `rows` from those in `force`, and leaves them and u there; false, with nothing changed, where it does not come
-    /// to what `accuracy` asks.
+    /// Solve for the forces of `rows` from the initial forces in `force`; leaves forces and u of
+    /// the solution. Returns false, with nothing changed, if no variant reaches the tolerances of
+    /// `accuracy`.
     pub fn solve(
         &mut self,
         problem: &Problem,
@@ -147,7 +159,7 @@ impl AtOnce {
         false
     }
 
-    /// Takes steps from the forces there are; whether that ends where it should.
+    /// Iterate with one variant from the present forces. Returns whether it converged.
     fn descend(&mut self, posed: &Posed, accuracy: &Accuracy) -> bool {
         let mut u = std::mem::take(&mut self.u);
         answer(posed, &self.force, &mut u);
@@ -157,7 +169,7 @@ impl AtOnce {
             if !sum.is_finite() {
                 return false;
             }
-            // Forces are missed in m by 1/ρ.
+            // The residual is scaled by 1/ρ.
             let gap = accuracy.gap / posed.by.weight;
             let close = |m: &DVec3| m.x.abs() <= gap && m.y.abs().max(m.z.abs()) * accuracy.slip <= gap;
             if self.missed.iter().all(close) {
@@ -172,7 +184,7 @@ impl AtOnce {
         false
     }
 
-    /// Whether the forces are such as contacts that can be put apart have.
+    /// Whether the forces are plausible for contacts that can be opened together.
     fn is_sound(&self, posed: &Posed) -> bool {
         let pushes = |i: usize| posed.rows[i].law != Law::Glue;
         let alone = |i: usize| -posed.rows[i].b.x / posed.problem.diagonal[i].x_axis.x;
@@ -181,7 +193,7 @@ impl AtOnce {
         all().all(|i| self.force[i].x <= CONTRADICTED * most)
     }
 
-    /// Works out what is missed; returns the sum of its squares, m².
+    /// Compute the residual. Returns the sum of its squares, m².
     fn look(&mut self, posed: &Posed) -> f64 {
         self.missed.clear();
         self.says.clear();
@@ -193,7 +205,8 @@ impl AtOnce {
         self.missed.iter().map(|m| m.length_squared()).sum()
     }
 
-    /// Goes along the step, or the part of it that does best; returns what is then missed.
+    /// Move along the step, or along the fraction of it with the smallest residual. Returns the
+    /// squared residual there.
     fn go(&mut self, posed: &Posed, before: f64) -> f64 {
         let mut step_u = std::mem::take(&mut self.step_u);
         step_u.clear();
@@ -228,7 +241,7 @@ impl AtOnce {
         self.look(posed)
     }
 
-    /// Solves for the step; false where the matrix is singular.
+    /// Solve for the Newton step. Returns false if the matrix is singular.
     fn make_step(&mut self, posed: &Posed) -> bool {
         let Self { says, force, missed, place, matrix, right, step, .. } = self;
         let mut size = 0;
@@ -242,7 +255,7 @@ impl AtOnce {
         matrix.resize(size * size, 0.0);
         right.clear();
         right.resize(size, 0.0);
-        // What opens loses its force, and the others feel that.
+        // A contact that opens loses its force, which changes u of the others.
         step.clear();
         step.extend(force.iter().zip(place.iter()).map(|(p, place)| if place.is_some() { DVec3::ZERO } else { -*p }));
         let mut felt = std::mem::take(&mut self.trial_u);
@@ -251,7 +264,7 @@ impl AtOnce {
         posed.problem.answer(step, &mut felt);
         for (i, row) in place.iter().enumerate().filter_map(|(i, place)| place.map(|row| (i, row))) {
             let (_, at) = posed.own(i);
-            // How what is missed follows u, and p by itself.
+            // Derivatives of the residual with respect to u and p.
             let (by_u, by_p) = of_law(&says[i], posed, i, at);
             let left = -missed[i] - by_u * felt[i];
             right[row..row + 3].copy_from_slice(&left.to_array());
@@ -260,7 +273,7 @@ impl AtOnce {
             put(matrix, size, (row, row), &(by_u * (diagonal + DMat3::from_diagonal(slight)) + by_p));
             for (j, block) in &posed.problem.columns[i] {
                 if let Some(column) = place[*j as usize] {
-                    // The list holds ∂u_j/∂p_i, the transpose of what belongs here.
+                    // The list holds ∂u_j/∂p_i, the transpose of the block that belongs here.
                     put(matrix, size, (row, column), &(by_u * block.transpose()));
                 }
             }
@@ -276,7 +289,8 @@ impl AtOnce {
     }
 }
 
-/// ∂(what is missed)/∂u and, beside that, /∂p of contact `i`, whose W across the normal is `at`.
+/// Derivatives of the residual of contact `i` with respect to u and to p; `at` is 1/ρ of the
+/// tangents.
 fn of_law(says: &Says, posed: &Posed, i: usize, at: f64) -> (DMat3, DMat3) {
     let Says::Slides(along, across) = says else { return (DMat3::IDENTITY, DMat3::ZERO) };
     let Law::Coulomb(friction) = posed.rows[i].law else { return (DMat3::IDENTITY, DMat3::ZERO) };
@@ -291,7 +305,7 @@ fn of_law(says: &Says, posed: &Posed, i: usize, at: f64) -> (DMat3, DMat3) {
     (by_u, tangents(held, DVec3::new(0.0, pushed.x, pushed.y)))
 }
 
-/// u = W p + b.
+/// Compute u = W p + b.
 fn answer(posed: &Posed, p: &[DVec3], u: &mut Vec<DVec3>) {
     u.clear();
     u.resize(p.len(), DVec3::ZERO);
@@ -299,7 +313,7 @@ fn answer(posed: &Posed, p: &[DVec3], u: &mut Vec<DVec3>) {
     u.iter_mut().zip(posed.rows).for_each(|(u, row)| *u += row.b);
 }
 
-/// Writes a block into a matrix of `size` rows, row by row.
+/// Write a block into a row-major matrix of `size` columns.
 fn put(matrix: &mut [f64], size: usize, (row, column): (usize, usize), block: &DMat3) {
     for r in 0..3 {
         let at = (row + r) * size + column;
@@ -307,7 +321,8 @@ fn put(matrix: &mut [f64], size: usize, (row, column): (usize, usize), block: &D
     }
 }
 
-/// Solves the dense system in place by elimination with row pivots; false where it is singular.
+/// Solve the dense system in place by Gaussian elimination with row pivots. Returns false if it is
+/// singular.
 #[multiversion(targets("x86_64+avx512f+avx512vl+avx512dq", "x86_64+avx2"))]
 fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
     let size = right.len();
@@ -315,7 +330,7 @@ fn eliminate(matrix: &mut [f64], right: &mut [f64]) -> bool {
     for k in 0..size {
         let pivot = (k..size)
             .fold(k, |best, r| if matrix[r * size + k].abs() > matrix[best * size + k].abs() { r } else { best });
-        // Written so that what is no number is singular.
+        // The comparison is false for NaN.
         let is_sound = matrix[pivot * size + k].abs() > SINGULAR * largest;
         if !is_sound {
             return false;
@@ -347,7 +362,7 @@ mod tests {
     use super::*;
     use crate::contact::coulomb;
 
-    /// Numbers from -1 to 1 that are the same each time.
+    /// Pseudorandom numbers from -1 to 1 with a fixed seed.
     fn numbers(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
         move || {
@@ -356,7 +371,7 @@ mod tests {
         }
     }
 
-    /// `count` contacts of which each answers the forces at the others too, with W = M Mᵀ and a little on its diagonal.
+    /// A problem of `count` coupled contacts with W = M Mᵀ plus a small diagonal.
     fn drawn(count: usize, friction: f64, next: &mut impl FnMut() -> f64) -> (Problem, Vec<Row>) {
         let m: Vec<Vec<DMat3>> = (0..count)
             .map(|_| (0..count).map(|_| DMat3::from_cols_array(&std::array::from_fn(|_| next()))).collect())
@@ -384,7 +399,7 @@ mod tests {
             let known = coulomb::solve(&problem.diagonal[0], rows[0].b, Law::Coulomb(friction), DVec3::ZERO);
             let (mut force, mut u) = (vec![DVec3::ZERO], Vec::new());
             assert!(AtOnce::default().solve(&problem, &rows, &Accuracy::FINE, (&mut force, &mut u)));
-            // As exact as gaps are asked for.
+            // The tolerance is that of the gaps.
             assert!((problem.diagonal[0] * (force[0] - known)).length() < 1e-6, "{} {known}", force[0]);
         }
     }
@@ -414,7 +429,7 @@ mod tests {
 
     #[test]
     fn contacts_that_contradict_each_other_have_no_forces() {
-        // One place, pushed up and down by more than it may give.
+        // One point, pushed up and down by more than its range.
         let mut problem = Problem::default();
         let mut rows = Vec::new();
         for sign in [1.0, -1.0] {

@@ -6,8 +6,10 @@
 //! of [`Mover`].
 
 use glam::{DMat3, DVec3};
+use rayon::prelude::*;
 
 use crate::collision::constraint::{Contact, Side};
+use crate::contact::SheetContact;
 use crate::contact::solver::pgs::Problem;
 use crate::contact::solver_body::Mover;
 use crate::integrators::implicit::staged::Jump;
@@ -20,9 +22,12 @@ use crate::sheet::Sheet;
 pub(crate) struct Unit {
     /// Active contacts of the sheet, as ascending indices into the active list.
     list: Vec<u32>,
+    /// Jacobians of the contacts to be added.
     loads: Loads,
+    /// Half solutions L⁻¹ Jᵀ of all active contacts.
     halves: HalfSolutions,
     touched: bool,
+    /// Displacement of the position solve while the velocity solve clears `jump`, m.
     kept_dx: Vectors,
     /// Contact force on each node, N.
     force: Vectors,
@@ -31,6 +36,7 @@ pub(crate) struct Unit {
 }
 
 impl Unit {
+    /// Remove all contacts and prepare the arrays for `n` nodes.
     fn clear(&mut self, n: usize) {
         self.touched = false;
         self.list.clear();
@@ -80,9 +86,13 @@ impl Unit {
 
 /// Sheets and solver bodies of an island, borrowed for a step.
 pub(crate) struct Group<'a> {
+    /// All sheets of the world.
     pub sheets: &'a mut [Sheet],
+    /// Their contact states.
+    pub contacts: &'a mut [SheetContact],
     /// Indices of the island's sheets, ascending. [`Side::Sheet`] holds a position in this list.
     pub members: &'a [u32],
+    /// Bodies of the island. [`Side::Body`] holds a position in this list.
     pub movers: Vec<Mover>,
     /// Whether to work on several sheets in parallel.
     pub parallel: bool,
@@ -104,6 +114,31 @@ impl Group<'_> {
         &mut self.sheets[self.members[local as usize] as usize]
     }
 
+    /// Contact arrays of sheet number `local` of the island.
+    pub fn unit(&self, local: u32) -> &Unit {
+        &self.contacts[self.members[local as usize] as usize].unit
+    }
+
+    /// Sheet number `local` of the island with its contact arrays, mutable.
+    pub fn with_unit(&mut self, local: u32) -> (&mut Sheet, &mut Unit) {
+        let index = self.members[local as usize] as usize;
+        (&mut self.sheets[index], &mut self.contacts[index].unit)
+    }
+
+    /// Call `work` as [`Group::each`] does, with the contact arrays of the sheet.
+    pub fn each_unit(&mut self, work: impl Fn(&mut Sheet, &mut Unit) + Sync) {
+        let members = self.members;
+        if self.parallel {
+            let all = self.sheets.par_iter_mut().zip(self.contacts.par_iter_mut()).enumerate();
+            let own = all.filter(|(i, _)| members.binary_search(&(*i as u32)).is_ok());
+            own.for_each(|(_, (sheet, contact))| work(sheet, &mut contact.unit));
+        } else {
+            for i in members.iter().map(|i| *i as usize) {
+                work(&mut self.sheets[i], &mut self.contacts[i].unit);
+            }
+        }
+    }
+
     /// Number of independent parts: a single sheet and the bodies that touch only it count as one.
     /// With more parts, some contact changes state in almost every iteration.
     pub fn pieces(&self) -> usize {
@@ -118,7 +153,6 @@ impl Group<'_> {
     /// Call `work` for every sheet of the island, in parallel if enabled. The work on one sheet
     /// must not depend on the others.
     pub fn each(&mut self, work: impl Fn(&mut Sheet) + Sync) {
-        use rayon::prelude::*;
         let members = self.members;
         if self.parallel {
             let all = self.sheets.par_iter_mut().enumerate();
@@ -132,6 +166,7 @@ impl Group<'_> {
 /// An active contact.
 #[derive(Clone, Copy)]
 struct Active {
+    /// Index among the detected contacts.
     contact: u32,
     /// Contact frame; columns are the normal and two tangents.
     frame: DMat3,
@@ -143,14 +178,18 @@ struct Active {
 /// Delassus operator and the problem on it.
 #[derive(Default)]
 pub(crate) struct Delassus {
+    /// Active contacts in the order in which they were added.
     active: Vec<Active>,
     /// Active contacts of each body, ascending.
     on_body: Vec<Vec<u32>>,
+    /// The problem u = W p + b.
     pub problem: Problem,
+    /// Blocks of the contact that is being added.
     row: Vec<DMat3>,
     touched: Vec<u32>,
 }
 
+/// Entry of [`Active::units`] for a side without a sheet of its own.
 const NONE: (u32, u32) = (u32::MAX, 0);
 
 impl Delassus {
@@ -160,18 +199,14 @@ impl Delassus {
         self.problem.clear();
         self.on_body.iter_mut().for_each(Vec::clear);
         self.on_body.resize_with(group.movers.len(), Vec::new);
-        group.each(|sheet| {
-            let n = sheet.masses();
-            sheet.work.unit.clear(n);
-        });
+        group.each_unit(|sheet, unit| unit.clear(sheet.masses()));
     }
 
     /// Remove all contacts, but keep the displacements of the sheets.
     pub fn clear_for_velocities(&mut self, group: &mut Group) {
-        group.each(|sheet| std::mem::swap(&mut sheet.work.unit.kept_dx, &mut sheet.work.unit.jump.dx));
+        group.each_unit(|_, unit| std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx));
         self.clear(group);
-        group.each(|sheet| {
-            let unit = &mut sheet.work.unit;
+        group.each_unit(|_, unit| {
             std::mem::swap(&mut unit.kept_dx, &mut unit.jump.dx);
             unit.touched = true;
         });
@@ -196,16 +231,14 @@ impl Delassus {
     /// (s).
     pub fn add(&mut self, group: &mut Group, contacts: &[Contact], new: &[u32], h: f64) {
         let first = self.active.len();
-        group.each(|sheet| sheet.work.unit.loads.clear());
+        group.each_unit(|_, unit| unit.loads.clear());
         for number in new {
             self.load(group, contacts, *number);
         }
-        group.each(|sheet| {
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             if !unit.loads.is_empty() {
                 sheet.half_solve(&unit.loads, &mut unit.halves);
             }
-            sheet.work.unit = unit;
         });
         for i in first..self.active.len() {
             self.couple(group, contacts, i, h);
@@ -228,14 +261,12 @@ impl Delassus {
                     }
                 }
                 Side::Sheet { sheet, .. } if k == 0 || !same => {
-                    let member = group.sheet_mut(sheet);
-                    let mut unit = std::mem::take(&mut member.work.unit);
+                    let (member, unit) = group.with_unit(sheet);
                     for column in [frame.x_axis, frame.y_axis, frame.z_axis] {
                         unit.loads.push(loads(member, contact, sheet, column));
                     }
                     units[k] = (sheet, unit.list.len() as u32);
                     unit.list.push(index);
-                    member.work.unit = unit;
                 }
                 Side::Sheet { .. } => {}
             }
@@ -249,7 +280,7 @@ impl Delassus {
         self.touched.clear();
         let active = self.active[i];
         for (sheet, place) in active.units.into_iter().filter(|u| *u != NONE) {
-            let unit = &group.sheet(sheet).work.unit;
+            let unit = group.unit(sheet);
             for (other, j) in unit.list[..=place as usize].iter().enumerate() {
                 let block = unit.halves.block(place as usize, other);
                 self.gather(*j, DMat3::from_cols_array_2d(&block).transpose());
@@ -277,6 +308,7 @@ impl Delassus {
         }
     }
 
+    /// Add `block` to the block of the present contact and contact `j`.
     fn gather(&mut self, j: u32, block: DMat3) {
         let there = &mut self.row[j as usize];
         if *there == DMat3::ZERO {
@@ -287,9 +319,9 @@ impl Delassus {
 
     /// Compute the contact forces on the nodes of each sheet, N.
     fn forces(&self, group: &mut Group, contacts: &[Contact]) {
-        group.each(|sheet| {
-            if sheet.work.unit.is_touched() {
-                sheet.work.unit.force.clear();
+        group.each_unit(|_, unit| {
+            if unit.is_touched() {
+                unit.force.clear();
             }
         });
         for (active, p) in self.active.iter().zip(&self.problem.force) {
@@ -300,7 +332,7 @@ impl Delassus {
             let contact = &contacts[active.contact as usize];
             for (side, sign) in [(contact.a, 1.0), (contact.b, -1.0)] {
                 if let Side::Sheet { sheet, point } = side {
-                    group.sheet_mut(sheet).work.unit.push(&point, force * sign);
+                    group.with_unit(sheet).1.push(&point, force * sign);
                 }
             }
         }
@@ -310,13 +342,11 @@ impl Delassus {
     /// correspond to the forces, in sheets and solver bodies. `h` is the weight of the stage (s).
     pub fn displace(&self, group: &mut Group, contacts: &[Contact], h: f64) {
         self.forces(group, contacts);
-        group.each(|sheet| {
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             if unit.is_touched() {
                 sheet.answer(&unit.force, &mut unit.jump.dx);
                 unit.accelerate(&sheet.inverse_mass);
             }
-            sheet.work.unit = unit;
         });
         group.movers.iter_mut().for_each(Mover::release);
         self.push_bodies(group, contacts, |mover, force, moment| {
@@ -328,13 +358,11 @@ impl Delassus {
     /// solver bodies.
     pub fn kick(&self, group: &mut Group, contacts: &[Contact], h: f64) {
         self.forces(group, contacts);
-        group.each(|sheet| {
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             if unit.is_touched() {
                 sheet.answer(&unit.force, &mut unit.jump.dv);
                 unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
             }
-            sheet.work.unit = unit;
         });
         group.movers.iter_mut().for_each(|m| (m.kick, m.twist) = (DVec3::ZERO, DVec3::ZERO));
         self.push_bodies(group, contacts, |mover, force, moment| {

@@ -28,8 +28,9 @@ const DEPTH: f64 = 1e-6;
 /// Maximum number of extensions of the working set.
 const PASSES: u32 = 40;
 
-/// Tolerance (m) and maximum number of PGS sweeps.
+/// Tolerance of PGS sweeps, m.
 const ACCURACY: f64 = 1e-8;
+/// Maximum number of PGS sweeps.
 const SWEEPS: u32 = 200;
 
 /// Dual solver and its arrays.
@@ -40,7 +41,9 @@ pub(crate) struct Few {
     picker: Picker,
     /// Approach of the contacts outside the working set in the stage, m; negative if they close.
     gap: Vec<f64>,
+    /// Initial forces, N.
     begun: Vec<DVec3>,
+    /// Relative position or velocity without contact, of every contact in the problem.
     b: Vec<DVec3>,
 }
 
@@ -152,7 +155,7 @@ impl Scratch {
 
     /// Clear the solution of contacts that no longer exist.
     pub(crate) fn forget_solution(&mut self, group: &mut Group) {
-        group.each(|sheet| sheet.work.unit.release());
+        group.each_unit(|_, unit| unit.release());
         self.primal.clear();
         self.chosen.clear();
         self.solved = Solved::OnForces;

@@ -14,6 +14,7 @@ use multiversion::multiversion;
 
 use glam::{DMat3, DVec3};
 
+/// Position of a contact without unknowns.
 const NONE: u32 = u32::MAX;
 /// Number of rows that are eliminated together.
 const TOGETHER: usize = 4;
@@ -23,12 +24,14 @@ const TOGETHER: usize = 4;
 pub(crate) struct Ways {
     /// Unit directions in the contact frame; the first `count` columns are used.
     pub basis: DMat3,
+    /// Number of directions, 0 to 3.
     pub count: u8,
     /// Compliance along each direction in addition to W, m/N.
     pub turning: [f64; 3],
 }
 
 impl Ways {
+    /// No direction: an open contact.
     pub const NONE: Self = Self { basis: DMat3::IDENTITY, count: 0, turning: [0.0; 3] };
 }
 
@@ -152,6 +155,7 @@ impl Direct {
         self.values.resize(end, 0.0);
     }
 
+    /// Assemble the matrix within its envelope.
     fn assemble(&mut self, columns: &[Vec<(u32, DMat3)>], diagonal: &[DMat3], ways: &[Ways]) {
         for i in self.order.iter().map(|i| *i as usize) {
             let (own, start) = (&ways[i], self.place[i] as usize);
@@ -185,6 +189,7 @@ impl Direct {
         eliminate(&self.first, &self.offset, &mut self.values)
     }
 
+    /// Solve with the factor by forward and backward substitution, in place.
     fn substitute(&mut self) {
         let count = self.first.len();
         for i in 0..count {

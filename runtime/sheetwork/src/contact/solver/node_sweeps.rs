@@ -20,9 +20,10 @@ pub(crate) const ACCURACY: f64 = 1e-8;
 const SWEEPS: u32 = 200;
 /// Maximum number of PGS sweeps before the working set is extended.
 const ROUGH_SWEEPS: u32 = 20;
-/// Maximum size of the working set: a constant, and a number per sheet and body. Further contacts
-/// wait for the next stage, since the cost grows with the cube.
+/// Maximum size of the working set without sheets and bodies. Further contacts wait for the next
+/// stage, since the cost grows with the cube.
 const MOST: usize = 60;
+/// Increase of the maximum size of the working set per sheet and body.
 const MOST_FOR_EACH: usize = 40;
 /// Maximum number of extensions of the working set.
 const PASSES: u32 = 40;
@@ -31,6 +32,7 @@ const PASSES: u32 = 40;
 #[derive(Default)]
 pub(crate) struct Dual {
     pub delassus: Delassus,
+    /// Relative position or velocity without contact, of every contact in the problem.
     pub b: Vec<DVec3>,
     picker: Picker,
     passes: u32,
@@ -108,6 +110,7 @@ impl Dual {
         self.picker.activate();
     }
 
+    /// Select contacts outside the problem that penetrate by more than the tolerance.
     fn pick_violated(&mut self, scratch: &Scratch) {
         let depth = if scratch.short_steps { ACCURACY } else { DEPTH };
         self.picker.pick_violated(scratch, &scratch.gaps.now, depth, self.delassus.contacts());

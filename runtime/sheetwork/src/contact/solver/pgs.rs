@@ -1,71 +1,83 @@
-//! The contact problem of several contacts, solved by Gauss-Seidel sweeps and Newton steps.
+//! Contact problem in contact forces, solved by projected Gauss-Seidel (PGS) sweeps and Newton
+//! steps.
 //!
-//! u = W p + b in the frames of the contacts, Coulomb's law at each (see `coulomb`). W = J H⁻¹ Jᵀ is the Delassus operator:
-//! how every contact answers a force at every other. Contacts that share no sheet and no body do not couple, so W is kept
-//! by columns of 3x3 blocks that are there.
+//! The problem is u = W p + b in the contact frames with Coulomb's law at each contact (see
+//! `coulomb`), W = J H⁻¹ Jᵀ the Delassus operator. Contacts without a common sheet or body do not
+//! couple; W is stored as columns of nonzero 3×3 blocks.
 //!
-//! Contacts that hold the same leave W nearly singular: what is stuck at two places of a sheet that cannot stretch has forces
-//! that no motion tells. A few steps of the proximal point method are taken, each from the forces p₀ of the one before,
+//! Redundant contacts make W nearly singular: two sticking contacts of an inextensible sheet have
+//! forces that no motion determines. The proximal point method adds a term to W, with p₀ the forces
+//! of the iteration before:
 //!
-//!   u = W p + b + ε diag W (p - p₀),
+//!   u = W p + b + ε diag W (p - p₀).
 //!
-//! which asks for nothing that rests to move, and lets a contact miss by the fraction ε of what it newly holds back.
+//! Contacts at rest are not disturbed by it; a contact misses its gap by the fraction ε of the
+//! change of its force.
 //!
-//! Sweeps settle how each contact acts but carry a force through a pile only one sheet at a time. Between them, with limits of
-//! friction held, the forces are the minimum of the convex ½ pᵀ W p + bᵀ p; Newton steps for all contacts at once (see `direct`),
-//! brought back to what Coulomb's law allows and shortened until they lower it, go there (Morales, Nocedal, Smelyanskiy, "An
-//! algorithm for the fast solution of symmetric linear complementarity problems", Numer. Math. 111, 2008; Rockafellar,
-//! "Monotone operators and the proximal point algorithm", SIAM J. Control Optim. 14, 1976).
+//! Sweeps find the contact states but propagate a force through a pile one sheet at a time. With
+//! constant friction bounds, the forces minimise the convex function ½ pᵀ W p + bᵀ p. Newton steps
+//! for all contacts together (see `newton`), projected on the admissible forces and shortened until
+//! they lower this function, run between the sweeps.
+//!
+//! Sources: Morales, Nocedal, Smelyanskiy, "An algorithm for the fast solution of symmetric linear
+//! complementarity problems", Numer. Math. 111, 2008; Rockafellar, "Monotone operators and the
+//! proximal point algorithm", SIAM J. Control Optim. 14, 1976.
 
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::contact::coulomb::{Law, solve};
 use crate::contact::solver::newton::{Direct, Ways};
 
-/// ε along the normal and across it.
+/// ε of the proximal term, along the normal and the tangents.
 const SLIGHT: DVec3 = DVec3::new(3e-3, 1e-1, 1e-1);
-/// Times that p₀ is taken anew in a solve, at most.
+/// Maximum number of proximal iterations of a solve.
 const CENTRES: u32 = 2;
-/// Sweeps before the first Newton steps, sweeps between them, and Newton steps at a time.
+/// Sweeps before the first Newton steps.
 const FIRST: u32 = 8;
+/// Sweeps between Newton steps.
 const BETWEEN: u32 = 8;
+/// Newton steps at a time.
 const STEPS: u32 = 3;
-/// Shorter steps that are tried.
+/// Maximum number of step lengths of a line search.
 const HALVINGS: u32 = 4;
 
-/// A problem of contacts that grows.
+/// Contact problem in contact forces, to which contacts can be added.
 #[derive(Default)]
 pub struct Problem {
-    /// Contacts there are; the vectors below may hold memory for more.
+    /// Number of contacts; the vectors below may be longer.
     count: usize,
-    /// Of each contact, the contacts that a force at it moves (itself too), with their 3x3 blocks.
+    /// For each contact, the other contacts that it couples to, with their 3×3 blocks of W.
     pub(crate) columns: Vec<Vec<(u32, DMat3)>>,
+    /// Diagonal blocks of W, m/N.
     pub(crate) diagonal: Vec<DMat3>,
-    /// Blocks of W + ε diag W on the diagonal.
+    /// Diagonal blocks of W + ε diag W.
     own: Vec<DMat3>,
     laws: Vec<Law>,
-    /// Force at each contact in its frame (normal, two tangents), N.
+    /// Force of each contact in its frame (normal, two tangents), N.
     pub force: Vec<DVec3>,
+    /// u for the present forces, m.
     moved: Vec<DVec3>,
     direct: Direct,
+    /// Friction bounds during Newton steps, N.
     limits: Vec<f64>,
     ways: Vec<Ways>,
-    /// Forces and u before a direct solve.
+    /// Forces before a line search, N.
     kept: Vec<DVec3>,
+    /// u before a line search, m.
     kept_moved: Vec<DVec3>,
 }
 
-/// How a solution went.
+/// Statistics of a PGS solve.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Swept {
     /// Sweeps over all contacts.
     pub sweeps: u32,
-    /// Largest change of a gap in the last, m.
+    /// Largest change of a gap in the last sweep, m.
     pub change: f64,
 }
 
 impl Problem {
-    /// Forgets all contacts, keeps the memory.
+    /// Remove all contacts, keeping the allocations.
     pub fn clear(&mut self) {
         self.count = 0;
         self.diagonal.clear();
@@ -73,17 +85,17 @@ impl Problem {
         self.force.clear();
     }
 
-    /// How many contacts there are.
+    /// Number of contacts.
     pub fn len(&self) -> usize {
         self.count
     }
 
-    /// Whether there are none.
+    /// Whether the problem has no contacts.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
-    /// Adds a contact that begins with `force`; its couplings follow by [`Problem::couple`].
+    /// Add a contact with initial force `force` (N); [`Problem::couple`] then sets its blocks of W.
     pub fn push(&mut self, law: Law, force: DVec3) {
         if self.columns.len() == self.count {
             self.columns.push(Vec::new());
@@ -95,10 +107,10 @@ impl Problem {
         self.count += 1;
     }
 
-    /// Adds `block` = ∂u_i/∂p_j to W, and its transpose at (j, i); once for a pair.
+    /// Add `block` = ∂u_i/∂p_j (m/N) to W, and its transpose at (j, i). Call it once per pair.
     pub fn couple(&mut self, i: usize, j: usize, block: DMat3) {
         if i == j {
-            // Half solutions make it symmetric but for rounding.
+            // Half solutions give a symmetric block up to rounding.
             self.diagonal[i] = (block + block.transpose()) * 0.5;
         } else {
             self.columns[j].push((i as u32, block));
@@ -106,7 +118,7 @@ impl Problem {
         }
     }
 
-    /// u = W p.
+    /// Compute u = W p.
     pub fn answer(&self, p: &[DVec3], u: &mut [DVec3]) {
         for (u, (p, diagonal)) in u.iter_mut().zip(p.iter().zip(&self.diagonal)) {
             *u = *diagonal * *p;
@@ -118,11 +130,12 @@ impl Problem {
         }
     }
 
-    /// Solves u = W p + b from the forces there are, until no gap changes by more than `tolerance` in a sweep.
+    /// Solve u = W p + b from the present forces, until no gap changes by more than `tolerance` (m)
+    /// in a sweep or after `most` sweeps.
     pub fn solve(&mut self, b: &[DVec3], tolerance: f64, most: u32) -> Swept {
         self.own.clear();
         for (a, column) in self.diagonal.iter().zip(&self.columns) {
-            // What answers to nothing else is solved for exactly as it is.
+            // An uncoupled contact needs no proximal term.
             let slight = if column.is_empty() { DVec3::ZERO } else { SLIGHT };
             let own = DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) * slight;
             self.own.push(*a + DMat3::from_diagonal(own));
@@ -139,7 +152,7 @@ impl Problem {
         done
     }
 
-    /// Begins from the forces there are as p₀: u is then as without ε.
+    /// Set p₀ to the present forces, for which the proximal term in u is zero.
     fn centre(&mut self, b: &[DVec3]) {
         self.moved.clear();
         self.moved.extend_from_slice(b);
@@ -152,7 +165,8 @@ impl Problem {
         }
     }
 
-    /// Sweeps and steps until nothing changes by more than `tolerance`, or `most` sweeps are done.
+    /// Sweep, with Newton steps in between, until no gap changes by more than `tolerance` (m) or
+    /// `most` sweeps are done.
     fn settle(&mut self, done: &mut Swept, tolerance: f64, most: u32) {
         let mut next = done.sweeps + FIRST;
         loop {
@@ -168,7 +182,8 @@ impl Problem {
         }
     }
 
-    /// Solves each contact once, the others held; returns the largest change of a gap, m.
+    /// Solve each contact once with constant forces of the others. Returns the largest change of a
+    /// gap, m.
     fn sweep(&mut self) -> f64 {
         let mut change = 0.0_f64;
         for i in 0..self.count {
@@ -183,7 +198,7 @@ impl Problem {
         change
     }
 
-    /// Gives contact `i` the force `new`; returns by how much that changes its own gap and slip, m.
+    /// Set the force of contact `i` to `new`. Returns the change of its own gap and slip, m.
     fn change(&mut self, i: usize, new: DVec3) -> f64 {
         let (step, a) = (new - self.force[i], self.own[i]);
         if step == DVec3::ZERO {
@@ -194,7 +209,7 @@ impl Problem {
         (DVec3::new(a.x_axis.x, a.y_axis.y, a.z_axis.z) * step).abs().element_sum()
     }
 
-    /// Takes Newton steps for all contacts at once, with limits of friction as they are.
+    /// Take Newton steps for all contacts with the present friction bounds.
     fn step_at_once(&mut self) {
         self.limits.clear();
         for (law, p) in self.laws.iter().zip(&self.force) {
@@ -217,7 +232,7 @@ impl Problem {
         self.direct = direct;
     }
 
-    /// In which ways the force of contact `i` may change.
+    /// Directions in which the force of contact `i` may change.
     fn ways_of(&self, i: usize) -> Ways {
         let (p, u, a, limit) = (self.force[i], self.moved[i], &self.own[i], self.limits[i]);
         if self.laws[i] == Law::Glue {
@@ -234,13 +249,13 @@ impl Problem {
         if force.length() < limit * (1.0 - 1e-9) || along.dot(slip) >= 0.0 {
             return Ways { count: 3, ..Ways::NONE };
         }
-        // Where it slides the force can only turn, and turns against the slip.
+        // In slip the tangential force can only rotate, and rotates against the slip.
         let basis = DMat3::from_cols(DVec3::X, DVec3::new(0.0, -along.y, along.x), DVec3::new(0.0, along.x, along.y));
         Ways { basis, count: 2, turning: [0.0, slip.length() / limit, 0.0] }
     }
 
-    /// Goes along the step of a direct solve as far as that lowers ½ pᵀ W p + bᵀ p, each force within its limits; false where
-    /// there is nothing to gain.
+    /// Line search on ½ pᵀ W p + bᵀ p along the Newton step, with each force projected on its
+    /// admissible set. Returns false if no step length lowers the function.
     fn search(&mut self, direct: &Direct) -> bool {
         self.kept.clone_from(&self.force);
         self.kept_moved.clone_from(&self.moved);
@@ -266,7 +281,7 @@ impl Problem {
         false
     }
 
-    /// The force nearest to `p` that contact `i` may have.
+    /// Projection of `p` on the admissible forces of contact `i`.
     fn within(&self, i: usize, p: DVec3) -> DVec3 {
         if self.laws[i] == Law::Glue {
             return p;
@@ -275,17 +290,18 @@ impl Problem {
         DVec3::new(p.x.max(0.0), tangential.x, tangential.y)
     }
 
-    /// u after the last solve, m.
+    /// u of the last solve, m.
     pub fn moved(&self) -> &[DVec3] {
         &self.moved
     }
 
+    /// Add the effect of force `p` at contact `j` to u of all contacts.
     fn apply(&mut self, j: usize, p: DVec3) {
         self.moved[j] += self.own[j] * p;
         self.carry(j, p);
     }
 
-    /// Moves the other contacts as force `p` at contact `j` does.
+    /// Add the effect of force `p` at contact `j` to u of the other contacts.
     fn carry(&mut self, j: usize, p: DVec3) {
         for (i, block) in &self.columns[j] {
             self.moved[*i as usize] += *block * p;
@@ -297,7 +313,8 @@ impl Problem {
 mod tests {
     use super::*;
 
-    /// A pile of `count` equal masses on a floor, each pushed down by 1 in units of its own compliance.
+    /// A pile of `count` equal bodies on a floor. The weight of each is 1 in units of its own
+    /// compliance.
     fn pile(count: usize, law: Law) -> (Problem, Vec<DVec3>) {
         let mut problem = Problem::default();
         for i in 0..count {
@@ -316,7 +333,7 @@ mod tests {
     fn a_contact_of_a_pile_carries_what_lies_above_it() {
         let count = 40;
         let (mut problem, b) = pile(count, Law::Coulomb(0.3));
-        // A solve from the forces of the one before is what steps at rest are.
+        // Repeated solves, each from the forces of the previous one, as in steps at rest.
         let mut sweeps = 0;
         for _ in 0..200 {
             sweeps = problem.solve(&b, 1e-12, 200).sweeps;
@@ -331,7 +348,7 @@ mod tests {
 
     #[test]
     fn contacts_that_hold_the_same_share_it_and_rest() {
-        // One mass held twice at one place, pulled sideways by less than friction holds.
+        // One body with two identical contacts, pulled sideways by less than the friction bound.
         let mut problem = Problem::default();
         for i in 0..2 {
             problem.push(Law::Coulomb(0.5), DVec3::ZERO);

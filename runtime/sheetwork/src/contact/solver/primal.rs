@@ -25,8 +25,9 @@ const BEHIND: f64 = 0.05;
 const FURTHEST: f64 = 1e-4;
 /// Gap tolerance of a single sheet as a fraction of the deepest penetration.
 const OF_DEPTH: f64 = 5e-5;
-/// Gap tolerance of several sheets as a fraction of the deepest penetration, and its maximum, m.
+/// Gap tolerance of several sheets as a fraction of the deepest penetration.
 const OF_DEPTH_TOGETHER: f64 = 1e-2;
+/// Maximum of the gap tolerance of several sheets, m.
 const COARSEST: f64 = 1e-5;
 /// Maximum number of sheets that are solved with the finest settings for several sheets.
 const FEW: usize = 4;
@@ -72,7 +73,7 @@ impl Scratch {
         let reach = if sheets > 1 { NEAR.max((10.0 * behind).min(FURTHEST)).max(behind) } else { f64::INFINITY };
         self.eager = if behind > NEAR && sheets > 1 { behind } else { 0.0 };
         for (i, contact) in self.found.contacts.iter().enumerate() {
-            // The sparsity pattern of a single sheet covers all its contacts already.
+            // A single sheet has no limit, because its sparsity pattern covers all its contacts.
             let near = self.gaps.free[i] < reach;
             let is_chosen = near || i >= self.found.glue_from || self.remembered(&contact.key).is_some();
             self.is_chosen.push(is_chosen);
@@ -173,6 +174,8 @@ impl Scratch {
         });
     }
 
+    /// Solve on the matrix of the sheet or on the joint one; `first` marks the solve after an
+    /// assembly.
     fn solve_on_masses(&mut self, primal: &mut Primal, group: &mut Group, first: bool, rough: bool) -> bool {
         let accuracy = self.accuracy(rough, group.pieces());
         let tangent: &mut dyn Tangent = match group.sheet_mut(0).system_mut().filter(|_| self.on_own) {
@@ -272,11 +275,9 @@ impl Scratch {
     fn take_displacements(&self, primal: &Primal, group: &mut Group) {
         let (joint, delta, count) = (&self.joint, primal.displacement(), group.members.len());
         for local in 0..count as u32 {
-            let sheet = group.sheet_mut(local);
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+            let (sheet, unit) = group.with_unit(local);
             unit.touch(sheet.masses());
             sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dx);
-            sheet.work.unit = unit;
         }
         for (i, (row, p)) in self.chosen.iter().zip(primal.rows.iter().zip(&primal.force)) {
             if *p == DVec3::ZERO {
@@ -285,13 +286,13 @@ impl Scratch {
             let contact = &self.found.contacts[*i as usize];
             for (side, sign) in [(&contact.a, 1.0), (&contact.b, -1.0)] {
                 if let Side::Sheet { sheet, point } = side {
-                    group.sheet_mut(*sheet).work.unit.push(point, row.frame * *p * sign);
+                    group.with_unit(*sheet).1.push(point, row.frame * *p * sign);
                 }
             }
         }
         for local in 0..count as u32 {
-            let sheet = group.sheet_mut(local);
-            sheet.work.unit.accelerate(&sheet.inverse_mass);
+            let (sheet, unit) = group.with_unit(local);
+            unit.accelerate(&sheet.inverse_mass);
         }
         for (body, mover) in group.movers.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {
@@ -305,11 +306,9 @@ impl Scratch {
     fn take_jumps(&self, primal: &Primal, group: &mut Group, h: f64) {
         let (joint, delta, count) = (&self.joint, primal.displacement(), group.members.len());
         for local in 0..count as u32 {
-            let sheet = group.sheet_mut(local);
-            let mut unit = std::mem::take(&mut sheet.work.unit);
+            let (sheet, unit) = group.with_unit(local);
             sheet.spread_rows(&delta[3 * joint.sheet(local) as usize..], &mut unit.jump.dv);
             unit.jump.dv.axes_mut().into_iter().flatten().for_each(|v| *v /= h);
-            sheet.work.unit = unit;
         }
         for (body, mover) in group.movers.iter_mut().enumerate() {
             if let Some(first) = joint.body(count, body as u32) {

@@ -14,12 +14,15 @@ const FEW: usize = 6;
 /// Working set of contacts.
 #[derive(Default)]
 pub(crate) struct Picker {
+    /// Whether each contact is active or excluded.
     is_active: Vec<bool>,
     /// Contacts to be added, as indices into the detected contacts.
     pub new: Vec<u32>,
+    /// Squared distance of each violated contact from the nearest chosen one, m².
     reach: Vec<f64>,
-    /// Violated contacts and active contacts, sorted by pair.
+    /// Violated contacts, sorted by pair.
     violated: Vec<(u64, u32)>,
+    /// Active contacts, sorted by pair.
     held: Vec<(u64, u32)>,
 }
 

@@ -1,18 +1,22 @@
-//! Bending of a shell: curvatures κ_a = Σ w x as vectors, energy ½ Σ S κᵀ D κ (S area, D bending stiffness, N m).
+//! Bending of a shell: vector curvatures κ_a = Σ w x (1/m) and the energy ½ Σ S κᵀ D κ, with area S
+//! (m²) and bending stiffness D (N m).
 //!
-//! Quadratic in x, so its tangent is constant (Wardetzky, Bergou, Harmon, Zorin, Grinspun, "Discrete quadratic curvature
-//! energies", CAGD 24, 2007, for hinges; here for central differences and for the triangle of `element/triangle`). For a
-//! sheet that hardly stretches |x_uu| is its curvature, whatever the rotation.
+//! The energy is quadratic in x, so its tangent is constant (Wardetzky, Bergou, Harmon, Zorin,
+//! Grinspun, "Discrete quadratic curvature energies", CAGD 24, 2007, for hinges; here for central
+//! differences and for the triangle of [`crate::elements::triangle_bending`]). For a nearly
+//! inextensible sheet |x_uu| is the curvature for any rotation.
 //!
-//! With a retardation time τ the rate of the scalar curvature k = κ·n along the normal is resisted, ½ (τ/h) S (k-k_w)ᵀ D
-//! (k-k_w); the vector κ itself turns with the sheet, and resisting that would brake a bent sheet that spins. n is taken
-//! from where the iteration stands and not differentiated: κ lies along it.
+//! With a retardation time τ, damping acts on the rate of the scalar curvature k = κ·n along the
+//! normal: ½ (τ/h) S (k-k_w)ᵀ D (k-k_w). The vector κ rotates with the sheet, so damping of its
+//! rate would brake a rotating bent sheet. The normal n is that of the iterate and is not
+//! differentiated, because κ is nearly parallel to it.
 //!
-//! A sheet that has set, or is warmer on one side than on the other, is at rest at curvatures κ₀ that turn with it: the energy is
-//! then ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀), its tangent the same. κ₀ is kept in axes of the sheet, the frame's first side, the normal
-//! and what is square to both, and is all but along the normal. One that has not holds no κ₀ and computes nothing for it.
+//! With thermal rest strain or a temperature gradient the sheet has rest curvatures κ₀ that rotate
+//! with it: the energy is ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀), with an equal tangent. κ₀ is stored in axes
+//! of the sheet (first side of the frame, normal, and their cross product) and is nearly parallel
+//! to the normal. A sheet without thermal history stores no κ₀.
 //!
-//! A sheet that is made bent, or may stay bent by yield or creep, has its rest along the normal in `rest` instead.
+//! Initial curvature, plasticity and creep have their rest curvature along the normal in `rest`.
 
 pub(crate) mod normal_rotation;
 pub(crate) mod remap;
@@ -30,23 +34,24 @@ use crate::elements::curvature::CurvatureGroup;
 use crate::elements::fracture::Open;
 use crate::elements::remap::Carry;
 use crate::elements::staggered::Left;
-use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, set_rest};
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// One place with its curvatures.
+/// One curvature group: a point with up to three curvatures.
 #[derive(Clone, Debug)]
 struct Group {
     /// Range of its entries in `masses` and `weights`.
     entries: (u32, u32),
-    /// What prescribed slopes add to the curvatures, 1/m.
+    /// Contribution of prescribed slopes to the curvatures, 1/m.
     prescribed: [DVec3; 3],
     frame: [u32; 4],
-    /// S D, relaxed directions condensed out, N m³; as warmth has made it.
+    /// S D at the present temperature, relaxed directions condensed out, N m³.
     stiffness: [[f64; 3]; 3],
-    /// What of the law's stiffness warmth has left.
+    /// Remaining stiffness as a fraction of the law's.
     softness: f64,
-    /// k_w, 1/m.
+    /// Reference curvature k_w, 1/m.
     anchor: [f64; 3],
     /// k̇ at the end of the last stage, 1/(m s).
     rate: [f64; 3],
@@ -54,11 +59,11 @@ struct Group {
     pairs: (u32, u32),
 }
 
-/// Two masses of a group and what ties them.
+/// Two nodes of a group and their coupling.
 #[derive(Clone, Copy, Debug)]
 struct Pair {
     block: u32,
-    /// Places of the two in the group's entries.
+    /// Positions of the two nodes among the group's entries.
     of: (u32, u32),
     /// Σ w_a S D_ab w_b, N/m.
     value: f64,
@@ -69,29 +74,31 @@ struct Pair {
 pub struct Bending {
     source: Vec<CurvatureGroup>,
     groups: Vec<Group>,
-    /// κ₀ of each group in its axes, 1/m, and the part along the normal that a difference of temperature makes; empty for a sheet
-    /// at rest where flat.
+    /// κ₀ of each group in its axes, 1/m, and the thermal curvature along the normal, 1/m; empty
+    /// before the first change of temperature.
     rest: Vec<[DVec3; 3]>,
     curl: Vec<f64>,
     masses: Vec<u32>,
     /// Weights of uu, vv, 2uv of each entry, 1/m².
     weights: Vec<[f64; 3]>,
     pairs: Vec<Pair>,
-    /// Pairs with a block, by block.
+    /// Pairs with a block, sorted by block.
     order: Vec<u32>,
-    /// Blocks of the constant tangent with their value, summed over groups, N/m.
+    /// Blocks of the constant tangent and their values, summed over groups, N/m.
     constant: Vec<(u32, f64)>,
     retardation: f64,
     viscous: f64,
     per_time: f64,
-    /// Rest curvatures along the normal, of a sheet that is made bent or may stay bent.
+    /// Rest curvature along the normal; `None` for a sheet without initial curvature, plasticity
+    /// and creep.
     rests: Option<Box<Rests>>,
-    /// What every group is where no cell is open; empty where none ever was.
+    /// Each group without open cells; empty before the first cell opens.
     whole: Vec<Left>,
 }
 
 impl Bending {
-    /// From the curvatures of a grid or a mesh; `directions` are the prescribed slopes they name, in the world.
+    /// Bending from the curvatures of a grid or a mesh; `directions` are the prescribed slopes that
+    /// they refer to, in world coordinates.
     pub fn new(source: Vec<CurvatureGroup>, directions: &[DVec3]) -> Self {
         let mut all = Self::default();
         for group in &source {
@@ -117,7 +124,7 @@ impl Bending {
                 }
             }
         }
-        // By mass, so that pairs are of the lower triangle.
+        // Sorted by node, so that pairs lie in the lower triangle.
         entries.sort_by_key(|(m, _)| *m);
         let pairs = self.pairs.len();
         for p in 0..entries.len() {
@@ -150,7 +157,7 @@ impl Bending {
         self.masses[range.clone()].iter().map(|m| *m as usize).zip(&self.weights[range])
     }
 
-    /// κ of a group at `x`, or the rate of it at velocities `x` with nothing prescribed.
+    /// κ of a group at positions `x`; its rate for velocities `x` and zero `prescribed`.
     #[inline(always)]
     fn curvature(&self, group: &Group, x: &Vectors, prescribed: &[DVec3; 3]) -> [DVec3; 3] {
         let mut k = *prescribed;
@@ -163,12 +170,12 @@ impl Bending {
         k
     }
 
-    /// Curvatures along the normal, 1/m, of every group: for reports.
+    /// Curvatures along the normal of every group, 1/m, for reports.
     pub fn normal_curvatures(&self, x: &Vectors) -> impl Iterator<Item = [f64; 3]> {
         self.groups.iter().map(move |g| along(&self.curvature(g, x, &g.prescribed), normal(g, x)))
     }
 
-    /// Adds `scale` Σ wᵀ m to `to`, m the moments (N m²) of a group.
+    /// Adds `scale` Σ wᵀ m to `to`, with the moments m (N m²) of a group.
     #[inline(always)]
     fn add_moments(&self, group: &Group, moments: &[DVec3; 3], scale: f64, to: &mut Vectors) {
         for (mass, w) in self.entries(group) {
@@ -178,7 +185,7 @@ impl Bending {
     }
 }
 
-/// The unit normal of a group's frame; zero where it has none.
+/// The unit normal of a group's frame; zero for a degenerate frame.
 #[inline(always)]
 fn normal(group: &Group, x: &Vectors) -> DVec3 {
     let [a, b, c, d] = group.frame;
@@ -187,7 +194,7 @@ fn normal(group: &Group, x: &Vectors) -> DVec3 {
     if squared > 0.0 { n / squared.sqrt() } else { DVec3::ZERO }
 }
 
-/// Axes that turn with a group: the first side of its frame, its normal, and what is square to both.
+/// Axes that rotate with a group: first side of its frame, normal, and their cross product.
 #[inline(always)]
 fn axes(group: &Group, x: &Vectors) -> [DVec3; 3] {
     let n = normal(group, x);
@@ -196,7 +203,7 @@ fn axes(group: &Group, x: &Vectors) -> [DVec3; 3] {
     [p, n, n.cross(p)]
 }
 
-/// The unit normal and its rate of change, 1/s.
+/// The unit normal and its rate, 1/s.
 fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
     let sides = |of: &Vectors| {
         let [a, b, c, d] = group.frame.map(|m| of.get(m as usize));
@@ -213,8 +220,8 @@ fn turning_normal(group: &Group, x: &Vectors, v: &Vectors) -> (DVec3, DVec3) {
     (n, rate - n * rate.dot(n))
 }
 
-/// What warmth leaves of the stiffness of a curvature, and the curvature (1/m) it makes: those at its masses, by their weights
-/// in it.
+/// Remaining stiffness and thermal curvature (1/m) of a group: means over its nodes, weighted with
+/// the absolute stencil weights.
 fn warmth_of(warmth: &Warmth, masses: &[u32], weights: &[[f64; 3]]) -> (f64, f64) {
     let (mut compliance, mut curl, mut sum) = (0.0, 0.0, 0.0);
     for (mass, w) in masses.iter().zip(weights) {
@@ -226,7 +233,7 @@ fn warmth_of(warmth: &Warmth, masses: &[u32], weights: &[[f64; 3]]) -> (f64, f64
     (sum / compliance, curl / sum)
 }
 
-// Written out, because closures over arrays are not inlined into the loops over groups.
+// Written out: closures over arrays are not inlined into the loops over groups.
 #[inline(always)]
 fn along(k: &[DVec3; 3], n: DVec3) -> [f64; 3] {
     [k[0].dot(n), k[1].dot(n), k[2].dot(n)]
@@ -250,8 +257,8 @@ fn times_scalar(d: &[[f64; 3]; 3], k: &[f64; 3]) -> [f64; 3] {
     ]
 }
 
-/// D with the directions `relaxed` free to adjust: D - D B (Bᵀ D B)⁻¹ Bᵀ D, one direction after another, each made
-/// independent (in the sense of D) of those before.
+/// D with the directions `relaxed` condensed out: D - D B (Bᵀ D B)⁻¹ Bᵀ D, one direction after
+/// another, each made D-orthogonal to the earlier ones.
 pub fn condensed(mut d: [[f64; 3]; 3], relaxed: &[[f64; 3]]) -> [[f64; 3]; 3] {
     let largest = d[0][0].max(d[1][1]).max(d[2][2]);
     for b in relaxed {
@@ -333,7 +340,7 @@ impl Element for Bending {
             let (softness, curl) = warmth_of(warmth, &self.masses[range.clone()], &self.weights[range]);
             let (k, axes) = (self.curvature(group, x, &group.prescribed), axes(group, x));
             let rest = &mut self.rest[i];
-            // Where twist alone is known nothing else can rest.
+            // A group with twist alone has no thermal curvature.
             let rows = &self.source[i].rows;
             let bends = !(rows[0].is_empty() && rows[1].is_empty());
             let curled = if bends { curl - self.curl[i] } else { 0.0 };

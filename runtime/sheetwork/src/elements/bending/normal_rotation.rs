@@ -1,28 +1,29 @@
-//! What the turn of a group's normal ties: the masses of the group and of its frame, whose blocks the tangent of rest curvature fills.
-//! A group at rest where flat has none of it, and bends as if this were not here.
+//! Couplings through the rotation of a group's normal: the nodes of the group and of its frame,
+//! whose matrix blocks the tangent of rest curvature fills. Groups without rest curvature do not
+//! use them.
 
 use crate::elements::bending::{Bending, NO_BLOCK};
 use crate::elements::curvature::dot;
 
-/// Two masses of a group or its frame.
+/// Two nodes of a group or its frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Couple {
     pub block: u32,
-    /// Places of the two among the group's.
+    /// Positions of the two nodes among the group's nodes.
     pub of: (u32, u32),
 }
 
-/// The masses of all groups and of their frames, group by group.
+/// The nodes of all groups and of their frames, group by group.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Turning {
-    /// Rising in each group, so that couples are of the lower triangle.
+    /// Ascending in each group, so that pairs lie in the lower triangle.
     masses: Vec<u32>,
-    /// Weights of each in its group, 1/m²; none for one of the frame alone.
+    /// Weights of each node in its group, 1/m²; zero for a node of the frame alone.
     weights: Vec<[f64; 3]>,
     couples: Vec<Couple>,
-    /// Where the masses and the couples of each group end.
+    /// Ends of the nodes and the pairs of each group.
     ends: Vec<(u32, u32)>,
-    /// Places of the frame's masses among the group's.
+    /// Positions of the frame's nodes among the group's nodes.
     pub frame: Vec<[u32; 4]>,
 }
 
@@ -48,7 +49,7 @@ impl Turning {
         all
     }
 
-    /// Finds where the masses of the frames are, which are another group's where cells have opened.
+    /// Finds the positions of the frames' nodes, which open cells change.
     pub fn find_frames(&mut self, bending: &Bending) {
         let place = |i: usize, mass: u32| self.masses_of(i).iter().position(|m| *m == mass).unwrap_or(0) as u32;
         self.frame = bending.groups.iter().enumerate().map(|(i, g)| g.frame.map(|m| place(i, m))).collect();
@@ -58,27 +59,27 @@ impl Turning {
         i.checked_sub(1).map_or((0, 0), |before| (self.ends[before].0 as usize, self.ends[before].1 as usize))
     }
 
-    /// Masses of group `i` and of its frame.
+    /// Nodes of group `i` and of its frame.
     pub fn masses_of(&self, i: usize) -> &[u32] {
         &self.masses[self.first(i).0..self.ends[i].0 as usize]
     }
 
-    /// Their couples.
+    /// Pairs of nodes of group `i`.
     pub fn couples_of(&self, i: usize) -> &[Couple] {
         &self.couples[self.first(i).1..self.ends[i].1 as usize]
     }
 
-    /// The part of `moment` (N m²) that each of them has, N m.
+    /// Product of `moment` (N m²) with the weights of each node, N m.
     pub fn parts_of<'a>(&'a self, i: usize, moment: &'a [f64; 3]) -> impl Iterator<Item = f64> + 'a {
         self.weights[self.first(i).0..self.ends[i].0 as usize].iter().map(|w| dot(w, moment))
     }
 
-    /// The most masses that a group has.
+    /// Largest number of nodes of a group.
     pub fn most(&self) -> usize {
         (0..self.ends.len()).map(|i| self.masses_of(i).len()).max().unwrap_or(0)
     }
 
-    /// Names every two masses that share a block.
+    /// Visits every pair of nodes with a common block.
     pub fn couples(&self, visit: &mut dyn FnMut(u32, u32)) {
         for i in 0..self.ends.len() {
             let masses = self.masses_of(i);
@@ -88,7 +89,7 @@ impl Turning {
         }
     }
 
-    /// Takes up the blocks of a matrix.
+    /// Stores the indices of the matrix blocks.
     pub fn bind(&mut self, block: &dyn Fn(u32, u32) -> u32) {
         for i in 0..self.ends.len() {
             let (masses, couples) = self.first(i);

@@ -1,23 +1,24 @@
-//! What a shell's bending holds, to another grid: what yield and creep have left beyond the creases it was made with, how far it has
-//! hardened, and where heat has let it set. Creases and curl are made on each grid anew, and stay as sharp as that has them.
+//! Remapping of the bending state of a shell to another grid: plastic and creep curvature beyond
+//! the initial curvature, hardening, and thermal rest curvature. Creases and curl are generated on
+//! each grid and keep the sharpness of that grid.
 
 use glam::DVec3;
 
 use crate::elements::bending::Bending;
 use crate::elements::remap::Carry;
 
-/// Of one curvature: κ₀ that heat has set, its angle beyond that it was made with, hardening, arms.
+/// State per curvature: thermal κ₀ (3), angle beyond the initial one, hardening, two creep arms.
 const HELD: usize = 7;
 
 impl Bending {
-    /// What warmth alone curls component `a` of group `i` by, 1/m.
+    /// Thermal curvature of component `a` of group `i`, 1/m.
     fn curl_of(&self, i: usize, a: usize) -> f64 {
         let rows = &self.source[i].rows;
         let bends = !(rows[0].is_empty() && rows[1].is_empty());
         if a < 2 && bends { self.curl.get(i).copied().unwrap_or(0.0) } else { 0.0 }
     }
 
-    /// What component `a` of group `i` holds.
+    /// Transferable state of component `a` of group `i`.
     fn held(&self, i: usize, a: usize) -> [f64; HELD] {
         let source = &self.source[i];
         let curl = self.curl_of(i, a);
@@ -54,7 +55,7 @@ impl Bending {
         }
     }
 
-    /// Takes up what `old` holds.
+    /// Takes the state of `old`.
     pub(crate) fn carry_rests(&mut self, old: &Self, carry: &Carry) {
         if old.rests.is_none() && old.rest.is_empty() {
             return;

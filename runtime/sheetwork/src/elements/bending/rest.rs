@@ -1,11 +1,14 @@
-//! Rest curvature of a shell, and how it flows: E = ½ S (κ - k₀ n)ᵀ D (κ - k₀ n) with n the sheet's normal, k₀ = (uu, vv, 2uv), 1/m.
+//! Rest curvature of a shell, and its change by creep and plasticity.
 //!
-//! The part ½ S κᵀ D κ has a constant tangent and is the bending element's own; this adds -S k₀ᵀ D (κ·n) + ½ S k₀ᵀ D k₀. Its gradient has
-//! the change of the normal in it, so that forces have a potential and no moment. With J = w - k₀ ∂n the tangent is S Jᵀ D J and
-//! what the curvature of n adds, which for a sheet that does not stretch is S (k - k₀)ᵀ D k₀ ∂nᵀ ∂n, k = κ·n.
+//! E = ½ S (κ - k₀ n)ᵀ D (κ - k₀ n) (J) with the sheet's normal n and k₀ = (uu, vv, 2uv), 1/m. The
+//! bending element has the part ½ S κᵀ D κ with its constant tangent; this file adds -S k₀ᵀ D
+//! (κ·n) + ½ S k₀ᵀ D k₀. The gradient includes the change of the normal, so the forces have a
+//! potential and no moment. With J = w - k₀ ∂n the tangent is S Jᵀ D J plus the term of the second
+//! derivative of n, which for an inextensible sheet is S (k - k₀)ᵀ D k₀ ∂nᵀ ∂n, k = κ·n.
 //!
-//! k₀ is what a sheet is made with (creases, curl), what yields, and what creeps (see `flow`). A crease is an angle: where a grid bends by
-//! the angle φ between neighbouring cells, k₀ is 2 sin(φ/2)/h, and yield counts angles too.
+//! k₀ consists of the initial curvature (creases, curl), plastic curvature and creep (see
+//! [`crate::elements::creep`]). A crease is an angle: where a grid bends by the angle φ between
+//! neighbouring cells, k₀ is 2 sin(φ/2)/h, and the yield condition uses angles as well.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -19,37 +22,37 @@ use crate::elements::{Geometric, NO_BLOCK, keep_matrices, set_rest, take_matrice
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Rest curvatures of all groups.
+/// Rest curvature of all groups.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rests {
-    /// k₀ of each group, in a step what its law has.
+    /// k₀ of each group; during a step that of the step's elastic law.
     pub(crate) rest: Vec<[f64; 3]>,
-    /// What it was made with, as angles a length, 1/m.
+    /// Initial rest curvature, as angles per length, 1/m.
     pub(crate) made: Vec<[f64; 3]>,
-    /// S D of each group, N m³.
+    /// Instantaneous stiffness S D of each group, N m³.
     full: Vec<[[f64; 3]; 3]>,
-    /// Stiffness of each group in the step, of that at once.
+    /// Stiffness of each group in the step, relative to the instantaneous one.
     scale: Vec<f64>,
-    /// Masses and couples of each group and its frame.
+    /// Nodes and pairs of each group and its frame.
     pub(crate) turning: Turning,
-    /// What creeps of each group; empty where nothing does.
+    /// Creep state of each group; empty without creep.
     pub(crate) strains: Vec<[Strain; 3]>,
-    /// Shares of the arms.
+    /// Shares of the Maxwell arms.
     share: [f64; 2],
-    /// α of each group, 1/m; empty where nothing yields.
+    /// Accumulated plastic curvature α of each group, 1/m; empty without plasticity.
     pub(crate) hardened: Vec<f64>,
     /// D along the sheet's length, N m.
     stiffness: f64,
-    /// Whether a step is on its way.
+    /// Whether a step is in progress.
     running: bool,
-    /// Whether k₀ is none anywhere: nothing here adds anything then, and none of it is worked out.
+    /// Whether k₀ is zero everywhere: this file then contributes nothing and is skipped.
     flat: bool,
-    /// Room for a group's derivatives.
+    /// Buffers for the derivatives of a group.
     turns: Vec<DMat3>,
     coupled: Vec<f64>,
 }
 
-/// The sides of a group's frame, its normal and the length of their product.
+/// Sides of a group's frame, its normal and the length of the sides' cross product.
 struct Frame {
     p: DVec3,
     q: DVec3,
@@ -66,13 +69,13 @@ impl Frame {
         (length > 0.0).then(|| Self { p, q, n: across / length, length })
     }
 
-    /// The change of n for changes of the sides.
+    /// First-order change of n for changes of the sides.
     fn turn(&self, dp: DVec3, dq: DVec3) -> DVec3 {
         let change = dp.cross(self.q) + self.p.cross(dq);
         (change - self.n * self.n.dot(change)) / self.length
     }
 
-    /// ∂n by the frame's masses a, b, c, d.
+    /// ∂n with respect to the frame's nodes a, b, c, d.
     fn derivatives(&self) -> [DMat3; 4] {
         let cross = |v: DVec3| DMat3::from_cols(v.cross(DVec3::X), v.cross(DVec3::Y), v.cross(DVec3::Z));
         let n = self.n;
@@ -83,8 +86,9 @@ impl Frame {
 }
 
 impl Rests {
-    /// Warmth curls group `i` by `curled` (1/m), and makes its stiffness `softness.1` of the law's that was `softness.0`, at curvatures `k`
-    /// (1/m) along the normal: what stiffens keeps its moment.
+    /// Applies temperature to group `i`: the thermal curvature changes by `curled` (1/m) and the
+    /// remaining stiffness from `softness.0` to `softness.1` at curvatures `k` (1/m) along the
+    /// normal. Stiffening keeps the moment.
     pub fn warm(&mut self, i: usize, curled: f64, k: [f64; 3], softness: (f64, f64)) {
         let kept = (softness.0 / softness.1).min(1.0);
         for a in 0..3 {
@@ -104,13 +108,14 @@ impl Rests {
 }
 
 impl Rests {
-    /// Looks whether the sheet is at rest where it is flat: after each change of k₀.
+    /// Recomputes whether the rest curvature is zero, after each change of k₀.
     pub fn look(&mut self) {
         self.flat = self.rest.iter().all(is_flat);
     }
 
-    /// More than the square of the moment (N) is of group `i` at rest where flat, with `curvature` (1/m): asin s is at most π/2 s, and a
-    /// matrix without negative eigenvalues has none above the sum of its diagonal.
+    /// Upper bound of the squared moment (N²) of group `i` with zero rest curvature at `curvature`
+    /// (1/m): asin s ≤ π/2 s, and no eigenvalue of a positive semi-definite matrix exceeds its
+    /// trace.
     fn most_moment_squared(&self, i: usize, g: &Group, source: &CurvatureGroup, curvature: &[DVec3; 3]) -> f64 {
         let bent = |a: usize| curvature[a].length_squared() / (source.gain[a] * source.gain[a]);
         let full = &self.full[i];
@@ -118,12 +123,12 @@ impl Rests {
         FRAC_PI_2 * FRAC_PI_2 * self.stiffness * largest * (bent(0) + bent(1) + bent(2))
     }
 
-    /// Whether the energy is that of a sheet that is at rest where it is flat, and has no arms.
+    /// Whether the energy is that of a flat elastic sheet: no rest curvature and no creep arms.
     pub fn is_elastic(&self) -> bool {
         self.flat && self.strains.is_empty()
     }
 
-    /// Keeps it for a snapshot.
+    /// Serialises the state.
     pub fn keep(&self, to: &mut Keeper) {
         self.rest.iter().for_each(|r| to.numbers(r));
         keep_matrices(self.full.iter(), to);
@@ -133,7 +138,7 @@ impl Rests {
         to.flag(self.running);
     }
 
-    /// Takes it back.
+    /// Deserialises the state.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         self.rest.iter_mut().try_for_each(|r| from.numbers(r))?;
         take_matrices(self.full.iter_mut(), from)?;
@@ -151,8 +156,9 @@ fn is_flat(rest: &[f64; 3]) -> bool {
 }
 
 impl Bending {
-    /// As [`Bending::new`], with rest curvatures: `angles` are those of each group, (uu, vv, 2uv), as angles a length (1/m)
-    /// towards the sheet's upper side. `creeps` and `yields` say what it may do.
+    /// As [`Bending::new`], with rest curvature: `angles` of each group (uu, vv, 2uv) are angles
+    /// per length (1/m) towards the sheet's upper side. `creeps` are the shares of the Maxwell
+    /// arms; `yields` enables plasticity.
     pub fn with_rest(
         source: Vec<CurvatureGroup>,
         directions: &[DVec3],
@@ -188,7 +194,7 @@ impl Bending {
         all
     }
 
-    /// Finds where the masses of the frames are in their groups.
+    /// Finds the positions of the frames' nodes in their groups.
     pub(crate) fn find_frames(&mut self) {
         if let Some(mut rests) = self.rests.take() {
             rests.turning.find_frames(self);
@@ -196,7 +202,7 @@ impl Bending {
         }
     }
 
-    /// Takes up the stiffness of the groups; see [`crate::elements::Element::set_law`].
+    /// Sets the stiffness of the groups; see [`crate::elements::Element::set_law`].
     pub(crate) fn set_rest_law(&mut self, stiffness: f64) {
         let Some(rests) = &mut self.rests else { return };
         rests.stiffness = stiffness;
@@ -206,7 +212,7 @@ impl Bending {
         self.rescale();
     }
 
-    /// Makes stiffnesses and the constant tangent those of the scales.
+    /// Applies the scale of the step to stiffnesses and the constant tangent.
     fn rescale(&mut self) {
         let Some(rests) = &self.rests else { return };
         for ((group, full), scale) in self.groups.iter_mut().zip(&rests.full).zip(&rests.scale) {
@@ -220,7 +226,8 @@ impl Bending {
         self.sum_constant();
     }
 
-    /// Energy that the sheet would give back with time to flow or without, J.
+    /// Stored energy with rest curvature, J; between steps it includes the energy of the creep
+    /// arms.
     pub(crate) fn rest_energy(&self, x: &Vectors, rests: &Rests) -> f64 {
         if rests.running || rests.strains.is_empty() {
             return (0..self.groups.len()).map(|i| self.stored_at(i, &rests.rest[i], x)).sum();
@@ -236,7 +243,7 @@ impl Bending {
                 let s = arms.map(|s| s[i]);
                 sum += 0.5 * dot(&s, &times_scalar(full, &s)) / share[i];
             }
-            // What of κ is not along the normal has no arms of its own.
+            // The part of κ across the normal has no arms.
             let across = [0, 1, 2].map(|a| k[a] - n * scalar[a]);
             let m = times(full, &across);
             sum + 0.5 * (across[0].dot(m[0]) + across[1].dot(m[1]) + across[2].dot(m[2]))
@@ -244,7 +251,7 @@ impl Bending {
         (0..self.groups.len()).map(one).sum()
     }
 
-    /// The curvatures of group `i`, less those across the normal that warmth has made it rest at, and its normal.
+    /// The curvatures of group `i` minus the thermal ones across the normal, and the normal.
     fn bent(&self, i: usize, x: &Vectors) -> ([DVec3; 3], DVec3) {
         let g = &self.groups[i];
         let mut k = self.curvature(g, x, &g.prescribed);
@@ -262,7 +269,7 @@ impl Bending {
         0.5 * (e[0].dot(m[0]) + e[1].dot(m[1]) + e[2].dot(m[2]))
     }
 
-    /// What rest curvatures add to the energy of the stage, J.
+    /// Contribution of rest curvature to the potential of the stage, J.
     pub(crate) fn rest_potential(&self, x: &Vectors) -> f64 {
         let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
         let bent = self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest));
@@ -274,7 +281,7 @@ impl Bending {
         bent.map(one).sum()
     }
 
-    /// Adds `scale` times the gradient of [`Bending::rest_potential`].
+    /// Adds `scale` times the gradient of [`Bending::rest_potential`], N.
     pub(crate) fn add_rest_gradient(&self, x: &Vectors, scale: f64, to: &mut Vectors) {
         let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return };
         for (g, rest) in self.groups.iter().zip(&rests.rest).filter(|(_, rest)| !is_flat(rest)) {
@@ -292,7 +299,7 @@ impl Bending {
         }
     }
 
-    /// Adds the tangent of [`Bending::rest_potential`].
+    /// Adds the tangent of [`Bending::rest_potential`], N/m.
     pub(crate) fn add_rest_tangent(&mut self, x: &Vectors, geometric: Geometric, values: &mut [f64]) {
         let Some(mut rests) = self.rests.take_if(|r| !r.flat) else { return };
         let Rests { rest, turning, turns, coupled, .. } = &mut *rests;
@@ -319,7 +326,8 @@ impl Bending {
         self.rests = Some(rests);
     }
 
-    /// Energy (J) of the turn of the normal that first order misses when `x` moves by `d`.
+    /// Energy (J) of the second-order rotation of the normal for a displacement `d` (m) from `x`
+    /// (m).
     pub(crate) fn missed_turn(&self, x: &Vectors, d: &Vectors) -> f64 {
         let Some(rests) = self.rests.as_deref().filter(|r| !r.flat) else { return 0.0 };
         let mut missed = 0.0;
@@ -334,7 +342,7 @@ impl Bending {
         missed
     }
 
-    /// Lets groups yield whose moment is too large, at `x`.
+    /// Applies the yield condition to all groups at `x` (m).
     fn yield_at(&self, x: &Vectors, law: &Yield, rests: &mut Rests) {
         let within = law.moment * law.moment;
         for (i, g) in self.groups.iter().enumerate() {
@@ -352,7 +360,8 @@ impl Bending {
             let bent = [0, 1, 2].map(|a| source.angle_of(a, k[a]));
             let made = [0, 1, 2].map(|a| source.angle_of(a, rest[a]));
             let elastic = [bent[0] - made[0], bent[1] - made[1], bent[2] - made[2]];
-            // Yield is at the same strain however soft the sheet is: as if it were cold.
+            // The yield condition uses the stiffness at 20 °C: yield strain does not depend on
+            // temperature.
             let full = &rests.full[i].map(|row| row.map(|d| d / g.softness));
             let moment = (rests.stiffness * dot(&elastic, &times_scalar(full, &elastic)) / source.area).max(0.0).sqrt();
             let flow = law.flow(moment, rests.stiffness, rests.hardened[i]);
@@ -362,7 +371,8 @@ impl Bending {
             rests.hardened[i] += flow;
             let part = flow * rests.stiffness / moment;
             let mut next = [0, 1, 2].map(|a| source.of_angle(a, made[a] + part * elastic[a]));
-            // Angles and curvatures go together but where they are large; energy may not rise even there.
+            // Angle and curvature are proportional except for large angles; the energy must not
+            // rise there either.
             let stored = |rest: &[f64; 3]| {
                 let e = [k[0] - rest[0], k[1] - rest[1], k[2] - rest[2]];
                 dot(&e, &times_scalar(full, &e))
@@ -378,7 +388,7 @@ impl Bending {
         }
     }
 
-    /// The angles a length, 1/m, towards the upper side, by which the sheet is bent where no moment acts, of each group.
+    /// Angles per length (1/m) towards the upper side at which each group has no moment.
     pub(crate) fn made_angles(&self) -> Vec<[f64; 3]> {
         let each = self.rests.iter().flat_map(|r| (0..r.rest.len()).map(|i| (i, &**r)));
         let one = |(i, rests): (usize, &Rests)| {
@@ -454,10 +464,11 @@ impl Flows for Bending {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elements::Element;
     use crate::elements::derivative_check;
     use crate::elements::staggered::{Grid, curvatures};
     use crate::elements::triangle_bending::triangle_curvatures;
-    use crate::elements::{Element, Law};
+    use crate::material::law::Law;
 
     fn law() -> Law {
         Law { retardation: 0.0, ..derivative_check::law() }
@@ -499,7 +510,8 @@ mod tests {
 
     #[test]
     fn the_tangent_is_that_of_the_gradient_where_the_sheet_does_not_stretch() {
-        // Rolled up along u about a radius of 0.5, without stretch of its edges; made to be rolled so, and less.
+        // A roll about the v axis with radius 0.5 whose edges are not stretched; the rest curvature
+        // is equal to it, or smaller.
         let clamped = [false; 35];
         let grid = Grid { columns: 7, rows: 5, spacing: (0.1, 0.15), clamped: &clamped };
         let source = curvatures(&grid);

@@ -1,4 +1,4 @@
-//! What of a shell's bending goes into a snapshot.
+//! Serialisation of a shell's bending.
 
 use glam::DVec3;
 
@@ -7,7 +7,8 @@ use crate::elements::{keep_matrices, take_matrices};
 use crate::serialize::{Keeper, Taken, Taker};
 
 impl Bending {
-    /// Rates of curvature; a group of a grid has one or two of the three.
+    /// Serialises the rates of curvature as a sparse list: a group of a grid has one or two of the
+    /// three.
     pub(crate) fn keep_rates(&self, to: &mut Keeper) {
         let mut rates = Vec::with_capacity(3 * self.groups.len());
         self.groups.iter().for_each(|g| rates.extend_from_slice(&g.rate));
@@ -23,8 +24,8 @@ impl Bending {
         Ok(())
     }
 
-    /// Stiffness as warmth and flow have made it, and where the groups are at rest. What pairs have is kept too: factor after factor has
-    /// rounded it.
+    /// Serialises stiffness and rest state. The values of the pairs are included, because each
+    /// change of temperature or creep scale rounds them.
     pub(crate) fn keep_law(&self, to: &mut Keeper) {
         self.groups.iter().for_each(|g| to.number(g.softness));
         keep_matrices(self.groups.iter().map(|g| &g.stiffness), to);

@@ -1,6 +1,8 @@
-//! Sums over the groups of a shell's bending: energy ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀) and its gradient, of an instant and of a stage.
+//! Sums over the groups of a shell's bending: the energy ½ Σ S (κ - κ₀)ᵀ D (κ - κ₀) (J) and its
+//! gradient, at one instant and within a stage.
 //!
-//! Each is compiled twice, with and without κ₀: what has none computes nothing for it.
+//! Each function is compiled with and without κ₀, so that a sheet without rest curvature does no
+//! work for it.
 
 use glam::DVec3;
 
@@ -8,12 +10,12 @@ use crate::elements::bending::{Bending, Pair, along, axes, normal, times, times_
 use crate::math::Vectors;
 
 impl Bending {
-    /// Takes κ₀ of group `i` off its curvatures `k`.
+    /// Subtracts κ₀ of group `i` from its curvatures `k`.
     #[inline(always)]
     pub(crate) fn less_rest<const REST: bool>(&self, i: usize, k: &mut [DVec3; 3], x: &Vectors) {
         if REST {
             let rest = &self.rest[i];
-            // Most of what warms has never set.
+            // Most groups with a thermal history have zero κ₀.
             if *rest == [DVec3::ZERO; 3] {
                 return;
             }
@@ -24,7 +26,7 @@ impl Bending {
         }
     }
 
-    /// Energy where masses are at `x` (m), J.
+    /// Energy at positions `x` (m), J.
     pub(crate) fn stored<const REST: bool>(&self, x: &Vectors) -> f64 {
         let each = self.groups.iter().enumerate().map(|(i, g)| {
             let mut k = self.curvature(g, x, &g.prescribed);
@@ -35,14 +37,14 @@ impl Bending {
         each.sum()
     }
 
-    /// Adds the forces, N, with the retarded part as rates at `v` (m/s) have it.
+    /// Adds the forces (N) at `x` (m), with damping at velocities `v` (m/s).
     pub(crate) fn forces<const REST: bool>(&self, x: &Vectors, v: &Vectors, force: &mut Vectors) {
         for (i, g) in self.groups.iter().enumerate() {
             let mut k = self.curvature(g, x, &g.prescribed);
             if self.retardation > 0.0 {
                 let (n, turning) = turning_normal(g, x, v);
                 let rate = self.curvature(g, v, &[DVec3::ZERO; 3]);
-                // k̇ = κ̇·n + κ·ṅ, as stages find it from the change of k.
+                // k̇ = κ̇·n + κ·ṅ, consistent with the stages, which difference k.
                 let rate = [0, 1, 2].map(|a| rate[a].dot(n) + k[a].dot(turning));
                 for a in 0..3 {
                     k[a] += n * (rate[a] * self.retardation);
@@ -53,7 +55,7 @@ impl Bending {
         }
     }
 
-    /// Energy of a stage at `x`, with what resists the change since its anchor, J.
+    /// Elastic energy and viscous potential of the stage at `x` (m), J.
     pub(crate) fn staged<const REST: bool>(&self, x: &Vectors) -> f64 {
         let mut sum = 0.0;
         for (i, g) in self.groups.iter().enumerate() {
@@ -72,7 +74,7 @@ impl Bending {
         sum
     }
 
-    /// Adds the gradient of that, N.
+    /// Adds the gradient of [`Bending::staged`], N.
     pub(crate) fn gradient<const REST: bool>(&self, x: &Vectors, gradient: &mut Vectors) {
         for (i, g) in self.groups.iter().enumerate() {
             let mut k = self.curvature(g, x, &g.prescribed);
@@ -88,7 +90,8 @@ impl Bending {
         }
     }
 
-    /// Sums what groups put into the same block; symmetric, so that a block of two masses appears once.
+    /// Sums the contributions of all groups to each block. The matrix is symmetric: a block of two
+    /// nodes appears once.
     pub(crate) fn sum_constant(&mut self) {
         self.constant.clear();
         for i in &self.order {

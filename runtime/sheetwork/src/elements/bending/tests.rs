@@ -1,4 +1,4 @@
-//! Bending against its own derivatives, rigid motions, and the energy of a plate.
+//! Tests of bending: derivatives, rigid motions, and the energy of a plate.
 
 use crate::elements::bending::*;
 use crate::elements::derivative_check;
@@ -16,7 +16,7 @@ fn gradient_and_tangent_are_those_of_the_potential() {
     let mut clamped = vec![false; 35];
     (0..5).for_each(|j| clamped[7 * j] = true);
     let mut bending = grid(&clamped);
-    // Without viscosity exactly; with it the normal is held still.
+    // Exact without damping; with damping the normal is not differentiated.
     bending.set_law(&Law { retardation: 0.0, ..derivative_check::law() });
     derivative_check::derivatives(&mut bending, &derivative_check::bent_grid(7, 5, (0.1, 0.15)), 1e-7);
 }
@@ -32,7 +32,8 @@ fn a_rigid_motion_costs_nothing() {
 
 #[test]
 fn a_bent_sheet_that_turns_is_not_braked() {
-    // A cylinder, unstretched: what viscosity does to a turn is the part of the curvature along the sheet, none here.
+    // An unstretched cylinder: damping of a rotation acts on curvature along the sheet, which is
+    // zero here.
     let bending = grid(&[false; 35]);
     let radius = 0.4;
     let (mut x, mut v) = (Vectors::default(), Vectors::default());
@@ -50,7 +51,7 @@ fn a_bent_sheet_that_turns_is_not_braked() {
 
 #[test]
 fn a_paraboloid_has_the_energy_of_a_plate() {
-    // Free edges let go of the curvature across them: the energy there is that of a strip.
+    // Free edges relax the curvature across them: the energy there is that of a strip.
     let bending = grid(&[false; 35]);
     let (k1, k2, k3) = (0.3, -0.2, 0.5);
     let mut x = Vectors::default();

@@ -1,4 +1,5 @@
-//! The membrane of a grid that creeps: [`Warmed`] then holds the law of the step, and here is what it is made of; see `element/flow`.
+//! Creep of the membrane of a grid. [`Warmed`] holds the elastic law of the step; the strains of
+//! the creep arms are here. [`crate::elements::creep`] has the equations.
 
 use crate::elements::Warmth;
 use crate::elements::creep::{Decay, FlowStep, Flows, Strain};
@@ -6,20 +7,20 @@ use crate::elements::grid_membrane::{Cell, CellMembrane, LANES, Pack, Warmed, ha
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// What creeps in the cells of a packet: strains less expansion.
+/// Creep state of the cells of a packet; strains without thermal expansion.
 #[derive(Clone, Debug)]
 struct Part {
     strains: [[Strain; LANES]; 5],
-    /// What warmth has left of the law's stiffness.
+    /// Remaining stiffness as a fraction of the law's.
     softness: Pack,
 }
 
-/// What creeps in all cells.
+/// Creep state of all cells.
 #[derive(Clone, Debug)]
 pub(crate) struct Creeping {
     parts: Vec<Part>,
     share: [f64; 2],
-    /// Whether a step is on its way.
+    /// Whether a step is in progress.
     running: bool,
 }
 
@@ -29,12 +30,12 @@ impl Creeping {
         Self { parts: vec![part; packets], share, running: false }
     }
 
-    /// What creeps in lane `l` of packet `index`.
+    /// Creep states of lane `l` of packet `index`.
     pub fn strains(&mut self, index: usize, l: usize) -> impl Iterator<Item = &mut Strain> {
         self.parts[index].strains.iter_mut().map(move |s| &mut s[l])
     }
 
-    /// What is left without stress of each strain of a cell, and its arms.
+    /// Strain without stress and arms of each strain of a cell.
     pub fn held(&self, index: usize, l: usize) -> [[f64; 3]; 5] {
         std::array::from_fn(|k| {
             let s = &self.parts[index].strains[k][l];
@@ -42,14 +43,14 @@ impl Creeping {
         })
     }
 
-    /// What warmth has left of the law's stiffness in cell `l` of packet `index`.
+    /// Remaining stiffness of cell `l` of packet `index`, as a fraction of the law's.
     pub fn softness(&mut self, index: usize, l: usize) -> &mut f64 {
         &mut self.parts[index].softness.0[l]
     }
 }
 
 impl Creeping {
-    /// Keeps it for a snapshot.
+    /// Serialises the state.
     pub fn keep(&self, to: &mut Keeper) {
         to.flag(self.running);
         for part in &self.parts {
@@ -58,7 +59,7 @@ impl Creeping {
         }
     }
 
-    /// Takes it back.
+    /// Deserialises the state.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         self.running = from.flag()?;
         for part in &mut self.parts {
@@ -69,20 +70,20 @@ impl Creeping {
     }
 }
 
-/// Expansion of strain `k` in lane `l`.
+/// Thermal expansion of strain `k` in lane `l`; the shear has none.
 fn expansion(w: &Warmed, k: usize, l: usize) -> f64 {
     w.expansion.get(k).map_or(0.0, |e| e.0[l])
 }
 
 impl CellMembrane {
-    /// The same, creeping with arms of these shares.
+    /// Adds creep with Maxwell arms of the shares `share`.
     pub fn creeping(mut self, share: [f64; 2]) -> Self {
         self.creeping = Some(Box::new(Creeping::new(self.packets.len(), share)));
         self.warmed = vec![Warmed::COLD; self.packets.len()];
         self
     }
 
-    /// Energy that a sheet that creeps would give back with time to flow or without, J; none while a step is on its way.
+    /// Energy stored in the arms, J; `None` during a step and without creep.
     pub(crate) fn crept_energy(&self, x: &Vectors) -> Option<f64> {
         let creeping = self.creeping.as_ref().filter(|c| !c.running)?;
         let (cell, share) = (&self.cell, creeping.share);
@@ -103,7 +104,7 @@ impl CellMembrane {
         Some(sum)
     }
 
-    /// Takes up warmth, as [`crate::elements::Element::warm`]; false where nothing creeps.
+    /// Applies temperature, as [`crate::elements::Element::warm`]; returns false without creep.
     pub(crate) fn warm_creeping(&mut self, x: &Vectors, warmth: &Warmth) -> bool {
         let Some(creeping) = &mut self.creeping else { return false };
         let (cell, share) = (self.cell, creeping.share);

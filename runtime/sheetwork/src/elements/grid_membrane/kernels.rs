@@ -1,5 +1,5 @@
-//! The membrane's passes over all packets of cells, compiled for several vector widths, and for sheets that have been warm and that have not.
-//! Equations: see the module above.
+//! Loops of the membrane over all packets of cells, compiled for several vector widths, with and
+//! without a thermal rest state. [`crate::elements::grid_membrane`] has the equations.
 
 use multiversion::multiversion;
 
@@ -105,7 +105,7 @@ pub(crate) fn add_tangent<const WARM: bool>(
             for tension in &mut s {
                 *tension = tension.positive();
             }
-            // Shear has no sign of its own: its geometric part is always indefinite.
+            // Shear has no sign: its geometric part is always indefinite.
             s[4] = Pack::default();
         }
         let softness = if WARM { Some(warmed[i].softness) } else { None };
@@ -134,7 +134,7 @@ pub(crate) fn predict<const WARM: bool>(
             e[k] = e[k] + first[k];
         }
         p.stress = cell.stress_of::<WARM>(cell.staged(e, &p.anchor), warmed, i);
-        // What first order misses is the strain of the change itself.
+        // The second-order strain is the strain of the displacement itself.
         let (a, b) = cell.middle(&r);
         let along = |k: usize, i: f64| r[k].dot(r[k]) * (0.5 * i * i);
         let second = [along(0, cell.iu), along(1, cell.iu), along(2, cell.iv), along(3, cell.iv), a.dot(b)];

@@ -1,21 +1,24 @@
-//! Membrane of the shell on a rectangular grid: stretch along the four edges of every cell, shear at its middle.
+//! Membrane of the shell on a rectangular grid: strain along the four edges of every cell, shear at
+//! its centre.
 //!
-//! A cell has masses 0 (i, j), 1 (i+1, j), 2 (i, j+1), 3 (i+1, j+1), edges d₁ = x₁-x₀, d₂ = x₃-x₂ along u and d₃ = x₂-x₀,
-//! d₄ = x₃-x₁ along v, and spacings h_u, h_v at rest. Its Green strains are
+//! A cell has nodes 0 (i, j), 1 (i+1, j), 2 (i, j+1), 3 (i+1, j+1), edges d₁ = x₁-x₀, d₂ = x₃-x₂
+//! along u and d₃ = x₂-x₀, d₄ = x₃-x₁ along v, and rest spacings h_u, h_v (m). Its Green strains
+//! are
 //!
-//! ε₁,₂ = ½(|d₁,₂|²/h_u² - 1), ε₃,₄ = ½(|d₃,₄|²/h_v² - 1), γ = a·b with a = (d₁+d₂)/2h_u, b = (d₃+d₄)/2h_v,
+//! ε₁,₂ = ½(|d₁,₂|²/h_u² - 1), ε₃,₄ = ½(|d₃,₄|²/h_v² - 1), γ = a·b with a = (d₁+d₂)/2h_u,
+//! b = (d₃+d₄)/2h_v,
 //!
-//! and its energy, with the plane-stress stiffness A (N/m) and the cell's area S,
+//! and its energy (J), with the plane-stress stiffness A (N/m) and the cell's area S (m²),
 //!
 //! ½ S [½ A₁₁ (ε₁² + ε₂²) + ½ A₂₂ (ε₃² + ε₄²) + ½ A₁₂ (ε₁+ε₂)(ε₃+ε₄) + A₆₆ γ²].
 //!
-//! Strains are taken where they are known to second order (a staggered grid): an edge shared by two cells strains both
-//! alike, and cylindrical bending along the grid strains nothing. A₁₆ and A₂₆ are taken as zero: the grid lies along the
-//! material's axes.
+//! Strains are evaluated where they have second-order accuracy (a staggered grid): an edge shared
+//! by two cells has one strain in both, and cylindrical bending along the grid has no strain. A₁₆
+//! and A₂₆ are zero: the grid is aligned with the material axes.
 //!
-//! A sheet that has been warm has a stiffness and strains at rest of its own in every cell: `Warmed`, kept apart, so that
-//! one that has not reads and computes nothing for it. Kernels are compiled for both. A cell that is open (torn, melted) has no
-//! stiffness left, and keeps none whatever warms it.
+//! After a change of temperature every cell has its own stiffness and rest strains, stored in
+//! `Warmed`; the kernels are compiled with and without them. An open cell has zero stiffness at any
+//! temperature.
 
 pub(crate) mod creep;
 pub(crate) mod kernels;
@@ -31,23 +34,24 @@ use crate::elements::grid_membrane::kernels::{
     add_forces, add_gradient, add_tangent, begin, energy, potential, predict, settle,
 };
 use crate::elements::remap::Carry;
-use crate::elements::{Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, set_rest};
+use crate::elements::{Anchor, Element, Geometric, NO_BLOCK, Warmth, set_rest};
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::math::lanes::{LANES, Pack, Pack3, Pack9};
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Pairs of a cell's masses whose blocks are kept, row by row of the lower triangle.
+/// Pairs of a cell's nodes with a matrix block, row by row of the lower triangle.
 const PAIRS: [(usize, usize); 10] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2), (3, 0), (3, 1), (3, 2), (3, 3)];
 
-/// Up to eight cells side by side in a row of the grid.
+/// Up to eight neighbouring cells in a row of the grid, one per vector lane.
 #[derive(Clone, Debug)]
 pub(crate) struct Packet {
-    /// Mass 0 of the first cell.
+    /// Node 0 of the first cell.
     first: usize,
-    /// Cells in use.
+    /// Number of cells.
     count: usize,
     blocks: [[u32; LANES]; 10],
-    /// σ* S: ε₁ ε₂ ε₃ ε₄ γ, J.
+    /// σ* S of ε₁ ε₂ ε₃ ε₄ γ, J.
     stress: [Pack; 5],
     /// ε_w.
     anchor: [Pack; 5],
@@ -55,10 +59,10 @@ pub(crate) struct Packet {
     rate: [Pack; 5],
 }
 
-/// What all cells have in common.
+/// Parameters common to all cells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Cell {
-    /// Masses in a row of the grid: mass 2 is that much after mass 0.
+    /// Nodes in a row of the grid: offset from node 0 to node 2.
     row: usize,
     /// 1/h_u, 1/m.
     iu: f64,
@@ -68,19 +72,19 @@ pub(crate) struct Cell {
     c: [f64; 4],
     /// τ, s.
     retardation: f64,
-    /// τ/h of the stage, and its 1/h.
+    /// τ/h and 1/h (1/s) of the stage.
     viscous: f64,
     per_time: f64,
 }
 
-/// What warmth has made of the cells of a packet.
+/// Thermal rest state of the cells of a packet.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Warmed {
-    /// What is left of the law's stiffness.
+    /// Remaining stiffness as a fraction of the law's.
     softness: Pack,
-    /// Strains at which the cells are at rest.
+    /// Rest strains.
     rest: [Pack; 5],
-    /// The part of those that is expansion: of the four edges.
+    /// Thermal part of the rest strains of the four edges.
     expansion: [Pack; 4],
 }
 
@@ -94,16 +98,18 @@ impl Warmed {
 pub struct CellMembrane {
     cell: Cell,
     packets: Vec<Packet>,
-    /// One a packet; empty as long as the sheet has not been warm.
+    /// One entry per packet; empty until the first change of temperature or fracture.
     warmed: Vec<Warmed>,
-    /// Of a membrane that creeps.
+    /// Creep state; `None` without creep.
     creeping: Option<Box<Creeping>>,
-    /// Of each packet, which of its cells are open and what softness they had (1 to 0 of the law's); empty where none is.
+    /// For each cell of a packet, `Some` with the remaining stiffness (fraction of the law's) that
+    /// an open cell would have if closed; empty without open cells.
     open: Vec<[Option<f64>; LANES]>,
 }
 
 impl CellMembrane {
-    /// The cells of a grid of `columns` by `rows` masses, columns next to each other in memory, with spacings (m) at rest.
+    /// The cells of a grid of `columns` by `rows` nodes, columns contiguous in memory, with rest
+    /// spacings (m).
     pub fn new(columns: usize, rows: usize, spacing: (f64, f64)) -> Self {
         let mut packets = Vec::new();
         for j in 0..rows - 1 {
@@ -123,7 +129,7 @@ impl CellMembrane {
         Self { cell, packets, ..Self::default() }
     }
 
-    /// Strains along u, along v and shear, averaged over each cell, in the order of the grid: for reports.
+    /// Mean strains along u and v and shear of each cell, in the order of the grid, for reports.
     pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
         let mut all = Vec::new();
         for packet in &self.packets {
@@ -137,7 +143,7 @@ impl CellMembrane {
 }
 
 impl Cell {
-    /// Masses of a cell, from its mass 0.
+    /// Nodes of a cell, from its node 0.
     #[inline(always)]
     fn masses(&self, first: usize) -> [usize; 4] {
         [first, first + 1, first + self.row, first + self.row + 1]
@@ -151,7 +157,7 @@ impl Cell {
         [p1 - p0, p3 - p2, p2 - p0, p3 - p1]
     }
 
-    /// a and b: the middle's derivatives along u and v.
+    /// a and b: derivatives at the centre along u and v.
     #[inline(always)]
     fn middle(&self, d: &[Pack3; 4]) -> (Pack3, Pack3) {
         ((d[0] + d[1]) * (0.5 * self.iu), (d[2] + d[3]) * (0.5 * self.iv))
@@ -165,7 +171,7 @@ impl Cell {
         [along(d[0], self.iu), along(d[1], self.iu), along(d[2], self.iv), along(d[3], self.iv), a.dot(b)]
     }
 
-    /// Rates of strain where the edges change at rates `r`; also the strain a small change `r` makes to first order.
+    /// Strain rates for edge rates `r`; first-order strain increments for edge increments `r`.
     #[inline(always)]
     fn rates(&self, d: &[Pack3; 4], r: &[Pack3; 4]) -> [Pack; 5] {
         let along = |k: usize, i: f64| d[k].dot(r[k]) * (i * i);
@@ -180,7 +186,7 @@ impl Cell {
         [e[0] * c11 + v, e[1] * c11 + v, e[2] * c22 + u, e[3] * c22 + u, e[4] * c66]
     }
 
-    /// Strain that the stage's stress follows from: (1 + τ/h) ε - τ/h ε_w.
+    /// Strain whose elastic stress is the stress of the stage: (1 + τ/h) ε - τ/h ε_w.
     #[inline(always)]
     fn staged(&self, mut e: [Pack; 5], anchor: &[Pack; 5]) -> [Pack; 5] {
         if self.viscous > 0.0 {
@@ -191,7 +197,7 @@ impl Cell {
         e
     }
 
-    /// Stress at the strain `e` (staged, where it is in a stage) of packet `index`.
+    /// Stress of packet `index` at the strain `e` (of [`Cell::staged`] within a stage).
     #[inline(always)]
     fn stress_of<const WARM: bool>(&self, mut e: [Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
         if !WARM {
@@ -215,14 +221,14 @@ impl Cell {
         half_dot(&self.softened::<WARM>(&e, warmed, index), &e, count)
     }
 
-    /// Stress of a strain that has no rest: a change of one.
+    /// Stress of a strain increment `e`, without rest strain.
     #[inline(always)]
     fn softened<const WARM: bool>(&self, e: &[Pack; 5], warmed: &[Warmed], index: usize) -> [Pack; 5] {
         let s = self.stress(e);
         if WARM { scaled(s, warmed[index].softness) } else { s }
     }
 
-    /// Adds `scale` times the gradient for stress `s` on edges `d`.
+    /// Adds `scale` times the gradient for stress `s` on edges `d`, N.
     #[inline(always)]
     fn add_gradient(&self, d: &[Pack3; 4], s: &[Pack; 5], scale: f64, at: (usize, usize), to: &mut Vectors) {
         let (a, b) = self.middle(d);
@@ -242,8 +248,9 @@ impl Cell {
         ((g[1] + g[3]) * scale).add_to(to, m3, count);
     }
 
-    /// The tangent's ten blocks, in the order of [`PAIRS`]: second derivatives by edges, summed with the signs with which
-    /// the masses enter them. Of a cell that has been warm `softness` is what is left of its stiffness; `s` has it already.
+    /// The ten tangent blocks (N/m) in the order of [`PAIRS`]: second derivatives with respect to
+    /// the edges, summed with the signs with which the nodes enter them. `softness` is the
+    /// remaining stiffness; `s` already includes it.
     #[inline(always)]
     fn tangent(&self, d: &[Pack3; 4], s: &[Pack; 5], softness: Option<Pack>) -> [Pack9; 10] {
         let (uu, vv, uv) = (self.iu * self.iu, self.iv * self.iv, self.iu * self.iv);
@@ -296,7 +303,7 @@ impl std::ops::Mul<f64> for Pack9 {
     }
 }
 
-/// Each of `s` times `by`. A loop, for a closure would not be compiled for the kernel's vector width.
+/// Each of `s` times `by`. A loop, because a closure is not compiled for the kernel's vector width.
 #[inline(always)]
 fn scaled(mut s: [Pack; 5], by: Pack) -> [Pack; 5] {
     for k in 0..5 {
@@ -314,7 +321,7 @@ fn half_dot(s: &[Pack; 5], e: &[Pack; 5], count: usize) -> f64 {
     0.5 * sum.sum(count)
 }
 
-/// Calls a kernel of this name compiled for a sheet that has been warm, or for one that has not.
+/// Calls the kernel `$name` compiled with or without a thermal rest state.
 macro_rules! kernel {
     ($name:ident, $self:ident, $($argument:expr),*) => {
         if $self.warmed.is_empty() {
@@ -326,7 +333,7 @@ macro_rules! kernel {
 }
 
 impl CellMembrane {
-    /// Masses of the edges of a cell, in the order of its strains.
+    /// Nodes of the edges of a cell, in the order of its strains.
     fn edges_of(m: [usize; 4]) -> [[u32; 2]; 4] {
         let m = m.map(|m| m as u32);
         [[m[0], m[1]], [m[2], m[3]], [m[0], m[2]], [m[1], m[3]]]
@@ -516,7 +523,7 @@ impl Element for CellMembrane {
     }
 }
 
-/// What softness an open cell had; none of a closed one.
+/// Remaining stiffness stored for an open cell; `None` for a closed cell.
 fn open_cell(open: &mut [[Option<f64>; LANES]], packet: usize, lane: usize) -> Option<&mut f64> {
     open.get_mut(packet).and_then(|p| p[lane].as_mut())
 }

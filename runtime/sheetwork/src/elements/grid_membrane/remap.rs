@@ -1,13 +1,14 @@
-//! What the membrane of a grid holds, to another grid: strains that have set, and creep. What expansion makes is of the temperatures.
+//! Remapping of the membrane state of a grid to another grid: thermal rest strain and creep.
+//! Thermal expansion follows from the temperatures.
 
 use crate::elements::grid_membrane::{CellMembrane, Warmed};
 use crate::elements::remap::Carry;
 
-/// Of the four edges and the shear of a cell: strain that has set, or without stress, and arms.
+/// State per cell: rest strain and two creep arms for each of the four edges and the shear.
 const HELD: usize = 15;
 
 impl CellMembrane {
-    /// Calls `visit` with every cell's packet, lane and first mass.
+    /// Calls `visit` with packet, lane and first node of every cell.
     fn for_each_cell(&self, mut visit: impl FnMut(usize, usize, u32)) {
         for (index, p) in self.packets.iter().enumerate() {
             for l in 0..p.count {
@@ -16,7 +17,7 @@ impl CellMembrane {
         }
     }
 
-    /// Takes up what `old` holds.
+    /// Takes the state of `old`.
     pub(crate) fn carry_strains(&mut self, old: &Self, carry: &Carry) {
         if old.warmed.is_empty() {
             return;

@@ -1,20 +1,22 @@
-//! What of the membrane of a grid goes into a snapshot.
+//! Serialisation of the membrane of a grid.
 //!
-//! An edge that two cells share has the same strain in both, bit for bit, and so the same rate: it is kept once.
+//! An edge shared by two cells has one strain in both, bit for bit, and so one strain rate, which
+//! is serialised once.
 
 use crate::elements::grid_membrane::{CellMembrane, LANES, Warmed};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 
 impl CellMembrane {
-    /// Calls `visit` for every rate of strain with its packet, number and lane, and with those of the same edge of another cell, where that
-    /// has been visited before.
+    /// Calls `visit` for every strain rate with its packet, component and lane, and with the
+    /// indices of the equal rate in a cell visited before, if there is one.
     fn for_each_rate(&self, mut visit: impl FnMut((usize, usize, usize), Option<(usize, usize, usize)>)) {
         let across = (self.cell.row.saturating_sub(1)).div_ceil(LANES);
         for (index, p) in self.packets.iter().enumerate() {
             for k in 0..5 {
                 for l in 0..p.count {
                     let shared = match k {
-                        // The first edge along u is the second of the row before, the second along v the first of the next cell.
+                        // The first edge along u is the second one of the row before; the second
+                        // edge along v is the first one of the next cell.
                         0 => index.checked_sub(across).map(|before| (before, 1, l)),
                         2 if l == 0 && !index.is_multiple_of(across) => Some((index - 1, 3, LANES - 1)),
                         3 if l + 1 < p.count => Some((index, 2, l + 1)),

@@ -1,9 +1,9 @@
-//! The membrane of a grid against its own derivatives, rigid motions, and a strain that is known.
+//! Tests of the membrane of a grid: derivatives, rigid motions, and a known strain.
 
 use crate::elements::derivative_check;
 use crate::elements::grid_membrane::*;
 
-/// A bent, stretched, sheared grid of 11 by 4 masses: two packets a row, the second not full.
+/// A bent, stretched, sheared grid of 11 by 4 nodes: two packets per row, the second partly filled.
 fn grid() -> (CellMembrane, Vectors) {
     let mut membrane = CellMembrane::new(11, 4, (0.1, 0.15));
     membrane.set_law(&derivative_check::law());

@@ -1,32 +1,35 @@
-//! From one mesh of triangles to another of the same sheet.
+//! Remapping between two triangle meshes of a sheet.
 //!
-//! What is held of triangles (rest curvatures, strains that have set, creep) goes from each into those that it is in: a finer
-//! triangle has what the one has that its middle is in; a coarser one the mean, by area, of those whose middles are in it. So a fold
-//! keeps its angle, is as wide as it was or a triangle wide, and does not spread when a sheet goes back and forth.
+//! State per triangle (rest curvature, rest strain, creep) moves between triangles that contain
+//! each other's centroids. A finer triangle takes the state of the coarse triangle that contains
+//! its centroid. A coarser triangle takes the area-weighted mean of the triangles whose centroids
+//! it contains. A fold keeps its angle and its width (or becomes one triangle wide), and does not
+//! spread when a sheet changes grids repeatedly.
 //!
-//! What is held of masses (temperatures, stretch) is linear in the triangles: on a finer mesh it is read there, on a coarser one each mass
-//! has the mean under its own hat. Neither goes beyond what there was.
+//! State per node (temperature, stretch) is piecewise linear. A finer mesh interpolates it; a node
+//! of a coarser mesh takes the mean weighted with its hat function. Neither exceeds the range of
+//! the values.
 
 use crate::mesh::outline::Mesh;
 use crate::mesh::outline::locate::{Locator, inward};
 
-/// Weights of old masses, or triangles.
+/// Indices and weights of old nodes or triangles.
 type Combination = Vec<(u32, f64)>;
 
-/// Two meshes, and what each place of the new one is made of.
+/// Two meshes, and the combinations of old values for each place of the new mesh.
 pub struct Meshes<'a> {
-    /// There was.
+    /// Old mesh.
     pub from: &'a Mesh,
-    /// There is.
+    /// New mesh.
     pub to: &'a Mesh,
-    /// Of each new triangle: old ones; weights add up to 1.
+    /// Old triangles of each new triangle; the sum of the weights is 1.
     triangles: Vec<Combination>,
-    /// Of each new mass: old ones; weights are not negative and add up to 1.
+    /// Old nodes of each new node; weights are not negative and their sum is 1.
     masses: Vec<Combination>,
 }
 
 impl<'a> Meshes<'a> {
-    /// From one to the other.
+    /// Combinations for remapping from `from` to `to`.
     pub fn new(from: &'a Mesh, to: &'a Mesh) -> Self {
         let mean = |mesh: &Mesh| mesh.total_area() / mesh.triangles.len().max(1) as f64;
         let coarser = mean(to) > mean(from);
@@ -59,7 +62,8 @@ impl<'a> Meshes<'a> {
         Self { from, to, triangles, masses }
     }
 
-    /// What `values` of old triangles come to in new triangle `k`; `None` where none is known.
+    /// Value in new triangle `k` from `values` of old triangles; `None` where no contributing value
+    /// is known.
     pub fn read<const K: usize>(&self, values: &[Option<[f64; K]>], k: usize) -> Option<[f64; K]> {
         let (mut sum, mut whole) = ([0.0; K], 0.0);
         for (old, weight) in &self.triangles[k] {
@@ -71,7 +75,7 @@ impl<'a> Meshes<'a> {
         (whole > 0.0).then(|| sum.map(|s| s / whole))
     }
 
-    /// What `values` of old masses come to at new mass `i`.
+    /// Value at new node `i` from `values` at old nodes.
     pub fn at_mass<const K: usize>(&self, values: &[[f64; K]], i: usize) -> [f64; K] {
         let mut sum = [0.0; K];
         for (old, weight) in &self.masses[i] {
@@ -81,7 +85,8 @@ impl<'a> Meshes<'a> {
     }
 }
 
-/// Corners of the triangle of `mesh` that `p` (m) is in, seen from `inside`, and what each has of it; none has less than nothing.
+/// Corners of the triangle of `mesh` that contains `p` (m), approached from `inside`, and their
+/// barycentric weights, clipped to non-negative.
 pub fn hats(mesh: &Mesh, locator: &Locator, p: [f64; 2], inside: [f64; 2]) -> Combination {
     let k = locator.find(p, inside);
     let weights = locator.weights(k, p).map(|w| w.max(0.0));
@@ -90,7 +95,7 @@ pub fn hats(mesh: &Mesh, locator: &Locator, p: [f64; 2], inside: [f64; 2]) -> Co
     parts
 }
 
-/// Makes weights add up to 1.
+/// Normalises the sum of the weights to 1.
 fn make_whole(parts: &mut Combination) {
     let whole: f64 = parts.iter().map(|p| p.1).sum();
     parts.iter_mut().for_each(|p| p.1 /= whole);
@@ -132,7 +137,7 @@ mod tests {
 
     #[test]
     fn the_angle_of_a_line_is_kept() {
-        // Bent along a line of triangles: the sum over the area is the angle times the length of the line.
+        // A fold along a line of triangles: the sum over the area is angle times length.
         for (a, b) in [(25, 13), (13, 25), (41, 21)] {
             let (from, to) = (ring(a), ring(b));
             let meshes = Meshes::new(&from, &to);

@@ -1,31 +1,33 @@
-//! What elements hold, from one grid to another of the same sheet.
+//! Remapping of element state between two grids of a sheet.
 //!
-//! What is held at places of a grid (rest curvatures, creep, strains that have set) is taken to those of another as the mean under a hat as
-//! wide as the coarser grid's cells. To a finer grid that is linear in between; to a coarser one what stands in a line, such as a fold, keeps
-//! its sum: an angle stays that angle. What is the same everywhere stays so. Between meshes of triangles: `meshes`.
+//! State at points of a grid (rest curvature, creep, rest strain) becomes, on the new grid, the
+//! mean weighted with a hat function as wide as a cell of the coarser grid. To a finer grid this is
+//! linear interpolation. To a coarser grid it conserves the sum over a line, so that a fold keeps
+//! its angle. Constant fields stay constant. `meshes` handles triangle meshes.
 
 pub(crate) mod meshes;
 
 pub use crate::elements::remap::meshes::{Meshes, hats};
 
-/// From what to what.
+/// Remapping between two grids or two meshes.
 pub enum Carry<'a> {
-    /// Of a rectangle, or a lattice.
+    /// Between rectangular grids of a shell or a lattice.
     Grid(Grids),
-    /// Of a sheet with an outline, holes or cuts.
+    /// Between triangle meshes of a sheet with outline, holes or cuts.
     Mesh(Meshes<'a>),
 }
 
-/// What is held at places of the old sheet, as [`Carry::gather`] has it.
+/// State at the points of the old sheet, from [`Carry::gather`].
 pub enum Held<const K: usize> {
-    /// At masses or in the middles of cells.
+    /// At nodes or cell centres.
     Grid(Places<K>),
-    /// Of each triangle.
+    /// One value per triangle.
     Mesh(Vec<Option<[f64; K]>>),
 }
 
 impl Carry<'_> {
-    /// What is held at `homes` of the old sheet: masses, or the first masses of cells if it is in their middles; triangles of a mesh.
+    /// Collects values at `homes` of the old sheet: nodes, or first nodes of cells for values at
+    /// cell centres (`middle`); triangles of a mesh.
     pub fn gather<const K: usize>(&self, middle: bool, homes: impl Iterator<Item = (u32, [f64; K])>) -> Held<K> {
         match self {
             Self::Grid(grids) => {
@@ -44,7 +46,7 @@ impl Carry<'_> {
         }
     }
 
-    /// What `values`, one a mass of the old sheet, come to at those of the new one.
+    /// Values at the nodes of the new sheet from `values` at the nodes of the old one.
     pub fn at_masses(&self, values: &[f64]) -> Vec<f64> {
         match self {
             Self::Grid(grids) => {
@@ -59,7 +61,7 @@ impl Carry<'_> {
         }
     }
 
-    /// What `held` comes to at `home` of the new sheet; `None` where nothing is known.
+    /// Value at `home` of the new sheet; `None` where no value is known.
     pub fn read<const K: usize>(&self, held: &Held<K>, home: u32, middle: bool) -> Option<[f64; K]> {
         match (self, held) {
             (Self::Grid(grids), Held::Grid(places)) => grids.read(places, grids.place(home as usize, middle)),
@@ -69,56 +71,57 @@ impl Carry<'_> {
     }
 }
 
-/// From a grid to another: masses along u and v of each.
+/// Remapping between two rectangular grids: numbers of nodes along u and v.
 #[derive(Clone, Copy, Debug)]
 pub struct Grids {
-    /// There were.
+    /// Old grid.
     pub from: [usize; 2],
-    /// There are.
+    /// New grid.
     pub to: [usize; 2],
 }
 
-/// Values at the masses of a grid, or in the middles of cells, where they are known.
+/// Values at the nodes or cell centres of a grid, where they are known.
 pub struct Places<const K: usize> {
     columns: usize,
     rows: usize,
-    /// How far the first is from the border, in cells.
+    /// Distance of the first point from the border, in cells.
     offset: f64,
     values: Vec<Option<[f64; K]>>,
 }
 
 impl<const K: usize> Places<K> {
-    /// At the masses of a grid.
+    /// At the nodes of a grid.
     pub fn masses([columns, rows]: [usize; 2]) -> Self {
         Self { columns, rows, offset: 0.0, values: vec![None; columns * rows] }
     }
 
-    /// In the middles of its cells.
+    /// At the cell centres of a grid.
     pub fn cells([columns, rows]: [usize; 2]) -> Self {
         let (columns, rows) = (columns - 1, rows - 1);
         Self { columns, rows, offset: 0.5, values: vec![None; columns * rows] }
     }
 
-    /// Puts a value to place (i, j).
+    /// Sets the value at point (i, j).
     pub fn put(&mut self, i: usize, j: usize, value: [f64; K]) {
         self.values[j * self.columns + i] = Some(value);
     }
 }
 
 impl Grids {
-    /// Width of a cell of the coarser grid along `axis`, of the sheet.
+    /// Width of a cell of the coarser grid along `axis`, as a fraction of the sheet.
     fn width(&self, axis: usize) -> f64 {
         1.0 / (self.from[axis].min(self.to[axis]) - 1) as f64
     }
 
-    /// Places of a row with their weights under a hat about `at` (0 to 1), `wide` times as wide as it is.
+    /// Points of a row and their weights under a hat function centred at `at` (0 to 1), with its
+    /// width multiplied by `wide`.
     fn hat(&self, axis: usize, (count, offset): (usize, f64), at: f64, wide: f64) -> Vec<(usize, f64)> {
         let cells = (self.from[axis] - 1) as f64;
         let width = self.width(axis) * wide;
         let first = ((at - width) * cells - offset).floor().max(0.0) as usize;
         let weight = |i: usize| {
             let place = (i as f64 + offset) / cells;
-            // Of what is summed up, what lies on the border stands for half as much.
+            // In a sum over a line, points on the border count half.
             let border = offset == 0.0 && (i == 0 || i + 1 == count);
             let share = if border && self.from[axis] > self.to[axis] { 0.5 } else { 1.0 };
             share * (1.0 - (place - at).abs() / width).max(0.0)
@@ -127,9 +130,9 @@ impl Grids {
         (first.min(count - 1)..=last).map(|i| (i, weight(i))).filter(|w| w.1 > 1e-9).collect()
     }
 
-    /// What `values` come to at (u, v), each 0 to 1 over the sheet; `None` where nothing is known of any place.
+    /// Value at (u, v), each 0 to 1 over the sheet; `None` if no value is known anywhere.
     pub fn read<const K: usize>(&self, values: &Places<K>, at: [f64; 2]) -> Option<[f64; K]> {
-        // Wider where nothing is known near by, as across a border that has no curvature.
+        // A wider hat where no value is near, as beside a border, which has no curvature across it.
         for wide in [1.0, 2.0, 4.0, 1e3] {
             let u = self.hat(0, (values.columns, values.offset), at[0], wide);
             let v = self.hat(1, (values.rows, values.offset), at[1], wide);
@@ -149,7 +152,8 @@ impl Grids {
         None
     }
 
-    /// Where mass `home` of the new grid is, each 0 to 1 over the sheet, or the middle of the cell whose first mass it is.
+    /// Position of node `home` of the new grid, each coordinate 0 to 1 over the sheet, or of the
+    /// centre of the cell with this first node.
     pub fn place(&self, home: usize, middle: bool) -> [f64; 2] {
         let [columns, rows] = self.to;
         let half = if middle { 0.5 } else { 0.0 };
@@ -157,7 +161,7 @@ impl Grids {
         [i / (columns - 1) as f64, j / (rows - 1) as f64]
     }
 
-    /// Row and column of mass `home` of the old grid.
+    /// Column and row of node `home` of the old grid.
     pub fn row_of(&self, home: usize) -> (usize, usize) {
         (home % self.from[0], home / self.from[0])
     }
@@ -186,7 +190,7 @@ mod tests {
 
     #[test]
     fn the_sum_of_a_line_is_kept() {
-        // A fold of the angle 1: its curvature is one over the spacing.
+        // A fold of angle 1 has a curvature of one over the spacing.
         for (from, to, at) in [(41, 11, 20), (41, 11, 13), (21, 11, 7), (11, 21, 4), (11, 41, 6), (41, 21, 9)] {
             let angles = line(from, to, |i| Some(if i == at { (from - 1) as f64 } else { 0.0 }));
             let sum: f64 = angles.iter().sum::<f64>() / (to - 1) as f64;

@@ -1,17 +1,21 @@
-//! Bending of a sheet of triangles, without rotations for unknowns.
+//! Bending curvatures of a triangle mesh, without rotational degrees of freedom.
 //!
-//! The curvature of a triangle of area A is constant, and follows from the slopes of its edges (Morley's triangle): with l the
-//! length, t the direction, n the outward normal of an edge from a to b, and φ the slope x_n at its middle,
+//! The curvature of a triangle of area A is constant and follows from the slopes of its edges
+//! (Morley triangle). With length l, direction t and outward normal n of an edge from a to b, and
+//! the slope φ = x_n at its middle,
 //!
 //! κ = 1/A Σ_e [l φ n⊗n + sym(n⊗t) (x_b - x_a)].
 //!
-//! Slopes are no unknowns. That of an edge between two triangles is one value reconstructed from masses nearby (`slope`);
-//! that of a clamped edge is prescribed; that of any other edge of the boundary is whatever costs least, which
-//! [`CurvatureGroup::relaxed`] leaves to the bending element. Constant curvatures come out exact on any mesh.
+//! Slopes are not unknowns. An edge between two triangles has one slope, reconstructed from nearby
+//! nodes (`slope`); a clamped edge has a prescribed slope; any other boundary edge has the slope of
+//! least energy, which [`CurvatureGroup::relaxed`] leaves to the bending element. Constant
+//! curvatures are exact on any mesh.
 //!
-//! Beside a clamp slopes are one-sided, which costs a power of the cell's size. Two area factors win it back: for triangles on a
-//! clamped edge, and for those that touch one with a corner. A line of pairs makes the first frequency of a cantilever converge
-//! with the second power; of these, the one here also serves clamped plates, where moments change quickly at the wall.
+//! Beside a clamp slopes are one-sided, which loses one order of accuracy. Two area factors restore
+//! it: one for triangles with a clamped edge, one for triangles that touch a clamped edge with a
+//! corner. A one-parameter family of pairs gives second-order convergence of a cantilever's first
+//! frequency; this pair is also accurate for clamped plates, whose moments change quickly at the
+//! clamp.
 
 pub(crate) mod slope;
 pub(crate) mod symmetric;
@@ -27,11 +31,11 @@ use crate::mesh::outline::{Edge, Mesh};
 const ON_CLAMP: f64 = 7.0 / 5.0;
 /// Area factor of a triangle that touches a clamped edge with a corner only.
 const AT_CLAMP: f64 = 3.0 / 4.0;
-/// Weights this small, in units of 1/area, are rounding.
+/// Weight below which a term is rounding, in units of 1/area.
 const NOTHING: f64 = 1e-12;
 
-/// One group for each triangle of `mesh`, in their order, and the outward unit normals (u, v) of the clamped edges: what
-/// [`CurvatureGroup::clamps`] counts. Only edges of the boundary can be clamped.
+/// One group per triangle of `mesh`, in their order, and the outward unit normals (u, v) of the
+/// clamped edges, to which [`CurvatureGroup::clamps`] refers. Only boundary edges can be clamped.
 pub fn triangle_curvatures(mesh: &Mesh, clamped: &dyn Fn(&Edge) -> bool) -> (Vec<CurvatureGroup>, Vec<[f64; 2]>) {
     let mut clamp_of: BTreeMap<u32, u32> = BTreeMap::new();
     let mut directions = Vec::new();
@@ -67,7 +71,8 @@ fn curvature(mesh: &Mesh, k: usize, slopes: &[slope::Stencil], clamp_of: &BTreeM
         // Counter-clockwise in (u, v) is clockwise seen from above.
         frame: [nodes[0], nodes[2], nodes[0], nodes[1]],
         home: k as u32,
-        // A fold along edges is shared by the triangles of both sides, and changes the slope in the middle of each by half.
+        // A fold along an edge is shared by two triangles and changes the slope at the centre of
+        // each by half.
         span: [2.0 * (2.0 * area).sqrt(); 3],
         ..Default::default()
     };

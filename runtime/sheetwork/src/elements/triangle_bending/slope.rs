@@ -1,30 +1,32 @@
-//! Slope across an edge between two triangles, from the masses around it.
+//! Slope across an edge between two triangles, from the surrounding nodes.
 //!
-//! The start is the mean of the two triangles' gradients, each weighted by the height of the other; it is exact for planes.
-//! Least squares then make it exact for every quadratic over a patch of masses: with P the six monomials at the masses (about
-//! the edge's middle, in units of its length), r the start's weights and c their wanted sums,
+//! The initial weights are the mean of the two triangles' gradients, each weighted by the height of
+//! the other; they are exact for planes. Least squares then make them exact for every quadratic
+//! over a patch of nodes. With P the six monomials at the nodes (relative to the edge's middle, in
+//! units of its length), r the initial weights and c the required sums,
 //!
 //! r ← r + W Pᵀ (P W Pᵀ)⁺ (c - P r), W = 1/(0.3 + d²)², d the distance from the middle.
 //!
-//! A patch is the edge's two triangles and all that share an edge with them, one ring more where masses of the first lie too
-//! nearly on a conic. It never grows through a corner, so a cut parts it as it parts the sheet.
+//! A patch consists of the edge's two triangles and all triangles that share an edge with them,
+//! plus another ring where the nodes lie too close to a conic. It does not grow across corners, so
+//! a cut divides the patch as it divides the sheet.
 
 use std::collections::BTreeSet;
 
 use crate::elements::triangle_bending::symmetric::{eigen, pseudo_inverse};
 use crate::mesh::outline::{Edge, Mesh, NO_TRIANGLE};
 
-/// Masses and weights, 1/m.
+/// Nodes and weights, 1/m.
 pub type Stencil = Vec<(u32, f64)>;
 
-/// Least ratio of the singular values of P at which quadratics can be told apart.
+/// Smallest ratio of the singular values of P at which the patch determines a quadratic.
 const TOLD_APART: f64 = 0.02;
-/// Rings by which a patch may grow.
+/// Maximum number of additional rings of a patch.
 const GROWTH: usize = 2;
-/// Eigenvalues of P W Pᵀ smaller than this, of the largest, stand for quadratics that the patch cannot show.
+/// Eigenvalue of P W Pᵀ, relative to the largest, below which the pseudo-inverse drops it.
 const SINGULAR: f64 = 1e-7;
 
-/// The slope along the normal out of its first triangle, for each edge; empty for edges of the boundary.
+/// Slope of each edge along the normal out of its first triangle; empty for boundary edges.
 pub fn slopes(mesh: &Mesh) -> Vec<Stencil> {
     mesh.edges.iter().map(|edge| if edge.is_boundary() { Vec::new() } else { slope(mesh, edge) }).collect()
 }
@@ -49,7 +51,7 @@ fn monomials(d: [f64; 2]) -> [f64; 6] {
     [1.0, d[0], d[1], 0.5 * d[0] * d[0], 0.5 * d[1] * d[1], d[0] * d[1]]
 }
 
-/// Σ w m mᵀ over the masses.
+/// Σ w m mᵀ over the nodes.
 fn moments(all: &[[f64; 6]], weight: &[f64]) -> [[f64; 6]; 6] {
     let mut sum = [[0.0; 6]; 6];
     for (m, w) in all.iter().zip(weight) {
@@ -65,12 +67,12 @@ fn slope(mesh: &Mesh, edge: &Edge) -> Stencil {
     let (n, middle) = ([t[1], -t[0]], mesh.middle(edge));
     let (masses, all) = patch(mesh, edge, length, middle);
     let mut r = start(mesh, edge, n, &masses);
-    // In units of the edge's length from here.
+    // From here in units of the edge's length.
     r.iter_mut().for_each(|w| *w *= length);
     let weight: Vec<f64> = all.iter().map(|m| (0.3 + m[1] * m[1] + m[2] * m[2]).powi(-2)).collect();
     let inverse = pseudo_inverse(&moments(&all, &weight), SINGULAR);
     let wanted = [0.0, n[0], n[1], 0.0, 0.0, 0.0];
-    // The second pass takes away the rounding of the first.
+    // The second pass removes the rounding of the first.
     for _ in 0..2 {
         let missing: [f64; 6] =
             std::array::from_fn(|i| wanted[i] - r.iter().zip(&all).map(|(r, m)| r * m[i]).sum::<f64>());
@@ -82,7 +84,7 @@ fn slope(mesh: &Mesh, edge: &Edge) -> Stencil {
     masses.into_iter().zip(r).filter(|(_, r)| r.abs() > 1e-13).map(|(v, r)| (v, r / length)).collect()
 }
 
-/// Masses of the patch and the monomials there.
+/// Nodes of the patch, and their monomials.
 fn patch(mesh: &Mesh, edge: &Edge, length: f64, middle: [f64; 2]) -> (Vec<u32>, Vec<[f64; 6]>) {
     let mut triangles = grown(mesh, &edge.triangles.into_iter().collect());
     for ring in 0..=GROWTH {
@@ -102,7 +104,7 @@ fn patch(mesh: &Mesh, edge: &Edge, length: f64, middle: [f64; 2]) -> (Vec<u32>, 
     (Vec::new(), Vec::new())
 }
 
-/// Mean of the gradients along `n` of the two triangles, each weighted by the other's height.
+/// Mean of the two triangles' gradients along `n`, each weighted by the other's height.
 fn start(mesh: &Mesh, edge: &Edge, n: [f64; 2], masses: &[u32]) -> Vec<f64> {
     let [first, second] = edge.triangles;
     let (a, b) = (mesh.areas[first as usize], mesh.areas[second as usize]);

@@ -1,7 +1,7 @@
-//! Eigenvalues of small symmetric matrices by Jacobi's rotations (Golub and Van Loan, Matrix Computations, 8.5), and the
-//! pseudo-inverse from them.
+//! Eigenvalues of small symmetric matrices by Jacobi rotations (Golub and Van Loan, *Matrix
+//! Computations*, 8.5), and the pseudo-inverse from them.
 
-/// Sweeps after which convergence, quadratic at the end, has long been reached.
+/// Maximum number of Jacobi sweeps; convergence is quadratic and needs far fewer.
 const SWEEPS: usize = 30;
 
 /// Eigenvalues, and eigenvectors as columns.
@@ -24,7 +24,7 @@ pub fn eigen<const N: usize>(matrix: &[[f64; N]; N]) -> ([f64; N], [[f64; N]; N]
     (std::array::from_fn(|i| a[i][i]), v)
 }
 
-/// Turns the plane of p and q so that a[p][q] vanishes.
+/// Rotates the plane of p and q such that a[p][q] vanishes.
 fn rotate<const N: usize>(a: &mut [[f64; N]; N], v: &mut [[f64; N]; N], p: usize, q: usize) {
     if a[p][q] == 0.0 {
         return;

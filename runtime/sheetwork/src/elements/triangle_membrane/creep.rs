@@ -1,5 +1,5 @@
-//! The membrane of a sheet of triangles that creeps: every edge has a strain without stress, every triangle a stiffness of the
-//! step; see `element/flow`.
+//! Creep of the membrane of a triangle mesh: each edge has a rest strain and each triangle a
+//! relative stiffness for the step. [`crate::elements::creep`] has the equations.
 
 use crate::elements::Warmth;
 use crate::elements::creep::{FlowStep, Flows, Strain};
@@ -8,18 +8,19 @@ use crate::elements::{keep_matrices, take_matrices};
 use crate::math::Vectors;
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// What creeps in all edges and triangles.
+/// Creep state of all edges and triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Creeping {
-    /// Of each edge.
+    /// Creep state of each edge.
     pub(crate) strains: Vec<Strain>,
-    /// G of each triangle at once, J.
+    /// Instantaneous stiffness G of each triangle, J.
     full: Vec<[[f64; 3]; 3]>,
-    /// Stiffness of each triangle in the step, of that at once.
+    /// Stiffness of each triangle in the step, relative to the instantaneous one.
     scale: Vec<f64>,
     share: [f64; 2],
     running: bool,
-    /// What warmth has left of the law's stiffness along each edge, and by what the edge has expanded.
+    /// Remaining stiffness along each edge as a fraction of the law's, and thermal expansion of the
+    /// edge.
     warmth: Vec<(f64, f64)>,
 }
 
@@ -35,7 +36,7 @@ impl Creeping {
         }
     }
 
-    /// Keeps it for a snapshot.
+    /// Serialises the state.
     pub fn keep(&self, to: &mut Keeper) {
         to.flag(self.running);
         self.strains.iter().for_each(|s| s.keep(to));
@@ -44,7 +45,7 @@ impl Creeping {
         self.warmth.iter().for_each(|w| to.numbers(&[w.0, w.1]));
     }
 
-    /// Takes it back.
+    /// Deserialises the state.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         self.running = from.flag()?;
         self.strains.iter_mut().try_for_each(|s| s.take(from))?;
@@ -56,14 +57,14 @@ impl Creeping {
         Ok(())
     }
 
-    /// Whether a step is on its way.
+    /// Whether a step is in progress.
     pub fn is_running(&self) -> bool {
         self.running
     }
 }
 
 impl EdgeMembrane {
-    /// Takes up stiffnesses that were set anew.
+    /// Stores newly set stiffnesses as the instantaneous ones and applies the scale of the step.
     pub(crate) fn keep_full(&mut self) {
         let Some(creeping) = &mut self.creeping else { return };
         for (full, t) in creeping.full.iter_mut().zip(&self.triangles) {
@@ -79,19 +80,20 @@ impl EdgeMembrane {
         }
     }
 
-    /// Strain of edge `e` at `x` from that which it has expanded by, what crept included.
+    /// Strain of edge `e` at `x` (m) relative to the expanded edge, creep strain included.
     fn whole(&self, e: usize, x: &Vectors, creeping: &Creeping) -> f64 {
         let strain = &self.strains[e];
         strain.at(x) + 0.5 * (strain.unit - 1.0) - creeping.warmth[e].1
     }
 
-    /// Makes the strain without stress of edge `e` what `creeping` says.
+    /// Sets the rest strain of edge `e` from `creeping`.
     pub(crate) fn take_rest(&mut self, e: usize, creeping: &Creeping) {
         let strain = &mut self.strains[e];
         strain.unit = 1.0 + 2.0 * (creeping.warmth[e].1 + creeping.strains[e].rest);
     }
 
-    /// Takes up warmth, as [`crate::elements::Element::warm`], of the edges; false where nothing creeps.
+    /// Applies temperature to the edges, as [`crate::elements::Element::warm`]; returns false
+    /// without creep.
     pub(crate) fn warm_creeping(&mut self, x: &Vectors, warmth: &Warmth) -> bool {
         let Some(mut creeping) = self.creeping.take() else { return false };
         for e in 0..self.strains.len() {
@@ -113,7 +115,7 @@ impl EdgeMembrane {
         true
     }
 
-    /// Energy that the sheet would give back with time to flow or without, J.
+    /// Energy stored in the arms between steps, J.
     pub(crate) fn crept_energy(&self, creeping: &Creeping, x: &Vectors) -> f64 {
         let share = creeping.share;
         let mut sum = 0.0;

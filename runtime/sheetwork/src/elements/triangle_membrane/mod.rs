@@ -1,18 +1,20 @@
-//! Membrane of a sheet of triangles: stretch of their edges, measured along the arc.
+//! Membrane of a triangle mesh: strain of the edges, measured along the arc of the bent sheet.
 //!
-//! An edge of rest length l from mass a to mass b has the Green strain of its chord and, in the second order, of the arc
-//! that the sheet bends along it,
+//! An edge of rest length l from node a to node b has the Green strain of its chord plus, to second
+//! order, of the arc of the sheet along it,
 //!
 //! ε_e = ½ (|x_b - x_a|²/l² - 1) + l²/24 |x_tt|²,
 //!
-//! x_tt the curvature along the edge, the mean of its triangles' (each weighted by the other's area). Without the second term
-//! a sheet that bends at an angle to its edges would have to stretch them. The strains (ε_uu, ε_vv, γ) of a triangle follow
-//! from its three edges, with t = (t_u, t_v) their directions, by
+//! with x_tt the curvature along the edge, the mean over its triangles (each weighted by the
+//! other's area). Without the second term, bending at an angle to the edges would stretch them. The
+//! strains (ε_uu, ε_vv, γ) of a triangle follow from its three edges with directions t = (t_u,
+//! t_v),
 //!
 //! ε_e = t_u² ε_uu + t_v² ε_vv + t_u t_v γ, in short ε_e = S ε,
 //!
-//! and its energy is ½ ε_eᵀ G ε_e, G = A S⁻ᵀ C S⁻¹ (J), A its area and C the membrane stiffness (N/m), which may be
-//! orthotropic. Every strain is a quadratic of the positions, ½ (|d|² + |k|² - 1) with d and k linear.
+//! and the energy is ½ ε_eᵀ G ε_e, G = A S⁻ᵀ C S⁻¹ (J), with the area A (m²) and the membrane
+//! stiffness C (N/m), which may be orthotropic. Every strain is a quadratic of the positions, ½
+//! (|d|² + |k|² - 1) with d and k linear.
 
 pub(crate) mod creep;
 pub(crate) mod remap;
@@ -28,56 +30,57 @@ use crate::elements::curvature::{CurvatureGroup, apply as product, dot, relaxati
 use crate::elements::remap::Carry;
 use crate::elements::triangle_membrane::creep::Creeping;
 use crate::elements::{
-    Anchor, Element, Geometric, Law, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices,
+    Anchor, Element, Geometric, NO_BLOCK, Warmth, add_block, keep_matrices, set_rest, take_matrices,
 };
+use crate::material::law::Law;
 use crate::math::Vectors;
 use crate::mesh::outline::{Edge, Mesh, NO_TRIANGLE};
 use crate::serialize::{Keeper, Taken, Taker};
 
-/// Weights of the arc term this small, in units of 1/l², are rounding.
+/// Weight of the arc term below which it is rounding, in units of 1/l².
 const NOTHING: f64 = 1e-12;
 
-/// What strains an edge.
+/// Coefficients of the strain of one edge.
 #[derive(Clone, Debug, Default)]
 struct Strain {
-    /// The masses it joins.
+    /// Nodes of the edge.
     ends: [u32; 2],
     /// 1/l, 1/m.
     inverse_length: f64,
-    /// k = Σ weight x + offset: masses and their weights (1/m), those of `l/√12 x_tt`.
+    /// Nodes and weights (1/m) of k = Σ weight x + offset = `l/√12 x_tt`.
     arc: Vec<(u32, f64)>,
-    /// Weights of clamp directions in k.
+    /// Indices and weights of clamp directions in k.
     clamps: Vec<(u32, f64)>,
-    /// What clamped tangents add to k.
+    /// Contribution of the clamp directions to k.
     offset: DVec3,
-    /// |d|² + |k|² without stress: 1, and twice the strain that has crept.
+    /// |d|² + |k|² without stress: 1 plus twice the creep strain.
     unit: f64,
 }
 
-/// A triangle: three edges, and the masses that they depend on.
+/// A triangle: three edges, and the nodes that their strains depend on.
 #[derive(Clone, Debug, Default)]
 struct Triangle {
     edges: [u32; 3],
-    /// S⁻¹ and the area, m².
+    /// S⁻¹, and the area in m².
     from_edges: [[f64; 3]; 3],
     area: f64,
-    /// G, J; as warmth has made it.
+    /// Stiffness G at the present temperature, J.
     stiffness: [[f64; 3]; 3],
-    /// Masses in order; every pair (p, q <= p) of them has a block.
+    /// Nodes in ascending order; every pair (p, q <= p) has a block.
     masses: Vec<u32>,
-    /// Weights of each mass in d and k of each edge.
+    /// Weights of each node in d and k of each edge.
     weights: Vec<[[f64; 2]; 3]>,
-    /// Edges whose stress this triangle adds to the geometric part: each edge has one such triangle.
+    /// Edges whose stress this triangle adds to the geometric part: one triangle per edge.
     owns: [bool; 3],
     blocks: Vec<u32>,
 }
 
-/// What warmth has made of a triangle.
+/// Thermal rest state of a triangle.
 #[derive(Clone, Copy, Debug)]
 struct Warmed {
-    /// What is left of the law's stiffness.
+    /// Remaining stiffness as a fraction of the law's.
     softness: f64,
-    /// Strains of the edges at which it is at rest, and the part of them that is expansion.
+    /// Rest strains of the edges, and their thermal part.
     rest: [f64; 3],
     expansion: [f64; 3],
 }
@@ -87,28 +90,29 @@ struct Warmed {
 pub struct EdgeMembrane {
     strains: Vec<Strain>,
     triangles: Vec<Triangle>,
-    /// One a triangle; empty as long as the sheet has not been warm.
+    /// One entry per triangle; empty until the first change of temperature.
     warmed: Vec<Warmed>,
-    /// Curvature along each edge before relaxation: groups and their shares.
+    /// Curvature along each edge before relaxation: indices of groups and their shares.
     sources: Vec<[(u32, f64); 2]>,
     /// Squared direction (t_u², t_v², t_u t_v) and length (m) of each edge.
     directions: Vec<([f64; 3], f64)>,
     groups: Vec<CurvatureGroup>,
-    /// World directions of the clamps.
+    /// Clamp directions in world coordinates.
     tangents: Vec<DVec3>,
     retardation: f64,
-    /// τ/h of the stage, and its 1/h.
+    /// τ/h and 1/h (1/s) of the stage.
     viscous: f64,
     per_time: f64,
-    /// Of each edge: ε_w, ε̇ at the end of the last stage (1/s), σ* (J, summed over its triangles), and room in between.
+    /// One value per edge: ε_w, ε̇ at the end of the last stage (1/s), σ* (J, sum over its
+    /// triangles), and two buffers.
     anchor: Vec<f64>,
     rate: Vec<f64>,
     stress: Vec<f64>,
     work: Vec<f64>,
     spare: Vec<f64>,
-    /// Room for a triangle's gradients and their products with G.
+    /// Buffer for the gradients of a triangle and their products with G.
     gradients: Vec<[DVec3; 3]>,
-    /// Of a membrane that creeps.
+    /// Creep state; `None` without creep.
     creeping: Option<Box<Creeping>>,
 }
 
@@ -129,7 +133,7 @@ impl Strain {
         0.5 * (d.length_squared() - self.unit + k.length_squared())
     }
 
-    /// The change of the strain at `x` for a change `v` of the positions, to first order.
+    /// First-order change of the strain at `x` (m) for a displacement or velocity `v`.
     #[inline]
     fn rate(&self, x: &Vectors, v: &Vectors) -> f64 {
         self.chord(x).dot(self.chord(v)) + (self.bow(x) + self.offset).dot(self.bow(v))
@@ -148,7 +152,7 @@ impl Strain {
         }
     }
 
-    /// Weights of mass `v` in d and in k.
+    /// Weights of node `v` in d and in k.
     fn weights(&self, v: u32) -> [f64; 2] {
         let chord = if v == self.ends[1] { 1.0 } else { 0.0 } - if v == self.ends[0] { 1.0 } else { 0.0 };
         let arc = self.arc.iter().find(|a| a.0 == v).map_or(0.0, |a| a.1);
@@ -157,7 +161,8 @@ impl Strain {
 }
 
 impl EdgeMembrane {
-    /// The membrane of `mesh` with the curvatures of its triangles, one group for each in their order; it has no stiffness yet.
+    /// The membrane of `mesh`; `groups` are the curvatures of its triangles in their order.
+    /// [`Element::set_law`] must set the stiffness.
     pub fn new(mesh: &Mesh, groups: &[CurvatureGroup]) -> Self {
         let edges = mesh.edges.len();
         let mut membrane = Self {
@@ -197,19 +202,19 @@ impl EdgeMembrane {
         membrane
     }
 
-    /// The same, creeping with arms of these shares.
+    /// Adds creep with Maxwell arms of the shares `share`.
     pub fn creeping(mut self, share: [f64; 2]) -> Self {
         self.creeping = Some(Box::new(Creeping::new(self.strains.len(), self.triangles.len(), share)));
         self
     }
 
-    /// Takes up the directions (unit vectors in the world) of the clamps that the groups count.
+    /// Sets the clamp directions (unit vectors in world coordinates) that the groups refer to.
     pub fn set_clamps(&mut self, tangents: &[DVec3]) {
         self.tangents = tangents.to_vec();
         self.find_offsets();
     }
 
-    /// Strains (uu, vv, uv with engineering shear) of every triangle at `x`, for reports.
+    /// Strains (uu, vv, uv with engineering shear) of every triangle at `x` (m), for reports.
     pub fn strains(&self, x: &Vectors) -> Vec<[f64; 3]> {
         let of = |t: &Triangle| {
             let e = t.edges.map(|e| self.strains[e as usize].at(x));
@@ -218,7 +223,8 @@ impl EdgeMembrane {
         self.triangles.iter().map(of).collect()
     }
 
-    /// Works out k of every edge for bending stiffness `bending`; the pattern does not depend on it.
+    /// Computes k of every edge for bending stiffness `bending` (N m). The sparsity pattern does
+    /// not depend on it.
     fn find_arcs(&mut self, bending: &[[f64; 3]; 3]) {
         for ((strain, sources), (squares, length)) in self.strains.iter_mut().zip(&self.sources).zip(&self.directions) {
             strain.arc.clear();
@@ -236,7 +242,8 @@ impl EdgeMembrane {
                     gather(&mut strain.arc, rows);
                     gather(&mut strain.clamps, group.clamps[i].iter().map(|(v, w)| (*v, w * times)));
                 }
-                // Where a curvature adjusts, the weights move with the stiffness: their places are kept.
+                // With relaxed directions the weights depend on the stiffness: zero weights keep
+                // their places.
                 if keep {
                     for row in &group.rows {
                         gather(&mut strain.arc, row.iter().map(|(v, _)| (*v, 0.0)));
@@ -264,7 +271,7 @@ impl EdgeMembrane {
         }
     }
 
-    /// ½ eᵀ G e over all triangles, J, of changes of strain.
+    /// ½ eᵀ G e, sum over all triangles (J), for strain increments e.
     fn stored(&self, strain: impl Fn(usize) -> f64) -> f64 {
         let one = |t: &Triangle| {
             let e = t.edges.map(|i| strain(i as usize));
@@ -273,7 +280,7 @@ impl EdgeMembrane {
         self.triangles.iter().map(one).sum()
     }
 
-    /// The strains `e` of triangle `k` less those at which it is at rest.
+    /// The strains `e` of triangle `k` minus its rest strains.
     #[inline]
     fn less_rest(&self, k: usize, e: [f64; 3]) -> [f64; 3] {
         match self.warmed.get(k) {
@@ -282,7 +289,7 @@ impl EdgeMembrane {
         }
     }
 
-    /// Makes `stress` the stress G e of the strains in `work`.
+    /// Sets `stress` to G e for the strains in `work`.
     fn stress_of_work(&mut self) {
         self.stress.fill(0.0);
         for (k, t) in self.triangles.iter().enumerate() {
@@ -297,13 +304,14 @@ impl EdgeMembrane {
         }
     }
 
-    /// The strain whose elastic stress is that of strain `e` with the viscous part of the stage.
+    /// Effective strain of the stage: the elastic stress of it includes the viscous stress at
+    /// strain `e`.
     #[inline]
     fn effective(viscous: f64, e: f64, anchor: f64) -> f64 {
         e + viscous * (e - anchor)
     }
 
-    /// Makes `work` the effective strains at `x`.
+    /// Sets `work` to the effective strains at `x` (m).
     fn strain_stage(&mut self, x: &Vectors) {
         for ((work, strain), anchor) in self.work.iter_mut().zip(&self.strains).zip(&self.anchor) {
             *work = Self::effective(self.viscous, strain.at(x), *anchor);
@@ -369,7 +377,7 @@ impl Element for EdgeMembrane {
         for (k, t) in self.triangles.iter_mut().enumerate() {
             let area = t.area * self.warmed.get(k).map_or(1.0, |w| w.softness);
             let s = &t.from_edges;
-            // S⁻¹ takes edges to (uu, vv, uv): G = A S⁻ᵀ C S⁻¹.
+            // S⁻¹ maps edge strains to (uu, vv, uv): G = A S⁻ᵀ C S⁻¹.
             let cs: [[f64; 3]; 3] = std::array::from_fn(|j| product(&law.membrane, &[s[0][j], s[1][j], s[2][j]]));
             for i in 0..3 {
                 for j in 0..3 {
@@ -396,12 +404,12 @@ impl Element for EdgeMembrane {
                     w.rest[k] += expansion - w.expansion[k];
                 }
                 w.expansion[k] = expansion;
-                // Every corner is an end of two edges.
+                // Each corner is an end of two edges.
                 corners[0] += strain.ends.iter().map(|m| warmth.compliance[*m as usize]).sum::<f64>();
                 corners[1] += 2.0;
             }
             let (before, after) = (w.softness, corners[1] / corners[0]);
-            // What creeps has its rest with the edges.
+            // With creep the edges hold the rest strain.
             for (rest, strain) in w.rest.iter_mut().zip(strains).filter(|_| !creeps) {
                 *rest = set_rest(strain.at(x), *rest, before, after);
             }
@@ -518,7 +526,8 @@ impl Element for EdgeMembrane {
     }
 
     fn add_gradient(&mut self, x: &Vectors, gradient: &mut Vectors) {
-        // The stress of the iterate is not σ*, which stays what the last solve predicted.
+        // σ* must remain the prediction of the last linear solution, so the iterate's stress uses a
+        // buffer.
         self.strain_stage(x);
         std::mem::swap(&mut self.stress, &mut self.spare);
         self.stress_of_work();
@@ -567,7 +576,7 @@ impl Element for EdgeMembrane {
     }
 }
 
-/// The groups whose curvature an edge takes, and their shares.
+/// Groups whose curvature contributes to an edge, and their shares.
 fn sources(mesh: &Mesh, edge: &Edge) -> [(u32, f64); 2] {
     let [first, second] = edge.triangles;
     if second == NO_TRIANGLE {
@@ -586,7 +595,7 @@ fn gather(to: &mut Vec<(u32, f64)>, from: impl Iterator<Item = (u32, f64)>) {
     }
 }
 
-/// Inverse; the directions of a triangle's three edges are never dependent.
+/// Inverse matrix; the directions of the three edges are always linearly independent.
 fn inverse(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let [a, b, c] = m.map(DVec3::from_array);
     let columns = glam::DMat3::from_cols(a, b, c).transpose().inverse();

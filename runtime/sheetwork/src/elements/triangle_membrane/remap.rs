@@ -1,17 +1,19 @@
-//! What the membrane of a mesh holds, to another mesh: strains that have set, and creep. What expansion makes is of the temperatures.
+//! Remapping of the membrane state between triangle meshes: thermal rest strain and creep. Thermal
+//! expansion follows from the temperatures.
 //!
-//! Edges are others there, so that what they hold goes as the tensor (uu, vv, uv) of their triangles. And the stretch of the sheet itself, for
-//! who puts masses where it is the same on both.
+//! The edges of the two meshes differ, so the state is transferred as the tensor (uu, vv, uv) of
+//! the triangles. The file also has the edge strains and their derivatives, with which state
+//! transfer places the nodes so that both meshes have equal strain.
 
 use crate::elements::remap::Carry;
 use crate::elements::triangle_membrane::{Creeping, EdgeMembrane, Warmed, dot, product};
 use crate::math::Vectors;
 
-/// Three tensors of a triangle: strain that has set, or without stress, and two arms.
+/// Three tensors per triangle: rest strain, and the strains of two creep arms.
 const HELD: usize = 9;
 
 impl EdgeMembrane {
-    /// What triangle `k` holds.
+    /// Transferable state of triangle `k`.
     fn held(&self, k: usize) -> [f64; HELD] {
         let t = &self.triangles[k];
         let w = &self.warmed[k];
@@ -26,7 +28,7 @@ impl EdgeMembrane {
         std::array::from_fn(|n| tensors[n / 3][n % 3])
     }
 
-    /// Takes up what `old` holds.
+    /// Takes the state of `old`.
     pub(crate) fn carry_strains(&mut self, old: &Self, carry: &Carry) {
         if old.warmed.is_empty() {
             return;
@@ -35,7 +37,7 @@ impl EdgeMembrane {
         self.warmed.resize(self.triangles.len(), cold);
         let places = carry.gather(false, (0..old.triangles.len()).map(|k| (k as u32, old.held(k))));
         let mut creeping = self.creeping.take();
-        // Of each edge: the sum over its triangles, by area.
+        // Area-weighted sum over the triangles of each edge.
         let mut sums = vec![([0.0; HELD / 3], 0.0); self.strains.len()];
         for (k, t) in self.triangles.iter().enumerate() {
             let Some(held) = carry.read(&places, k as u32, false) else { continue };
@@ -59,27 +61,28 @@ impl EdgeMembrane {
         self.creeping = creeping;
     }
 
-    /// Green strain of every edge at `x`, along its arc.
+    /// Green strain of every edge at `x` (m), along its arc.
     pub fn stretch(&self, x: &Vectors) -> Vec<f64> {
         self.strains.iter().map(|s| s.at(x) + 0.5 * (s.unit - 1.0)).collect()
     }
 
-    /// What it changes by at `x`, to first order, where masses move by `d`.
+    /// First-order change of [`EdgeMembrane::stretch`] at `x` (m) for a displacement `d` (m).
     pub fn stretch_rates(&self, x: &Vectors, d: &Vectors) -> Vec<f64> {
         self.strains.iter().map(|s| s.rate(x, d)).collect()
     }
 
-    /// The transpose of that: adds to each mass what `stress` of the edges comes to.
+    /// Transpose of [`EdgeMembrane::stretch_rates`]: adds to each node the product of the gradients
+    /// with `stress`.
     pub fn add_pull(&self, x: &Vectors, stress: &[f64], to: &mut Vectors) {
         self.strains.iter().zip(stress).for_each(|(s, stress)| s.scatter(x, *stress, to));
     }
 
-    /// The tensor (uu, vv, uv) of every triangle whose edges have these strains.
+    /// The tensor (uu, vv, uv) of every triangle for the edge strains `edges`.
     pub fn tensors(&self, edges: &[f64]) -> Vec<[f64; 3]> {
         self.triangles.iter().map(|t| product(&t.from_edges, &t.edges.map(|e| edges[e as usize]))).collect()
     }
 
-    /// The strain along every edge of tensors that its two ends have.
+    /// The strain along every edge for tensors (uu, vv, uv) at the nodes.
     pub fn along(&self, masses: &[[f64; 3]]) -> Vec<f64> {
         let each = self.strains.iter().zip(&self.directions);
         each.map(|(s, (squares, _))| {
@@ -91,7 +94,7 @@ impl EdgeMembrane {
 }
 
 impl Creeping {
-    /// What is left without stress of edge `e`, and its arms.
+    /// Strain without stress of edge `e`, and its arms.
     fn held(&self, e: usize) -> [f64; 3] {
         let s = &self.strains[e];
         [s.left(), s.arms[0], s.arms[1]]

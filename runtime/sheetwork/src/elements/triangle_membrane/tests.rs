@@ -1,4 +1,4 @@
-//! The membrane against its own derivatives, rigid motions, and strains that are known.
+//! Tests of the membrane: derivatives, rigid motions, and known strains.
 
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ impl Random {
     }
 }
 
-/// A torn disc with a hole, 0.2 m times `scale` across, its inner masses shaken.
+/// A disc with a cut and a hole, 0.2 m times `scale` across, with randomly moved inner nodes.
 fn sheet(across: u32, scale: f64) -> Mesh {
     let disc = OutlineSpec::Disc { radius: 0.1 };
     let hole = HoleSpec::Disc { centre: (0.03, 0.0), radius: 0.03 };
@@ -50,7 +50,7 @@ fn left(mesh: &Mesh) -> impl Fn(&Edge) -> bool {
     |e| mesh.middle(e)[0] < -0.8 * mesh.positions.iter().fold(0.0, |m: f64, p| m.max(p[0]))
 }
 
-/// The membrane with the edges on the left clamped, and its masses at rest, in the world's x-z plane.
+/// The membrane with clamped edges on the left, and its nodes at rest in the x-z plane.
 fn membrane(mesh: &Mesh, law: &Law) -> (EdgeMembrane, Vectors) {
     let (groups, directions) = triangle_curvatures(mesh, &left(mesh));
     let mut membrane = EdgeMembrane::new(mesh, &groups);
@@ -76,7 +76,7 @@ fn size(a: &Vectors) -> f64 {
     inner(a, a).sqrt()
 }
 
-/// No time passes: no rates of strain.
+/// Begins a stage of equilibrium: no strain rates.
 fn still(membrane: &mut EdgeMembrane) {
     membrane.begin(0.0, &[], 0.0);
 }
@@ -155,7 +155,8 @@ fn the_clipped_tangent_is_never_negative() {
     assert!(negative(Geometric::Mixed) > 0, "the test squeezes nothing");
 }
 
-/// Negative eigenvalues of a symmetric matrix beyond rounding, as negative pivots (Sylvester's law of inertia).
+/// Number of negative eigenvalues of a symmetric matrix beyond rounding, counted as negative pivots
+/// (Sylvester's law of inertia).
 fn negative_pivots(mut a: Vec<Vec<f64>>) -> usize {
     let n = a.len();
     let shift = 1e-9 * (0..n).map(|i| a[i][i]).fold(0.0, f64::max);
@@ -180,7 +181,7 @@ fn prediction_is_the_linearised_stress_and_its_error_is_second_order() {
     let d = random.vectors(x.len(), 1e-4);
     let mismatch = membrane.predict(&x, &d);
     let linear = membrane.stress.clone();
-    // The mismatch is the energy of strain(x + d) - strain(x) - rate.
+    // The prediction error is the energy of strain(x + d) - strain(x) - rate.
     let moved = sum(&x, 1.0, &d);
     let missed: Vec<f64> = membrane.strains.iter().map(|s| s.at(&moved) - s.at(&x) - s.rate(&x, &d)).collect();
     let wanted = membrane.stored(|e| missed[e]);
@@ -210,7 +211,7 @@ fn constant_strain_is_exact_on_any_mesh() {
     }
     let density = 0.5 * dot(&wanted, &product(&LAW.membrane, &wanted));
     assert!((membrane.energy(&x) / (density * mesh.total_area()) - 1.0).abs() < 1e-12);
-    // In equilibrium inside.
+    // Inner nodes are in equilibrium.
     still(&mut membrane);
     let g = gradient(&mut membrane, &x);
     let scale = size(&g);
@@ -224,7 +225,8 @@ fn constant_strain_is_exact_on_any_mesh() {
 
 #[test]
 fn bending_to_a_cylinder_stretches_nothing_to_second_order() {
-    // A gentle roll about an axis at an angle to all edges: the chord shortens by h²κ²/24, which the arc term gives back.
+    // Gentle roll about an axis at an angle to all edges: the chord shortens by h²κ²/24, which the
+    // arc term compensates.
     let mesh = sheet(21, 1.0);
     let (groups, _) = triangle_curvatures(&mesh, &|_| false);
     let mut membrane = EdgeMembrane::new(&mesh, &groups);
@@ -243,16 +245,17 @@ fn bending_to_a_cylinder_stretches_nothing_to_second_order() {
         let inside = strains.iter().zip(&mesh.triangles).filter(|(_, t)| inner(t));
         inside.flat_map(|(s, _)| s.iter().map(|s| s.abs())).fold(0.0, f64::max)
     };
-    // Chords alone strain by l²/(24 R²).
+    // Strain of the chord alone: l²/(24 R²).
     let chord = |radius: f64| 1e-4 / (24.0 * radius * radius);
     assert!(strain_at(1.0) < 0.03 * chord(1.0), "{} {}", strain_at(1.0), chord(1.0));
-    // What is left is smaller by the square of the radius, or better.
+    // The remaining strain decreases at least with the square of the radius.
     assert!(strain_at(1.0) < strain_at(0.5) / 3.9);
 }
 
 #[test]
 fn only_rigid_motions_are_free_in_the_plane_at_rest() {
-    // Membrane and bending together at rest: six free motions. In the plane three, out of it three (the test of plates).
+    // Membrane and bending together have six rigid motions at rest: three in the plane, tested
+    // here, and three out of it, tested with the plates.
     let mesh = sheet(9, 1.0);
     let (groups, _) = triangle_curvatures(&mesh, &|_| false);
     let mut membrane = EdgeMembrane::new(&mesh, &groups);

@@ -1,15 +1,17 @@
-//! What implicit schemes have in common: a stage to solve for, and who can solve it.
+//! Common parts of the implicit integrators: the stage problem, and the interface to its solution.
 //!
-//! Every scheme here is a sequence of stages. A stage looks for x with
+//! Every implicit integrator is a sequence of stages. A stage solves for x in
 //!
 //! M (x - y)/h² + ∇E(x) + (viscous and air forces at v = (x - w)/h) = f,
 //!
-//! where y is where inertia alone would take the masses, h the scheme's weight of the new acceleration, f gravity and
-//! applied forces. It is the stationary point of the incremental potential
+//! where y is the position that inertia alone gives, h (s) the integrator's weight of the new
+//! acceleration, and f (N) gravity and applied forces. The solution is the stationary point of the
+//! incremental potential (J)
 //!
 //! Φ(x) = ½ (x - y)ᵀ M (x - y)/h² + E(x) + viscous and air potentials - f·x.
 //!
-//! Accelerations are the scheme's own, (x - y)/h²: recomputing them from forces would bring back what the stage filtered.
+//! Accelerations are (x - y)/h², values of the integrator: recomputing them from forces would
+//! restore the high frequencies that the stage damps.
 
 pub mod newton;
 pub mod staged;
@@ -18,52 +20,53 @@ use crate::elements::{Anchor, Geometric};
 use crate::linear::NotPositive;
 use crate::math::Vectors;
 
-/// What a stage knows before it is solved.
+/// Known quantities of a stage.
 #[derive(Clone, Copy)]
 pub struct Stage<'a> {
-    /// 1/h, 1/s; 0 for equilibrium, where inertia and rates play no part.
+    /// 1/h, 1/s; 0 for equilibrium, without inertia and damping.
     pub per_time: f64,
-    /// Where inertia alone would take the masses, m.
+    /// Positions that inertia alone gives, m.
     pub y: &'a Vectors,
-    /// What velocities are measured from, v = (x - w)/h, m.
+    /// Reference of the velocities, v = (x - w)/h, m.
     pub w: &'a Vectors,
 }
 
-/// A sheet as implicit schemes see it. Held masses keep the place that the positions they are given say.
+/// A sheet as implicit integrators see it. Fixed and kinematic nodes keep the given positions.
 pub trait Implicit {
-    /// Begins a stage: what rates of strain are measured from (see [`crate::elements::Element::begin`]), and where (m) and how fast
-    /// (m/s) the air is met.
+    /// Begins a stage: sets the reference of the strain rates (see
+    /// [`crate::elements::Element::begin`]), and the positions (m) and velocities (m/s) at which
+    /// air drag is evaluated.
     fn begin(&mut self, per_time: f64, anchors: &[Anchor], follow: f64, x: &Vectors, v: &Vectors);
 
-    /// Ends a stage at `x`: keeps its rates of strain.
+    /// Ends a stage at `x` (m) and stores its strain rates.
     fn finish(&mut self, x: &Vectors);
 
-    /// Forgets rates of strain.
+    /// Sets the stored strain rates to zero.
     fn forget(&mut self);
 
     /// Φ(x), J.
     fn potential(&mut self, stage: &Stage, x: &Vectors) -> f64;
 
-    /// The first term of Φ, J.
+    /// Inertial term of Φ, J.
     fn inertial(&self, stage: &Stage, x: &Vectors) -> f64;
 
-    /// Kinetic energy (J) of the whole sheet at this speed, m/s.
+    /// Kinetic energy (J) of the whole sheet at the uniform speed `speed`, m/s.
     fn kinetic_at(&self, speed: f64) -> f64;
 
-    /// Whether the sheet is glued to a body that moves freely.
+    /// Whether the sheet is attached to a dynamic body.
     fn is_glued(&self) -> bool {
         false
     }
 
-    /// What pressure does in moving the sheet from `from` to `to`, J.
+    /// Work of pressure for a motion of the sheet from `_from` to `_to` (m), J.
     fn pressed(&self, _from: &Vectors, _to: &Vectors) -> f64 {
         0.0
     }
 
-    /// Newton's step from `x`: writes -H⁻¹ g to `d` (m), returns g·d (J).
+    /// Newton step from `x` (m): writes -H⁻¹ g to `d` (m) and returns g·d (J).
     ///
     /// # Errors
-    /// When H has no Cholesky factor.
+    /// If H has no Cholesky factor.
     fn direction(
         &mut self,
         stage: &Stage,
@@ -72,23 +75,25 @@ pub trait Implicit {
         d: &mut Vectors,
     ) -> Result<f64, NotPositive>;
 
-    /// Takes up the stress that moving from `x` by `d` predicts; returns the energy of what the prediction misses, J.
+    /// Sets σ* to the stress that a displacement `d` from `x` (m) predicts; returns the energy of
+    /// the prediction error, J.
     fn predict(&mut self, x: &Vectors, d: &Vectors) -> f64;
 
-    /// Takes up the stress at `x`.
+    /// Sets σ* to the stress at `x` (m).
     fn settle(&mut self, x: &Vectors);
 
-    /// Sets to zero what belongs to held masses and held directions.
+    /// Sets the components of fixed and prescribed degrees of freedom to zero.
     fn hold(&self, a: &mut Vectors);
 
-    /// Copies the places of held masses and held directions from `x` to `to`.
+    /// Copies the fixed and prescribed degrees of freedom from `x` to `to`.
     fn led(&self, x: &Vectors, to: &mut Vectors);
 
-    /// Accelerations (m/s²) of the forces at `x` and `v`, and the largest part of them that is the sheet's own.
+    /// Writes the accelerations (m/s²) of the forces at `x` (m) and `v` (m/s); returns the largest
+    /// acceleration from internal forces.
     fn accelerations(&mut self, x: &Vectors, v: &Vectors, a: &mut Vectors) -> f64;
 }
 
-/// A complex number: engines' stability functions are rational functions of i ω dt.
+/// A complex number: stability functions are rational functions of i ω dt.
 #[derive(Clone, Copy)]
 pub(crate) struct Complex(pub f64, pub f64);
 
@@ -106,13 +111,13 @@ impl Complex {
         Self(self.0 * s, self.1 * s)
     }
 
-    /// A root with a positive imaginary part or on the real axis.
+    /// The square root with non-negative real part.
     pub fn root(self) -> Self {
         let (modulus, angle) = self.polar();
         Self(modulus.sqrt() * (0.5 * angle).cos(), modulus.sqrt() * (0.5 * angle).sin())
     }
 
-    /// Modulus and angle.
+    /// Modulus and angle (rad).
     pub fn polar(self) -> (f64, f64) {
         (self.0.hypot(self.1), self.1.atan2(self.0))
     }

@@ -1,58 +1,63 @@
-//! Solves a stage: mixed-stress Newton steps, guarded by the incremental potential.
+//! Solution of a stage: mixed-stress Newton method, globalised with the incremental potential Φ.
 //!
-//! The stress in the geometric stiffness is not that of the iterate but the one the last linear solve predicted (see
-//! [`crate::elements`]). In calm motion one solve is all it takes; on violent impacts alone it can diverge. So an iterate is
-//! taken only if Φ has not risen by more than 2 % of its inertial term over the better of the two places the stage
-//! could begin at, and if the strain it mispredicts carries little energy; otherwise further steps follow. Where they do not help,
-//! a Newton method with a positive definite tangent and a line search goes down from the start (it cannot rise).
+//! The stress in the geometric stiffness is the one that the last linear solution predicted, not
+//! that of the iterate (see [`crate::elements`]). For smooth motion one linear solve suffices;
+//! after strong impacts the plain iteration can diverge. A step is accepted if Φ exceeds its value
+//! at the better of two starting points by at most 2 % of the inertial term, and the strain energy
+//! of the prediction error is small; otherwise more steps follow. If these fail, a globalised
+//! Newton method (positive definite tangent and line search) starts again from the better starting
+//! point; it never raises Φ.
 
 use crate::elements::Geometric;
 use crate::integrators::implicit::{Implicit, Stage};
 use crate::math::Vectors;
 
-/// By how much Φ may rise, as a fraction of its inertial term.
+/// Tolerance of a rise of Φ, as a fraction of its inertial term.
 const SLACK: f64 = 0.02;
-/// Energy of mispredicted strain that is let pass, as a fraction of the inertial term.
+/// Tolerance of the energy of the prediction error, as a fraction of the inertial term.
 const MISSED: f64 = 1e-4;
-/// Mixed steps before the guard gives up on them.
+/// Maximum number of mixed-stress steps before the globalised method.
 const MIXED_STEPS: u32 = 9;
-/// Steps of the guarded descent.
+/// Maximum number of steps of the globalised method.
 const DESCENT_STEPS: u32 = 15;
-/// A sheet this slow (m/s) carries no energy worth a further solve.
+/// Speed (m/s) below which the kinetic energy of a sheet does not justify another solve: lower
+/// bound of the scale of both tolerances.
 pub const STILL: f64 = 1e-3;
 
-/// What solving a stage took.
+/// Work of one stage solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Solved {
     /// Linear solves.
     pub solves: u32,
-    /// Whether the guarded descent had to finish it.
+    /// Whether the globalised method completed it.
     pub guarded: bool,
 }
 
-/// Arrays kept between stages.
+/// Arrays reused by all stages.
 #[derive(Default)]
 pub struct Work {
-    /// For whoever drives a scheme: where the solution is looked for, m.
+    /// For the caller of an integrator's stages: initial guess, then solution, m.
     pub(crate) guess: Vectors,
     d: Vectors,
     start: Vectors,
     trial: Vectors,
 }
 
-/// Solves `stage` from the guess in `x`, which becomes the solution; `before` is where the sheet is.
+/// Solves `stage` from the guess in `x` (m), which becomes the solution; `before` (m) are the
+/// present positions.
 pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mut Vectors, work: &mut Work) -> Solved {
     for buffer in [&mut work.d, &mut work.start, &mut work.trial] {
         crate::integrators::fit(buffer, x);
     }
     let Work { d, start, trial, .. } = work;
-    // The better start: the guess, or where the sheet is (with held masses where they are led).
+    // The better starting point: the guess, or the present positions with prescribed degrees of
+    // freedom.
     start.copy_from(before);
     problem.led(x, start);
     let ahead = problem.potential(stage, x);
     let back = problem.potential(stage, start);
     if !ahead.is_finite() && !back.is_finite() {
-        // What the sheet has is no number, and nothing the search could find would be true: the guess shows it.
+        // Non-finite state: no search can succeed. The guess keeps the non-finite values visible.
         return Solved::default();
     }
     if back < ahead || !ahead.is_finite() {
@@ -75,7 +80,7 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
         let missed = problem.predict(x, d);
         x.add_scaled(1.0, d);
         let rise = problem.potential(stage, x) - reference;
-        // A rise that is not a number fails this too.
+        // False for a NaN rise.
         if rise <= SLACK * scale && (missed <= MISSED * scale || step >= MIXED_STEPS) {
             return solved;
         }
@@ -90,7 +95,7 @@ pub fn solve(problem: &mut dyn Implicit, stage: &Stage, before: &Vectors, x: &mu
     solved
 }
 
-/// Newton with a positive definite tangent and a line search, from `x` with Φ = `value`.
+/// Newton method with positive definite tangent and line search, from `x` with Φ = `value` (J).
 fn descend(
     problem: &mut dyn Implicit,
     stage: &Stage,

@@ -1,51 +1,56 @@
-//! Implicit schemes one stage at a time, so that what is in contact can go through each stage together.
+//! Implicit integrators stage by stage, so that sheets and bodies in contact solve each stage
+//! together.
 //!
-//! A stage takes a sheet from (x, v) over the time [`Staged::length`]. The scheme says what the stage problem is
-//! ([`Staged::prepare`]); whoever drives it solves that, with contact or without, and hands the solution back
-//! ([`Staged::finish`]), with what contact did to it as a [`Jump`].
+//! A stage takes a sheet from (x, v) over the time [`Staged::length`]. The integrator defines the
+//! stage problem ([`Staged::prepare`]); the caller solves it, with or without contact, and returns
+//! the solution ([`Staged::finish`]) with the effect of contact as a [`Jump`].
 //!
-//! Contact acts as if in an instant at the end of the stage: positions by the displacement Δ_c x, velocities by the jump
-//! Δ_c v, which is another matter (a sheet that lands is put on the surface by the one, and rebounds by the other).
-//! Velocities are those of the free motion plus the jump; accelerations leave the contact force out; and schemes that
-//! look back further than the stage see a history moved as if the sheet had always had the velocity after the jump, because
-//! extrapolating across it would bring part of it back.
+//! Contact acts instantaneously at the end of the stage: the displacement Δ_c x on positions and
+//! the jump Δ_c v on velocities are independent (on landing, the former puts the sheet on the
+//! surface, and the latter is the rebound). Velocities are those of the free motion plus the jump;
+//! accelerations exclude the contact force. Integrators with a longer history move it as if the
+//! sheet had always had the velocity after the jump, because extrapolation across the jump would
+//! restore part of it.
 
 use crate::integrators::implicit::newton::{Work, solve};
 use crate::integrators::implicit::{Implicit, Stage};
 use crate::integrators::{Advance, Forces};
 use crate::math::Vectors;
 
-/// What contact did to a sheet in a stage.
+/// Effect of contact on a sheet in a stage.
 #[derive(Clone, Debug, Default)]
 pub struct Jump {
-    /// By how much it moved the masses, m.
+    /// Displacement of the nodes, m.
     pub dx: Vectors,
-    /// By how much it changed their velocities, m/s.
+    /// Change of their velocities, m/s.
     pub dv: Vectors,
-    /// The force that moved them, by mass, m/s².
+    /// Contact force per node mass that causes the displacement, m/s².
     pub acceleration: Vectors,
 }
 
-/// An implicit scheme, stage by stage.
+/// An implicit integrator, stage by stage.
 pub trait Staged {
-    /// Stages in a step.
+    /// Number of stages in a step.
     fn stages(&self) -> usize;
 
-    /// Begins a step of `dt` s from positions `x` (m) and velocities `v` (m/s); returns the linear solves that took.
+    /// Begins a step of `_dt` s from positions `_x` (m) and velocities `_v` (m/s); returns the
+    /// number of linear solves.
     fn begin(&mut self, _problem: &mut dyn Implicit, _dt: f64, _x: &Vectors, _v: &Vectors) -> u32 {
         0
     }
 
-    /// Begins stage `k` at `x`, `v`: tells `problem` what rates are measured from and writes a guess of the solution.
+    /// Prepares stage `k` at positions and velocities `at`: sets the reference of rates in
+    /// `problem` and writes an initial guess of the solution (m).
     fn prepare(&mut self, problem: &mut dyn Implicit, k: usize, dt: f64, at: (&Vectors, &Vectors), guess: &mut Vectors);
 
-    /// The problem of the stage that was prepared.
+    /// The problem of the prepared stage.
     fn stage(&self) -> Stage<'_>;
 
-    /// Time that passes in stage `k` of a step of `dt`, s.
+    /// Duration of stage `k` of a step of `dt` s, s.
     fn length(&self, k: usize, dt: f64) -> f64;
 
-    /// Ends stage `k`: makes `x` the `solution`, and `v` the velocity after it.
+    /// Ends stage `k`: sets the positions to `solution` and the velocities to those after the
+    /// stage.
     fn finish(
         &mut self,
         problem: &mut dyn Implicit,
@@ -56,11 +61,12 @@ pub trait Staged {
         state: (&mut Vectors, &mut Vectors),
     );
 
-    /// Arrays to solve in.
+    /// Working arrays for the solution.
     fn work(&mut self) -> &mut Work;
 }
 
-/// A whole step without contact: what implicit engines do when they are asked to advance.
+/// A whole step without contact: implements [`crate::integrators::Engine::advance`] for implicit
+/// integrators.
 pub(crate) fn advance(
     scheme: &mut dyn Staged,
     forces: &mut dyn Forces,

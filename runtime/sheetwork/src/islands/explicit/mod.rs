@@ -1,10 +1,12 @@
-//! One step of sheets of explicit engines and of what they may touch.
+//! One step of an island with sheets of explicit integrators.
 //!
-//! Each sheet flies by itself: its engine takes it through the step, and masses that meet a body that does not give way are
-//! turned back one by one ([`crate::contact::node::detection`]). All else then happens at the end of the step: edges and corners of
-//! bodies, bodies that give way, other sheets and the sheet itself, by the rows and the two solves that implicit engines have
-//! ([`crate::contact::stage`]), where the masses answer each for itself. A sheet near none of these pays a few boxes. A sheet that goes
-//! on with an implicit engine among these flies and meets as they do.
+//! Each sheet is first advanced alone: its integrator takes it through the step, and contact of
+//! nodes with static and kinematic bodies is resolved node by node
+//! ([`crate::contact::node::detection`]). All other contacts are resolved at the end of the step:
+//! edges and corners of bodies, dynamic bodies, other sheets and self-contact, by the contact
+//! constraints and the two solves of implicit integrators ([`crate::contact::stage`]), with the
+//! node masses as system matrix. A sheet near none of these costs a few box tests. A sheet with an
+//! implicit integrator in the same island is treated in the same way.
 
 #[cfg(test)]
 mod tests;
@@ -13,42 +15,43 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::collision::narrow_phase::Scope;
-use crate::contact::Group;
 use crate::contact::outer_iteration::{Look, Margins, solve_masses};
+use crate::contact::{Group, SheetContact};
 use crate::islands::event::Touches;
 use crate::islands::implicit_step::Find;
-use crate::islands::island_detection::{Near, skin};
-use crate::islands::island_manager::{Claim, Shared};
+use crate::islands::island_detection::Near;
+use crate::islands::island_manager::{Claim, IslandState, Shared, SteppedSheets};
 use crate::islands::{fly, instability, land};
 use crate::sheet::{LED, Sheet, Status};
 
-/// Room around what a sheet sweeps, m: more than the margin of detection.
+/// Margin around a sheet's swept box, m: more than the margin of detection.
 const ROOM: f64 = 1e-3;
 
 impl Shared<'_> {
-    /// Steps the group of `members` of `sheets`; the first of `sheets` is number `first` of the world's.
+    /// Step the island of `members` of `sheets`; the first of `sheets` has index `first` in the
+    /// world.
     pub fn step_explicit(
         &self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        members: &[u32],
-        first: u32,
+        mut all: SteppedSheets,
+        state: &mut Option<Box<IslandState>>,
+        (members, first): (&[u32], u32),
         parallel: bool,
         claims: &mut Vec<Claim>,
     ) {
         let [only] = members else {
-            self.fly_all(sheets, touches, members, parallel);
-            self.meet(sheets, touches, members, first, parallel, claims);
+            self.fly_all(&mut all, members, parallel);
+            self.meet(&mut all, state, (members, first), parallel, claims);
             return;
         };
         let index = *only as usize;
-        instability::open(&mut sheets[index]);
-        let last = fly(&mut sheets[index], &mut touches[index], self.stage);
-        if sheets[index].status != Status::Awake {
+        instability::open(&mut all.sheets[index]);
+        let last = fly(&mut all.sheets[index], &mut all.contacts[index], &mut all.touches[index], self.stage);
+        if all.sheets[index].status != Status::Awake {
             return;
         }
-        let near = self.is_near(&mut sheets[index]);
-        if !(near && self.meet(sheets, touches, members, first, parallel, claims)) {
+        let near = self.is_near(&all.sheets[index], &mut all.contacts[index]);
+        if !(near && self.meet(&mut all, state, (members, first), parallel, claims)) {
+            let SteppedSheets { sheets, touches, .. } = all;
             if sheets[index].work.touching.contains(&true) {
                 instability::close(&mut sheets[index], &mut touches[index], self.stage, 0.0);
             }
@@ -56,26 +59,30 @@ impl Shared<'_> {
         }
     }
 
-    fn fly_all(&self, sheets: &mut [Sheet], touches: &mut [Touches], members: &[u32], parallel: bool) {
-        let one = |(i, (sheet, touches)): (usize, (&mut Sheet, &mut Touches))| {
+    fn fly_all(&self, all: &mut SteppedSheets, members: &[u32], parallel: bool) {
+        type One<'a> = ((&'a mut Sheet, &'a mut SheetContact), &'a mut Touches);
+        let one = |(i, ((sheet, contact), touches)): (usize, One)| {
             if members.binary_search(&(i as u32)).is_ok() {
                 instability::open(sheet);
-                fly(sheet, touches, self.stage);
+                fly(sheet, contact, touches, self.stage);
             }
         };
         if parallel {
-            sheets.par_iter_mut().zip(touches.par_iter_mut()).enumerate().for_each(one);
+            let all = all.sheets.par_iter_mut().zip(all.contacts.par_iter_mut()).zip(all.touches.par_iter_mut());
+            all.enumerate().for_each(one);
         } else {
-            sheets.iter_mut().zip(touches.iter_mut()).enumerate().for_each(one);
+            let all = all.sheets.iter_mut().zip(all.contacts.iter_mut()).zip(all.touches.iter_mut());
+            all.enumerate().for_each(one);
         }
     }
 
-    /// Whether there may be anything for a single sheet that has flown but what its masses met: something that gives way where it
-    /// went, glue, and for one layer edges or a fold. Lattices of several layers meet what stands with their masses alone: on
-    /// the many rows of a ridge their coarse steps do not come to rest.
-    fn is_near(&self, sheet: &mut Sheet) -> bool {
-        skin(sheet);
-        let stack = sheet.work.skin.as_ref().is_some_and(|s| s.is_stack());
+    /// Whether a single sheet may have contacts beyond those of its nodes with static bodies: a
+    /// dynamic body near its path, attachments, and for one layer edges or self-contact. Lattices
+    /// of several layers meet static bodies with their nodes alone: the many constraints along a
+    /// ridge keep their coarse steps from resting.
+    fn is_near(&self, sheet: &Sheet, contact: &mut SheetContact) -> bool {
+        contact.prepare_surface(sheet);
+        let stack = contact.surface.as_ref().is_some_and(|s| s.is_stack());
         if !stack || sheet.is_glued() {
             return true;
         }
@@ -87,31 +94,32 @@ impl Shared<'_> {
         })
     }
 
-    /// Lets sheets that have flown meet what gives way and what is sharp, and ends the step. False, with nothing done, when
-    /// a single sheet has nothing to meet.
+    /// Resolve contacts at the end of the step with dynamic bodies, sharp features and sheets, and
+    /// end the step. Returns `false`, without changes, when a single sheet has no contact.
     fn meet(
         &self,
-        sheets: &mut [Sheet],
-        touches: &mut [Touches],
-        members: &[u32],
-        first: u32,
+        all: &mut SteppedSheets,
+        state: &mut Option<Box<IslandState>>,
+        (members, first): (&[u32], u32),
         parallel: bool,
         claims: &mut Vec<Claim>,
     ) -> bool {
-        let Some(lead) = members.first().map(|i| *i as usize) else { return false };
+        if members.is_empty() {
+            return false;
+        }
+        let SteppedSheets { sheets, contacts, touches } = all;
         let dt = self.stage.dt;
         for sheet in members.iter().map(|i| *i as usize) {
-            // Sheets of explicit engines do not stick.
+            // Adhesion is not supported with explicit integrators.
             sheets[sheet].unstick();
-            skin(&mut sheets[sheet]);
+            contacts[sheet].prepare_surface(&sheets[sheet]);
             sheets[sheet].work.met.clear();
             sheets[sheet].begin_contact(dt);
         }
-        let mut scratch = sheets[lead].work.contact.take().unwrap_or_default();
-        let mut work = sheets[lead].work.near.take().unwrap_or_default();
+        let IslandState { contact: scratch, detection: work } = &mut **state.get_or_insert_default();
         let movers = std::mem::take(&mut scratch.movers);
         scratch.watch.clone_from(self.stage.watch);
-        let mut group = Group { sheets, members, movers, parallel, lift: 0.0, leaning: 0 };
+        let mut group = Group { sheets, contacts, members, movers, parallel, lift: 0.0, leaning: 0 };
         let mut near = Near {
             view: self.stage.view,
             surroundings: self.surroundings,
@@ -119,22 +127,20 @@ impl Shared<'_> {
             gravity: self.stage.field.gravity,
             sheets_meet: self.stage.sheets_meet,
             first,
-            work: &mut work,
+            work: &mut *work,
             watch: self.stage.watch,
         };
         let idle = !self.begin(&mut near, &mut group);
         let touched = !idle && {
             near.begin_stage(&mut group, 0.0, dt);
-            let touched = solve_masses(&mut group, &mut scratch, dt, |group, found| {
+            let touched = solve_masses(&mut group, scratch, dt, |group, found| {
                 near.find(group, Look::First, Margins::NARROW, found)
             });
             near.end_stage(&mut group);
             touched
         };
-        group.each(|sheet| {
-            let unit = std::mem::take(&mut sheet.work.unit);
+        group.each_unit(|sheet, unit| {
             sheet.end_contact((touched && unit.is_touched()).then_some(&unit.jump));
-            sheet.work.unit = unit;
         });
         let brought = brought(&group);
         let Group { sheets, movers, .. } = group;
@@ -152,8 +158,8 @@ impl Shared<'_> {
         if idle || put_back {
             scratch.rest();
         } else {
-            self.note(sheets, members, &scratch, &work);
-            self.claim(&movers, &work, &scratch, claims);
+            self.note(sheets, members, scratch, work);
+            self.claim(&movers, work, scratch, claims);
         }
         if !lone {
             for sheet in members.iter().map(|i| *i as usize) {
@@ -166,12 +172,11 @@ impl Shared<'_> {
             }
         }
         scratch.movers = movers;
-        sheets[lead].work.contact = Some(scratch);
-        sheets[lead].work.near = Some(work);
         !lone
     }
 
-    /// Begins detection for a group whose free motions are known; false when nothing can touch.
+    /// Begin detection for an island whose free motions are known. Returns `false` when contact is
+    /// impossible.
     fn begin(&self, near: &mut Near, group: &mut Group) -> bool {
         let mut around = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let mut travel = 0.0_f64;
@@ -183,7 +188,7 @@ impl Shared<'_> {
         let bodies = self.surroundings.bodies.iter().filter(|b| b.moves());
         let fastest = bodies.map(|b| b.start.velocity().length().max(b.end.velocity().length())).fold(0.0, f64::max);
         let reach = travel + fastest * self.stage.dt + ROOM;
-        // A sheet alone with what stands has met all faces by itself already.
+        // A lone sheet has resolved faces of static bodies in its free advance.
         near.work.limit(Scope { faces: false, stacks: false });
         near.begin(group, around, reach);
         let gives = group.movers.iter().any(|m| m.gives());
@@ -195,8 +200,9 @@ impl Shared<'_> {
     }
 }
 
-/// Energy that what the sheets of a group meet could bring one of them, J: all of the motion of bodies that give way and of the other sheets, and
-/// what bodies that are led push with; none where no sheet is watched.
+/// Energy that contact partners could transfer to a sheet of the island, J: the kinetic energy of
+/// dynamic bodies and other sheets, and the work of kinematic bodies. Zero when no sheet is
+/// monitored.
 fn brought(group: &Group) -> f64 {
     let sheets = || group.members.iter().map(|i| &group.sheets[*i as usize]);
     if !sheets().any(|s| s.guard.is_some()) {
@@ -211,7 +217,7 @@ fn brought(group: &Group) -> f64 {
     bodies.sum::<f64>() + others
 }
 
-/// Corners of the box that a sheet went through in the step, with `room` around it, m.
+/// Corners of the box that a sheet swept in the step, m, enlarged by `room` (m).
 fn swept(sheet: &Sheet, room: f64) -> Option<(DVec3, DVec3)> {
     let (a, b) = sheet.work.start.0.bounds()?;
     let (c, d) = sheet.x.bounds()?;

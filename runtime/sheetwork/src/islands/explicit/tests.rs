@@ -1,19 +1,19 @@
-//! Sheets of explicit engines against what masses alone do not see: edges and tips, bodies that give way, other sheets.
-//! References are closed forms and conserved quantities.
+//! Sheets of explicit integrators in contacts beyond nodes: edges and tips, dynamic bodies, other
+//! sheets. References are closed forms and conserved quantities.
 
 use glam::DVec3;
 
 use crate::World;
 use crate::collision::overlap::{Frame, Solid, faces, with_body};
-use crate::integrators::EngineKind;
 use crate::mesh::structure::StructureKind;
 use crate::rigid::BodyState;
+use crate::scene::EngineKind;
 use crate::scene::{BodySpec, ContactDefaults, PinSpec, Placement, Polyhedron, Region, Scene, Shape, SheetSpec};
 use crate::sheet::Sheet;
 
 const G: f64 = 9.81;
 
-/// A soft sheet of 9 x 2 x 9 masses, 24 mm long, 20 mm above the origin.
+/// Soft lattice of 9 x 2 x 9 nodes, 24 mm long, 20 mm above the origin.
 fn lattice(engine: EngineKind) -> Scene {
     let sheet = SheetSpec {
         structure: StructureKind::Trimm,
@@ -28,7 +28,7 @@ fn lattice(engine: EngineKind) -> Scene {
     Scene { engine, dt: 1e-3, sheets: vec![sheet], contact: rough(), ..Scene::default() }
 }
 
-/// One layer of 9 x 9 masses in a tenth of the Earth's gravity.
+/// One layer of 9 x 9 nodes in a tenth of the Earth's gravity.
 fn layer(engine: EngineKind) -> Scene {
     let mut scene = lattice(engine);
     scene.gravity = DVec3::new(0.0, -0.981, 0.0);
@@ -53,7 +53,7 @@ fn world(scene: &Scene) -> World {
     World::new(scene).expect("valid")
 }
 
-/// Deepest that masses, and any place of the surface, are in the body that stands there, m.
+/// Largest penetration of the static body by nodes, and by any point of the surface, m.
 fn depth(world: &World) -> (f64, f64) {
     let sheet = &world.sheets()[0];
     let of = &world.rigid().expect("its own").bodies().iter().find(|b| b.name == "body").expect("there");
@@ -74,7 +74,7 @@ fn momenta(world: &World) -> (DVec3, DVec3) {
 #[test]
 fn a_ridge_does_not_show_through() {
     let mut scene = layer(EngineKind::EulerRichardson);
-    // It comes down between two rows of masses.
+    // The ridge lies between two rows of nodes.
     scene.sheets[0].placement = at(0.0014, 0.017, 0.0);
     scene.bodies.push(body(Shape::Polyhedron(Polyhedron::wedge(0.03, 0.016, 0.06)), at(0.0, 0.0, 0.0)));
     let mut world = world(&scene);
@@ -100,7 +100,8 @@ fn a_ball_and_a_free_sheet_exchange_momentum() {
             world.step();
             let (q, m) = momenta(&world);
             assert!((q - p).length() < 1e-9 * p.length(), "{engine} at {}: {}", world.time(), (q - p).length());
-            // The positions are put right apart from the velocities, which turns by the square of the step.
+            // Position correction is separate from the velocity solve and changes the moment by the
+            // square of the step.
             assert!((m - l).length() < 1e-2 * l.length(), "{engine} at {}: {}", world.time(), (m - l).length());
             assert!(world.energy().total < energy * (1.0 + 1e-9), "{engine} gained energy");
         }
@@ -112,7 +113,7 @@ fn a_ball_and_a_free_sheet_exchange_momentum() {
 
 #[test]
 fn a_thrown_sheet_that_slides_on_another_obeys_friction() {
-    // The lower one is held; the upper slides on it at speed v and stops after v²/(2 μ g).
+    // The lower sheet is fixed; the upper slides on it at speed v and stops after v²/(2 μ g).
     let (speed, friction) = (0.1, 0.4);
     let mut scene = lattice(EngineKind::Verlet);
     scene.contact = ContactDefaults { friction, restitution: 0.0, ..ContactDefaults::default() };
@@ -141,7 +142,7 @@ fn a_thrown_sheet_that_slides_on_another_obeys_friction() {
     assert!((slid / wanted - 1.0).abs() < 0.02, "{slid} {wanted}");
 }
 
-/// As where one of two sheets has gone unstable and goes on with the implicit engine.
+/// State after one of two sheets has changed to the implicit integrator by its recovery policy.
 #[test]
 fn sheets_of_explicit_and_implicit_engines_meet() {
     for implicit in [0, 1] {

@@ -1,15 +1,17 @@
-//! Joining small fronts to their parents.
+//! Amalgamation: joining small fronts to their parents.
 //!
-//! A front joined to its parent costs multiplications by zeros and saves the making of an S and its addition to the parent,
-//! and small fronts leave the vectors half empty. Every front in turn, children first, is joined to its parent while the
-//! estimated time falls (after C. Ashcraft and R. Grimes, *The influence of relaxed supernode partitions on the multifrontal
-//! method*, ACM Trans. Math. Softw. 15 (1989) 291). The estimate counts vector operations, [`cost`]; it moves rounding and
-//! speed, never what is solved, and is the same on every machine.
+//! Joining a front to its parent costs multiplications by zeros and saves the computation of an S
+//! and its addition to the parent; small fronts also leave vectors partly empty. Every front in
+//! turn, children first, is joined to its parent if the estimated time decreases (after C. Ashcraft
+//! and R. Grimes, *The influence of relaxed supernode partitions on the multifrontal method*, ACM
+//! Trans. Math. Softw. 15 (1989) 291). The estimate [`cost`] counts vector operations. It affects
+//! rounding and speed only, and is equal on every machine.
 
 use crate::linear::Pattern;
 use crate::linear::dissection::Tree;
 
-/// The boundary of every front: the masses eliminated after it that it touches, as places in the elimination, ascending.
+/// The boundary of every front: later nodes coupled with it, as positions in the elimination,
+/// ascending.
 pub(crate) fn boundaries(pattern: &Pattern, tree: &Tree) -> Vec<Vec<u32>> {
     let place = tree.places();
     let mut later = vec![Vec::new(); place.len()];
@@ -19,7 +21,7 @@ pub(crate) fn boundaries(pattern: &Pattern, tree: &Tree) -> Vec<Vec<u32>> {
     }
     let mut boundaries: Vec<Vec<u32>> = vec![Vec::new(); tree.fronts.len()];
     for (k, pivots) in tree.fronts.iter().enumerate() {
-        // What the children have left is there already.
+        // Contains the boundaries of the children.
         let mut boundary = std::mem::take(&mut boundaries[k]);
         boundary.extend(pivots.clone().flat_map(|i| &later[i as usize]));
         boundary.retain(|&mass| mass >= pivots.end);
@@ -33,14 +35,15 @@ pub(crate) fn boundaries(pattern: &Pattern, tree: &Tree) -> Vec<Vec<u32>> {
     boundaries
 }
 
-/// Estimated time of a front of `np` pivots and `nb` rows in the boundary, in vector operations of eight numbers.
+/// Estimated time of a front with `np` pivots and `nb` boundary rows, in vector operations of eight
+/// numbers.
 fn cost(np: usize, nb: usize) -> f64 {
     const LANES: usize = 8;
     /// Writing a tile of S.
     const TILE: f64 = 16.0;
-    /// Factorising a square on the diagonal, one column after the other.
+    /// Factorising a diagonal square, column by column.
     const SQUARE: f64 = 400.0;
-    /// Beginning a front; adding a row of S and a number of S to the parent; clearing a number.
+    /// Starting a front; adding a row of S and a number of S to the parent; clearing a number.
     const BEGIN: f64 = 300.0;
     const ROW: f64 = 10.0;
     const ADD: f64 = 0.5;
@@ -54,7 +57,7 @@ fn cost(np: usize, nb: usize) -> f64 {
     BEGIN + schur + panels + additions + CLEAR * (np + nb) * np
 }
 
-/// Joins fronts to their parents where that is estimated to save time.
+/// Joins fronts to their parents where the estimated time decreases.
 pub(crate) fn amalgamate(pattern: &Pattern, tree: &Tree) -> Tree {
     let count = tree.fronts.len();
     let sizes: Vec<usize> = boundaries(pattern, tree).iter().map(|b| 3 * b.len()).collect();
@@ -65,7 +68,7 @@ pub(crate) fn amalgamate(pattern: &Pattern, tree: &Tree) -> Tree {
         if let Some(parent) = tree.parents[k] {
             children[parent as usize].push(k as u32);
         }
-        // The best child first, as long as one is worth it.
+        // The child with the largest saving first, while there is one.
         let saving = |pivots: &[usize], c: u32| {
             let c = c as usize;
             cost(pivots[c], sizes[c]) + cost(pivots[k], sizes[k]) - cost(pivots[c] + pivots[k], sizes[k])
@@ -86,7 +89,7 @@ pub(crate) fn amalgamate(pattern: &Pattern, tree: &Tree) -> Tree {
     rebuild(tree, &joined)
 }
 
-/// The tree without the fronts that are `joined` to their parents.
+/// The tree in which the `joined` fronts are part of their parents.
 fn rebuild(tree: &Tree, joined: &[bool]) -> Tree {
     let count = tree.fronts.len();
     let mut into: Vec<usize> = (0..count).collect();

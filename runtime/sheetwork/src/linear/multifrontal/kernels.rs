@@ -1,19 +1,21 @@
-//! The dense work of a front, on tiles that stay in registers.
+//! Dense kernels of a front, on tiles that stay in registers.
 //!
-//! Chunks are `G` numbers: of L, one column of a panel of `G` rows; of the columns to factorise and of S, `G` rows of one
-//! column. For panel p of columns, from the first to the last, and every panel i of rows below (Cholesky, left-looking, in
-//! panels; G. W. Stewart, *Matrix Algorithms* I (SIAM 1998), 3.2):
+//! A chunk is `G` numbers: of L, one column of a panel of `G` rows; of the columns to factorise and
+//! of S, `G` rows of one column. For panel p of columns, from the first to the last, and every
+//! panel i of rows below (left-looking Cholesky factorisation in panels; G. W. Stewart, *Matrix
+//! Algorithms* I (SIAM 1998), 3.2):
 //!
-//!   L_pp L_ppᵀ = A_pp - Σ_k<p L_pk L_pkᵀ,   L_ip = (A_ip - Σ_k<p L_ik L_pkᵀ) L_pp⁻ᵀ,
+//!   L_pp L_ppᵀ = A_pp - Σ_k<p L_pk L_pkᵀ,   L_ip = (A_ip - Σ_k<p L_ik L_pkᵀ) L_pp⁻ᵀ.
 //!
-//! the sums by one kernel, [`product`], and subtraction and division while the tile is still in registers. On the diagonal
-//! of L stand the reciprocals, which is all that is ever asked for.
+//! One kernel, [`product`], computes the sums; subtraction and division follow while the tile is in
+//! registers. The diagonal of L stores reciprocals, because only they are used.
 
 use std::ops::Range;
 
 use crate::linear::multifrontal::lanes::Lanes;
 
-/// Writes a statement out for the constants 0 to `$g` - 1, `$g` at most 8, so that all of a tile stays in registers.
+/// Expands a statement for the constants 0 to `$g` - 1, `$g` at most 8, so that a tile stays in
+/// registers.
 macro_rules! unrolled {
     ($g:expr, $k:ident => $statement:expr) => {
         unrolled!($g, $k => $statement, 0, 1, 2, 3, 4, 5, 6, 7)
@@ -31,7 +33,7 @@ macro_rules! unrolled {
 /// Columns summed in one pass over S, so that a tile's rows of L stay in the first-level cache.
 const DEPTH: usize = 192;
 
-/// Σ_k rows_k columns_kᵀ of M panels of rows and one panel of columns: M by G vectors.
+/// Σ_k rows_k columns_kᵀ of M panels of rows and one panel of columns: M by N vectors.
 #[inline(always)]
 fn product<L: Lanes<G>, const G: usize, const M: usize, const N: usize>(
     lanes: L,
@@ -56,7 +58,7 @@ fn product<L: Lanes<G>, const G: usize, const M: usize, const N: usize>(
     sum
 }
 
-/// Columns of half a panel of eight, for the last panel of pivots where that is enough.
+/// Columns of half a panel of eight, for the last panel of pivots if that suffices.
 const HALF: usize = 4;
 
 /// A front to be factorised.
@@ -64,23 +66,23 @@ const HALF: usize = 4;
 pub(crate) struct Dense<'a, const G: usize> {
     /// Chunks of its columns, column after column.
     pub columns: &'a [[f64; G]],
-    /// Chunks in a column.
+    /// Chunks per column.
     pub stride: usize,
-    /// Columns that are no padding.
+    /// Columns without padding.
     pub pivots: usize,
     /// Columns of L.
     pub wide: usize,
 }
 
 impl<const G: usize> Dense<'_, G> {
-    /// Whether half of panel `p` or more is padding.
+    /// Whether at least half of panel `p` is padding.
     #[inline(always)]
     fn is_half(&self, p: usize) -> bool {
         G > HALF && self.pivots <= p * G + HALF
     }
 }
 
-/// Factorises a front into `factor`, its L. False when a pivot is not positive.
+/// Factorises a front into `factor`, its L. Returns false if a pivot is not positive.
 #[inline(always)]
 pub(crate) fn factorise<L: Lanes<G>, const G: usize>(lanes: L, front: Dense<'_, G>, factor: &mut [[f64; G]]) -> bool {
     let wide = front.wide;
@@ -106,7 +108,7 @@ pub(crate) fn factorise<L: Lanes<G>, const G: usize>(lanes: L, front: Dense<'_, 
     true
 }
 
-/// The panel of L on the diagonal, N columns of it; the rest is padding.
+/// Computes N columns of the diagonal panel of L; the rest is padding.
 #[inline(always)]
 fn diagonal<L: Lanes<G>, const G: usize, const N: usize>(
     lanes: L,
@@ -129,7 +131,7 @@ fn diagonal<L: Lanes<G>, const G: usize, const N: usize>(
     positive
 }
 
-/// Column `J` of the square on the diagonal, and what it takes from those after it.
+/// Computes column `J` of the diagonal square and subtracts its products from the later columns.
 #[inline(always)]
 fn diagonal_column<L: Lanes<G>, const G: usize, const N: usize, const J: usize>(
     lanes: L,
@@ -150,8 +152,8 @@ fn diagonal_column<L: Lanes<G>, const G: usize, const N: usize, const J: usize>(
     pivot > 0.0 && pivot < f64::INFINITY
 }
 
-/// Panel `p` of columns of the panels of rows in `rows`, the first of which is panel `first_row` of the front; `own` is the
-/// panel of L on the diagonal.
+/// Computes panel `p` of columns for the panels of rows in `rows`, the first of which is panel
+/// `first_row` of the front; `own` is the diagonal panel of L.
 #[inline(always)]
 fn below_diagonal<L: Lanes<G>, const G: usize>(
     lanes: L,
@@ -174,7 +176,7 @@ fn below_diagonal<L: Lanes<G>, const G: usize>(
     }
 }
 
-/// M panels of rows from `row` of [`below_diagonal`], N columns of panel `p`.
+/// Computes N columns of panel `p` for M panels of rows from `row` of [`below_diagonal`].
 #[inline(always)]
 fn solve_tile<L: Lanes<G>, const G: usize, const M: usize, const N: usize>(
     lanes: L,
@@ -207,7 +209,7 @@ fn solve_tile<L: Lanes<G>, const G: usize, const M: usize, const N: usize>(
     }
 }
 
-/// Divides column `Q` of a tile by the diagonal, and takes what it gives from the columns after it.
+/// Divides column `Q` of a tile by the diagonal and subtracts its products from the later columns.
 #[inline(always)]
 fn solve_column<L: Lanes<G>, const G: usize, const M: usize, const N: usize, const Q: usize>(
     lanes: L,
@@ -226,8 +228,8 @@ fn solve_column<L: Lanes<G>, const G: usize, const M: usize, const N: usize, con
     }
 }
 
-/// S = -L21 L21ᵀ, by columns, in its lower triangle and the squares on the diagonal. L has `wide` columns of which `pivots`
-/// are no padding; `below` is L21.
+/// S = -L21 L21ᵀ by columns: lower triangle and diagonal squares. L has `wide` columns, `pivots` of
+/// them without padding; `below` is L21.
 #[inline(always)]
 pub(crate) fn schur<L: Lanes<G>, const G: usize>(
     lanes: L,
@@ -269,7 +271,7 @@ impl<'a, const G: usize> Below<'a, G> {
     }
 }
 
-/// The tile of M panels of rows from `r` and panel `c` of columns.
+/// Computes the tile of M panels of rows from `r` and panel `c` of columns.
 #[inline(always)]
 fn schur_tile<L: Lanes<G>, const G: usize, const M: usize>(
     lanes: L,

@@ -1,17 +1,20 @@
-//! Vectors of the processor: the few operations the factorisation needs, for each instruction set it is written for.
+//! Vector operations of the factorisation for each instruction set.
 //!
-//! A type of this file is a proof: one of [`Avx512`] or [`Avx2`] exists only where the processor has those instructions, so
-//! that its methods need not ask again. They are inlined into [`Lanes::run`], which is compiled for the instructions.
+//! A value of [`Avx512`] or [`Avx2`] is a proof that the processor has the instructions, so its
+//! methods do not test again. They are inlined into [`Lanes::run`], which is compiled for the
+//! instructions.
 //!
-//! With AVX-512 and AVX2 a product and a sum round once (fused multiply-add); portably they round twice. So results of the
-//! three differ in the last bits, and those of each are the same bits on every machine that has it.
+//! AVX-512 and AVX2 round a product and a sum once (fused multiply-add); portable code rounds
+//! twice. The results of the three differ in the last bits; each gives equal bits on every machine
+//! that supports it.
 
-/// What is to run with the instructions of a vector type.
+/// Work to run with the instructions of a vector type.
 pub trait Job<const G: usize> {
-    /// What it gives.
+    /// Result of the work.
     type Output;
 
-    /// Runs it. To be marked `#[inline(always)]`, and all it calls that handles vectors.
+    /// Runs the work. Implementations, and all vector code that they call, must be
+    /// `#[inline(always)]`.
     fn run<L: Lanes<G>>(self, lanes: L) -> Self::Output;
 }
 
@@ -20,7 +23,8 @@ pub trait Lanes<const G: usize>: Copy {
     /// A vector.
     type Vector: Copy;
 
-    /// How many vectors a tile of the product kernel is tall, 1 to 3: as many as there are registers for.
+    /// Height of a tile of the product kernel in vectors, 1 to 3: the largest that fits into the
+    /// registers.
     const TALL: usize;
 
     /// Runs a job compiled for these instructions.
@@ -29,10 +33,10 @@ pub trait Lanes<const G: usize>: Copy {
     /// `x` in every lane.
     fn splat(self, x: f64) -> Self::Vector;
 
-    /// From memory.
+    /// Loads from memory.
     fn load(self, from: &[f64; G]) -> Self::Vector;
 
-    /// To memory.
+    /// Stores to memory.
     fn store(self, v: Self::Vector, to: &mut [f64; G]);
 
     /// a + b.
@@ -61,7 +65,7 @@ pub trait Lanes<const G: usize>: Copy {
         self.add_rest(to_rest, from_rest);
     }
 
-    /// Adds `from` to `to`, less than a vector.
+    /// Adds `from` to `to`, both shorter than a vector.
     #[inline(always)]
     fn add_rest(self, to: &mut [f64], from: &[f64]) {
         for (t, f) in to.iter_mut().zip(from) {
@@ -84,7 +88,7 @@ pub trait Lanes<const G: usize>: Copy {
     }
 }
 
-/// Four lanes of plain arithmetic, for every processor.
+/// Four lanes of scalar arithmetic, for every processor.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
 
@@ -157,20 +161,20 @@ mod x86 {
     pub struct Avx2(());
 
     impl Avx512 {
-        /// The proof, where this processor has the instructions.
+        /// Returns the proof if this processor has the instructions.
         pub fn detect() -> Option<Self> {
             (is_x86_feature_detected!("avx512f") && Avx2::detect().is_some()).then_some(Self(()))
         }
     }
 
     impl Avx2 {
-        /// The proof, where this processor has the instructions.
+        /// Returns the proof if this processor has the instructions.
         pub fn detect() -> Option<Self> {
             (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")).then_some(Self(()))
         }
     }
 
-    /// Implements [`Lanes`] by intrinsics: each method is the one instruction it names.
+    /// Implements [`Lanes`] with intrinsics: each method is the instruction that it names.
     macro_rules! lanes {
         ($proof:ty, $g:literal, $vector:ty, $tall:literal, $features:literal, $splat:ident, $load:ident, $store:ident, $add:ident,
          $sub:ident, $mul:ident, $mul_add:ident, $sub_mul:ident, {$($own:item)*}) => {
@@ -185,57 +189,59 @@ mod x86 {
                     fn compiled<J: Job<$g>>(lanes: $proof, job: J) -> J::Output {
                         job.run(lanes)
                     }
-                    // SAFETY: `self` exists only where the processor has these features.
+                    // SAFETY: `self` exists only if the processor has these features.
                     unsafe { compiled(self, job) }
                 }
 
                 #[inline(always)]
                 fn splat(self, x: f64) -> $vector {
-                    // SAFETY: `self` exists only where the processor has the instruction.
+                    // SAFETY: `self` exists only if the processor has the instruction.
                     unsafe { $splat(x) }
                 }
 
                 #[inline(always)]
                 fn load(self, from: &[f64; $g]) -> $vector {
-                    // SAFETY: `self` exists only where the processor has the instruction, and the reference is to as many
-                    // numbers as are read; no alignment is asked for.
+                    // SAFETY: `self` exists only if the processor has the instruction, and the
+                    // reference is to as many numbers as are read; the instruction needs no
+                    // alignment.
                     unsafe { $load(from.as_ptr()) }
                 }
 
                 #[inline(always)]
                 fn store(self, v: $vector, to: &mut [f64; $g]) {
-                    // SAFETY: `self` exists only where the processor has the instruction, and the reference is to as many
-                    // numbers as are written; no alignment is asked for.
+                    // SAFETY: `self` exists only if the processor has the instruction, and the
+                    // reference is to as many numbers as are written; the instruction needs no
+                    // alignment.
                     unsafe { $store(to.as_mut_ptr(), v) }
                 }
 
                 #[inline(always)]
                 fn add(self, a: $vector, b: $vector) -> $vector {
-                    // SAFETY: `self` exists only where the processor has the instruction.
+                    // SAFETY: `self` exists only if the processor has the instruction.
                     unsafe { $add(a, b) }
                 }
 
                 #[inline(always)]
                 fn sub(self, a: $vector, b: $vector) -> $vector {
-                    // SAFETY: `self` exists only where the processor has the instruction.
+                    // SAFETY: `self` exists only if the processor has the instruction.
                     unsafe { $sub(a, b) }
                 }
 
                 #[inline(always)]
                 fn mul(self, a: $vector, b: $vector) -> $vector {
-                    // SAFETY: `self` exists only where the processor has the instruction.
+                    // SAFETY: `self` exists only if the processor has the instruction.
                     unsafe { $mul(a, b) }
                 }
 
                 #[inline(always)]
                 fn mul_add(self, a: $vector, b: $vector, c: $vector) -> $vector {
-                    // SAFETY: `self` exists only where the processor has the instruction.
+                    // SAFETY: `self` exists only if the processor has the instruction.
                     unsafe { $mul_add(a, b, c) }
                 }
 
                 #[inline(always)]
                 fn sub_mul(self, a: $vector, b: $vector, c: $vector) -> $vector {
-                    // SAFETY: `self` exists only where the processor has the instruction.
+                    // SAFETY: `self` exists only if the processor has the instruction.
                     unsafe { $sub_mul(a, b, c) }
                 }
 
@@ -263,8 +269,9 @@ mod x86 {
             fn add_rest(self, to: &mut [f64], from: &[f64]) {
                 let len = to.len().min(from.len()).min(8);
                 let mask = ((1u16 << len) - 1) as u8;
-                // SAFETY: `self` exists only where the processor has the instructions; the mask keeps all lanes out that
-                // are not in both slices, and what is masked out is neither read nor written.
+                // SAFETY: `self` exists only if the processor has the instructions; the mask
+                // excludes all lanes that are not in both slices, and excluded lanes are neither
+                // read nor written.
                 unsafe {
                     let sum = _mm512_add_pd(
                         _mm512_maskz_loadu_pd(mask, to.as_ptr()),

@@ -1,12 +1,15 @@
-//! Our own backend: a multifrontal supernodal Cholesky factorisation for sheets.
+//! Multifrontal supernodal Cholesky factorisation for sheets.
 //!
-//! Front after front, children before parents, the pivots of a front are assembled from the matrix and from what the
-//! children leave, factorised densely, and their effect on later masses is left to the parent (I. S. Duff and J. K. Reid,
-//! *The multifrontal solution of indefinite sparse symmetric linear systems*, ACM Trans. Math. Softw. 9 (1983) 302). Nothing
-//! is allocated after the analysis. One thread, or two where the tree has two large branches: the bits are the same.
+//! For front after front, children before parents: the columns of a front's pivots are assembled
+//! from the matrix and from the children's Schur complements, factorised as a dense matrix, and
+//! their Schur complement is passed to the parent (I. S. Duff and J. K. Reid, *The multifrontal
+//! solution of indefinite sparse symmetric linear systems*, ACM Trans. Math. Softw. 9 (1983) 302).
+//! Nothing is allocated after the analysis. One thread is used, or two where the tree has two large
+//! branches, with equal bits.
 //!
-//! There are three paths, for AVX-512, for AVX2 with FMA, and a portable one; the best that the processor has is taken when
-//! the program runs. Each gives the same bits wherever it runs; they differ from one another by rounding (`lanes`).
+//! There are three instruction sets: AVX-512, AVX2 with FMA, and portable code; the best that the
+//! processor has is chosen at run time. Each gives equal bits on every machine; they differ from
+//! one another by rounding (`lanes`).
 
 pub(crate) mod amalgamation;
 pub(crate) mod kernels;
@@ -22,10 +25,10 @@ use crate::linear::multifrontal::solve::{HalfSolve, RightHandSide, Solve};
 use crate::linear::multifrontal::symbolic::Symbolic;
 use crate::linear::{Factor, HalfSolutions, Loads, NotPositive, Pattern};
 
-/// The instructions a factorisation runs with.
+/// Instruction set of a factorisation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// Plain arithmetic.
+    /// Scalar arithmetic.
     Portable,
     /// Four lanes and fused multiply-add.
     Avx2,
@@ -34,10 +37,10 @@ pub enum Path {
 }
 
 impl Path {
-    /// All of them, the best last.
+    /// All instruction sets, the best last.
     pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
 
-    /// The best this processor has.
+    /// The best instruction set of this processor.
     pub fn best() -> Self {
         Instructions::best().path()
     }
@@ -60,7 +63,7 @@ impl Path {
     }
 }
 
-/// The instructions of a path that this processor has.
+/// Token of an instruction set that this processor has.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Instructions {
     Portable(Portable),
@@ -71,7 +74,7 @@ pub(crate) enum Instructions {
 }
 
 impl Instructions {
-    /// The best this processor has.
+    /// The best instruction set of this processor.
     pub fn best() -> Self {
         let paths = Path::ALL.into_iter().rev();
         paths.filter_map(Path::instructions).next().unwrap_or(Self::Portable(Portable))
@@ -87,7 +90,7 @@ impl Instructions {
         }
     }
 
-    /// Numbers in a vector.
+    /// Numbers per vector.
     fn width(self) -> usize {
         match self.path() {
             Path::Portable | Path::Avx2 => 4,
@@ -107,7 +110,7 @@ impl Instructions {
     }
 }
 
-/// Numbers that start where a line of the cache does, so that no vector lies across two.
+/// Numbers aligned to a cache line, so that no vector spans two lines.
 struct Aligned {
     memory: Vec<f64>,
     shift: usize,
@@ -134,14 +137,14 @@ pub(crate) struct MultifrontalFactor {
     instructions: Instructions,
     symbolic: Symbolic,
     factor: Aligned,
-    /// Of the two halves.
+    /// One buffer per half of the tree.
     columns: [Aligned; 2],
     schur: Aligned,
     parallel: bool,
     x: Vec<f64>,
     local: Aligned,
     factorised: bool,
-    /// How many values the caller gives.
+    /// Number of values of the matrix.
     values: usize,
     /// Fronts of one half solution, and whether each front is among them.
     path: Vec<u32>,
@@ -172,7 +175,7 @@ impl MultifrontalFactor {
 }
 
 impl MultifrontalFactor {
-    /// Factorises, and takes the right-hand side in `x` through the first half of the solution where asked to.
+    /// Factorises; `with_side` includes the forward substitution of the right-hand side in `x`.
     fn run(&mut self, values: &[f64], with_side: bool) -> Result<(), NotPositive> {
         assert_eq!(values.len(), self.values, "9 values a block");
         let done = match self.symbolic.halves.filter(|_| self.parallel && !with_side) {
@@ -193,8 +196,8 @@ impl MultifrontalFactor {
         if self.factorised { Ok(()) } else { Err(NotPositive) }
     }
 
-    /// Factorises two halves of the fronts on two threads; returns how many fronts are done, or `usize::MAX` where a pivot was not
-    /// positive.
+    /// Factorises two halves of the fronts on two threads; returns the number of finished fronts,
+    /// or `usize::MAX` if a pivot was not positive.
     fn run_halves(&mut self, [cut, end, schur_from]: [usize; 3], values: &[f64]) -> usize {
         let Self { symbolic, instructions, columns: [first, second], .. } = self;
         let from = symbolic.fronts[cut].factor;
@@ -214,7 +217,7 @@ impl MultifrontalFactor {
         if a && b { end } else { usize::MAX }
     }
 
-    /// Brings a right-hand side into the order of the elimination.
+    /// Permutes a right-hand side into the order of elimination.
     fn take_in(&mut self, b: &[f64]) {
         assert_eq!(b.len(), self.x.len(), "3 entries a block row");
         for (x, &mass) in self.x.as_chunks_mut::<3>().0.iter_mut().zip(&self.symbolic.order) {
@@ -222,7 +225,7 @@ impl MultifrontalFactor {
         }
     }
 
-    /// Solves for what was taken in and brings the solution into the caller's order.
+    /// Solves for the permuted right-hand side and returns the solution in the caller's order.
     fn finish(&mut self, b: &mut [f64], half_done: bool) {
         self.instructions.run(Solve {
             symbolic: &self.symbolic,
@@ -235,7 +238,8 @@ impl MultifrontalFactor {
         }
     }
 
-    /// The fronts that the half solution of a load is not zero in, ascending: those of its masses and all above them.
+    /// The fronts where the half solution of a load is non-zero, ascending: those of its nodes and
+    /// their ancestors.
     fn find_path(&mut self, load: &[(u32, [f64; 3])]) {
         let Self { symbolic, path, on_path, .. } = self;
         path.clear();
@@ -278,7 +282,7 @@ impl Factor for MultifrontalFactor {
     fn half_solve(&mut self, loads: &Loads, solutions: &mut HalfSolutions) {
         for load in loads.iter() {
             self.find_path(load);
-            // A front on the path changes nothing but pivots of fronts on the path.
+            // A front on the path modifies pivots of fronts on the path only.
             for &k in &self.path {
                 let front = &self.symbolic.fronts[k as usize];
                 let start = if self.factorised { 0.0 } else { f64::NAN };

@@ -1,4 +1,4 @@
-//! The factorisation of all fronts: assembly, elimination, and what is left to the parents.
+//! Numerical factorisation of all fronts: assembly, elimination, and the Schur complements.
 
 use std::ops::Range;
 
@@ -9,9 +9,10 @@ use crate::linear::multifrontal::solve;
 use crate::linear::multifrontal::solve::RightHandSide;
 use crate::linear::multifrontal::symbolic::{Front, Run, Symbolic};
 
-/// Factorises `fronts`, whose children are among them or done: `values` are the caller's; `columns`, `schur` are scratch, `factor` is
-/// written. Where there is a `forward`, its right-hand side goes through each front as soon as that is factorised, while it is in
-/// the cache.
+/// Factorisation of `fronts`, whose children are among them or finished. `values` are those of the
+/// matrix; `columns` and `schur` are buffers; `factor` is the result. With `forward`, the
+/// right-hand side passes through each front right after its factorisation, while it is in the
+/// cache.
 pub(crate) struct Factorise<'a> {
     pub symbolic: &'a Symbolic,
     pub fronts: Range<usize>,
@@ -22,7 +23,7 @@ pub(crate) struct Factorise<'a> {
     pub forward: Option<RightHandSide<'a>>,
 }
 
-/// A stretch of a memory that begins at number `from` of it.
+/// A slice of a memory that begins at index `from` of it.
 pub(crate) struct Part<'a> {
     pub from: usize,
     pub memory: &'a mut [f64],
@@ -35,7 +36,7 @@ impl Part<'_> {
 }
 
 impl<const G: usize> Job<G> for Factorise<'_> {
-    /// Whether all pivots were positive.
+    /// Whether all pivots are positive.
     type Output = bool;
 
     #[inline(always)]
@@ -87,7 +88,7 @@ fn chunks_mut<const G: usize>(numbers: &mut [f64]) -> &mut [[f64; G]] {
     numbers.as_chunks_mut().0
 }
 
-/// Two stretches of memory that do not meet, one to read and one to write.
+/// Two disjoint ranges of a memory, one to read and one to write.
 #[inline(always)]
 fn two(memory: &mut [f64], read: Range<usize>, write: Range<usize>) -> (&[f64], &mut [f64]) {
     if read.start < write.start {
@@ -108,7 +109,7 @@ fn clear(front: &Front, columns: &mut [f64]) {
     }
 }
 
-/// Puts the front's blocks of the matrix in.
+/// Adds the front's blocks of the matrix.
 #[inline(always)]
 fn add_blocks(symbolic: &Symbolic, front: &Front, values: &[f64], columns: &mut [f64]) {
     let rows = front.rows();

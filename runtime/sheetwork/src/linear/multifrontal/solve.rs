@@ -3,14 +3,14 @@
 use crate::linear::multifrontal::lanes::{Job, Lanes};
 use crate::linear::multifrontal::symbolic::{Front, Symbolic};
 
-/// What is solved for: `x` holds b, then the solution, in the order of the elimination; `local` is scratch for the rows of a
-/// front.
+/// Right-hand side: `x` holds b, then the solution, in the order of elimination; `local` is a
+/// buffer for the rows of a front.
 pub(crate) struct RightHandSide<'a> {
     pub x: &'a mut [f64],
     pub local: &'a mut [f64],
 }
 
-/// Solves L Lᵀ x = b, or Lᵀ x = y where the first half is done.
+/// Solution of L Lᵀ x = b; of Lᵀ x = y if the forward substitution is done.
 pub(crate) struct Solve<'a> {
     pub symbolic: &'a Symbolic,
     pub factor: &'a [f64],
@@ -35,7 +35,8 @@ impl<const G: usize> Job<G> for Solve<'_> {
     }
 }
 
-/// L y = b in the fronts of `path` alone, which hold all of b and, with a front, every front above it.
+/// Solution of L y = b in the fronts of `path`, which contain all of b and every ancestor of each
+/// front.
 pub(crate) struct HalfSolve<'a> {
     pub symbolic: &'a Symbolic,
     pub factor: &'a [f64],
@@ -60,7 +61,7 @@ impl<const G: usize> Job<G> for HalfSolve<'_> {
 #[inline(always)]
 fn times<L: Lanes<G>, const G: usize>(lanes: L, panel: &[[f64; G]], y: &[f64]) -> L::Vector {
     let mut sums = [lanes.zero(); 4];
-    // Depths are multiples of G and so of 4.
+    // The depth is a multiple of G and so of 4.
     for (four, y) in panel.as_chunks::<4>().0.iter().zip(y.as_chunks::<4>().0) {
         for q in 0..4 {
             sums[q] = lanes.mul_add(lanes.load(&four[q]), lanes.splat(y[q]), sums[q]);
@@ -69,7 +70,8 @@ fn times<L: Lanes<G>, const G: usize>(lanes: L, panel: &[[f64; G]], y: &[f64]) -
     lanes.add(lanes.add(sums[0], sums[1]), lanes.add(sums[2], sums[3]))
 }
 
-/// L y = b in one front: its pivots of `x` become y, and what they give is taken from the boundary's.
+/// L y = b in one front: its pivots of `x` become y; their products are subtracted from the
+/// boundary.
 #[inline(always)]
 pub(crate) fn forward<L: Lanes<G>, const G: usize>(
     lanes: L,
@@ -110,7 +112,7 @@ pub(crate) fn forward<L: Lanes<G>, const G: usize>(
     }
 }
 
-/// Lᵀ x = y in one front: its pivots of `x` become the solution, that of the boundary being there.
+/// Lᵀ x = y in one front: its pivots of `x` become the solution; that of the boundary must exist.
 #[inline(always)]
 fn backward<L: Lanes<G>, const G: usize>(
     lanes: L,

@@ -1,15 +1,18 @@
-//! What the pattern alone decides: the fronts, their shapes, and where every number goes.
+//! Symbolic analysis: fronts, their shapes, and the destination of every number.
 //!
-//! A front eliminates its *pivots* and leaves its *boundary*, the masses eliminated later that it touches. Its columns are
+//! A front eliminates its *pivots* and passes on its *boundary*: the nodes coupled with it that are
+//! eliminated later. Its columns are
 //!
 //!   | L11     |   pivots, np of them, padded to npp with ones on the diagonal
-//!   | L21  S  |   boundary, nb rows, padded to nbp with zeros;   S = -L21 L21ᵀ + the S of its children,
+//!   | L21  S  |   boundary, nb rows, padded to nbp with zeros,
 //!
-//! and S is added to the parent's columns. Paddings are to whole vectors of `g` numbers. The boundary of a front is what the
-//! pivots are joined to and what the children's boundaries name, less the pivots: both are later masses only.
+//! with S = -L21 L21ᵀ plus the S of its children; S is added to the parent's columns. Padding is to
+//! whole vectors of `g` numbers. The boundary of a front consists of the nodes coupled with its
+//! pivots and the children's boundaries, without the pivots: all of them later nodes.
 //!
-//! L is kept in *panels*: `g` rows by all npp columns, column after column, so that the kernels read it straight through.
-//! S and the columns to be factorised are kept by columns. The memory of an S is given to another when its parent is done.
+//! L is stored in *panels*: `g` rows by all npp columns, column after column, so that the kernels
+//! read it contiguously. S and the columns to be factorised are stored by columns. The memory of an
+//! S is reused after its parent.
 
 use std::ops::Range;
 
@@ -17,13 +20,14 @@ use crate::linear::Pattern;
 use crate::linear::dissection::Tree;
 use crate::linear::multifrontal::amalgamation::boundaries;
 
-/// Operations in the lesser of two halves that make it worth the while to give them to two threads; tests look at all halves.
+/// Minimum number of operations in the smaller half of the tree for the use of two threads; zero
+/// in tests.
 const WORTH: f64 = if cfg!(test) { 0.0 } else { 1e6 };
 
 /// One front. Rows are numbered from 0, pivots first, the boundary from `wide`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Front {
-    /// The unknown eliminated first.
+    /// Index of the first unknown.
     pub first: usize,
     /// Pivots, np.
     pub pivots: usize,
@@ -31,21 +35,21 @@ pub(crate) struct Front {
     pub wide: usize,
     /// Boundary rows with padding, nbp.
     pub tall: usize,
-    /// The boundary's masses, in `Symbolic::boundaries`.
+    /// Nodes of the boundary, in `Symbolic::boundaries`.
     pub boundary: Range<usize>,
-    /// Where L starts.
+    /// Start of L.
     pub factor: usize,
-    /// Where S starts.
+    /// Start of S.
     pub schur: usize,
-    /// Blocks of the matrix, in `Symbolic::blocks`, that go in as they are.
+    /// Blocks of the matrix that are added without transposition, in `Symbolic::blocks`.
     pub straight: Range<usize>,
-    /// Blocks that go in transposed.
+    /// Blocks that are added transposed.
     pub mirrored: Range<usize>,
-    /// The front that its S is added to.
+    /// The front to which S is added.
     pub parent: Option<u32>,
-    /// In `Symbolic::children`.
+    /// Children, in `Symbolic::children`.
     pub children: Range<usize>,
-    /// Where the rows of S go in the parent, in `Symbolic::runs`.
+    /// Destination of the rows of S in the parent, in `Symbolic::runs`.
     pub runs: Range<usize>,
 }
 
@@ -55,45 +59,45 @@ impl Front {
         self.wide + self.tall
     }
 
-    /// Numbers of L, with padding.
+    /// Range of the numbers of L, with padding.
     pub fn factor_range(&self) -> Range<usize> {
         self.factor..self.factor + self.rows() * self.wide
     }
 
-    /// Numbers of S, with padding.
+    /// Range of the numbers of S, with padding.
     pub fn schur_range(&self) -> Range<usize> {
         self.schur..self.schur + self.tall * self.tall
     }
 }
 
-/// A block of the matrix on its way into a front.
+/// Destination of a block of the matrix in a front.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Block {
-    /// Its first number in the columns of the front.
+    /// Index of its first number in the columns of the front.
     pub target: u32,
-    /// Its first number in the values.
+    /// Index of its first number in the values.
     pub source: u32,
 }
 
-/// Rows of an S that stay together in the parent.
+/// Consecutive rows of an S that stay consecutive in the parent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Run {
     /// First row of S.
     pub from: usize,
     /// First row of the parent.
     pub to: usize,
-    /// How many.
+    /// Number of rows.
     pub len: usize,
 }
 
 /// The analysis of one pattern.
 #[derive(Debug, Default)]
 pub(crate) struct Symbolic {
-    /// The mass at each place of the elimination.
+    /// The node at each position of the elimination.
     pub order: Vec<u32>,
-    /// The place of each mass.
+    /// The position of each node in the elimination.
     pub place: Vec<u32>,
-    /// The front that eliminates each place.
+    /// The front that eliminates each position.
     pub owner: Vec<u32>,
     /// Children before parents.
     pub fronts: Vec<Front>,
@@ -106,8 +110,9 @@ pub(crate) struct Symbolic {
     pub schur_len: usize,
     pub columns_len: usize,
     pub rows_len: usize,
-    /// Two stretches of fronts that know nothing of each other, where there is much in both: up to the first number, and from there to the
-    /// second. The S of the second begin at the third.
+    /// Two independent ranges of fronts with much work in each: fronts below the first number, and
+    /// from it to the second. The S of the second range start at the third number. `None` if the
+    /// smaller range has too little work.
     pub halves: Option<[usize; 3]>,
     /// Floating-point operations of a factorisation and numbers in L, without padding.
     pub flops: f64,
@@ -143,7 +148,7 @@ impl Symbolic {
         symbolic
     }
 
-    /// The masses of a front's boundary, as places in the elimination, ascending.
+    /// The nodes of a front's boundary, as positions in the elimination, ascending.
     pub fn boundary(&self, front: &Front) -> &[u32] {
         &self.boundaries[front.boundary.clone()]
     }
@@ -174,7 +179,8 @@ impl Symbolic {
         self.fronts.push(front);
     }
 
-    /// Where the rows of `child`'s S go in `parent`. A run does not go from pivots into the boundary.
+    /// Computes the destination of the rows of `child`'s S in `parent`. A run does not cross from
+    /// pivots into the boundary.
     fn add_runs(&mut self, child: usize, parent: usize) {
         let start = self.runs.len();
         let into = &self.fronts[parent];
@@ -203,7 +209,7 @@ impl Symbolic {
         }
     }
 
-    /// Where the blocks of the matrix go.
+    /// Computes the destination of the blocks of the matrix.
     fn add_blocks(&mut self, pattern: &Pattern, place: &[u32]) {
         let mut blocks: Vec<[Vec<Block>; 2]> = vec![Default::default(); self.fronts.len()];
         for (slot, row, column) in pattern.iter() {
@@ -230,13 +236,15 @@ impl Symbolic {
         }
     }
 
-    /// Where the fronts part in two: below the first front from the root that has several children, or between the roots.
+    /// Finds the division of the fronts in two: below the first front from the root with several
+    /// children, or between the roots.
     fn find_halves(&self) -> Option<[usize; 3]> {
         let work = |fronts: Range<usize>| -> f64 {
             let of = |front: &Front| (front.pivots * (front.pivots + front.tall) * (front.pivots + front.tall)) as f64;
             self.fronts[fronts].iter().map(of).sum()
         };
-        // A subtree is contiguous and its root the last of it: the children of `top` end where the next begins.
+        // A subtree is contiguous and ends with its root: each child of `top` ends where the next
+        // begins.
         let mut end = self.fronts.len();
         let is_chain = |k: usize| {
             self.fronts[k].children.len() == 1 && self.children[self.fronts[k].children.start] + 1 == k as u32
@@ -245,7 +253,7 @@ impl Symbolic {
             end -= 1;
         }
         let top = end.checked_sub(1).map(|k| self.fronts[k].children.clone())?;
-        // Fronts that have been joined may have children from elsewhere.
+        // Joined fronts may have children from other subtrees.
         let below = |k: usize| self.children[self.fronts[k].children.clone()].iter().min().map_or(k, |c| *c as usize);
         let is_own = |cut: &usize| *cut + 1 < end && (*cut..end - 1).all(|k| below(k) >= *cut);
         let cuts = self.children[top].iter().map(|c| *c as usize + 1).filter(is_own);
@@ -254,7 +262,8 @@ impl Symbolic {
         (lesser(&cut) >= WORTH).then_some([cut, end - 1, 0])
     }
 
-    /// Gives every S the first memory that is free from its making to the end of its parent; what two halves have stays apart.
+    /// Places every S in the first memory that is free until its parent is finished; the two halves
+    /// have separate memory.
     fn place_schur(&mut self) {
         let mut alive: Vec<(Range<usize>, usize)> = Vec::new();
         for k in 0..self.fronts.len() {

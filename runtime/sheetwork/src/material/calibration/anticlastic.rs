@@ -1,15 +1,16 @@
-//! What a soft membrane does to bending.
+//! Anticlastic bending: effect of the membrane on the bending stiffness of a strip.
 //!
-//! A strip bent to curvature κ wants to curl the other way across its width (ν κ). In a wide or thin one the membrane holds
-//! that back, and the strip bends with D; in a narrow or thick one it does not, and the strip bends with D (1-ν²). Across the
-//! width the deflection w from the cylinder is a beam on an elastic foundation, D w'''' + S κ² w = 0 with w'' = -ν κ and
-//! w''' = 0 at the free edges, S the uniaxial membrane stiffness (Lamb 1891; Ashwell, *J. Roy. Aero. Soc.* 54, 1950). Its
-//! energy gives the bending stiffness
+//! A strip bent to curvature κ tends to curl by ν κ across its width. In a wide or thin strip the
+//! membrane prevents this, and the strip bends with D; in a narrow or thick one it does not, and
+//! the strip bends with D (1-ν²). Across the width the deflection w from the cylinder is a beam on
+//! an elastic foundation, D w'''' + S κ² w = 0 with w'' = -ν κ and w''' = 0 at the free edges, S
+//! the uniaxial membrane stiffness (Lamb 1891; Ashwell, *J. Roy. Aero. Soc.* 54, 1950). Its energy
+//! gives the bending stiffness
 //!
 //!   D (1 - ν² F),  F = (2/β) (cosh β - cos β)/(sinh β + sin β),  β = W (S κ²/(4 D))^(1/4).
 
-/// Bending stiffness of a strip of the given width (m) bent to `curvature` (1/m), as a fraction of D (`bending`, N m) of its
-/// plate; `stretch` is its uniaxial membrane stiffness per width, N/m.
+/// Bending stiffness of a strip of the given width (m) bent to `curvature` (1/m), as a fraction of
+/// D (`bending`, N m) of its plate; `stretch` is its uniaxial membrane stiffness per width, N/m.
 pub fn strip_bending(bending: f64, stretch: f64, poisson: f64, curvature: f64, width: f64) -> f64 {
     let beta = width * (stretch * curvature * curvature / (4.0 * bending)).max(0.0).powf(0.25);
     let share = if !beta.is_finite() || beta < 1e-2 {
@@ -36,10 +37,11 @@ mod tests {
 
     #[test]
     fn the_energy_is_that_of_the_beam_on_its_foundation() {
-        // The same minimum found by brute force: w = Σ a_n P_n on a fine grid would be long; instead the differential
-        // equation's own invariant: F is the mean of -w''/(ν κ) over the width, integrated here by Simpson's rule.
+        // Check by the differential equation's invariant: F is the mean of -w''/(ν κ) over the
+        // width, integrated here by Simpson's rule.
         let beta: f64 = 3.7;
-        // w'' ∝ p cosh(m) cos(m) + q sinh(m) sin(m), m = β (x/W), even in x, w''' = 0 and w'' = 1 at the edge m = β/2.
+        // w'' ∝ p cosh(m) cos(m) + q sinh(m) sin(m), m = β (x/W), even in x, w''' = 0 and w'' = 1
+        // at the edge m = β/2.
         let h = 0.5 * beta;
         let (c, s) = (h.cosh() * h.cos(), h.sinh() * h.sin());
         let (dc, ds) = (h.sinh() * h.cos() - h.cosh() * h.sin(), h.cosh() * h.sin() + h.sinh() * h.cos());

@@ -1,34 +1,36 @@
-//! Free edges: stiffness of the springs beside them.
+//! Free edges: stiffness factors of the springs beside them.
 //!
-//! A lattice that simply ends is not a plate that ends: rows on the outline stand for half a cell, and the smaller layers in
-//! between end half a cell inside it. How much is missing is measured on a strip of the lattice between two free edges,
-//! periodic along its length: curvature or twist is imposed, all else relaxed, and its stiffness compared with that of a
-//! plate strip of the same width W (condensed over the curvature across, which is free):
+//! A lattice with a free edge is not a plate with a free edge: rows on the outline represent half a
+//! cell, and the smaller layers in between end half a cell inside it. The missing width is measured
+//! on a strip of the lattice between two free edges, periodic along its length: curvature or twist
+//! is imposed, all else is relaxed, and its stiffness H is compared with that of a plate strip of
+//! the same width W (condensed over the curvature across, which is free):
 //!
 //!   width missing in bending = H11/(D11 - D12²/D22) - W, in twist = H66/(D66 - D26²/D22) - W.
 //!
-//! Neither depends on W beyond a few cells, so factors on the springs of the edge that make both vanish are a property of
-//! the edge. Rows on the outline stand for ½. The factors that are adjusted are those of the layers that end inside the
-//! outline (of three layers, where only the outer two bend, of those): their outermost row, and the slanting springs between
-//! it and the next. They are found by Levenberg's method in the logarithms of the factors, with a pull to 1 so small that it
-//! only decides where the strip does not.
+//! Neither depends on W beyond a few cells, so factors on the springs of the edge that make both
+//! vanish are a property of the edge. Rows on the outline have the factor ½. The adjusted factors
+//! are those of the layers that end inside the outline (of three layers, where only the outer two
+//! bend, of those): their outermost row, and the slanting springs between it and the next.
+//! Levenberg's method finds them in the logarithms of the factors, with a small weight towards 1
+//! that decides only where the strip does not.
 //!
 //! The zigzag ends of a triangular lattice have no row to adjust and keep 1.
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
 use crate::material::calibration::Clamped;
 use crate::material::calibration::cell::{Bond, Cell, Pattern, Site};
 use crate::material::calibration::dense::Symmetric;
 use crate::material::calibration::fit::Bulk;
 use crate::material::calibration::homogenise::{relaxed, uniform};
 use crate::material::calibration::target::{Voigt, ratio};
+use crate::mesh::spring_class::SpringClass;
 
-/// Cells across the strip: enough that the edges do not feel each other.
+/// Width of the strip, cells: enough to make its edges independent.
 const STRIP: u32 = 8;
 
-/// Most layers for which strips are solved; their cost grows with the third power.
+/// Maximum number of layers for which strips are solved; their cost grows with the third power.
 const MOST_LAYERS: u32 = 6;
 
 /// Factors of the springs beside a pair of opposite free edges.
@@ -36,9 +38,9 @@ const MOST_LAYERS: u32 = 6;
 pub(crate) struct EdgeFactors {
     /// Outermost rows along the edge: in layers that reach it, and in layers that end inside it.
     pub row: [f64; 2],
-    /// Slanting springs between those and the next rows, likewise.
+    /// Slanting springs between those and the next rows, in the same order.
     pub slant: [f64; 2],
-    /// Width that is still missing in bending and in twist, both edges together, in cells.
+    /// Remaining missing width in bending and in twist, both edges together, in cells.
     pub missing: (f64, f64),
 }
 
@@ -53,12 +55,12 @@ pub(crate) struct Boundary {
     pub sides: EdgeFactors,
     /// Left and right: edges along z.
     pub ends: EdgeFactors,
-    /// Whether left and right are zigzags.
+    /// Whether the left and right edges are zigzags.
     pub zigzag: bool,
 }
 
 impl Boundary {
-    /// The factors of a lattice with springs `bulk`, whose plate bends with `bending`.
+    /// Factors of a lattice with springs `bulk` and plate bending stiffness `bending`.
     pub fn new(pattern: &Pattern, bulk: &Bulk, bending: &Voigt) -> Self {
         let zigzag = pattern.structure.info().triangular;
         let mut found = Self { sides: EdgeFactors::PLAIN, ends: EdgeFactors::PLAIN, zigzag };
@@ -72,7 +74,7 @@ impl Boundary {
         found
     }
 
-    /// Factor of the stiffness of a spring between two sites, of layers with `grid` masses along x and z.
+    /// Stiffness factor of a spring between two sites, of layers with `grid` nodes along x and z.
     pub fn factor(&self, class: SpringClass, a: Site, b: Site, grid: (i64, i64), clamped: Clamped) -> f64 {
         if class == SpringClass::Inter {
             return 1.0;
@@ -98,16 +100,16 @@ impl Boundary {
     }
 }
 
-/// A strip between two free edges and the plate it should be.
+/// Strip between two free edges, and the plate strip that it represents.
 struct Strip {
     cell: Cell,
     plain: Vec<f64>,
     zigzag: bool,
-    /// Along z, with edges left and right.
+    /// Whether the strip runs along z, with edges left and right.
     along_z: bool,
     /// Stiffness of the plate per width, N m: bending along the strip, twist.
     plate: (f64, f64),
-    /// Which layers are adjusted: 0 those that reach the edge, 1 those that end inside it.
+    /// Adjusted layers: 0 those that reach the edge, 1 those that end inside it.
     adjusted: usize,
 }
 
@@ -120,10 +122,10 @@ impl Strip {
         Self { plain: bulk.of_cell(&cell), cell, zigzag, along_z, plate, adjusted }
     }
 
-    /// Width missing in bending and twist, in m; zero where the plate has no such stiffness.
+    /// Width missing in bending and twist, m; zero where the plate has no such stiffness.
     fn missing(&self, factors: &EdgeFactors) -> (f64, f64) {
         let boundary = Boundary { sides: *factors, ends: *factors, zigzag: self.zigzag };
-        // Edges that the strip does not have are as if clamped: no factor.
+        // Edges that the strip lacks are marked as clamped: no factor.
         let (ends, sides) = (!self.along_z, self.along_z);
         let none = Clamped { left: ends, right: ends, back: sides, front: sides };
         let stiffness = self.cell.bonds.iter().zip(&self.plain).map(|(bond, k)| {
@@ -137,9 +139,10 @@ impl Strip {
         (short(bend, self.plate.0), short(twist, self.plate.1))
     }
 
-    /// Stretch of a bond under stretch of the strip, bending in its plane, bending out of it, and twist.
+    /// Elongation of a bond under extension of the strip, bending in its plane, bending out of it,
+    /// and twist.
     fn stretches(&self, bond: &Bond) -> [f64; 4] {
-        // A strip along z is looked at from the side, with x and z exchanged.
+        // A strip along z is treated with x and z exchanged.
         let turned = |p: DVec3| if self.along_z { DVec3::new(p.z, p.y, p.x) } else { p };
         let (from, to) = (turned(bond.from), turned(bond.to));
         let n = turned(bond.direction());
@@ -154,7 +157,7 @@ impl Strip {
         std::array::from_fn(|mode| n.dot(field(mode, to - origin) - field(mode, from - origin)))
     }
 
-    /// The factors that leave the least width missing; `spacing` across the strip, m.
+    /// Factors with the least missing width; `spacing` across the strip, m.
     fn balanced(&self, spacing: f64) -> EdgeFactors {
         let zigzag = self.zigzag && self.along_z;
         let factors = |p: &[f64; 2]| {
@@ -176,7 +179,8 @@ impl Strip {
 /// Weight of the logarithm of a factor against a missing cell.
 const PULL: f64 = 0.01;
 
-/// Bounds of the logarithms of the factors: rows within ½ and 2 of what they were, slanting springs within 1/5 and 5.
+/// Bounds of the logarithms of the factors: rows within a factor of 2, slanting springs within a
+/// factor of 5.
 const BOUNDS: [f64; 2] = [0.69, 1.61];
 
 /// Energy of mode `kept` when the first two modes are free.
@@ -192,7 +196,7 @@ fn free_of(h: &[[f64; 4]; 4], kept: usize) -> f64 {
     h[kept][kept] - h[0][kept] * load[0][0] - h[1][kept] * load[0][1]
 }
 
-/// Minimises the sum of squares of `residual`, within the bounds, from (0, 0).
+/// Minimise the sum of squares of `residual`, within the bounds, from (0, 0).
 fn levenberg(residual: impl Fn(&[f64; 2]) -> [f64; 4]) -> [f64; 2] {
     let cost = |r: &[f64; 4]| r.iter().map(|r| r * r).sum::<f64>();
     let mut p = [0.0_f64; 2];
@@ -233,5 +237,5 @@ fn levenberg(residual: impl Fn(&[f64; 2]) -> [f64; 4]) -> [f64; 2] {
     p
 }
 
-/// Step of the numerical slopes.
+/// Step of the numerical derivatives.
 const STEP: f64 = 1e-4;

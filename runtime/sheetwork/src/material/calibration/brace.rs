@@ -1,15 +1,17 @@
-//! Braces: springs for masses that the layers leave loose.
+//! Braces: springs for nodes without inter-layer springs.
 //!
-//! A triangular layer has one corner that lies under no mass of the next layer, so that nothing but springs of its own plane
-//! holds it and it flaps. Each such mass is joined to the nearest mass of the next layer. A spring between layers is not
-//! stretched by uniform bending, whatever its direction (with κ the curvature and s the distance between layers, its ends
-//! part by (r·κ r) s/2 along r and by -(r·κ r)/2 along the normal, which cancel), so a brace adds nothing to the sheet.
+//! A triangular layer has one corner that lies under no node of the next layer, so that only
+//! springs of its own plane support it and it moves freely out of plane. Each such node is joined
+//! to the nearest node of the next layer. Uniform bending does not strain a spring between layers
+//! in any direction (with κ the curvature and s the distance between layers, its ends separate by
+//! (r·κ r) s/2 along r and by -(r·κ r)/2 along the normal, which cancel), so a brace does not
+//! change the stiffness of the sheet.
 
-use crate::elements::spring::SpringClass;
 use crate::material::calibration::fit::Bulk;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, Link};
 
-/// Springs to be added to a lattice, with their stiffness, N/m.
+/// Braces of a lattice, with their stiffness, N/m.
 pub(crate) fn braces(lattice: &Lattice, bulk: &Bulk) -> Vec<(Link, f64)> {
     let mut joined = vec![false; lattice.positions.len()];
     for link in lattice.links.iter().filter(|l| l.class == SpringClass::Inter) {
@@ -20,7 +22,7 @@ pub(crate) fn braces(lattice: &Lattice, bulk: &Bulk) -> Vec<(Link, f64)> {
     loose.filter_map(|i| brace(lattice, i)).map(|link| (link, bulk.inter)).collect()
 }
 
-/// From mass `i` to the nearest of the layer above, or below the top one.
+/// Brace from node `i` to the nearest of the layer above, or below the top one.
 fn brace(lattice: &Lattice, i: usize) -> Option<Link> {
     let layer = lattice.layer_of[i];
     let next = if layer as usize + 1 < lattice.layers.len() { layer + 1 } else { layer.checked_sub(1)? };

@@ -1,16 +1,18 @@
-//! One period of a lattice, cut out of the middle of a generated one: a structure needs no second description.
+//! One period of a lattice, extracted from the middle of a generated one, so that a structure needs
+//! no second description.
 //!
-//! A cell may repeat along x, along z, or both. Where it does not repeat it reaches from free edge to free edge. Its bonds
-//! join representatives of masses; their ends are given as positions, m, so that a bond may leave the cell.
+//! A cell is periodic along x, along z, or both. In the other direction it extends from free edge
+//! to free edge. Its bonds join representatives of nodes; their ends are given as positions, m, so
+//! that a bond may leave the cell.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, StructureKind, assemble};
 
-/// Where a mass is in the grid of its layer.
+/// Place of a node in the grid of its layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Site {
     /// Layer, 0 the bottom.
@@ -21,7 +23,7 @@ pub(crate) struct Site {
     pub j: i64,
 }
 
-/// Sites of all masses of a lattice, in order.
+/// Sites of all nodes of a lattice, in order.
 pub(crate) fn sites(lattice: &Lattice) -> Vec<Site> {
     let mut found = Vec::with_capacity(lattice.positions.len());
     for (index, layer) in lattice.layers.iter().enumerate() {
@@ -32,24 +34,24 @@ pub(crate) fn sites(lattice: &Lattice) -> Vec<Site> {
     found
 }
 
-/// A spring of a cell.
+/// Spring of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bond {
-    /// Representative of its first mass.
+    /// Representative of the first node.
     pub a: usize,
-    /// Representative of its second mass.
+    /// Representative of the second node.
     pub b: usize,
-    /// Where its first mass is, m; heights from the middle of the sheet.
+    /// Position of the first node, m; heights from the middle of the sheet.
     pub from: DVec3,
-    /// Where its second mass is, m.
+    /// Position of the second node, m.
     pub to: DVec3,
-    /// Site of its first mass.
+    /// Site of the first node.
     pub site_a: Site,
-    /// Site of its second mass.
+    /// Site of the second node.
     pub site_b: Site,
-    /// What it does in the structure.
+    /// Spring class.
     pub class: SpringClass,
-    /// Layer of its lower end.
+    /// Layer of the lower end.
     pub layer: u32,
 }
 
@@ -68,46 +70,46 @@ impl Bond {
 /// One period of a lattice.
 #[derive(Clone, Debug)]
 pub(crate) struct Cell {
-    /// Masses in it.
+    /// Number of nodes.
     pub masses: usize,
-    /// Its springs; each is in one cell only.
+    /// Springs; each is in one cell only.
     pub bonds: Vec<Bond>,
     /// Length along x and along z, m: of the period, or from edge to edge.
     pub extent: (f64, f64),
-    /// Masses along x and z in each layer of the lattice it was cut from.
+    /// Nodes along x and z in each layer of the original lattice.
     pub grid: Vec<(i64, i64)>,
 }
 
-/// What a cell is cut from.
+/// Lattice from which a cell is extracted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pattern {
     /// Structure.
     pub structure: StructureKind,
-    /// Layers.
+    /// Number of layers.
     pub layers: u32,
-    /// Distance of neighbours along x and of rows along z, m.
+    /// Distance of neighbours along x, and of rows along z, m.
     pub spacing: (f64, f64),
     /// Distance between layers, m.
     pub gap: f64,
-    /// Whether second neighbours are joined.
+    /// Whether cross-over springs join second neighbours.
     pub cross_over: bool,
 }
 
-/// Columns or rows of a lattice that is cut along them: enough that no spring of the middle reaches an edge.
+/// Number of columns or rows in a periodic direction: no spring of the middle reaches an edge.
 const LONG: u32 = 10;
 
 impl Pattern {
-    /// The cell that repeats both ways: a sheet without edges.
+    /// Cell that is periodic both ways: a sheet without edges.
     pub fn periodic(&self) -> Cell {
         self.cut(None, None)
     }
 
-    /// The strip along x that is `cells` wide between free edges back and front.
+    /// Strip along x, `cells` wide, between free edges back and front.
     pub fn strip_along_x(&self, cells: u32) -> Cell {
         self.cut(None, Some(cells))
     }
 
-    /// The strip along z that is `cells` wide between free edges left and right.
+    /// Strip along z, `cells` wide, between free edges left and right.
     pub fn strip_along_z(&self, cells: u32) -> Cell {
         self.cut(Some(cells), None)
     }
@@ -117,7 +119,7 @@ impl Pattern {
         0.5 * self.gap * f64::from(self.layers - 1)
     }
 
-    /// A lattice of this pattern with `columns` by `rows` masses in its bottom layer.
+    /// Lattice of this pattern with `columns` by `rows` nodes in its bottom layer.
     fn lattice(&self, columns: u32, rows: u32) -> (Lattice, (f64, f64)) {
         let half = if self.structure.info().triangular { 0.5 } else { 0.0 };
         let size = ((f64::from(columns - 1) + half) * self.spacing.0, f64::from(rows - 1) * self.spacing.1);
@@ -131,10 +133,10 @@ impl Pattern {
         (lattice, size)
     }
 
-    /// Cuts a cell; a width in cells where it does not repeat.
+    /// Extract a cell; the arguments are widths in cells in directions without period.
     fn cut(&self, along_x: Option<u32>, along_z: Option<u32>) -> Cell {
         let (lattice, size) = self.lattice(along_x.map_or(LONG, |c| c + 1), along_z.map_or(LONG, |c| c + 1));
-        // Rows of a triangular layer are shifted in turn: two make a period.
+        // Every other row of a triangular layer is shifted: two make a period.
         let rows = if self.structure.info().triangular { 2 } else { 1 };
         let window_x = Window { first: 4, count: 1, repeats: along_x.is_none() };
         let window_z = Window { first: 4, count: rows, repeats: along_z.is_none() };
@@ -161,7 +163,7 @@ impl Pattern {
     }
 }
 
-/// The columns (or rows) of a lattice that make one period.
+/// Columns (or rows) of a lattice that make one period.
 #[derive(Clone, Copy)]
 struct Window {
     first: i64,
@@ -170,7 +172,7 @@ struct Window {
 }
 
 impl Window {
-    /// The same place in the home period.
+    /// Equivalent index in the home period.
     fn home(&self, i: i64) -> i64 {
         if self.repeats { self.first + (i - self.first).rem_euclid(self.count) } else { i }
     }
@@ -192,7 +194,8 @@ mod tests {
                 let (lattice, _) = pattern.lattice(n, n);
                 lattice.links.len() as f64
             };
-            // Springs grow as a n² + b n + c; the second difference over 2 h² is a, those of one cell.
+            // Springs grow as a n² + b n + c; the second difference over 2 h² is a, the number in
+            // one cell.
             let a = (count(60) - 2.0 * count(40) + count(20)) / (2.0 * 400.0);
             let rows = if row.triangular { 2.0 } else { 1.0 };
             assert!((cell.bonds.len() as f64 - a * rows).abs() < 1e-9, "{}: {} for {a}", row.name, cell.bonds.len());

@@ -1,7 +1,8 @@
-//! What a lattice delivers of what was asked of it.
+//! Delivered stiffness of a lattice, compared with the request.
 //!
-//! Ratios of the homogenised lattice to the target: bending and membrane stiffness along four directions, twist, Poisson's
-//! ratio, and what is lost to transverse shear on a wave as long as the sheet. What the structure cannot do is said in words.
+//! Ratios of the homogenised lattice to the target: bending and membrane stiffness along four
+//! directions, twist, Poisson's ratio, and the loss to transverse shear in a wave as long as the
+//! sheet. Notes describe the limits of the structure.
 
 use crate::material::calibration::boundary::Boundary;
 use crate::material::calibration::cell::{Cell, Pattern};
@@ -9,33 +10,35 @@ use crate::material::calibration::homogenise::{Plate, homogenise, wave_bending};
 use crate::material::calibration::target::{ENTRIES, Target, Voigt, along, norm, ratio};
 use crate::material::calibration::{Request, isotropic_rows};
 
-/// What a sheet's structure delivers of the stiffness asked.
+/// Delivered stiffness of a sheet's structure.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Delivered {
-    /// Bending stiffness along 0, 45, 90 and 135 degrees from the length, over that asked.
+    /// Bending stiffness along 0, 45, 90 and 135 degrees from the length, over that requested.
     pub bending: [f64; 4],
-    /// Twisting stiffness D66 over that asked.
+    /// Twisting stiffness D66 over that requested.
     pub twist: f64,
-    /// Coupling of bending along the length into twist, D16/D11; 0 where bending stays bending.
+    /// Coupling of bending along the length with twist, D16/D11; 0 without coupling.
     pub bend_to_twist: f64,
-    /// Membrane stiffness over that asked: mean of stretch along the four directions.
+    /// Membrane stiffness over that requested: mean of the four directions.
     pub membrane: f64,
-    /// Membrane stiffness along the length when the sheet may contract across, N/m.
+    /// Membrane stiffness along the length with free contraction across, N/m.
     pub stretch: f64,
-    /// Poisson's ratio in bending: D12 over the geometric mean of D11 and D22; 0 without bending stiffness.
+    /// Poisson's ratio in bending: D12 over the geometric mean of D11 and D22; 0 without bending
+    /// stiffness.
     pub poisson_ratio: f64,
-    /// Fraction of the bending stiffness that transverse shear and the grid take from a wave of the given length, the
-    /// largest of the four directions; none without bending stiffness.
+    /// Fraction of the bending stiffness that transverse shear and the grid remove in a wave of the
+    /// given length, the largest of the four directions; `None` without bending stiffness.
     pub shear_loss: Option<f64>,
     /// Wavelength of `shear_loss`, m.
     pub wavelength: f64,
-    /// Size of what is wrong with the bending stiffness: norm of its difference from the target over the target's.
+    /// Norm of the difference of the bending stiffness from the target over the norm of the target.
     pub residual: f64,
-    /// Width missing in bending and in twist of a strip along the length between two free sides, m; negative is missing.
+    /// Width missing in bending and in twist of a strip along the length between two free sides, m;
+    /// negative is missing.
     pub missing_sides: (f64, f64),
-    /// The same of a strip along the width between two free ends, m.
+    /// Width missing in bending and in twist of a strip along the width between two free ends, m.
     pub missing_ends: (f64, f64),
-    /// What it cannot do, in plain words.
+    /// Limits of the structure, in plain words.
     pub notes: Vec<String>,
 }
 
@@ -43,7 +46,7 @@ pub struct Delivered {
 const DIRECTIONS: [f64; 4] = [0.0, 45.0, 90.0, 135.0];
 
 impl Delivered {
-    /// Of a structure that has the stiffness asked by construction.
+    /// Values of a structure that has the requested stiffness by construction.
     pub fn exact(target: &Target) -> Self {
         Self {
             bending: [1.0; 4],
@@ -56,7 +59,7 @@ impl Delivered {
         }
     }
 
-    /// Of a lattice that was calibrated.
+    /// Values of a calibrated lattice.
     pub(crate) fn of(request: &Request, pattern: &Pattern, cell: &Cell, k: &[f64], edges: &Boundary) -> Self {
         let plate = homogenise(cell, k);
         let (bending, membrane) = (plate.free_bending(), plate.free_membrane());
@@ -84,12 +87,13 @@ impl Delivered {
         found
     }
 
-    /// Whether it bends as asked in every direction, within `tolerance` (a fraction).
+    /// Whether the bending stiffness is as requested in every direction, within `tolerance` (a
+    /// fraction).
     pub fn bends_within(&self, tolerance: f64) -> bool {
         self.bending.iter().all(|b| (b - 1.0).abs() <= tolerance)
     }
 
-    /// Rounding left by the elimination is not a stiffness.
+    /// Set rounding errors of the elimination to zero.
     fn clean(&mut self) {
         let values = [&mut self.twist, &mut self.bend_to_twist, &mut self.poisson_ratio];
         values.into_iter().filter(|v| v.abs() < 1e-9).for_each(|v| *v = 0.0);
@@ -101,7 +105,7 @@ fn share(found: &Voigt, asked: &Voigt, angle: f64) -> f64 {
     ratio(along(found, angle), along(asked, angle))
 }
 
-/// Norm of the difference over the norm of what was asked.
+/// Norm of the difference over the norm of the request.
 fn difference(found: &Voigt, asked: &Voigt) -> f64 {
     let mut apart = Voigt::default();
     for (i, j, _) in ENTRIES {
@@ -110,7 +114,7 @@ fn difference(found: &Voigt, asked: &Voigt) -> f64 {
     ratio(norm(&apart), norm(asked))
 }
 
-/// Stretching stiffness along the length when contraction across is free.
+/// Membrane stiffness along the length with free contraction across.
 fn uniaxial(a: &Voigt) -> f64 {
     a[0][0] - ratio(a[0][1] * a[0][1], a[1][1])
 }
@@ -122,7 +126,7 @@ fn shear_loss(cell: &Cell, k: &[f64], bending: &Voigt, target: &Target, waveleng
     losses.reduce(f64::max)
 }
 
-/// What the structure cannot do.
+/// Notes on the limits of the structure.
 fn notes(found: &Delivered, request: &Request, pattern: &Pattern, edges: &Boundary, plate: &Plate) -> Vec<String> {
     let mut notes = Vec::new();
     if norm(&plate.bending) < 1e-9 * norm(&request.target.bending) {

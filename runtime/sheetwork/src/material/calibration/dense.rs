@@ -1,21 +1,24 @@
-//! Small dense linear algebra for calibration: symmetric positive semidefinite systems of a few hundred unknowns at most.
+//! Small dense linear algebra for calibration: symmetric positive semidefinite systems of a few
+//! hundred unknowns at most.
 //!
-//! A lattice cell has mechanisms (rigid motion, layers that nothing holds), so its stiffness matrix is singular by nature.
-//! Cholesky with diagonal pivoting (Higham, *Accuracy and Stability of Numerical Algorithms*, 2002, section 10.3) finds the
-//! rank and a solution wherever the load does no work on a mechanism; energies do not depend on which solution it is.
+//! A lattice cell has mechanisms (rigid motion, unsupported layers), so its stiffness matrix is
+//! singular. Cholesky with diagonal pivoting (Higham, *Accuracy and Stability of Numerical
+//! Algorithms*, 2002, section 10.3) finds the rank and a solution wherever the load does no work on
+//! a mechanism; energies are the same for all solutions.
 
-/// Symmetric n by n matrix, rows one after the other; both triangles are stored.
+/// Symmetric n by n matrix, row by row; both triangles are stored.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Symmetric {
     n: usize,
     data: Vec<f64>,
 }
 
-/// Pivots smaller than this fraction of the largest diagonal entry belong to mechanisms.
+/// Rank tolerance: smaller pivots, as a fraction of the largest diagonal entry, belong to
+/// mechanisms.
 const RANK: f64 = 1e-11;
 
 impl Symmetric {
-    /// All zeros.
+    /// Zero matrix.
     pub fn zeros(n: usize) -> Self {
         Self { n, data: vec![0.0; n * n] }
     }
@@ -25,12 +28,12 @@ impl Symmetric {
         self.data[i * self.n + j]
     }
 
-    /// Adds to one entry; the caller keeps the matrix symmetric.
+    /// Add to one entry; the caller keeps the matrix symmetric.
     pub fn add(&mut self, i: usize, j: usize, value: f64) {
         self.data[i * self.n + j] += value;
     }
 
-    /// Adds `k` times the outer product of a sparse vector with itself.
+    /// Add `k` times the outer product of a sparse vector with itself.
     pub fn add_outer(&mut self, k: f64, entries: &[(usize, f64)]) {
         for (i, p) in entries {
             for (j, q) in entries {
@@ -39,7 +42,7 @@ impl Symmetric {
         }
     }
 
-    /// Solutions of A x = b for each column b of `loads`, in place. Unknowns of mechanisms stay at zero.
+    /// Solve A x = b for each column b of `loads`, in place. Unknowns of mechanisms are zero.
     pub fn solve(mut self, loads: &mut [Vec<f64>]) {
         let n = self.n;
         let order = self.factor();
@@ -62,7 +65,8 @@ impl Symmetric {
         }
     }
 
-    /// Replaces row i of the matrix by row i of L (its first `rank` entries) and gives the pivots in order.
+    /// Replace row i of the matrix by row i of L (its first `rank` entries). Returns the pivots in
+    /// order.
     fn factor(&mut self) -> Vec<usize> {
         let n = self.n;
         let mut diagonal: Vec<f64> = (0..n).map(|i| self.at(i, i)).collect();
@@ -70,7 +74,7 @@ impl Symmetric {
         let mut order: Vec<usize> = Vec::with_capacity(n);
         let mut rest: Vec<usize> = (0..n).collect();
         let mut lower = vec![0.0; n * n];
-        // The first of equals is taken, so that the order does not depend on anything but the matrix.
+        // Among equals the first is taken, so that the order depends on the matrix alone.
         while let Some(place) = (0..rest.len()).reduce(|a, b| if diagonal[rest[b]] > diagonal[rest[a]] { b } else { a })
         {
             let pivot = rest[place];
@@ -100,7 +104,8 @@ mod tests {
 
     #[test]
     fn a_chain_of_springs_that_floats_is_solved_up_to_its_rigid_motion() {
-        // Springs 1, 2 and 4 between four masses, pulled apart with force 8: they stretch 8, 4 and 2.
+        // Springs 1, 2 and 4 between four nodes, pulled apart with force 8: they extend by 8, 4 and
+        // 2.
         let mut k = Symmetric::zeros(4);
         for (i, stiffness) in [1.0, 2.0, 4.0].into_iter().enumerate() {
             k.add_outer(stiffness, &[(i, -1.0), (i + 1, 1.0)]);

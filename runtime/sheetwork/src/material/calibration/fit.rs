@@ -1,40 +1,45 @@
 //! Spring stiffness from plate stiffness.
 //!
-//! The springs of a layer run along at most four lines (x, z, two diagonals). Springs of unit stiffness along one line make
-//! a plate of known A, B, D; a sheet is a sum of such plates with stiffnesses that must not be negative, so the best sheet
-//! is found by [`nonnegative_least_squares`] on the stiffness tensors (their norms do not depend on the choice of axes).
+//! The springs of a layer run along at most four lines (x, z, two diagonals). Springs of unit
+//! stiffness along one line make a plate of known A, B, D; a sheet is a sum of such plates with
+//! non-negative stiffnesses, so the best sheet is found by [`nonnegative_least_squares`] on the
+//! stiffness tensors (their norms do not depend on the choice of axes).
 //!
-//! Bending comes first: a layered lattice whose layers carry the real membrane would need them t/√3 apart, so thin that
-//! bending snaps one through the other, so the membrane is fitted with a weight that cannot move the bending. Layers carry
-//! alike; of an odd number of three or more, the middle one, which bending does not strain, makes up the membrane. One
-//! layer has no bending stiffness on the flat, and its membrane is fitted.
+//! Bending has priority: layers with the membrane stiffness of the material would have to be t/√3
+//! apart, so thin that bending snaps one through the other. The membrane is therefore fitted with a
+//! weight too small to affect bending. All layers are equal; with an odd number of three or more,
+//! the middle one, which bending does not strain, supplies the membrane. One layer has no bending
+//! stiffness when flat, and its membrane is fitted.
 //!
-//! - Springs between layers are chosen first, from the transverse shear they carry: k = 8 D/s² shared by the gaps between
-//!   layers. That is 4 A_l for two layers, with A_l the membrane stiffness of each (D = A_l s²/2). They add nothing to the D
-//!   of two layers; where more layers make them resist twist, they are weakened to what the sheet has room for.
-//! - Second neighbours (flexion, cross-over) run along the same lines: on a flat sheet they are just longer springs of that
-//!   line, without any linear bending stiffness of their own. They get a given fraction of the stiffness of their line.
+//! - Springs between layers are chosen first, from the transverse shear that they transmit: k = 8
+//!   D/s² shared by the gaps between layers. That is 4 A_l for two layers, with A_l the membrane
+//!   stiffness of each (D = A_l s²/2). They do not contribute to the D of two layers; where more
+//!   layers make them resist twist, they are reduced to the twist stiffness of the target.
+//! - Second neighbours (flexion, cross-over) run along the same lines: on a flat sheet they are
+//!   longer springs of that line, without linear bending stiffness of their own. They get a given
+//!   fraction of the stiffness of their line.
 
 use glam::{DVec2, DVec3};
 
-use crate::elements::spring::SpringClass;
 use crate::material::calibration::cell::{Bond, Cell, Pattern};
 use crate::material::calibration::homogenise::{Plate, affine, homogenise};
 use crate::material::calibration::nnls::nonnegative_least_squares;
 use crate::material::calibration::target::{ENTRIES, Target, Voigt, norm};
+use crate::mesh::spring_class::SpringClass;
 
 /// Stiffness of springs between layers, all gaps together, in bending stiffnesses per gap squared.
 const INTER: f64 = 8.0;
 
-/// Weight of the membrane in a fit that bending leads: squared, it must be lost against the bending.
+/// Weight of the membrane in a fit for bending: its square must be negligible.
 const MEMBRANE_WEIGHT: f64 = 1e-4;
 
-/// Lines that springs of a layer run along, as directions in (x, z); none where the structure has no such spring.
+/// Lines of the springs of a layer, as directions in (x, z); `None` where the structure has no such
+/// spring.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Lines([Option<DVec2>; 4]);
 
 impl Lines {
-    /// Those of a cell.
+    /// Lines of a cell.
     pub fn of(cell: &Cell) -> Self {
         let mut lines = Self::default();
         for bond in &cell.bonds {
@@ -45,7 +50,7 @@ impl Lines {
         lines
     }
 
-    /// Line of a spring, and whether it joins second neighbours; none between layers.
+    /// Line of a spring, and whether it joins second neighbours; `None` between layers.
     pub fn of_spring(&self, class: SpringClass, span: DVec3) -> Option<(usize, bool)> {
         if let Some(line) = first_neighbour(class) {
             return Some((line, false));
@@ -79,15 +84,16 @@ fn first_neighbour(class: SpringClass) -> Option<usize> {
 pub(crate) struct Bulk {
     /// Lines of the layers.
     pub lines: Lines,
-    /// Of springs along each line, in every layer, N/m.
+    /// Stiffness of springs along each line, in every layer, N/m.
     pub line: [f64; 4],
-    /// Added along each line in the middle layer, N/m.
+    /// Additional stiffness along each line in the middle layer, N/m.
     pub middle: [f64; 4],
-    /// The middle layer, where there is one that carries more.
+    /// Middle layer, where it has additional stiffness.
     pub middle_layer: Option<u32>,
-    /// Of springs between layers, N/m.
+    /// Stiffness of springs between layers, N/m.
     pub inter: f64,
-    /// Of second neighbours, as a fraction of the first neighbours' in the same layer and line.
+    /// Stiffness of second neighbours, as a fraction of the first neighbours' in the same layer and
+    /// line.
     pub second: f64,
 }
 
@@ -105,7 +111,7 @@ impl Bulk {
     }
 }
 
-/// The stiffnesses with which the lattice comes nearest to `target`. `second` as in [`Bulk`].
+/// Stiffnesses of the lattice closest to `target`. `second` as in [`Bulk`].
 pub(crate) fn fit(pattern: &Pattern, cell: &Cell, target: &Target, second: f64) -> Bulk {
     let lines = Lines::of(cell);
     let gaps = f64::from(pattern.layers - 1);
@@ -148,20 +154,22 @@ pub(crate) fn fit(pattern: &Pattern, cell: &Cell, target: &Target, second: f64) 
     bulk
 }
 
-/// Part of the stiffness between layers that can be kept, `twist` being the D66 (N m) that it makes by itself.
+/// Fraction of the stiffness between layers that can be kept; `twist` is the D66 (N m) that it
+/// contributes.
 ///
-/// The four springs over a square cell resist its shear in the plane, so three layers or more of them resist twist. That may
-/// take the place of diagonals that are not there, but must leave room for those that are.
+/// The four springs over a square cell resist its in-plane shear, so three or more layers of them
+/// resist twist. This contribution may replace missing diagonals, but must leave a part to existing
+/// ones.
 fn inter_share(lines: &Lines, target: &Target, twist: f64) -> f64 {
     let diagonals = lines.0[2].is_some() || lines.0[3].is_some();
     let room = if diagonals { 0.5 } else { 1.0 } * target.bending[2][2];
     if twist > room { room / twist } else { 1.0 }
 }
 
-/// Puts the stiffness tensors of a plate in a column, weighted.
+/// Weighting of the stiffness tensors of a plate in a column.
 struct Weigh<'a> {
     target: &'a Target,
-    /// Of A (m/N), B (1/N) and D (1/(N m)).
+    /// Weights of A (m/N), B (1/N) and D (1/(N m)).
     weights: [f64; 3],
 }
 
@@ -172,8 +180,9 @@ impl<'a> Weigh<'a> {
         // Σ y² over layers a gap apart about their middle.
         let spread = layers * (layers * layers - 1.0) / 12.0 * pattern.gap * pattern.gap;
         let weights = if spread > 0.0 {
-            // In units of the larger of the membrane asked and that which bending brings along: a lattice thinner than the
-            // sheet has a stiffer one, which must not move the bending either.
+            // In units of the larger of the requested membrane and that implied by bending: a
+            // lattice thinner than the sheet has a stiffer one, which must not affect bending
+            // either.
             let scale = membrane.max(layers * bending / spread);
             [MEMBRANE_WEIGHT / scale, pattern.gap / bending, 1.0 / bending]
         } else {
@@ -192,7 +201,7 @@ impl<'a> Weigh<'a> {
         column
     }
 
-    /// What is left to do beside `already`.
+    /// Request minus the contribution of `already`.
     fn wanted(&self, already: &Plate) -> Vec<f64> {
         let asked = Plate { membrane: self.target.membrane, coupling: Voigt::default(), bending: self.target.bending };
         self.column(&asked).iter().zip(self.column(already)).map(|(asked, done)| asked - done).collect()

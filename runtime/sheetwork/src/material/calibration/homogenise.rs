@@ -1,12 +1,13 @@
-//! Homogenisation: the plate that a lattice is on scales much larger than its cells.
+//! Homogenisation: the plate equivalent to a lattice on scales much larger than its cells.
 //!
-//! A uniform strain ε and curvature κ is imposed on a periodic cell, u = ε x - y κ x and w = ½ xᵀκx, and the masses of the
-//! cell are left to find their places (Cauchy-Born rule with internal relaxation; for plates see Sab and Lebée,
-//! *Homogenization of Heterogeneous Thin and Thick Plates*, 2015, chapter 5). The energy per area is
-//! ½ εᵀAε + εᵀBκ + ½ κᵀDκ. Heights y are from the middle of the sheet. A in N/m, B in N, D in N m.
+//! A uniform strain ε and curvature κ is imposed on a periodic cell, u = ε x - y κ x and w = ½
+//! xᵀκx, and the nodes of the cell relax (Cauchy-Born rule with internal relaxation; for plates see
+//! Sab and Lebée, *Homogenization of Heterogeneous Thin and Thick Plates*, 2015, chapter 5). The
+//! energy per area is ½ εᵀAε + εᵀBκ + ½ κᵀDκ. Heights y are from the middle of the sheet. A in N/m,
+//! B in N, D in N m.
 //!
-//! Transverse shear: under a load cos(q·x) per area the plate deflects 1/(D q⁴) when shear is stiff; a Bloch wave of the
-//! cell gives what it does when inter-layer springs also give.
+//! Transverse shear: under a load cos(q·x) per area the plate deflects by 1/(D q⁴) without shear; a
+//! Bloch wave of the cell gives the deflection with compliant inter-layer springs.
 
 use glam::{DVec2, DVec3};
 
@@ -21,17 +22,17 @@ pub(crate) struct Plate {
     pub membrane: Voigt,
     /// B, N.
     pub coupling: Voigt,
-    /// D, N m, with the middle of the sheet held unstretched.
+    /// D, N m, with an unstrained middle of the sheet.
     pub bending: Voigt,
 }
 
 impl Plate {
-    /// Bending stiffness where the membrane is free to follow: D - Bᵀ A⁻¹ B, N m.
+    /// Bending stiffness with a free membrane: D - Bᵀ A⁻¹ B, N m.
     pub fn free_bending(&self) -> Voigt {
         condensed(&self.bending, &self.membrane, &transpose(&self.coupling))
     }
 
-    /// Membrane stiffness where the sheet is free to bend: A - B D⁻¹ Bᵀ, N/m.
+    /// Membrane stiffness with free bending: A - B D⁻¹ Bᵀ, N/m.
     pub fn free_membrane(&self) -> Voigt {
         condensed(&self.membrane, &self.bending, &self.coupling)
     }
@@ -54,7 +55,8 @@ fn condensed(kept: &Voigt, away: &Voigt, c: &Voigt) -> Voigt {
     std::array::from_fn(|i| std::array::from_fn(|j| kept[i][j] - (0..3).map(|m| c[i][m] * columns[j][m]).sum::<f64>()))
 }
 
-/// Displacement of a point under a uniform strain or curvature, `(ε11, ε22, γ12, κ11, κ22, 2 κ12)[mode]` = 1.
+/// Displacement of a point under a uniform strain or curvature, `(ε11, ε22, γ12, κ11, κ22, 2
+/// κ12)[mode]` = 1.
 pub(crate) fn uniform(mode: usize, p: DVec3) -> DVec3 {
     let (x, y, z) = (p.x, p.y, p.z);
     match mode {
@@ -67,16 +69,17 @@ pub(crate) fn uniform(mode: usize, p: DVec3) -> DVec3 {
     }
 }
 
-/// Stretch of a bond under each uniform mode, m. The origin is put under the bond: it only changes a rigid motion.
+/// Elongation of a bond under each uniform mode, m. The origin lies under the bond, which only
+/// changes a rigid motion.
 fn stretches(bond: &Bond) -> [f64; 6] {
     let origin = bond.middle() * DVec3::new(1.0, 0.0, 1.0);
     let n = bond.direction();
     std::array::from_fn(|m| n.dot(uniform(m, bond.to - origin) - uniform(m, bond.from - origin)))
 }
 
-/// Energy matrix of the imposed modes when all masses of the cell have found their places, J per cell.
+/// Energy matrix of the imposed modes with relaxed nodes, J per cell.
 ///
-/// `stretch(bond)` is the stretch of a bond under each mode before they do.
+/// `stretch(bond)` is the elongation of a bond under each mode before relaxation.
 pub(crate) fn relaxed<const M: usize>(cell: &Cell, k: &[f64], stretch: impl Fn(&Bond) -> [f64; M]) -> [[f64; M]; M] {
     let mut matrix = Symmetric::zeros(3 * cell.masses);
     let mut energy = [[0.0; M]; M];
@@ -111,7 +114,7 @@ pub(crate) fn relaxed<const M: usize>(cell: &Cell, k: &[f64], stretch: impl Fn(&
     energy
 }
 
-/// The plate that a cell with spring stiffnesses `k` (N/m, one a bond) is.
+/// Plate equivalent to a cell with spring stiffnesses `k` (N/m, one per bond).
 pub(crate) fn homogenise(cell: &Cell, k: &[f64]) -> Plate {
     let area = cell.extent.0 * cell.extent.1;
     let h = relaxed(cell, k, stretches);
@@ -119,8 +122,8 @@ pub(crate) fn homogenise(cell: &Cell, k: &[f64]) -> Plate {
     Plate { membrane: block(0, 0), coupling: block(0, 3), bending: block(3, 3) }
 }
 
-/// The plate that springs of unit stiffness `share` times (one a bond) would be if no mass moved out of the uniform field:
-/// linear in the stiffnesses, and exact for springs that join masses of one kind.
+/// Plate equivalent to springs of stiffness `share` (one per bond) without relaxation: linear in
+/// the stiffnesses, and exact for springs between nodes of one kind.
 pub(crate) fn affine(cell: &Cell, share: impl Fn(&Bond) -> f64) -> Plate {
     let area = cell.extent.0 * cell.extent.1;
     let mut plate = Plate::default();
@@ -138,9 +141,9 @@ pub(crate) fn affine(cell: &Cell, share: impl Fn(&Bond) -> f64) -> Plate {
     plate
 }
 
-/// Bending stiffness that a wave of load of the given length (m), travelling at `angle` (rad) from x, meets, N m.
+/// Bending stiffness for a wave of load of the given length (m) at `angle` (rad) from x, N m.
 ///
-/// None when the wave meets no stiffness at all.
+/// `None` when the wave meets no stiffness.
 pub(crate) fn wave_bending(cell: &Cell, k: &[f64], wavelength: f64, angle: f64) -> Option<f64> {
     let unknowns = 3 * cell.masses;
     let number = std::f64::consts::TAU / wavelength;
@@ -150,7 +153,8 @@ pub(crate) fn wave_bending(cell: &Cell, k: &[f64], wavelength: f64, angle: f64) 
         let n = bond.direction().to_array();
         let span = bond.to - bond.from;
         let (sin, cos) = q.dot(DVec2::new(span.x, span.z)).sin_cos();
-        // Amplitude of the stretch, real and imaginary, in the real and imaginary parts of the displacements.
+        // Amplitude of the elongation, real and imaginary, in the real and imaginary parts of the
+        // displacements.
         let mut real = Vec::with_capacity(12);
         let mut imaginary = Vec::with_capacity(12);
         for (d, n) in n.iter().enumerate() {

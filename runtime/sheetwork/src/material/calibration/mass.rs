@@ -1,11 +1,13 @@
-//! Mass of every node: the area of sheet that falls to it.
+//! Mass of every node, from the area of sheet around it.
 //!
-//! Layers carry equal shares. Within a layer each row has the strip of sheet nearest to it, and each mass of a row the piece
-//! of that strip nearest to it, so that every layer covers the sheet exactly.
+//! Layers have equal shares. Within a layer each row has the strip of sheet nearest to it, and each
+//! node of a row the piece of that strip nearest to it, so that every layer covers the sheet
+//! exactly.
 
 use crate::mesh::structure::Lattice;
 
-/// Mass of every node of a lattice that covers `size` (m, along x and z) with `areal` kg/m² in all layers together, kg.
+/// Mass of every node of a lattice that covers `size` (m, along x and z) with `areal` (kg/m²) in
+/// all layers together, kg.
 pub(crate) fn shares(lattice: &Lattice, size: (f64, f64), areal: f64) -> Vec<f64> {
     let mut mass = Vec::with_capacity(lattice.positions.len());
     let density = areal / lattice.layers.len() as f64;
@@ -21,7 +23,8 @@ pub(crate) fn shares(lattice: &Lattice, size: (f64, f64), areal: f64) -> Vec<f64
     mass
 }
 
-/// Lengths of the parts of an interval centred at 0 that are nearest to each of some rising places in it.
+/// Lengths of the parts of an interval centred at 0 that are nearest to each of `places`,
+/// ascending.
 fn nearest(places: &[f64], length: f64) -> Vec<f64> {
     let border = |i: usize| match i {
         0 => -0.5 * length,

@@ -1,18 +1,20 @@
-//! Calibrated lattices: from the stiffness of a sheet to the stiffness of springs, for every structure.
+//! Calibration of lattices: spring stiffness from the stiffness of a sheet, for every structure.
 //!
-//! A request says what the sheet is (plate stiffness, mass per area, size, clamped edges) and which lattice carries it. The
-//! answer has a stiffness for every spring, a mass for every node, the springs that clamps cut, and what of all that was asked
-//! is delivered. In order:
+//! A request describes the sheet (plate stiffness, mass per area, size, clamped edges) and the
+//! lattice. The result has a stiffness for every spring, a mass for every node, the springs cut by
+//! clamps, and the delivered stiffness. In order:
 //!
-//! 1. `cell` cuts one period out of the generated lattice;
-//! 2. `fit` finds the stiffness of springs far from edges (least squares on `homogenise`d stiffness tensors, `nnls`);
-//! 3. `boundary` finds factors for springs beside free edges, `wall` cuts springs at clamps, `mass` shares the area,
-//!    `brace` ties loose corners;
-//! 4. `delivered` compares and says what is missing.
+//! 1. `cell` extracts one period of the generated lattice;
+//! 2. `fit` finds the stiffness of springs far from edges (least squares on `homogenise`d stiffness
+//! tensors, `nnls`);
+//! 3. `boundary` finds factors for springs beside free edges, `wall` cuts springs at clamps, `mass`
+//! distributes the area, `brace` supports loose corners;
+//! 4. `delivered` compares the result with the request.
 //!
-//! A lattice of central springs has D12 = D66 (Cauchy's relations; Love, *Mathematical Theory of Elasticity*, note B): its
-//! Poisson's ratio is 1/3 whatever was asked. Bending stiffness D11 cos⁴θ + 2 (D12 + 2 D66) cos²θ sin²θ + D22 sin⁴θ can
-//! still be as asked in every direction θ, which is what the fit finds where the structure has the springs for it.
+//! A lattice of central springs has D12 = D66 (Cauchy's relations; Love, *Mathematical Theory of
+//! Elasticity*, note B): its Poisson's ratio is 1/3 for any request. Bending stiffness D11 cos⁴θ +
+//! 2 (D12 + 2 D66) cos²θ sin²θ + D22 sin⁴θ can still be as requested in every direction θ; the fit
+//! finds it where the structure has the springs for it.
 //!
 //! Pure functions of data: SI units, no state.
 
@@ -39,51 +41,54 @@ pub use crate::material::calibration::delivered::Delivered;
 pub use crate::material::calibration::target::{Orthotropic, Target, Voigt};
 pub use crate::material::calibration::wall::WallSpring;
 
-/// Distance between layers that is chosen where none is given, in spacings of the grid.
+/// Default distance between layers, in spacings of the grid.
 ///
-/// Far enough apart that bending does not snap one layer through the next, near enough that shear between them is small.
+/// Large enough that bending does not snap one layer through the next, small enough that shear
+/// between layers is small.
 const GAP_PER_SPACING: f64 = 0.25;
 
-/// Edges of a sheet that are clamped: held as if the sheet went on, straight, inside a wall.
+/// Clamped edges of a sheet: position and slope are fixed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Clamped {
-    /// The edge at the smallest x (u = 0).
+    /// Edge at the smallest x (u = 0).
     pub left: bool,
-    /// The edge at the largest x (u = 1).
+    /// Edge at the largest x (u = 1).
     pub right: bool,
-    /// The edge at the smallest z (v = 0).
+    /// Edge at the smallest z (v = 0).
     pub back: bool,
-    /// The edge at the largest z (v = 1).
+    /// Edge at the largest z (v = 1).
     pub front: bool,
 }
 
-/// What is to be calibrated.
+/// Request for a calibration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// Structure.
     pub structure: StructureKind,
-    /// Masses along the length, layers, masses along the width.
+    /// Nodes along the length, layers, nodes along the width.
     pub grid: (u32, u32, u32),
     /// Length and width, m.
     pub size: (f64, f64),
-    /// Distance between layers, m, 1e-7 to 10; none for a quarter of the larger spacing of the grid.
+    /// Distance between layers, m, 1e-7 to 10; `None` for a quarter of the larger spacing of the
+    /// grid.
     pub gap: Option<f64>,
-    /// Whether second neighbours along every spring line are joined (cross-over springs).
+    /// Whether cross-over springs join second neighbours along every spring line.
     pub cross_over: bool,
-    /// Stiffness of second neighbours (flexion, cross-over) as a fraction of the first neighbours' on their line; 0 to 1000.
+    /// Stiffness of second neighbours (flexion, cross-over) as a fraction of the first neighbours'
+    /// on their line; 0 to 1000.
     pub second_neighbour: f64,
     /// Stiffness of the sheet.
     pub target: Target,
     /// Mass per area of the sheet, kg/m²; 1e-9 to 1e6.
     pub areal_mass: f64,
-    /// Which edges are clamped.
+    /// Clamped edges.
     pub clamped: Clamped,
-    /// Wavelength for which loss to shear is reported, m, 1e-6 to 1e6; none for the larger side.
+    /// Wavelength of the reported loss to shear, m, 1e-6 to 1e6; `None` for the larger side.
     pub wavelength: Option<f64>,
 }
 
 impl Request {
-    /// A sheet with free edges and a gap of the calibration's choosing.
+    /// Sheet with free edges and the default gap.
     pub fn new(
         structure: StructureKind,
         grid: (u32, u32, u32),
@@ -106,31 +111,32 @@ impl Request {
     }
 }
 
-/// A calibrated lattice.
+/// Calibrated lattice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// What it was generated from, with the gap.
+    /// Specification of the lattice, with the gap.
     pub spec: LatticeSpec,
     /// The lattice.
     pub lattice: Lattice,
     /// Stiffness of every spring, N/m, in the order of the lattice's links.
     pub stiffness: Vec<f64>,
-    /// Springs to be added to the lattice, with their stiffness, N/m: for masses that its layers leave loose.
+    /// Braces for nodes without inter-layer springs, with their stiffness, N/m.
     pub braces: Vec<(Link, f64)>,
     /// Mass of every node, kg, in the order of the lattice's positions.
     pub mass: Vec<f64>,
-    /// Masses in the planes of the clamps: to be held.
+    /// Nodes in the planes of the clamps, to be fixed.
     pub held: Vec<u32>,
-    /// Springs from free masses to the planes of the clamps.
+    /// Springs from free nodes to the planes of the clamps.
     pub walls: Vec<WallSpring>,
-    /// What is delivered of what was asked.
+    /// Delivered stiffness.
     pub delivered: Delivered,
 }
 
-/// Calibrates a lattice.
+/// Calibrate a lattice.
 ///
 /// # Errors
-/// When the grid, the size, the gap or a value of the request is out of range; the error names the field.
+/// When the grid, the size, the gap or a value of the request is out of range; the error names the
+/// field.
 pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
     let spec = specification(request)?;
     let lattice = generate(&spec)?;
@@ -169,7 +175,7 @@ pub fn calibrate(request: &Request) -> Result<Calibration, InputError> {
     })
 }
 
-/// A structure that is the sheet itself: masses and what is held, and nothing to calibrate.
+/// Result for the shell, which has no springs: node masses and fixed nodes.
 fn without_springs(request: &Request, spec: LatticeSpec, lattice: Lattice) -> Calibration {
     Calibration {
         stiffness: Vec::new(),
@@ -183,14 +189,14 @@ fn without_springs(request: &Request, spec: LatticeSpec, lattice: Lattice) -> Ca
     }
 }
 
-/// The rows with which the triangles of a triangular lattice of `columns` masses come nearest to equilateral, where all its
-/// directions bend alike; none for other structures.
+/// Number of rows with which the triangles of a triangular lattice of `columns` nodes are closest
+/// to equilateral, and its bending isotropic; `None` for other structures.
 pub fn isotropic_rows(structure: StructureKind, columns: u32, size: (f64, f64)) -> Option<u32> {
     let row = size.0 / (f64::from(columns) - 0.5) * 0.75_f64.sqrt();
     structure.info().triangular.then(|| ((size.1 / row).round() as u32).saturating_add(1).max(2))
 }
 
-/// The distance between layers that is chosen where none is given, m.
+/// Default distance between layers, m.
 pub fn default_gap(structure: StructureKind, grid: (u32, u32, u32), size: (f64, f64)) -> f64 {
     let (dx, dz) = LatticeSpec { structure, grid, size, gap: 1.0, cross_over: false }.spacing();
     (GAP_PER_SPACING * dx.max(dz)).clamp(1e-7, 10.0)

@@ -1,14 +1,15 @@
-//! Least squares with unknowns that must not be negative.
+//! Least squares with non-negative unknowns.
 //!
-//! min |C x - d| over x ≥ 0: the active-set method of Lawson and Hanson (*Solving Least Squares Problems*, 1974, chapter 23,
-//! algorithm NNLS). Springs push back or are absent; a fit must never make one that pushes things apart.
+//! min |C x - d| over x ≥ 0: the active-set method of Lawson and Hanson (*Solving Least Squares
+//! Problems*, 1974, chapter 23, algorithm NNLS). A spring of negative stiffness would be unstable.
 
 use crate::material::calibration::dense::Symmetric;
 
-/// The x ≥ 0 with the least |Σ x_j columns_j - wanted|. All columns are as long as `wanted`; a column of zeros gets 0.
+/// Vector x ≥ 0 with the least |Σ x_j columns_j - wanted|. All columns are as long as `wanted`; a
+/// column of zeros gets 0.
 pub(crate) fn nonnegative_least_squares(columns: &[Vec<f64>], wanted: &[f64]) -> Vec<f64> {
     let norms: Vec<f64> = columns.iter().map(|c| dot(c, c).sqrt()).collect();
-    // Unknowns of like size, so that one tolerance serves all.
+    // Columns are normalised, so that one tolerance serves all.
     let scaled: Vec<Vec<f64>> = columns
         .iter()
         .zip(&norms)
@@ -27,7 +28,8 @@ fn active_set(columns: &[Vec<f64>], wanted: &[f64]) -> Vec<f64> {
     let tolerance = 1e-12 * dot(wanted, wanted).sqrt();
     let mut x = vec![0.0; n];
     let mut passive = vec![false; n];
-    // Every pass adds one column; the theory bounds the passes, rounding is given the same bound twice over.
+    // Every pass adds one column; the theory bounds the passes, and three times the bound allows
+    // for rounding.
     for _ in 0..3 * n {
         let residual = residual(columns, &x, wanted);
         let gradient = |j: usize| dot(&columns[j], &residual);
@@ -95,7 +97,8 @@ mod tests {
 
     #[test]
     fn the_conditions_of_a_minimum_hold() {
-        // Kuhn-Tucker: no gradient where x > 0, none downhill where x = 0. Numbers from a small fixed generator.
+        // Kuhn-Tucker: zero gradient where x > 0, no descent where x = 0. Numbers from a small
+        // fixed generator.
         let mut seed = 12345_u64;
         let mut random = || {
             seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);

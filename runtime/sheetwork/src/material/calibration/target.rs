@@ -1,11 +1,12 @@
-//! What a sheet asks of its lattice: membrane and bending stiffness of a thin plate.
+//! Target of a calibration: membrane and bending stiffness of a thin plate.
 //!
-//! Directions: 1 along the length (x, warp), 2 along the width (z, weft). With strains ε = (ε11, ε22, γ12) and curvatures
-//! κ = (κ11, κ22, 2 κ12) the energy per area is ½ εᵀ A ε + ½ κᵀ D κ; A in N/m, D in N m.
+//! Directions: 1 along the length (x, warp), 2 along the width (z, weft). With strains ε = (ε11,
+//! ε22, γ12) and curvatures κ = (κ11, κ22, 2 κ12) the energy per area is ½ εᵀ A ε + ½ κᵀ D κ; A in
+//! N/m, D in N m.
 //!
-//! - Isotropic (Timoshenko and Woinowsky-Krieger, *Theory of Plates and Shells*, equation 38): with B = E t/(1-ν²) and
-//!   D = E t³/(12 (1-ν²)), A = B [1 ν 0; ν 1 0; 0 0 (1-ν)/2] and the same for D.
-//! - Orthotropic (the same book, section 85): the moduli per width as the Kawabata system measures them.
+//! - Isotropic (Timoshenko and Woinowsky-Krieger, *Theory of Plates and Shells*, equation 38): with
+//!   B = E t/(1-ν²) and D = E t³/(12 (1-ν²)), A = B [1 ν 0; ν 1 0; 0 0 (1-ν)/2] and the same for D.
+//! - Orthotropic (section 85 there): the moduli per width as the Kawabata system measures them.
 
 use serde::{Deserialize, Serialize};
 
@@ -14,7 +15,7 @@ use crate::error::{InputError, check_range};
 /// A symmetric 3 by 3 matrix over (11, 22, 12).
 pub type Voigt = [[f64; 3]; 3];
 
-/// Stiffness asked of a sheet.
+/// Requested stiffness of a sheet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Target {
     /// Membrane stiffness A, N/m.
@@ -23,7 +24,8 @@ pub struct Target {
     pub bending: Voigt,
 }
 
-/// Measured stiffness of a sheet that differs along warp (the length) and weft (the width), per width.
+/// Measured stiffness of an orthotropic sheet along warp (the length) and weft (the width), per
+/// width.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Orthotropic {
@@ -33,18 +35,21 @@ pub struct Orthotropic {
     pub young_weft: f64,
     /// In-plane shear stiffness G t, N/m; 0 to 1e12.
     pub shear: f64,
-    /// Contraction along the weft per extension along the warp; its square times weft over warp stiffness is below 1.
+    /// Contraction along the weft per extension along the warp; its square times weft over warp
+    /// stiffness is below 1.
     pub poisson: f64,
     /// Cylindrical bending stiffness along the warp, N m; 1e-15 to 1e9.
     pub bending_warp: f64,
     /// Cylindrical bending stiffness along the weft, N m; 1e-15 to 1e9.
     pub bending_weft: f64,
-    /// Twisting stiffness: twisting moment per 2 κ12, N m; D (1-ν)/2 for an isotropic plate; 0 to 1e9.
+    /// Twisting stiffness: twisting moment per 2 κ12, N m; D (1-ν)/2 for an isotropic plate; 0 to
+    /// 1e9.
     pub twist: f64,
 }
 
 impl Target {
-    /// Of an isotropic sheet: Young's modulus (Pa, 1e-3 to 2e12), Poisson's ratio (-0.99 to 0.499), thickness (m, 1e-7 to 1).
+    /// Target of an isotropic sheet: Young's modulus (Pa, 1e-3 to 2e12), Poisson's ratio (-0.99 to
+    /// 0.499), thickness (m, 1e-7 to 1).
     ///
     /// # Errors
     /// When a value is out of range.
@@ -55,17 +60,18 @@ impl Target {
         Ok(Self::of_plate(young, poisson, thickness))
     }
 
-    /// As [`Self::isotropic`], of values that have been checked.
+    /// Target as by [`Self::isotropic`], from values that have been checked.
     pub(crate) fn of_plate(young: f64, poisson: f64, thickness: f64) -> Self {
         let scale = young * thickness / (1.0 - poisson * poisson);
         let plane = |s: f64| [[s, s * poisson, 0.0], [s * poisson, s, 0.0], [0.0, 0.0, s * (1.0 - poisson) / 2.0]];
         Self { membrane: plane(scale), bending: plane(scale * thickness * thickness / 12.0) }
     }
 
-    /// Of measured stiffness. The Poisson coupling of bending is that of the membrane: D12 = √(ν12 ν21 D11 D22).
+    /// Target of measured stiffness. The Poisson coupling of bending is that of the membrane: D12 =
+    /// √(ν12 ν21 D11 D22).
     ///
     /// # Errors
-    /// When a value is out of range, or no elastic sheet has these values together.
+    /// When a value is out of range, or the values together have no positive energy.
     pub fn orthotropic(data: &Orthotropic) -> Result<Self, InputError> {
         check_range("young_warp", data.young_warp, 1e-6, 1e12, "N/m")?;
         check_range("young_weft", data.young_weft, 1e-6, 1e12, "N/m")?;
@@ -79,7 +85,7 @@ impl Target {
         Ok(Self::of_measured(data))
     }
 
-    /// As [`Self::orthotropic`], of values that have been checked.
+    /// Target as by [`Self::orthotropic`], from values that have been checked.
     pub(crate) fn of_measured(data: &Orthotropic) -> Self {
         let back = data.poisson * data.young_weft / data.young_warp;
         let share = 1.0 - data.poisson * back;
@@ -91,7 +97,7 @@ impl Target {
         }
     }
 
-    /// Poisson's ratio in bending asked for: D12 over the geometric mean of D11 and D22.
+    /// Requested Poisson's ratio in bending: D12 over the geometric mean of D11 and D22.
     pub fn poisson(&self) -> f64 {
         ratio(self.bending[0][1], (self.bending[0][0] * self.bending[1][1]).sqrt())
     }
@@ -102,20 +108,22 @@ impl Target {
     }
 }
 
-/// Quotient, zero where there is nothing to divide by.
+/// Quotient; zero when the divisor is zero.
 pub(crate) fn ratio(above: f64, below: f64) -> f64 {
     if below.abs() > 0.0 { above / below } else { 0.0 }
 }
 
-/// Stiffness against cylindrical bending (or stretch without contraction) along the direction at `angle` (rad) from 1.
+/// Stiffness for cylindrical bending (or extension without contraction) along the direction at
+/// `angle` (rad) from 1.
 pub(crate) fn along(d: &Voigt, angle: f64) -> f64 {
     let (s, c) = angle.sin_cos();
     let v = [c * c, s * s, 2.0 * c * s];
     (0..3).map(|i| (0..3).map(|j| v[i] * d[i][j] * v[j]).sum::<f64>()).sum()
 }
 
-/// Weights of the entries (11, 22, 12-12, 11-22, 11-12, 22-12) in the squared norm of a stiffness tensor, which does not
-/// depend on the choice of axes (Mandel's notation, in which the tensor is an ordinary matrix).
+/// Weights of the entries (11, 22, 12-12, 11-22, 11-12, 22-12) in the squared norm of a stiffness
+/// tensor, which does not depend on the choice of axes (Mandel's notation, in which the tensor is
+/// an ordinary matrix).
 pub(crate) const ENTRIES: [(usize, usize, f64); 6] =
     [(0, 0, 1.0), (1, 1, 1.0), (2, 2, 4.0), (0, 1, 2.0), (0, 2, 4.0), (1, 2, 4.0)];
 

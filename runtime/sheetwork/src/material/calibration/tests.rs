@@ -1,13 +1,13 @@
-//! Calibrated lattices against plates and beams in closed form.
+//! Calibrated lattices against closed forms of plates and beams.
 
 pub(crate) mod linear;
 
-use crate::elements::spring::SpringClass;
 use crate::material::calibration::cell::{Bond, Pattern};
 use crate::material::calibration::homogenise::{Plate, homogenise};
 use crate::material::calibration::target::along;
 use crate::material::calibration::tests::linear::Linear;
 use crate::material::calibration::*;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::TABLE;
 
 use StructureKind::{DoubleDiagonal, Provot2d, Provot3d, Samm, Slamm, Trimm};
@@ -20,7 +20,8 @@ fn target(poisson: f64) -> Target {
     Target::isotropic(3e9, poisson, THICKNESS).expect("valid")
 }
 
-/// Two layers of the structure, `n` masses along 0.25 m and `cells` cells across; triangles are equilateral.
+/// Two layers of the structure, `n` nodes along 0.25 m and `cells` cells across; triangles are
+/// equilateral.
 fn request(structure: StructureKind, n: u32, cells: u32, clamped: Clamped) -> Request {
     let half = if structure.info().triangular { 0.5 } else { 0.0 };
     let spacing = 0.25 / (f64::from(n - 1) + half);
@@ -29,13 +30,13 @@ fn request(structure: StructureKind, n: u32, cells: u32, clamped: Clamped) -> Re
     Request { clamped, ..Request::new(structure, (n, 2, cells + 1), size, target(1.0 / 3.0), AREAL) }
 }
 
-/// About as wide as long.
+/// Request for a sheet about as wide as long.
 fn square(structure: StructureKind, n: u32, clamped: Clamped) -> Request {
     let rows = isotropic_rows(structure, n, (0.25, 0.25)).unwrap_or(n);
     request(structure, n, rows - 1, clamped)
 }
 
-/// The plate made by springs of stiffness `k(class)` in two layers a distance `gap` apart, cells of 1 m.
+/// Plate of springs of stiffness `k(class)` in two layers a distance `gap` apart, cells of 1 m.
 fn plate(structure: StructureKind, gap: f64, k: impl Fn(SpringClass) -> f64) -> Plate {
     let row = if structure.info().triangular { 0.75_f64.sqrt() } else { 1.0 };
     let cell = Pattern { structure, layers: 2, spacing: (1.0, row), gap, cross_over: false }.periodic();
@@ -45,7 +46,8 @@ fn plate(structure: StructureKind, gap: f64, k: impl Fn(SpringClass) -> f64) -> 
 
 #[test]
 fn textbook_springs_make_the_plates_they_should() {
-    // A layer of stiffness A_l = 1 along x: square cells k + k_d = 1, triangles k = 4/(3√3). Then D11 = s²/2.
+    // A layer of stiffness A_l = 1 along x: square cells k + k_d = 1, triangles k = 4/(3√3). Then
+    // D11 = s²/2.
     let gap: f64 = 0.3;
     let d11 = gap * gap / 2.0;
     let diagonal = |c: SpringClass| matches!(c, SpringClass::Diagonal | SpringClass::AntiDiagonal);
@@ -90,14 +92,15 @@ fn bending_is_that_asked_in_every_direction_whatever_the_poisson_ratio() {
             let found = calibrate(&request).expect("valid").delivered;
             assert!(found.bends_within(1e-6), "{structure} {poisson}: {:?}", found.bending);
             assert!((found.poisson_ratio - 1.0 / 3.0).abs() < 1e-6, "{structure}: {}", found.poisson_ratio);
-            // D66 = D/3 where D (1-ν)/2 was asked.
+            // D66 = D/3, where D (1-ν)/2 is requested.
             assert!((found.twist - 2.0 / 3.0 / (1.0 - poisson)).abs() < 1e-6);
             let lost = found.shear_loss.expect("it bends");
             assert!(lost > 0.0 && lost < 0.025, "{structure}: {lost}");
             assert_eq!(found.notes.iter().any(|n| n.contains("Poisson")), (poisson - 1.0 / 3.0).abs() > 0.01);
         }
     }
-    // Cells that are not square: exact up to √3 to 1, where one family of springs would have to push.
+    // Cells that are not square: exact up to a ratio of √3, beyond which one family of springs
+    // would need a negative stiffness.
     for rows in [21, 30, 15] {
         let base = square(DoubleDiagonal, 21, LEFT);
         let found = calibrate(&Request { grid: (21, 2, rows), ..base }).expect("valid").delivered;
@@ -122,10 +125,10 @@ fn structures_that_cannot_say_so() {
     assert!(
         (provot.membrane - 1.0).abs() < 1e-6 && provot.shear_loss.is_none() && says(&provot, "no bending stiffness")
     );
-    // On a square of 21 x 21 the triangles are too high: said, with the rows that would do.
+    // On a square of 21 x 21 the triangles are too high; the note names the rows that fit.
     let trimm = of(Trimm, 2);
     assert!(!trimm.bends_within(0.005) && says(&trimm, "nearest with 25 rows"));
-    // Membrane: soft with two layers, as asked with three.
+    // Membrane: soft with two layers, as requested with three.
     assert!(samm.membrane < 0.02 && says(&samm, "times softer"));
     let three = of(DoubleDiagonal, 3);
     assert!((three.membrane - 1.0).abs() < 0.01 && three.bends_within(1e-4), "{three:?}");
@@ -166,7 +169,8 @@ fn free_edges_miss_no_width() {
             assert!(bend.abs() < 2e-4 && twist.abs() < 2e-4, "{structure}: {bend} m, {twist} m");
         }
     }
-    // Zigzag ends have no row to strengthen: the sheet ends a third of a spacing inside each, and says so.
+    // Zigzag ends have no row to adjust: the sheet ends a third of a spacing inside each, and a
+    // note says so.
     let found = calibrate(&square(Trimm, 21, LEFT)).expect("valid").delivered;
     let spacing = 0.25 / 20.5;
     assert!((found.missing_ends.0 / spacing + 2.0 / 3.0).abs() < 0.02, "{:?}", found.missing_ends);
@@ -175,7 +179,7 @@ fn free_edges_miss_no_width() {
 
 #[test]
 fn orthotropic_bending_is_fitted_where_central_springs_can() {
-    // A cloth whose twist stiffness is that of central springs along its two bending stiffnesses.
+    // Cloth whose twist stiffness is that of central springs along its two bending stiffnesses.
     let (warp, weft) = (12e-6_f64, 6e-6_f64);
     let poisson = 0.25;
     let data = Orthotropic {
@@ -190,7 +194,8 @@ fn orthotropic_bending_is_fitted_where_central_springs_can() {
     let target = Target::orthotropic(&data).expect("valid");
     let found = calibrate(&Request { target, ..square(DoubleDiagonal, 21, LEFT) }).expect("valid").delivered;
     assert!(found.bends_within(1e-6) && (found.twist - 1.0).abs() < 1e-6, "{found:?}");
-    // Twist that springs cannot have goes into the residual, and the stiffness along warp and weft stays.
+    // Twist that springs cannot represent enters the residual; the stiffness along warp and weft is
+    // kept.
     let data = Orthotropic { twist: 0.0, poisson: 0.0, ..data };
     let target = Target::orthotropic(&data).expect("valid");
     let found = calibrate(&Request { target, ..square(DoubleDiagonal, 21, LEFT) }).expect("valid").delivered;
@@ -199,7 +204,8 @@ fn orthotropic_bending_is_fitted_where_central_springs_can() {
 
 #[test]
 fn a_clamped_square_rings_as_a_clamped_plate() {
-    // λ = ω a² √(ρ t/D) = 35.985 for any Poisson's ratio. The error falls with the square of the spacing.
+    // λ = ω a² √(ρ t/D) = 35.985 for any Poisson's ratio. The error falls with the square of the
+    // spacing.
     let all = Clamped { left: true, right: true, back: true, front: true };
     for structure in [DoubleDiagonal, Trimm] {
         let error = [11, 21].map(|n| {
@@ -215,7 +221,8 @@ fn a_clamped_square_rings_as_a_clamped_plate() {
 
 #[test]
 fn a_cantilever_square_rings_as_a_cantilever_plate() {
-    // λ = 3.471 for a Poisson's ratio of 0.3 (Bardell, J. Sound Vib. 151, 1991); 1/3 is about 0.3 % lower.
+    // λ = 3.471 for a Poisson's ratio of 0.3 (Bardell, J. Sound Vib. 151, 1991); 1/3 is about 0.3 %
+    // lower.
     for structure in [DoubleDiagonal, Trimm] {
         let request = square(structure, 21, LEFT);
         let found = calibrate(&request).expect("valid");
@@ -227,14 +234,16 @@ fn a_cantilever_square_rings_as_a_cantilever_plate() {
 
 #[test]
 fn a_narrow_strip_bends_as_a_beam() {
-    // Four cells wide: without the factors of the edges a quarter of the width would be missing. EI = D (1-ν²) W.
+    // Four cells wide: without the edge factors a quarter of the width would be missing. EI = D
+    // (1-ν²) W.
     for structure in [DoubleDiagonal, Trimm] {
         let request = request(structure, 41, 4, LEFT);
         let found = calibrate(&request).expect("valid");
         let sheet = Linear::new(&found, |_, _| false);
         let stiffness = request.target.largest_bending() * (1.0 - 1.0 / 9.0);
-        // Cantilever under its weight: q L⁴/(8 EI); first frequency 1.8751² √(EI/(ρA L⁴)). The wall also holds the curl
-        // across the width that a beam theory leaves free, which makes a strip a tenth as wide as long 1 % stiffer.
+        // Cantilever under its weight: q L⁴/(8 EI); first frequency 1.8751² √(EI/(ρA L⁴)). The wall
+        // also suppresses the transverse curvature that beam theory leaves free, which makes a
+        // strip a tenth as wide as long 1 % stiffer.
         let weight = 9.81 * AREAL;
         let tips = found.lattice.positions.iter().zip(sheet.sag(9.81)).filter(|(p, _)| p.x > 0.125 - 1e-9);
         let tips: Vec<f64> = tips.map(|(_, sag)| sag).collect();
@@ -250,7 +259,7 @@ fn a_supported_strip_sags_as_a_beam() {
     let request = request(DoubleDiagonal, 41, 4, Clamped::default());
     let found = calibrate(&request).expect("valid");
     let stiffness = request.target.largest_bending() * (1.0 - 1.0 / 9.0);
-    // Both end rows of the bottom layer rest on lines; two masses keep it from sliding and turning.
+    // Both end rows of the bottom layer rest on lines; two nodes prevent sliding and rotation.
     let end = |i: usize| found.lattice.layer_of[i] == 0 && found.lattice.positions[i].x.abs() > 0.125 - 1e-9;
     let held = |i: usize, axis: usize| (axis == 1 && end(i)) || (i == 0 && axis != 1) || (i == 40 && axis == 2);
     let middle = Linear::new(&found, held).sag(9.81)[2 * 41 + 20];

@@ -1,33 +1,36 @@
-//! Clamped edges: the springs that a clamp cuts.
+//! Clamped edges: springs cut by a clamp.
 //!
-//! A clamp holds all of the sheet beyond a vertical plane at its edge. A lattice that went on beyond it would have springs
-//! through that plane; what is left of one that is cut at the fraction f of its length, from the free end, has stiffness k/f
-//! and is fixed in the plane. Masses in the plane are held. (Masses of the layers in between lie half a cell inside and are
-//! not held: holding them would clamp the sheet half a cell too early.)
+//! A clamp fixes all of the sheet beyond a vertical plane at its edge. A lattice continued beyond
+//! it would have springs through that plane; the rest of a spring that is cut at the fraction f of
+//! its length, from the free end, has stiffness k/f and is fixed in the plane. Nodes in the plane
+//! are fixed. Nodes of the layers in between lie half a cell inside and stay free; otherwise the
+//! clamp would begin half a cell too early.
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
 use crate::material::calibration::Clamped;
 use crate::material::calibration::boundary::Boundary;
 use crate::material::calibration::cell::{Site, sites};
 use crate::material::calibration::fit::Bulk;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Lattice, LatticeSpec, Layer, assemble};
 
-/// A spring from a mass to a place in the plane of a clamp.
+/// Spring from a node to a point in the plane of a clamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WallSpring {
-    /// The mass.
+    /// Node.
     pub mass: u32,
-    /// Where it is fixed, m, in the local axes of the sheet at rest; its rest length is the distance from there.
+    /// Fixed end, m, in the local axes of the sheet at rest; the rest length is the distance from
+    /// there.
     pub point: DVec3,
     /// Stiffness k/f, N/m.
     pub stiffness: f64,
-    /// What the uncut spring does in the structure.
+    /// Class of the uncut spring.
     pub class: SpringClass,
 }
 
-/// Columns and rows laid out beyond a clamp: as far as any spring reaches, and even, so that rows keep their shift.
+/// Columns and rows added beyond a clamp: the reach of any spring, and even, so that rows keep
+/// their shift.
 const BEYOND: u32 = 2;
 
 /// Distances (m) inside the clamped edges; negative beyond them.
@@ -41,7 +44,7 @@ fn inside(p: DVec3, size: (f64, f64), clamped: Clamped) -> impl Iterator<Item = 
     edges.into_iter().filter(|(clamped, _)| *clamped).map(|(_, distance)| distance)
 }
 
-/// Masses that lie in the plane of a clamp.
+/// Nodes in the plane of a clamp.
 pub(crate) fn held(lattice: &Lattice, size: (f64, f64), clamped: Clamped) -> Vec<u32> {
     let near = 1e-9 * size.0.max(size.1);
     let masses = lattice.positions.iter().enumerate();
@@ -49,7 +52,7 @@ pub(crate) fn held(lattice: &Lattice, size: (f64, f64), clamped: Clamped) -> Vec
     on_wall.map(|(i, _)| i as u32).collect()
 }
 
-/// The springs that the clamps cut, of the lattice generated from `spec`.
+/// Springs cut by the clamps, of the lattice generated from `spec`.
 pub(crate) fn cut(
     spec: &LatticeSpec,
     lattice: &Lattice,
@@ -86,20 +89,20 @@ pub(crate) fn cut(
     found
 }
 
-/// Mass of a lattice at a site, if it has one there.
+/// Node of a lattice at a site, if any.
 fn place(lattice: &Lattice, site: Site) -> Option<u32> {
     let layer: &Layer = lattice.layers.get(site.layer as usize)?;
     let within = |i: i64, n: u32| u32::try_from(i).ok().filter(|i| *i < n);
     Some(layer.at(within(site.i, layer.nx)?, within(site.j, layer.nz)?))
 }
 
-/// The lattice continued beyond its clamped edges.
+/// Lattice continued beyond its clamped edges.
 struct Wide {
     lattice: Lattice,
     sites: Vec<Site>,
     /// Columns and rows added before the first.
     before: (u32, u32),
-    /// Displacement of its masses from those of the lattice at the same sites, m.
+    /// Displacement of its nodes from those of the lattice at the same sites, m.
     shift: DVec3,
 }
 
@@ -119,13 +122,13 @@ impl Wide {
         Self { sites: sites(&lattice), lattice, before, shift }
     }
 
-    /// Site of a mass, counted as in the lattice that is continued.
+    /// Site of a node, counted as in the original lattice.
     fn site(&self, mass: u32) -> Site {
         let site = self.sites[mass as usize];
         Site { i: site.i - i64::from(self.before.0), j: site.j - i64::from(self.before.1), ..site }
     }
 
-    /// Position of a mass, m, in the axes of the lattice that is continued.
+    /// Position of a node, m, in the axes of the original lattice.
     fn position(&self, mass: u32) -> DVec3 {
         self.lattice.positions[mass as usize] + self.shift
     }

@@ -1,6 +1,8 @@
-//! Cuts: the parts of the described polylines that lie in the sheet, where they meet the boundary and each other.
+//! Cuts: the parts of the given polylines inside the sheet, and their junctions with the boundary
+//! and each other.
 //!
-//! All in cells. A cut that ends near the boundary ends on it; one that reaches out of the sheet is cut off there.
+//! All in cells. A cut that ends near the boundary ends on it; one that extends out of the sheet is
+//! clipped there.
 
 use glam::DVec2;
 
@@ -9,14 +11,14 @@ use crate::mesh::outline::Outline;
 use crate::mesh::outline::line::{Cells, Line};
 use crate::mesh::outline::ring::{foot, meeting};
 
-/// A point this near to a line is on it, cells.
+/// Distance from a line below which a point is on it, cells.
 const ON: f64 = 0.05;
-/// A junction this near to a corner or another junction is that, cells.
+/// Distance of a junction from a corner or another junction below which they are merged, cells.
 const SAME: f64 = 0.3;
-/// Shortest part of a cut, and least distance of its end from the boundary, cells.
+/// Minimum length of a part of a cut, and minimum distance of its end from the boundary, cells.
 const SHORTEST: f64 = 0.5;
 
-/// Where a polyline meets a ring.
+/// Junction of a polyline with a ring.
 #[derive(Clone, Copy, Debug)]
 struct Meeting {
     /// Arc length on the cut.
@@ -26,10 +28,10 @@ struct Meeting {
     on_ring: f64,
 }
 
-/// The parts of all cuts inside the sheet. Their junctions become stops of `rings`.
+/// Parts of all cuts inside the sheet. Their junctions become stops of `rings`.
 ///
 /// # Errors
-/// When a cut lies outside the sheet, or something about it is smaller than half a cell.
+/// When a cut lies outside the sheet, or a feature of it is smaller than half a cell.
 pub fn pieces(outline: &Outline, rings: &mut [Line], cells: &Cells) -> Result<Vec<Line>, InputError> {
     let mut pieces = Vec::new();
     for (i, cut) in outline.cuts().iter().enumerate() {
@@ -138,7 +140,7 @@ fn check_end(piece: &Line, last: bool, rings: &[Line], cells: &Cells) -> Result<
     Ok(())
 }
 
-/// Makes stops where pieces cross or end on each other.
+/// Add stops where pieces cross or end on each other.
 fn cross(pieces: &mut [Line], cells: &Cells) -> Result<(), InputError> {
     for i in 0..pieces.len() {
         for j in 0..pieces.len() {

@@ -1,7 +1,8 @@
-//! What a grid is too coarse for: parts of a sheet narrower than a cell.
+//! Detection of parts of a sheet that are narrower than a cell, for which the grid is too coarse.
 //!
-//! Two boundaries nearer to each other than a cell, and places of one boundary where the sheet between two sides that run
-//! side by side is narrower. A corner, however sharp, is no such place; sides that enclose less than 15° are.
+//! Such parts are two boundaries closer to each other than a cell, and places of one boundary where
+//! the sheet between two side-by-side sides is narrower. A corner is accepted at any angle of at
+//! least 15° between its sides.
 
 use glam::DVec2;
 
@@ -9,15 +10,15 @@ use crate::error::InputError;
 use crate::mesh::outline::line::{Cells, Line};
 use crate::mesh::outline::ring::{distance, meeting};
 
-/// Narrowest part, cells: one cell, and some room for a grid that does not quite fit.
+/// Minimum width, cells: one cell, with a margin for a grid that does not quite fit.
 const NARROWEST: f64 = 0.95;
-/// Sides run side by side when the cosine of the angle between their directions is below this: within 15°.
+/// Cosine threshold for side-by-side sides: directions within 15° of antiparallel.
 const SIDE_BY_SIDE: f64 = -0.966;
 
-/// Checks the boundaries of a sheet, the outer one first, the sheet on the left of each.
+/// Check the boundaries of a sheet, the outer one first, the sheet on the left of each.
 ///
 /// # Errors
-/// The first part that is smaller than a cell: where, and its size.
+/// The first part that is smaller than a cell, with place and size.
 pub fn check(rings: &[Line], cells: &Cells) -> Result<(), InputError> {
     let boxes: Vec<_> = rings.iter().map(|r| crate::mesh::outline::bounds(&r.points)).collect();
     for (ring, (low, high)) in rings.iter().zip(&boxes) {

@@ -1,8 +1,9 @@
-//! A row of masses one cell inside every boundary and beside every cut.
+//! Row of nodes one cell inside every boundary and beside every cut.
 //!
-//! What the boundary condition of a clamp or a free edge costs depends on the row next to it. With the row a cell away, as it is
-//! on a grid that fits, an edge at an angle to the grid is as exact as one along it. Points that would come closer than
-//! [`ROOM`] to another boundary, or closer than [`APART`] to each other, are left to the grid.
+//! The discretisation error of a clamped or free edge depends on the row next to it. With the row
+//! one cell away, as on a grid that fits, an edge at an angle to the grid is as accurate as one
+//! along it. Points closer than [`ROOM`] to another boundary, or closer than [`APART`] to each
+//! other, are omitted.
 
 use std::collections::BTreeMap;
 
@@ -11,12 +12,12 @@ use glam::DVec2;
 use crate::mesh::outline::nodes::Nodes;
 use crate::mesh::outline::ring::distance;
 
-/// Least distance of the row from boundaries other than its own, cells.
+/// Minimum distance of the row from boundaries other than its own, cells.
 const ROOM: f64 = 0.85;
-/// Least distance between inner points, cells.
+/// Minimum distance between inner points, cells.
 pub const APART: f64 = 0.7;
 
-/// Points by the cell they fall in.
+/// Points by cell.
 #[derive(Debug, Default)]
 pub struct Bins(BTreeMap<(i64, i64), Vec<DVec2>>);
 
@@ -25,7 +26,7 @@ impl Bins {
         (p.x.floor() as i64, p.y.floor() as i64)
     }
 
-    /// Adds a point.
+    /// Add a point.
     pub fn add(&mut self, p: DVec2) {
         self.0.entry(Self::cell(p)).or_default().push(p);
     }
@@ -38,7 +39,7 @@ impl Bins {
     }
 }
 
-/// Sides by the cells they pass near.
+/// Sides by the cells near them.
 struct Sides(BTreeMap<(i64, i64), Vec<(DVec2, DVec2)>>);
 
 impl Sides {
@@ -59,7 +60,7 @@ impl Sides {
     }
 }
 
-/// The points of the row, in the order of the boundaries; those that fall on the grid are left out.
+/// Points of the row, in the order of the boundaries, without those on grid points.
 pub fn points(nodes: &Nodes) -> (Vec<DVec2>, Bins) {
     let sides = Sides::new(nodes);
     let (mut row, mut bins) = (Vec::new(), Bins::default());
@@ -74,7 +75,8 @@ pub fn points(nodes: &Nodes) -> (Vec<DVec2>, Bins) {
     (row, bins)
 }
 
-/// A cell inwards from every mass of the boundary, and to both sides from every mass inside a cut.
+/// Candidates one cell inwards from every node of the boundary, and to both sides of every node
+/// inside a cut.
 fn candidates(nodes: &Nodes) -> Vec<DVec2> {
     let n = nodes.points.len();
     let mut before = vec![Vec::new(); n];
@@ -89,7 +91,7 @@ fn candidates(nodes: &Nodes) -> Vec<DVec2> {
         let p = nodes.points[v];
         let (d, e) = ((p - nodes.points[*a]).normalize_or_zero(), (nodes.points[*c] - p).normalize_or_zero());
         let across = (d + e).perp().normalize_or_zero();
-        // In a corner the row is a cell from both sides; beyond a right angle it would reach too far.
+        // In a corner the row is a cell from both sides; the factor is bounded for sharp corners.
         let reach = 1.0 / across.dot(d.perp()).max(0.7);
         found.push(p + across * reach);
         if v >= nodes.rim {

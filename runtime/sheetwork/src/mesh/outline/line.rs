@@ -1,23 +1,23 @@
-//! A boundary or a cut in units of cells, and the points of it that must become masses.
+//! Boundary or cut in units of cells, and its points that become nodes.
 //!
-//! Coordinates are in cells of the grid, (x - x₀)/h_x and (z - z₀)/h_z, so that "a cell apart" is a distance of 1 in every
-//! direction. Angles are those of the real outline.
+//! Coordinates are in cells of the grid, (x - x₀)/h_x and (z - z₀)/h_z, so that a cell is a
+//! distance of 1 in every direction. Angles are those of the outline in metres.
 
 use glam::DVec2;
 
 use crate::error::InputError;
 use crate::mesh::outline::metres;
 
-/// Turn beyond which a point of a polyline is a corner and not part of a curve, degrees.
+/// Turn above which a point of a polyline is a corner instead of part of a curve, degrees.
 const CORNER: f64 = 20.0;
-/// Turn within half a cell beyond which a curve is a corner at this grid, degrees.
+/// Turn within half a cell above which a curve is a corner at this grid, degrees.
 const TIGHT: f64 = 60.0;
-/// Largest turn between neighbouring masses on a curve, degrees.
+/// Maximum turn between neighbouring nodes on a curve, degrees.
 const STEP: f64 = 60.0;
-/// Corners closer than this belong together, cells.
+/// Distance below which corners are grouped, cells.
 const NEAR: f64 = 0.45;
 
-/// From metres to cells and back.
+/// Conversion between metres and cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Cells {
     /// Corner of the grid, m.
@@ -27,17 +27,17 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// A point in cells.
+    /// Point in cells.
     pub fn of(&self, p: DVec2) -> DVec2 {
         (p - self.low) / self.size
     }
 
-    /// A point in metres.
+    /// Point in metres.
     pub fn metres(&self, p: DVec2) -> DVec2 {
         self.low + p * self.size
     }
 
-    /// The error of something `size` m large at `p` (cells) that this grid cannot show.
+    /// Error of a feature of `size` (m) at `p` (cells) that is too small for the grid.
     pub fn too_small(&self, field: &str, what: &str, size: f64, p: DVec2) -> InputError {
         let p = self.metres(p);
         let place = format!("near ({}, {}) m", metres(p.x), metres(p.y));
@@ -47,28 +47,29 @@ impl Cells {
     }
 }
 
-/// A polyline with arc lengths and stops: points that become masses.
+/// Polyline with arc lengths and stops: points that become nodes.
 #[derive(Clone, Debug)]
 pub struct Line {
     /// Field of the scene.
     pub field: String,
-    /// Points, cells; the first one again at the end where it is closed.
+    /// Points, cells; of a closed line the first one is repeated at the end.
     pub points: Vec<DVec2>,
     /// Arc length at each point, cells.
     pub arc: Vec<f64>,
-    /// Turn at each point, degrees, positive to the left; of a closed line the last is the first.
+    /// Turn at each point, degrees, positive to the left; of a closed line the last equals the
+    /// first.
     turn: Vec<f64>,
-    /// Whether it is closed.
+    /// Whether the line is closed.
     pub closed: bool,
-    /// Arc length and place of the stops.
+    /// Arc length and position of the stops.
     pub stops: Vec<(f64, DVec2)>,
 }
 
 impl Line {
-    /// From points in metres.
+    /// Line of points in metres.
     ///
     /// # Errors
-    /// When corners lie so close together that the grid cannot show them.
+    /// When corners are too close together for the grid.
     pub fn new(points: &[DVec2], closed: bool, field: &str, cells: &Cells) -> Result<Self, InputError> {
         let mut real = points.to_vec();
         real.dedup();
@@ -102,17 +103,17 @@ impl Line {
         self.arc.last().copied().unwrap_or(0.0)
     }
 
-    /// Its sides.
+    /// Sides of the line.
     pub fn sides(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
         self.points.windows(2).map(|w| (w[0], w[1]))
     }
 
-    /// The side that arc length `s` falls on.
+    /// Index of the side at arc length `s`.
     pub fn side_at(&self, s: f64) -> usize {
         self.arc.partition_point(|a| *a <= s).clamp(1, self.points.len().max(2) - 1) - 1
     }
 
-    /// The point at arc length `s`; beyond the ends of a closed line it goes around.
+    /// Point at arc length `s`; on a closed line `s` is periodic.
     pub fn at(&self, s: f64) -> DVec2 {
         let s = if self.closed { s.rem_euclid(self.length()) } else { s };
         let i = self.side_at(s);
@@ -127,7 +128,7 @@ impl Line {
         if self.closed { d.min(self.length() - d) } else { d }
     }
 
-    /// The stop within `reach` of arc length `s`, or a new one there.
+    /// Stop within `reach` of arc length `s`, or a new one there.
     pub fn stop(&mut self, s: f64, reach: f64) -> DVec2 {
         if let Some(found) = self.stops.iter().find(|stop| self.between(stop.0, s) < reach) {
             return found.1;
@@ -137,13 +138,13 @@ impl Line {
         point
     }
 
-    /// Replaces an end of an open line, the first point or the last.
+    /// Replace an end of an open line, the first point or the last.
     pub fn move_end(&mut self, last: bool, to: DVec2) {
         let end = if last { self.points.len() - 1 } else { 0 };
         self.points[end] = to;
         let lengths = self.arc.clone();
         self.measure();
-        // Stops keep their place on the side that has changed its length.
+        // Stops keep their fraction of the side whose length has changed.
         for (s, _) in &mut self.stops {
             let i = lengths.partition_point(|a| *a <= *s).clamp(1, lengths.len() - 1) - 1;
             let t = (*s - lengths[i]) / (lengths[i + 1] - lengths[i]).max(f64::MIN_POSITIVE);
@@ -151,14 +152,14 @@ impl Line {
         }
     }
 
-    /// Puts `to` where a stop is now.
+    /// Move a stop to `to`.
     pub fn replace_stop(&mut self, stop: DVec2, to: DVec2) {
         for s in self.stops.iter_mut().filter(|s| s.1 == stop) {
             s.1 = to;
         }
     }
 
-    /// The part of an open line between two arc lengths, with its corners.
+    /// Part of an open line between two arc lengths, with its corners.
     pub fn part(&self, from: f64, to: f64) -> Self {
         let within = |s: f64| s > from + 1e-9 && s < to - 1e-9;
         let kept: Vec<usize> = (0..self.points.len()).filter(|i| within(self.arc[*i])).collect();
@@ -174,7 +175,7 @@ impl Line {
         part
     }
 
-    /// Makes stops of corners, and of bends too tight for the grid.
+    /// Add stops at corners, and at turns too tight for the grid.
     fn find_corners(&mut self, cells: &Cells) -> Result<(), InputError> {
         let groups = self.corner_groups();
         for group in groups {
@@ -191,7 +192,8 @@ impl Line {
                 let size = (cells.metres(a) - cells.metres(b)).length();
                 return Err(cells.too_small(&self.field, "has a feature of", size, a.midpoint(b)));
             }
-            // A rounded corner becomes a corner in its middle; a longer run of small bends is a curve.
+            // A rounded corner becomes a corner in its middle; a longer run of small turns is a
+            // curve.
             if self.between(self.arc[first], self.arc[last]) < 0.7 {
                 let mut turned = 0.0;
                 let middle = inside.iter().find(|i| {
@@ -205,12 +207,12 @@ impl Line {
         Ok(())
     }
 
-    /// Points from `first` to `last`, around the end of a closed line if need be.
+    /// Points from `first` to `last`, across the end of a closed line if needed.
     fn range(&self, first: usize, last: usize) -> Vec<usize> {
         if first <= last { (first..=last).collect() } else { (first..self.points.len() - 1).chain(0..=last).collect() }
     }
 
-    /// Corners and points of tight bends, those that are close together in one group.
+    /// Corners and points of tight turns, with close ones in one group.
     fn corner_groups(&self) -> Vec<Vec<usize>> {
         let n = self.points.len() - 1;
         let range = if self.closed { 0..n } else { 1..n };
@@ -232,7 +234,7 @@ impl Line {
                 }
             } else if joined && self.arc[groups[0][groups[0].len() - 1]] - self.arc[groups[0][0]] > 0.5 * self.length()
             {
-                // Small bends all around: a curve without a corner.
+                // Small turns all around: a curve without a corner.
                 groups.clear();
             }
         }
@@ -260,13 +262,14 @@ impl Line {
         tight
     }
 
-    /// Places of masses: the stops, and points about a cell apart between them. Of a closed line the last joins the first.
+    /// Positions of nodes: the stops, and points about a cell apart between them. The points of a
+    /// closed line form a ring, without repetition of the first.
     pub fn sample(&self) -> Vec<DVec2> {
         let mut stops = self.stops.clone();
         stops.sort_by(|a, b| a.0.total_cmp(&b.0));
         let length = self.length();
         if stops.is_empty() && self.closed {
-            // Four-fold where there is room, so that a disc keeps its symmetry.
+            // A multiple of four where there is room, so that a disc keeps its symmetry.
             let n = if length > 10.0 { 4.0 * (0.25 * length).round() } else { length.round().max(6.0) };
             return (0..n as usize).map(|i| self.at(i as f64 * length / n)).collect();
         }
@@ -292,7 +295,7 @@ impl Line {
         points
     }
 
-    /// Into how many sides the line between two stops is divided.
+    /// Number of sides between two stops.
     fn parts(&self, from: f64, to: f64) -> usize {
         let n = self.points.len() - 1;
         let inside = |s: f64| s > from + 1e-9 && s < to - 1e-9;

@@ -1,27 +1,28 @@
-//! Where a point of the sheet is in its mesh: the triangle, and the weights of its corners.
+//! Location of a point in a mesh: the triangle, and the weights of its corners.
 //!
-//! Triangles are found by cells over the mesh's box. A point on a cut belongs to two triangles that do not know each other: it is
-//! looked for a little inwards of the side that it is asked for. A point beyond a curved boundary, where chords of another mesh
-//! are, gets the triangle that it is least outside of, and weights below zero.
+//! Triangles are found by cells over the mesh's bounding box. A point on a cut belongs to two
+//! unconnected triangles; the search point is moved slightly towards the given inner point to
+//! select one. A point beyond a curved boundary, as on the chords of another mesh, gets the
+//! triangle with the least negative weights.
 
 use crate::mesh::outline::mesh::Mesh;
 
-/// Part of the way towards the middle of its own triangles at which a point is looked for.
+/// Fraction of the way towards the inner point at which the search is made.
 const INWARD: f64 = 1e-3;
 
-/// Finds places in a mesh.
+/// Point location in a mesh.
 pub struct Locator<'a> {
     mesh: &'a Mesh,
     low: [f64; 2],
-    /// Cells a metre along u and v.
+    /// Search cells per metre along u and v.
     per_metre: [f64; 2],
     count: [usize; 2],
-    /// Triangles whose box is over each cell, in ascending order.
+    /// Triangles whose box overlaps each cell, in ascending order.
     cells: Vec<Vec<u32>>,
 }
 
 impl<'a> Locator<'a> {
-    /// Of the places in `mesh`.
+    /// Point location in `mesh`.
     pub fn new(mesh: &'a Mesh) -> Self {
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for (p, a) in mesh.positions.iter().flat_map(|p| [(p, 0), (p, 1)]) {
@@ -63,7 +64,8 @@ impl<'a> Locator<'a> {
         [s, t, 1.0 - s - t]
     }
 
-    /// The triangle that `p` (m) is in, or is least outside of, looked at from the side of `inside`.
+    /// Triangle that contains `p` (m), or has the least negative weights, seen from the side of
+    /// `inside`.
     pub fn find(&self, p: [f64; 2], inside: [f64; 2]) -> u32 {
         let at = std::array::from_fn(|a| p[a] + INWARD * (inside[a] - p[a]));
         let outside = |k: &u32| -self.weights(*k, at).into_iter().fold(f64::INFINITY, f64::min);
@@ -79,7 +81,7 @@ impl<'a> Locator<'a> {
     }
 }
 
-/// For each mass the mean of the middles of its triangles, m: to which side of a cut it belongs.
+/// For each node the mean of the middles of its triangles, m: it selects a side of a cut.
 pub fn inward(mesh: &Mesh) -> Vec<[f64; 2]> {
     let mut sums = vec![([0.0; 2], 0.0); mesh.positions.len()];
     for (k, t) in mesh.triangles.iter().enumerate() {
@@ -90,7 +92,7 @@ pub fn inward(mesh: &Mesh) -> Vec<[f64; 2]> {
             (0..2).for_each(|a| sum[a] += middle[a]);
         }
     }
-    // A mass of no triangle has no side.
+    // A node without triangles has no side.
     sums.into_iter().map(|(sum, count)| sum.map(|x| x / f64::max(count, 1.0))).collect()
 }
 

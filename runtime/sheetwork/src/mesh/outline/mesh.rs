@@ -1,38 +1,38 @@
-//! A mesh of triangles in the plane of the sheet, with what elements ask of it.
+//! Triangle mesh in the plane of the sheet, with the topology and geometry for elements.
 //!
-//! Coordinates are (u, v) = (x, z) of the sheet at rest, m. Triangles run counter-clockwise in (u, v). An edge runs from `a` to
-//! `b` as its first triangle does, so that the first is on its left and the normal (t_v, -t_u) of its direction t points
-//! out of it.
+//! Coordinates are (u, v) = (x, z) of the sheet at rest, m. Triangles run counter-clockwise in (u,
+//! v). An edge runs from `a` to `b` in the sense of its first triangle, so that this is on its left
+//! and the normal (t_v, -t_u) of its direction t points out of it.
 
 use std::collections::BTreeMap;
 
 use crate::error::InputError;
 
-/// Stands where an edge of the boundary has no second triangle.
+/// Marker of a missing second triangle at an edge of the boundary.
 pub const NO_TRIANGLE: u32 = u32::MAX;
 
-/// An edge of a mesh.
+/// Edge of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge {
-    /// Where it starts and ends.
+    /// Start and end.
     pub nodes: [u32; 2],
-    /// The triangle on its left, and the one on its right or [`NO_TRIANGLE`].
+    /// Triangle on the left, and the one on the right or [`NO_TRIANGLE`].
     pub triangles: [u32; 2],
 }
 
 impl Edge {
-    /// Whether it is on the boundary, the rim of a hole or a cut.
+    /// Whether the edge is on the boundary, the rim of a hole or a cut.
     pub fn is_boundary(&self) -> bool {
         self.triangles[1] == NO_TRIANGLE
     }
 }
 
-/// A plane mesh.
+/// Plane triangle mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Masses (u, v) at rest, m; those along cuts twice.
+    /// Nodes (u, v) at rest, m; those along cuts twice.
     pub positions: Vec<[f64; 2]>,
-    /// Masses of each triangle, counter-clockwise in (u, v), all of positive area.
+    /// Nodes of each triangle, counter-clockwise in (u, v), all of positive area.
     pub triangles: Vec<[u32; 3]>,
     /// Every edge once.
     pub edges: Vec<Edge>,
@@ -40,18 +40,18 @@ pub struct Mesh {
     pub triangle_edges: Vec<[u32; 3]>,
     /// Area of each triangle, m².
     pub areas: Vec<f64>,
-    /// Area that falls to each mass, a third of each of its triangles, m².
+    /// Area of each node, a third of each of its triangles, m².
     pub lumped: Vec<f64>,
-    /// Whether each mass is on the boundary, the rim of a hole or a cut.
+    /// Whether each node is on the boundary, the rim of a hole or a cut.
     pub border: Vec<bool>,
 }
 
 impl Mesh {
-    /// From masses and triangles.
+    /// Mesh of nodes and triangles.
     ///
     /// # Errors
-    /// When a triangle names a mass that is not there or has no positive area, or an edge has three triangles or two that run
-    /// along it in the same sense.
+    /// When a triangle has an unknown node or no positive area, or an edge has three triangles or
+    /// two with the same sense.
     pub fn new(positions: Vec<[f64; 2]>, triangles: Vec<[u32; 3]>) -> Result<Self, InputError> {
         let mut mesh =
             Self { lumped: vec![0.0; positions.len()], border: vec![false; positions.len()], ..Self::default() };
@@ -63,7 +63,7 @@ impl Mesh {
                 return Err(fault("names a mass that is not there"));
             }
             let area = mesh.area(*t);
-            // Not `<=`: a coordinate that is not a number has to be refused as well.
+            // The comparison rejects NaN too.
             if !(area > 0.0 && area.is_finite()) {
                 return Err(fault("has no positive area"));
             }
@@ -93,7 +93,7 @@ impl Mesh {
         0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]))
     }
 
-    /// Masses that each has an edge with.
+    /// Neighbours of each node by edges.
     pub fn neighbours(&self) -> Vec<Vec<u32>> {
         let mut all = vec![Vec::new(); self.positions.len()];
         for [a, b] in self.edges.iter().map(|e| e.nodes) {
@@ -109,7 +109,7 @@ impl Mesh {
         [(a[0] + b[0] + c[0]) / 3.0, (a[1] + b[1] + c[1]) / 3.0]
     }
 
-    /// Area of all, m².
+    /// Total area, m².
     pub fn total_area(&self) -> f64 {
         self.areas.iter().sum()
     }

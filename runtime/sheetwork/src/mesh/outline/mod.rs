@@ -1,15 +1,18 @@
-//! Outlines: sheets that are not rectangles. Geometry only, no physics.
+//! Outlines: geometry of sheets that are not rectangles.
 //!
-//! An [`Outline`] is a boundary, the holes in it and the cuts through it, in the plane of the sheet: coordinates (x, z), m, x
-//! along the length and z along the width. Curves are kept as polylines that stay within [`FLATNESS`] of the outline's size of
-//! them; all distances are exact on these polylines. [`mesh()`] covers it with triangles:
+//! An [`Outline`] is a boundary, its holes and its cuts, in the plane of the sheet: coordinates (x,
+//! z), m, x along the length and z along the width. Curves are stored as polylines within
+//! [`FLATNESS`] of the outline's size; all distances are exact on these polylines. [`mesh()`]
+//! covers the outline with triangles:
 //!
-//! - `nodes`: masses on the boundary and the cuts, a cell apart, corners kept, and `layer`: a row a cell beside them;
-//! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells where there is room;
-//! - `split`: masses doubled along cuts;
-//! - `mesh`: the result; `locate`: where a point is in it.
+//! - `nodes`: nodes on the boundary and the cuts, a cell apart, with corners, and `layer`: a row a
+//!   cell beside them;
+//! - `triangulate`: grid points inside, a constrained Delaunay triangulation of both, square cells
+//!   where there is room;
+//! - `split`: nodes doubled along cuts;
+//! - `mesh`: the result; `locate`: location of a point in it.
 //!
-//! What is smaller than a cell is refused (`features`), not lost.
+//! `features` rejects features smaller than a cell.
 
 pub(crate) mod cut;
 pub(crate) mod features;
@@ -38,26 +41,28 @@ pub use crate::mesh::outline::triangulate::mesh;
 
 use crate::error::InputError;
 
-/// Largest distance between a curve and the polyline that stands for it, as a fraction of the outline's larger extent.
+/// Maximum distance between a curve and its polyline, as a fraction of the outline's larger extent.
 pub const FLATNESS: f64 = 1e-6;
 
 /// Boundary, holes and cuts of a sheet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
-    /// The outer boundary, counter-clockwise in (x, z), then the holes, clockwise: the sheet is on the left of all.
+    /// Outer boundary, counter-clockwise in (x, z), then the holes, clockwise: the sheet is on the
+    /// left of all.
     rings: Vec<Ring>,
-    /// Polylines the sheet is cut along, m, as described: they may reach beyond the sheet.
+    /// Polylines of the cuts, m, as specified: they may extend beyond the sheet.
     cuts: Vec<Vec<DVec2>>,
     low: DVec2,
     high: DVec2,
 }
 
 impl Outline {
-    /// From a description of a sheet of `size` m (without an outline: that rectangle); files are relative to `base`.
+    /// Outline from the specification of a sheet of `size` (m); `None` is that rectangle. Files are
+    /// relative to `base`.
     ///
     /// # Errors
-    /// When a file cannot be read, a boundary crosses itself or another, encloses nothing, a hole is not inside, or a cut is
-    /// not in the sheet; fields are relative to the sheet.
+    /// When a file cannot be read, a boundary crosses itself or another or encloses no area, a hole
+    /// is not inside, or a cut is not in the sheet; fields are relative to the sheet.
     pub fn new(
         outline: Option<&OutlineSpec>,
         holes: &[HoleSpec],
@@ -85,17 +90,17 @@ impl Outline {
         Ok(Self { rings, cuts, low, high })
     }
 
-    /// The outer boundary and the holes.
+    /// Outer boundary and holes.
     pub fn rings(&self) -> &[Ring] {
         &self.rings
     }
 
-    /// The cuts, as described.
+    /// Cuts, as specified.
     pub fn cuts(&self) -> &[Vec<DVec2>] {
         &self.cuts
     }
 
-    /// Corners of the box around it, m.
+    /// Corners of the bounding box, m.
     pub fn bounds(&self) -> (DVec2, DVec2) {
         (self.low, self.high)
     }
@@ -110,7 +115,7 @@ impl Outline {
         self.rings.iter().filter(|r| r.contains(p)).count() % 2 == 1
     }
 
-    /// The point of the boundary or of a hole's rim nearest to `p`.
+    /// Point of the boundary or of a hole's rim nearest to `p`.
     pub fn nearest(&self, p: DVec2) -> DVec2 {
         let found = self.rings.iter().map(|r| r.nearest(p)).min_by(|a, b| p.distance(*a).total_cmp(&p.distance(*b)));
         found.unwrap_or(p)
@@ -123,7 +128,7 @@ impl Outline {
     }
 }
 
-/// Box around points.
+/// Bounding box of points.
 fn bounds(points: &[DVec2]) -> (DVec2, DVec2) {
     points.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)))
 }
@@ -132,7 +137,7 @@ fn polygon(corners: &[(f64, f64)], field: &str) -> Ring {
     Ring::new(corners.iter().map(|p| DVec2::new(p.0, p.1)), field)
 }
 
-/// The closed polylines of what the scene calls the outline.
+/// Closed polylines of the specification.
 fn boundary(outline: Option<&OutlineSpec>, size: (f64, f64), base: &Path) -> Result<Vec<Ring>, InputError> {
     let (x, z) = (0.5 * size.0, 0.5 * size.1);
     let path = match outline {
@@ -169,7 +174,7 @@ fn hole_ring(hole: &HoleSpec, field: &str) -> Result<Ring, InputError> {
     })
 }
 
-/// A circle as a polygon of its own symmetry. Its corners are on the circle.
+/// Circle as a regular polygon with corners on the circle.
 fn circle(centre: DVec2, radius: f64, field: &str) -> Ring {
     // A chord of angle φ stays within r φ²/8 of its arc, and the circle's extent is 2r.
     let sides = 4 * (0.25 * std::f64::consts::TAU / (16.0 * FLATNESS).sqrt()).ceil() as u32;
@@ -201,7 +206,7 @@ fn flatten(path: &BezPath) -> Vec<Ring> {
     rings
 }
 
-/// The rings of one outline with the outer one first: even-odd, one piece.
+/// Rings of one outline with the outer one first: even-odd, one piece.
 fn nested(mut rings: Vec<Ring>) -> Result<Vec<Ring>, InputError> {
     for ring in &rings {
         check_area(ring)?;
@@ -213,7 +218,7 @@ fn nested(mut rings: Vec<Ring>) -> Result<Vec<Ring>, InputError> {
     let depths: Vec<usize> = (0..rings.len()).map(depth).collect();
     let outer: Vec<usize> = (0..rings.len()).filter(|i| depths[*i].is_multiple_of(2)).collect();
     if outer.len() != 1 {
-        // A sheet is one piece: a crossing is the likelier cause of two, and the better message.
+        // A crossing is the likelier cause of two pieces, and the better message.
         check_crossings(&rings)?;
         return Err(InputError::new("outline", format!("is {} separate pieces; a sheet is one piece", outer.len())));
     }
@@ -227,7 +232,7 @@ fn check_area(ring: &Ring) -> Result<(), InputError> {
     let least = 1e-9 * extent * extent;
     let straight = ring.sides().all(|(a, b)| (a - ring.points[0]).perp_dot(b - ring.points[0]).abs() <= least);
     if !straight && ring.area().abs() <= least {
-        // The halves of an eight can cancel.
+        // The areas of the two loops of a figure eight can cancel.
         check_crossings(std::slice::from_ref(ring))?;
     }
     if straight || ring.area().abs() <= least {
@@ -262,7 +267,7 @@ fn check_rings(rings: &[Ring]) -> Result<(), InputError> {
     check_crossings(rings)
 }
 
-/// A length or coordinate as people write it, to four digits.
+/// Text of a length or coordinate, to four digits.
 fn metres(value: f64) -> String {
     if value.abs() < 1e-15 {
         return "0".into();

@@ -1,4 +1,4 @@
-//! Masses on the boundary and along cuts, and the sides between them.
+//! Nodes on the boundary and along cuts, and the sides between them.
 
 use std::collections::BTreeMap;
 
@@ -8,28 +8,28 @@ use crate::error::InputError;
 use crate::mesh::outline::line::{Cells, Line};
 use crate::mesh::outline::{Outline, cut, features};
 
-/// Points and sides that a triangulation has to keep.
+/// Points and sides that a triangulation must contain.
 #[derive(Debug, Default)]
 pub struct Nodes {
-    /// Places of the masses, cells.
+    /// Positions of the nodes, cells.
     pub points: Vec<DVec2>,
     /// Sides of the boundary.
     pub sides: Vec<[u32; 2]>,
     /// Sides along cuts.
     pub slits: Vec<[u32; 2]>,
-    /// How many of the points are on the boundary: they come first.
+    /// Number of points on the boundary, which come first.
     pub rim: usize,
     /// Field of the scene that each point comes from, an index into `fields`.
     pub from: Vec<u32>,
     /// Fields of the scene.
     pub fields: Vec<String>,
-    /// Points by place, to the bit: lines that meet have the very same point.
+    /// Points by position, to the bit: lines that meet share a point.
     at: BTreeMap<(u64, u64), u32>,
 }
 
 impl Nodes {
     fn node(&mut self, p: DVec2) -> u32 {
-        // Adding zero makes the two zeros one.
+        // Adding zero turns -0 into 0.
         let key = ((p.x + 0.0).to_bits(), (p.y + 0.0).to_bits());
         *self.at.entry(key).or_insert_with(|| {
             self.points.push(p);
@@ -49,10 +49,10 @@ impl Nodes {
     }
 }
 
-/// Places masses along everything.
+/// Place nodes along the boundary, holes and cuts.
 ///
 /// # Errors
-/// When something is smaller than a cell, or a cut is not in the sheet.
+/// When a feature is smaller than a cell, or a cut is not in the sheet.
 pub fn place(outline: &Outline, cells: &Cells) -> Result<Nodes, InputError> {
     let mut rings = Vec::new();
     for ring in outline.rings() {

@@ -1,18 +1,19 @@
-//! Closed polylines and what is asked of them: area, inside, distance, crossings.
+//! Closed polylines: area, containment, distance, crossings.
 
 use glam::DVec2;
 
-/// A closed polyline; the last point is joined to the first. Once checked, the sheet is on its left.
+/// Closed polyline; the last point is joined to the first. After the checks the sheet is on its
+/// left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ring {
-    /// Its points, m; no two in a row are the same.
+    /// Points, m; neighbours are distinct.
     pub points: Vec<DVec2>,
-    /// Field of the scene that it comes from.
+    /// Field of the scene.
     pub field: String,
 }
 
 impl Ring {
-    /// From points that may repeat.
+    /// Ring of points that may repeat.
     pub fn new(points: impl IntoIterator<Item = DVec2>, field: &str) -> Self {
         let mut kept: Vec<DVec2> = Vec::new();
         for p in points {
@@ -26,27 +27,27 @@ impl Ring {
         Self { points: kept, field: field.into() }
     }
 
-    /// Its sides, from point to point.
+    /// Sides, from point to point.
     pub fn sides(&self) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
         let n = self.points.len();
         (0..n).map(move |i| (self.points[i], self.points[(i + 1) % n]))
     }
 
-    /// Area, m², positive where it runs counter-clockwise in (x, z).
+    /// Area, m², positive when counter-clockwise in (x, z).
     pub fn area(&self) -> f64 {
-        // About its first point, so that a small ring far from the origin keeps its digits.
+        // Computed about the first point, to keep digits of a small ring far from the origin.
         let origin = self.points.first().copied().unwrap_or_default();
         self.sides().map(|(a, b)| 0.5 * (a - origin).perp_dot(b - origin)).sum()
     }
 
-    /// Whether it runs around `p` (even-odd).
+    /// Whether `p` is inside (even-odd rule).
     pub fn contains(&self, p: DVec2) -> bool {
         let right_of =
             |(a, b): (DVec2, DVec2)| (a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x;
         self.sides().filter(|s| right_of(*s)).count() % 2 == 1
     }
 
-    /// Its point nearest to `p`.
+    /// Point of the ring nearest to `p`.
     pub fn nearest(&self, p: DVec2) -> DVec2 {
         let mut best = (f64::INFINITY, p);
         for (a, b) in self.sides() {
@@ -59,7 +60,7 @@ impl Ring {
     }
 }
 
-/// Where on the segment from a to b (0 to 1) the point nearest to `p` is.
+/// Parameter (0 to 1) of the point of the segment from a to b nearest to `p`.
 pub fn foot(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     let d = b - a;
     let l = d.length_squared();
@@ -71,7 +72,8 @@ pub fn distance(p: DVec2, a: DVec2, b: DVec2) -> f64 {
     p.distance(a + (b - a) * foot(p, a, b))
 }
 
-/// Where two segments meet, as fractions of each; touching counts. `None` when they are apart or parallel.
+/// Intersection of two segments, as fractions of each, touching included. `None` when they are
+/// apart or parallel.
 pub fn meeting(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> Option<(f64, f64)> {
     let (d, e) = (a.1 - a.0, b.1 - b.0);
     let cross = d.perp_dot(e);
@@ -83,7 +85,7 @@ pub fn meeting(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> Option<(f64, f64)> {
     ((0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t)).then_some((s, t))
 }
 
-/// Whether two parallel segments lie on each other.
+/// Whether two parallel segments overlap.
 fn overlap(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> bool {
     let d = a.1 - a.0;
     let reach = d.length_squared().max((b.1 - b.0).length_squared());
@@ -94,7 +96,7 @@ fn overlap(a: (DVec2, DVec2), b: (DVec2, DVec2)) -> bool {
     s.min(t) < l && s.max(t) > 0.0
 }
 
-/// A side of one of several rings.
+/// Side of one of several rings.
 #[derive(Clone, Copy)]
 struct Side {
     ends: (DVec2, DVec2),
@@ -104,7 +106,7 @@ struct Side {
     high: DVec2,
 }
 
-/// Two rings (or one, twice) that cross or touch each other, and where.
+/// Two rings (or one, twice) that cross or touch each other, and the point.
 pub fn crossing(rings: &[Ring]) -> Option<(usize, usize, DVec2)> {
     let mut sides = Vec::new();
     for (ring, r) in rings.iter().enumerate() {
@@ -112,7 +114,7 @@ pub fn crossing(rings: &[Ring]) -> Option<(usize, usize, DVec2)> {
             sides.push(Side { ends, ring, index, low: ends.0.min(ends.1), high: ends.0.max(ends.1) });
         }
     }
-    // Swept along x: only sides whose extents overlap are compared.
+    // Sweep along x: only sides whose extents overlap are compared.
     sides.sort_by(|a, b| a.low.x.total_cmp(&b.low.x).then(a.ring.cmp(&b.ring)).then(a.index.cmp(&b.index)));
     for (i, a) in sides.iter().enumerate() {
         for b in sides[i + 1..].iter().take_while(|b| b.low.x <= a.high.x) {
@@ -131,7 +133,8 @@ fn sides_meet(a: &Side, b: &Side, rings: &[Ring]) -> Option<DVec2> {
         let after = |i: usize, j: usize| (i + 1) % n == j;
         for (first, second) in [(a, b), (b, a)] {
             if after(first.index, second.index) {
-                // Neighbours share a point; they meet elsewhere only where the ring turns back on itself.
+                // Neighbours share a point; they meet elsewhere only where the ring turns back on
+                // itself.
                 let (d, e) = (first.ends.1 - first.ends.0, second.ends.1 - second.ends.0);
                 let back = d.dot(e) < 0.0 && d.perp_dot(e).abs() <= 1e-9 * d.length() * e.length();
                 return back.then_some(second.ends.0);

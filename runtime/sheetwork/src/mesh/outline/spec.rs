@@ -1,6 +1,7 @@
-//! Outlines, holes and cuts as a scene describes them, and the checks that need no geometry.
+//! Specification of outlines, holes and cuts, and the checks that need no geometry.
 //!
-//! Coordinates are (x, z) in the sheet's plane, m: x along the length, z along the width, the origin in the sheet's middle.
+//! Coordinates are (x, z) in the sheet's plane, m: x along the length, z along the width, the
+//! origin in the sheet's middle.
 
 use std::path::PathBuf;
 
@@ -12,31 +13,34 @@ use crate::error::{InputError, check_range};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum OutlineSpec {
-    /// Corners (x, z) in order, m, each within ±1000; 3 or more. Bends of less than 20° count as parts of a curve.
+    /// Corners (x, z) in order, m, each within ±1000; 3 or more. Turns of less than 20° count as
+    /// parts of a curve.
     Polygon(Vec<(f64, f64)>),
-    /// A disc about the origin.
+    /// Disc about the origin.
     Disc {
-        /// Its radius, m; 1e-6 to 1e3.
+        /// Radius, m; 1e-6 to 1e3.
         radius: f64,
     },
-    /// A rectangle of the sheet's size with round corners.
+    /// Rectangle of the sheet's size with round corners.
     RoundedRectangle {
         /// Radius of the corners, m; 0 to half the shorter side.
         radius: f64,
     },
-    /// An SVG path in metres: x along the length, y along the width. Subpaths inside the first are holes (even-odd).
+    /// SVG path in metres: x along the length, y along the width. Subpaths inside the first are
+    /// holes (even-odd).
     Path(String),
-    /// The paths of an SVG file together, its picture's middle at the origin.
+    /// All paths of an SVG file, with the middle of its picture at the origin.
     Svg {
-        /// The file, relative to the scene.
+        /// File, relative to the scene.
         file: PathBuf,
-        /// Metres for a unit of the file's drawing; 1e-9 to 1e3. If none, by the file's `width` and `viewBox`, else 1/96 inch.
+        /// Metres per unit of the drawing; 1e-9 to 1e3. `None` uses the file's `width` and
+        /// `viewBox`, else 1/96 inch.
         #[serde(default)]
         scale: Option<f64>,
     },
 }
 
-/// Something cut out of a sheet.
+/// Hole in a sheet.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub enum HoleSpec {
@@ -44,14 +48,14 @@ pub enum HoleSpec {
     Polygon(Vec<(f64, f64)>),
     /// A round hole.
     Disc {
-        /// Its middle (x, z), m; each within ±1000.
+        /// Centre (x, z), m; each within ±1000.
         centre: (f64, f64),
-        /// Its radius, m; 1e-6 to 1e3.
+        /// Radius, m; 1e-6 to 1e3.
         radius: f64,
     },
 }
 
-/// Most corners a polygon or a cut may have.
+/// Maximum number of corners of a polygon or a cut.
 const MOST_CORNERS: usize = 100_000;
 
 fn corners(field: &str, list: &[(f64, f64)], fewest: usize) -> Result<(), InputError> {
@@ -66,10 +70,10 @@ fn corners(field: &str, list: &[(f64, f64)], fewest: usize) -> Result<(), InputE
     Ok(())
 }
 
-/// Checks ranges of an outline of a sheet of `size` m.
+/// Check the ranges of an outline of a sheet of `size` (m).
 ///
 /// # Errors
-/// The first value out of range; what an SVG file holds is not looked at.
+/// The first value out of range; an SVG file is not read.
 pub fn check_outline(spec: &OutlineSpec, size: (f64, f64)) -> Result<(), InputError> {
     match spec {
         OutlineSpec::Polygon(list) => corners("outline", list, 3),
@@ -84,7 +88,7 @@ pub fn check_outline(spec: &OutlineSpec, size: (f64, f64)) -> Result<(), InputEr
     }
 }
 
-/// Checks ranges of holes.
+/// Check the ranges of holes.
 ///
 /// # Errors
 /// The first value out of range.
@@ -99,7 +103,7 @@ pub fn check_holes(holes: &[HoleSpec]) -> Result<(), InputError> {
     })
 }
 
-/// Checks ranges of cuts.
+/// Check the ranges of cuts.
 ///
 /// # Errors
 /// The first value out of range.

@@ -1,7 +1,8 @@
-//! From triangles in the plane to the mesh of a sheet: masses doubled along cuts, numbered row by row.
+//! Conversion of triangles in the plane to the mesh of a sheet: nodes doubled along cuts, numbered
+//! row by row.
 //!
-//! At a mass on a cut, the triangles around it fall into groups that are joined by sides not on the cut; each group gets a
-//! mass of its own. An end of a cut inside the sheet has one group, and stays one mass.
+//! At a node on a cut, the triangles around it form groups joined by uncut sides; each group gets a
+//! node of its own. The end of a cut inside the sheet has one group, and remains one node.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,7 +15,8 @@ fn key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }
 
-/// The mesh of `triangles` over `positions` (m), cut along `slits`. Masses are ordered by `rows`, then along x.
+/// Mesh of `triangles` over `positions` (m), cut along `slits`. Nodes are ordered by `rows`, then
+/// along x.
 pub fn finish(
     mut positions: Vec<DVec2>,
     mut rows: Vec<i64>,
@@ -47,7 +49,7 @@ pub fn finish(
     Mesh::new(used.iter().map(|v| positions[*v as usize].to_array()).collect(), triangles)
 }
 
-/// Doubles masses that the cuts part.
+/// Double the nodes on cuts.
 fn double(positions: &mut Vec<DVec2>, rows: &mut Vec<i64>, triangles: &mut [[u32; 3]], slits: &[[u32; 2]]) {
     let cut: BTreeSet<(u32, u32)> = slits.iter().map(|s| key(s[0], s[1])).collect();
     let ends: BTreeSet<u32> = slits.iter().flatten().copied().collect();
@@ -59,7 +61,7 @@ fn double(positions: &mut Vec<DVec2>, rows: &mut Vec<i64>, triangles: &mut [[u32
             }
         }
     }
-    // Groups are found before any mass is renamed.
+    // Groups are determined before any node is renumbered.
     let mut renamed: Vec<(u32, u32, u32)> = Vec::new();
     for (v, list) in &around {
         for group in groups(*v, list, triangles, &cut).into_iter().skip(1) {
@@ -76,7 +78,7 @@ fn double(positions: &mut Vec<DVec2>, rows: &mut Vec<i64>, triangles: &mut [[u32
     }
 }
 
-/// The triangles around a mass in groups joined by sides that are not cut.
+/// Triangles around a node in groups joined by uncut sides.
 fn groups(v: u32, around: &[u32], triangles: &[[u32; 3]], cut: &BTreeSet<(u32, u32)>) -> Vec<Vec<u32>> {
     let mut left: Vec<u32> = around.to_vec();
     let mut groups = Vec::new();

@@ -1,21 +1,23 @@
-//! SVG paths and files as curves (kurbo), by the SVG 1.1 grammar of paths and transforms (svgtypes) and XML (roxmltree).
+//! SVG paths and files as curves (kurbo), by the SVG 1.1 grammar of paths and transforms (svgtypes)
+//! and XML (roxmltree).
 //!
-//! All commands of paths are read: M L H V C S Q T A Z, absolute and relative. Of a file, the `path` elements with their own
-//! and their groups' transforms; what is only defined (`defs`, `clipPath`, `mask`, `marker`, `pattern`, `symbol`) is not drawn.
+//! All commands of paths are read: M L H V C S Q T A Z, absolute and relative. A file contributes
+//! its `path` elements with their own and their groups' transforms; definitions (`defs`,
+//! `clipPath`, `mask`, `marker`, `pattern`, `symbol`) are skipped.
 
 use kurbo::{Affine, Arc, BezPath, Point, SvgArc, Vec2};
 use svgtypes::{Length, LengthUnit, PathParser, PathSegment, Transform, ViewBox};
 
-/// Error of the cubics that stand for an arc, as a fraction of its radius.
+/// Error of the cubics that approximate an arc, as a fraction of its radius.
 const ARC_ERROR: f64 = 1e-8;
 
-/// Metres of the pixel of CSS, 1/96 inch.
+/// CSS pixel, 1/96 inch, m.
 const PIXEL: f64 = 0.0254 / 96.0;
 
-/// The curves of a path's text, in its own units.
+/// Curves of a path's text, in its own units.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The fault of the text.
 pub fn path(text: &str) -> Result<BezPath, String> {
     let mut pen = Pen::default();
     for segment in PathParser::from(text) {
@@ -30,13 +32,13 @@ pub fn path(text: &str) -> Result<BezPath, String> {
     Ok(pen.path)
 }
 
-/// Where the pen is while a path is read.
+/// State of the pen.
 #[derive(Default)]
 struct Pen {
     path: BezPath,
     at: Point,
     start: Point,
-    /// Last control point of a cubic, of a quadratic: what S and T reflect.
+    /// Last control point of a cubic, of a quadratic, for reflection by S and T.
     cubic: Option<Point>,
     quadratic: Option<Point>,
     closed: bool,
@@ -52,7 +54,7 @@ impl Pen {
     }
 
     fn draw(&mut self, segment: &PathSegment) {
-        // After Z the next command starts a new subpath where the closed one began.
+        // After Z the next command starts a new subpath at the start of the closed one.
         if self.closed && !matches!(segment, PathSegment::MoveTo { .. } | PathSegment::ClosePath { .. }) {
             self.path.move_to(self.at);
             self.closed = false;
@@ -134,7 +136,7 @@ impl Pen {
 /// All paths of an SVG file's text as one, in metres, the middle of their box at the origin.
 ///
 /// # Errors
-/// What is wrong with the text.
+/// The fault of the text.
 pub fn drawing(text: &str, scale: Option<f64>) -> Result<BezPath, String> {
     let options = roxmltree::ParsingOptions { allow_dtd: true, ..Default::default() };
     let document =
@@ -154,7 +156,7 @@ pub fn drawing(text: &str, scale: Option<f64>) -> Result<BezPath, String> {
 }
 
 fn collect(node: roxmltree::Node, outer: Affine, all: &mut BezPath) -> Result<(), String> {
-    // Nesting is bounded: roxmltree refuses documents that are nested too deeply.
+    // Nesting is bounded: roxmltree rejects documents that are nested too deeply.
     let only_defined = ["defs", "clipPath", "mask", "marker", "pattern", "symbol"];
     if !node.is_element() || only_defined.contains(&node.tag_name().name()) {
         return Ok(());
@@ -170,7 +172,7 @@ fn collect(node: roxmltree::Node, outer: Affine, all: &mut BezPath) -> Result<()
     node.children().try_for_each(|child| collect(child, place, all))
 }
 
-/// Metres of a unit of the drawing: `width` over the width of the `viewBox`, where both are there.
+/// Metres per unit of the drawing: `width` over the width of the `viewBox`, where both exist.
 fn unit(root: roxmltree::Node) -> f64 {
     let width = root.attribute("width").and_then(|w| w.parse::<Length>().ok());
     let view = root.attribute("viewBox").and_then(|v| v.parse::<ViewBox>().ok());

@@ -1,4 +1,5 @@
-//! Meshes of many shapes: fitted, whole, oriented, of bounded quality; and what is refused.
+//! Meshes of many shapes: fitted, complete, oriented, of bounded quality; and rejected
+//! specifications.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,7 +16,7 @@ fn outline(spec: &str, holes: &str, cuts: &str) -> Result<Outline, InputError> {
     Outline::new(spec.as_ref(), &holes, &cuts, SIZE, Path::new(""))
 }
 
-/// Closed lines of boundary edges, and pieces joined by edges.
+/// Numbers of closed lines of boundary edges, and of pieces joined by edges.
 fn topology(mesh: &Mesh) -> (usize, usize) {
     let count = |joins: Vec<[u32; 2]>| {
         let mut root: Vec<u32> = (0..mesh.positions.len() as u32).collect();
@@ -41,7 +42,8 @@ fn worst(mesh: &Mesh, cell: DVec2) -> f64 {
     mesh.triangles.iter().map(|t| quality(t.map(at))).fold(f64::INFINITY, f64::min)
 }
 
-/// What is true of every mesh of an outline with `loops` closed boundary lines in `pieces` pieces.
+/// Check the properties of a mesh of an outline with `loops` closed boundary lines in `pieces`
+/// pieces.
 fn check(name: &str, outline: &Outline, grid: (u32, u32), (loops, pieces): (usize, usize)) -> Mesh {
     let mesh = mesh(outline, grid).unwrap_or_else(|e| panic!("{name}: {e}"));
     let (low, high) = outline.bounds();
@@ -131,7 +133,7 @@ fn cuts_part_the_sheet_and_end_inside() {
             check(name, &outline, grid, (loops, pieces));
         }
     }
-    // A cut that ends inside doubles its masses but the end's.
+    // A cut that ends inside doubles its nodes except that at the end.
     let whole = check("whole", &outline("", "", "").expect("a sheet"), (26, 21), (1, 1));
     let cut = check("cut", &outline("", "", "[[(0.005, -0.1), (0.005, 0)]]").expect("a sheet"), (26, 21), (1, 1));
     assert_eq!(cut.triangles.len(), whole.triangles.len());
@@ -159,7 +161,7 @@ fn distance_is_exact_on_a_disc() {
     for (p, d) in
         [((0.0, 0.0), 0.01), ((0.0, -0.09), -0.01), ((0.3, 0.4), 0.4), ((0.02, 0.01), 0.02), ((0.06, 0.0), -0.01)]
     {
-        // To the flatness of the polygon that stands for the circle.
+        // Exact to the flatness of the polygon of the circle.
         let found: f64 = disc.signed_distance(DVec2::new(p.0, p.1));
         assert!((found - d).abs() < 0.3 * FLATNESS, "{p:?}: {found}");
     }
@@ -252,7 +254,8 @@ fn random_shapes_give_a_mesh_or_an_error() {
         let (low, high) = outline.bounds();
         let cell = (high - low) / DVec2::new(f64::from(grid.0 - 1), f64::from(grid.1 - 1));
         assert!(worst(&mesh, cell) > 0.04, "case {case}: quality {}", worst(&mesh, cell));
-        // A cut may join a hole to the boundary or part the sheet; without one every ring is a line of the mesh.
+        // A cut may join a hole to the boundary or divide the sheet; without cuts every ring is a
+        // line of the mesh.
         let lines = topology(&mesh);
         assert!(!cuts.is_empty() || lines == (outline.rings().len(), 1), "case {case}: {lines:?}");
     }

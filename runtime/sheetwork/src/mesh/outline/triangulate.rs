@@ -1,9 +1,11 @@
-//! A sheet's triangles: square cells halved wherever there is room, fitted to the boundary and the cuts.
+//! Triangulation of a sheet: halved square cells wherever there is room, fitted to the boundary and
+//! the cuts.
 //!
-//! The grid has `grid.0` by `grid.1` points over the outline's box. Its points that are at least [`CLEARANCE`] cells from
-//! every boundary and cut are masses, and so are points about a cell apart along these and a row beside them (`layer`). A
-//! constrained Delaunay triangulation (Chew 1989; crate spade) of all in units of cells keeps the sides of the boundary and
-//! of the cuts; triangles outside are dropped. Whole cells are halved by parallel diagonals.
+//! The grid has `grid.0` by `grid.1` points over the outline's box. Nodes are its points at least
+//! [`CLEARANCE`] cells from every boundary and cut, points about a cell apart along these, and a
+//! row beside them (`layer`). A constrained Delaunay triangulation (Chew 1989; crate spade) of all
+//! in units of cells contains the sides of the boundary and of the cuts; triangles outside are
+//! removed. Whole cells are halved by parallel diagonals.
 
 use std::collections::BTreeMap;
 
@@ -20,13 +22,14 @@ use crate::mesh::outline::nodes::Nodes;
 use crate::mesh::outline::ring::distance;
 use crate::mesh::outline::{Outline, split};
 
-/// Least distance of a grid point from boundaries and cuts, cells.
+/// Minimum distance of a grid point from boundaries and cuts, cells.
 const CLEARANCE: f64 = 0.6;
 
-/// Least quality of a triangle: 4√3 area over the sum of squared edges, in cells; 1 for an equilateral one.
+/// Minimum quality of a triangle: 4√3 area over the sum of squared edges, in cells; 1 for an
+/// equilateral one.
 const WORST: f64 = 0.05;
 
-/// A point on its way through the triangulation.
+/// Point of the triangulation.
 struct Vertex {
     at: Point2<f64>,
 }
@@ -39,10 +42,11 @@ impl HasPosition for Vertex {
     }
 }
 
-/// Points of a grid that are masses: their number, by column and row.
+/// Grid points that are nodes: index by column and row.
 type Interior = BTreeMap<(u32, u32), u32>;
 
-/// Covers an outline with triangles; `grid` masses would lie along x and along z of its box, 2 to 2000.
+/// Triangle mesh of an outline. `grid` is the number of nodes along x and along z of its box, 2 to
+/// 2000.
 ///
 /// # Errors
 /// When the grid is out of range or too coarse for the outline, or a cut lies outside.
@@ -62,7 +66,7 @@ pub fn mesh(outline: &Outline, grid: (u32, u32)) -> Result<Mesh, InputError> {
     split::finish(positions, rows, triangles, &nodes.slits)
 }
 
-/// Adds the points of the grid that are clear of boundaries and cuts, inside or out.
+/// Add the points of the grid that are clear of boundaries and cuts, inside or out.
 fn grid_points(nodes: &mut Nodes, grid: (u32, u32)) -> Interior {
     let mut taken = vec![false; (grid.0 * grid.1) as usize];
     for [a, b] in nodes.sides.iter().chain(&nodes.slits) {
@@ -115,14 +119,14 @@ fn triangulate(nodes: &Nodes, cells: &Cells) -> Result<Vec<[u32; 3]>, InputError
     Ok(inside(&made, nodes))
 }
 
-/// The faces that an odd number of boundaries separates from the outside.
+/// Faces that an odd number of boundaries separates from the outside.
 fn inside(made: &ConstrainedDelaunayTriangulation<Vertex>, nodes: &Nodes) -> Vec<[u32; 3]> {
     let key = |a: u32, b: u32| (a.min(b), a.max(b));
     let boundary: std::collections::BTreeSet<(u32, u32)> = nodes.sides.iter().map(|s| key(s[0], s[1])).collect();
     let mut is_inside: Vec<Option<bool>> = vec![None; made.num_all_faces()];
     let outer = made.outer_face().fix().index();
     is_inside[outer] = Some(false);
-    // From the hull inwards, then from face to face; a boundary between two faces changes sides.
+    // From the hull inwards, then from face to face; crossing a boundary changes the side.
     let mut open: Vec<_> = made.convex_hull().map(|e| e.rev().fix()).collect();
     open.extend(made.convex_hull().map(|e| e.fix()));
     while let Some(edge) = open.pop() {
@@ -144,7 +148,8 @@ fn inside(made: &ConstrainedDelaunayTriangulation<Vertex>, nodes: &Nodes) -> Vec
     triangles
 }
 
-/// Gives all whole cells of the grid the same diagonal: every mass then has the same neighbours.
+/// Use the same diagonal in all whole cells of the grid, so that every node has the same
+/// neighbours.
 fn align_diagonals(triangles: &mut Vec<[u32; 3]>, nodes: &Nodes, interior: &Interior) {
     let first = interior.values().next().copied().unwrap_or(u32::MAX);
     let mut halves: BTreeMap<(u32, u32), u32> = BTreeMap::new();

@@ -1,6 +1,7 @@
-//! SLaMM with a second diagonal: proposed by the thesis (5.3.4) to take the distortion of the single one away.
+//! SLaMM with a second diagonal: proposed by the thesis (5.3.4) to remove the distortion of the
+//! single one.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

@@ -1,11 +1,12 @@
-//! Structures: which masses a sheet has, where they lie at rest, and which springs join them.
+//! Structures: nodes of a sheet, their rest positions, and the springs between them.
 //!
-//! Layers alternate (thesis 4.4.2): the bottom one has nx·nz masses, the next (nx-1)·(nz-1), each above the middle of a
-//! cell of the one below, the third nx·nz again. Local axes: x along the length, z along the width, y through the
-//! thickness; the origin is the middle of the bottom layer. Masses are numbered layer by layer, row by row (z), along x.
+//! Layers alternate (thesis 4.4.2): the bottom one has nx·nz nodes, the next (nx-1)·(nz-1), each
+//! above the middle of a cell of the one below, the third nx·nz again. Local axes: x along the
+//! length, z along the width, y through the thickness; the origin is the middle of the bottom
+//! layer. Nodes are numbered layer by layer, row by row (z), along x.
 //!
-//! Each structure is one file with one [`Structure`] in [`TABLE`]: menus, the command line, the conformance tests and the
-//! file formats read that table.
+//! Each structure is one file with one [`Structure`] in [`TABLE`]; menus, the command line, the
+//! conformance tests and the file formats read that table.
 
 pub(crate) mod double_diagonal;
 pub(crate) mod provot2d;
@@ -20,50 +21,50 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::mesh::grid::{Builder, Layer};
 
-use crate::elements::spring::SpringClass;
 use crate::error::InputError;
+use crate::mesh::spring_class::SpringClass;
 
-/// The structures there are, by name.
+/// Structures by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
 pub enum StructureKind {
-    /// Square mesh, layers joined by four springs a mass.
+    /// Square mesh, layers joined by four springs per node.
     Samm,
-    /// SaMM with one diagonal a cell.
+    /// SaMM with one diagonal per cell.
     Slamm,
     /// SLaMM with both diagonals.
     DoubleDiagonal,
-    /// Triangular mesh, layers joined by three springs a mass.
+    /// Triangular mesh, layers joined by three springs per node.
     Trimm,
     /// Provot's single layer: structural, shear and flexion springs.
     Provot2d,
     /// Two (or more) double-diagonal layers with flexion springs in each.
     Provot3d,
-    /// One layer with the true stiffness of its material, without springs.
+    /// Shell: one layer with the stiffness of its material, without springs.
     Shell,
 }
 
-/// One row of the table of structures.
+/// Row of the table of structures.
 pub struct Structure {
-    /// Which it is.
+    /// Kind of the structure.
     pub kind: StructureKind,
     /// Name in files and on the command line.
     pub name: &'static str,
-    /// One line on what it is.
+    /// Description in one line.
     pub about: &'static str,
-    /// Fewest and most layers it can have.
+    /// Minimum and maximum number of layers.
     pub layers: (u32, u32),
-    /// Rows are shifted by half a cell, alternately.
+    /// Whether every other row is shifted by half a cell.
     pub triangular: bool,
-    /// It has flexion triples that an angle limit can act on.
+    /// Whether the structure has flexion triples, for an angle limit.
     pub flexion: bool,
-    /// Second-neighbour cross-over springs are offered for it.
+    /// Whether the structure supports cross-over springs.
     pub cross_over: bool,
-    /// Adds the springs to a builder whose masses are already laid out.
+    /// Add the springs to a builder with nodes.
     pub(crate) connect: fn(&mut Builder),
 }
 
-/// Every structure, in the order menus show them.
+/// All structures, in the order of menus.
 pub const TABLE: &[Structure] = &[
     samm::STRUCTURE,
     slamm::STRUCTURE,
@@ -75,7 +76,7 @@ pub const TABLE: &[Structure] = &[
 ];
 
 impl StructureKind {
-    /// Its row in the table.
+    /// Row of the structure in the table.
     pub fn info(self) -> &'static Structure {
         // Every kind has a row: `every_kind_is_in_the_table` below.
         TABLE.iter().find(|s| s.kind == self).unwrap_or(&TABLE[0])
@@ -118,24 +119,24 @@ impl From<StructureKind> for String {
     }
 }
 
-/// What to generate.
+/// Specification of a lattice.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatticeSpec {
     /// Structure.
     pub structure: StructureKind,
-    /// Masses along the length, layers, masses along the width.
+    /// Nodes along the length, layers, nodes along the width.
     pub grid: (u32, u32, u32),
-    /// Length (x) and width (z) of the bottom layer, m. Of a triangular layer the length includes the half cell by which
-    /// every other row is shifted.
+    /// Length (x) and width (z) of the bottom layer, m. The length of a triangular layer includes
+    /// the half cell by which every other row is shifted.
     pub size: (f64, f64),
     /// Distance between layers, m.
     pub gap: f64,
-    /// Second-neighbour springs along every spring line of a layer.
+    /// Whether cross-over springs join second neighbours along every spring line of a layer.
     pub cross_over: bool,
 }
 
 impl LatticeSpec {
-    /// Distance of neighbours along x and of rows along z, m.
+    /// Distance of neighbours along x, and of rows along z, m.
     pub fn spacing(&self) -> (f64, f64) {
         let half = if self.structure.info().triangular { 0.5 } else { 0.0 };
         let (nx, _, nz) = self.grid;
@@ -143,29 +144,29 @@ impl LatticeSpec {
     }
 }
 
-/// One spring of a lattice, without its stiffness.
+/// Spring of a lattice, without its stiffness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// First mass.
+    /// First node.
     pub a: u32,
-    /// Second mass.
+    /// Second node.
     pub b: u32,
-    /// What it does in the structure.
+    /// Spring class.
     pub class: SpringClass,
-    /// Layer of its lower end.
+    /// Layer of the lower end.
     pub layer: u32,
 }
 
-/// A generated sheet at rest: geometry and connections, no material.
+/// Lattice at rest: geometry and connections, without material.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Lattice {
     /// Rest positions, m, local axes.
     pub positions: Vec<DVec3>,
-    /// Layer of each mass, 0 the bottom.
+    /// Layer of each node, 0 the bottom.
     pub layer_of: Vec<u32>,
-    /// Masses on the outline of their layer.
+    /// Whether each node is on the outline of its layer.
     pub border: Vec<bool>,
-    /// Springs, grouped so that neighbours in the list join neighbours in the grid.
+    /// Springs, ordered so that neighbours in the list join neighbours in the grid.
     pub links: Vec<Link>,
     /// Triples (a, b, c) in a row, b the middle one, for the flexion angle limit.
     pub flexion: Vec<[u32; 3]>,
@@ -173,19 +174,20 @@ pub struct Lattice {
     pub layers: Vec<Layer>,
 }
 
-/// Most masses a lattice may have.
+/// Maximum number of nodes of a lattice.
 pub const MAX_MASSES: u64 = 10_000_000;
 
-/// Generates a lattice.
+/// Generate a lattice.
 ///
 /// # Errors
-/// When the grid or the size is out of range, or the structure cannot have that many layers.
+/// When the grid or the size is out of range, or the structure does not support the number of
+/// layers.
 pub fn generate(spec: &LatticeSpec) -> Result<Lattice, InputError> {
     check(spec)?;
     Ok(assemble(spec))
 }
 
-/// The masses of a lattice without its springs.
+/// Nodes of a lattice without springs.
 ///
 /// # Errors
 /// As [`generate`].
@@ -194,7 +196,7 @@ pub(crate) fn lay_out(spec: &LatticeSpec) -> Result<Lattice, InputError> {
     Ok(Builder::new(spec).finish())
 }
 
-/// How many masses a lattice of this grid has.
+/// Number of nodes of a lattice of this grid.
 pub(crate) fn masses_of((nx, layers, nz): (u32, u32, u32)) -> u64 {
     let layer = |index: u32| {
         let less = u64::from(index % 2);
@@ -203,7 +205,7 @@ pub(crate) fn masses_of((nx, layers, nz): (u32, u32, u32)) -> u64 {
     (0..layers).map(layer).sum()
 }
 
-/// Lays out masses and springs of a specification that has been checked.
+/// Nodes and springs of a specification that has been checked.
 pub(crate) fn assemble(spec: &LatticeSpec) -> Lattice {
     let mut builder = Builder::new(spec);
     (spec.structure.info().connect)(&mut builder);

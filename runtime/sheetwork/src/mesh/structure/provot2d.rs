@@ -1,7 +1,7 @@
-//! Provot's cloth (Provot 1995; thesis 6.2): one layer with structural, shear and flexion springs, and an optional limit on
-//! the angle between a spring and the next in line.
+//! Provot's cloth (Provot 1995; thesis 6.2): one layer with structural, shear and flexion springs,
+//! and an optional limit on the angle between a spring and the next in line.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

@@ -1,7 +1,7 @@
-//! The thesis's hybrid (thesis 6.2): double-diagonal layers joined as in SaMM, with Provot's flexion springs in each layer.
-//! It won the thesis's user study.
+//! Hybrid structure of the thesis (thesis 6.2): double-diagonal layers joined as in SaMM, with
+//! Provot's flexion springs in each layer. The thesis's user study preferred it.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

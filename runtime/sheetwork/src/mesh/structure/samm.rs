@@ -1,8 +1,10 @@
-//! SaMM, the square mesh (thesis 4.4.2): springs along x and z, layers joined at the four corners of each cell.
+//! SaMM, the square mesh (thesis 4.4.2): springs along x and z, layers joined at the four corners
+//! of each cell.
 //!
-//! It has no spring against shear or twist within a layer: a strip of it bends, a plate of it folds along its diagonals.
+//! No spring resists shear or twist within a layer: a strip bends, a plate folds along its
+//! diagonals.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

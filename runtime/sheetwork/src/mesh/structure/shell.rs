@@ -1,5 +1,6 @@
-//! The shell: one layer of masses without springs. Its membrane and bending are finite differences of a continuous sheet
-//! (`element/cell_membrane`, `element/bending`), so it has the sheet's own stiffness on any grid.
+//! Shell: one layer of nodes without springs. Its membrane and bending elements are finite
+//! differences of a continuous sheet (`elements/grid_membrane`, `elements/bending`), with the
+//! stiffness of the material on any grid.
 
 use crate::mesh::structure::{Structure, StructureKind};
 

@@ -1,8 +1,9 @@
-//! SLaMM, the square-lattice mesh (thesis 4.4.2): SaMM and one diagonal a cell, always the same one.
+//! SLaMM, the square-lattice mesh (thesis 4.4.2): SaMM with one diagonal per cell, in the same
+//! direction in all cells.
 //!
-//! The single diagonal couples bending into twist, which the thesis saw as a yaw and called a distortion.
+//! The single diagonal couples bending with twist, which the thesis describes as a yaw distortion.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {

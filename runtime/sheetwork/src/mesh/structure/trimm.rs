@@ -1,9 +1,10 @@
-//! TRiMM, the triangular mesh (thesis 4.4.2): rows shifted by half a cell in turn, so that every layer is triangles;
-//! layers joined at the three corners of the triangle below each mass.
+//! TRiMM, the triangular mesh (thesis 4.4.2): every other row is shifted by half a cell, so that
+//! layers consist of triangles; layers are joined at the three corners of the triangle below each
+//! node.
 //!
-//! With rows a factor √3/2 of the spacing apart the triangles are equilateral and the layer is isotropic.
+//! With rows at √3/2 of the spacing the triangles are equilateral and the layer is isotropic.
 
-use crate::elements::spring::SpringClass;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Builder, Structure, StructureKind};
 
 pub(crate) const STRUCTURE: Structure = Structure {
@@ -21,6 +22,6 @@ fn connect(builder: &mut Builder) {
     builder.planar(1, 0, SpringClass::X);
     builder.slants();
     builder.inter_layer();
-    // Two rows on, the stagger is back where it was and a slanting line has moved by one column.
+    // Two rows further the shift repeats, and a slanting line has moved by one column.
     builder.cross_over(&[(2, 0), (1, 2), (-1, 2)]);
 }

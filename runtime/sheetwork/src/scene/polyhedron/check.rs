@@ -1,7 +1,7 @@
-//! Whether a polyhedron is one: what is refused, and with which words.
+//! Checks of a polyhedron, and their messages.
 //!
-//! Lengths in metres. Order of the checks: coordinates, then each face alone (corners, area, planarity, outline), then
-//! edges, then volume; the first defect is reported.
+//! Lengths in metres. Order of the checks: coordinates, then each face alone (corners, area,
+//! planarity, outline), then edges, then volume; the first defect is reported.
 
 use std::collections::HashMap;
 
@@ -10,32 +10,35 @@ use glam::{DVec2, DVec3};
 use crate::error::{InputError, check_range};
 use crate::scene::polyhedron::{Polyhedron, area_vector};
 
-/// Corners may lie this far from their face's plane, relative to the face's size.
+/// Planarity tolerance: distance of a corner from the plane of its face, relative to the face's
+/// size.
 const PLANARITY: f64 = 1e-4;
-/// A face whose area is below this fraction of its size squared counts as a line.
+/// Area threshold, relative to the face's size squared, below which a face counts as a line.
 const FLATNESS: f64 = 1e-10;
-/// A volume below this fraction of the size cubed counts as none: it is what rounding leaves of a flat polyhedron.
+/// Volume threshold, relative to the size cubed, below which a polyhedron counts as flat: rounding
+/// error of a flat one.
 const THINNESS: f64 = 1e-15;
 /// Largest coordinate, m.
 pub(crate) const MAX_COORDINATE: f64 = 1e4;
-/// Most corners of a face: checking and triangulating a face take time that grows with the square of their number.
+/// Maximum number of corners of a face: checking and triangulating a face take time quadratic in
+/// it.
 pub(crate) const MAX_CORNERS: usize = 1024;
 
-/// What is wrong with a polyhedron.
+/// Defect of a polyhedron.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Defect {
-    /// The face to blame, if it is a single one.
+    /// Face with the defect, if it is a single one.
     pub(crate) face: Option<usize>,
-    /// The field ("vertices.3.x", "faces.3" or empty) and the problem.
+    /// Field ("vertices.3.x", "faces.3" or empty) and problem.
     pub(crate) error: InputError,
 }
 
 impl Polyhedron {
-    /// Whether this is a closed polyhedron with outward faces.
+    /// Check that the polyhedron is closed with outward faces.
     ///
-    /// Coordinates must be finite and within ±1e4 m, faces must have 3 to 1024 distinct corners, be planar to 1e-4 of
-    /// their size and not cross themselves, every edge must belong to two faces that run along it in opposite senses, and
-    /// the volume must be positive.
+    /// Coordinates must be finite and within ±1e4 m. Faces must have 3 to 1024 distinct corners, be
+    /// planar to 1e-4 of their size and not cross themselves. Every edge must belong to two faces
+    /// with opposite senses, and the volume must be positive.
     ///
     /// # Errors
     /// The first defect found; its field is `vertices.N.x`, `faces.N` or empty.
@@ -43,7 +46,7 @@ impl Polyhedron {
         self.defect_of_closed().map_err(|defect| defect.error)
     }
 
-    /// Whether this is a set of good faces, not necessarily closed; the conditions are those of
+    /// Check every face of a polyhedron that may be open; the conditions are those of
     /// [`Polyhedron::check_closed`] without edges and volume.
     ///
     /// # Errors
@@ -52,7 +55,7 @@ impl Polyhedron {
         faces(self).map_err(|defect| defect.error)
     }
 
-    /// [`Polyhedron::check_closed`] with the face that is to blame.
+    /// [`Polyhedron::check_closed`] with the face of the defect.
     pub(crate) fn defect_of_closed(&self) -> Result<(), Defect> {
         faces(self)?;
         closed(self)?;
@@ -71,9 +74,9 @@ impl Polyhedron {
     }
 }
 
-/// Every edge is run along once in each sense.
+/// Check that every edge occurs once in each sense.
 pub(crate) fn closed(polyhedron: &Polyhedron) -> Result<(), Defect> {
-    // Directed edges: if none is run twice and every one has its reverse, each edge has exactly two faces.
+    // Directed edges: if each is unique and has its reverse, each edge has exactly two faces.
     let mut face_of = HashMap::new();
     for (face, corners) in polyhedron.faces.iter().enumerate() {
         for (from, to) in edges(corners) {
@@ -104,10 +107,10 @@ fn edges(corners: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
     corners.iter().copied().zip(corners.iter().copied().cycle().skip(1))
 }
 
-/// Coordinates, and every face by itself.
+/// Check coordinates, and every face by itself.
 fn faces(polyhedron: &Polyhedron) -> Result<(), Defect> {
     for (index, vertex) in polyhedron.vertices.iter().enumerate() {
-        // NaN is not within either.
+        // NaN fails the comparison.
         if vertex.abs().cmple(DVec3::splat(MAX_COORDINATE)).all() {
             continue;
         }
@@ -150,7 +153,7 @@ fn face_problem(polyhedron: &Polyhedron, face: &[u32]) -> Result<(), String> {
     simple(&polyhedron.flatten(face))
 }
 
-/// The corners span a plane and lie in it.
+/// Check that the corners span a plane and lie in it.
 fn flat(corners: &[DVec3]) -> Result<(), String> {
     let low = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let high = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -161,7 +164,7 @@ fn flat(corners: &[DVec3]) -> Result<(), String> {
     }
     let normal = area.normalize_or_zero();
     let origin = corners[0];
-    // The plane goes through the corners' mean, so that no corner is privileged.
+    // The plane goes through the mean of the corners, to treat all corners alike.
     let mean = corners.iter().map(|c| (*c - origin).dot(normal)).sum::<f64>() / corners.len() as f64;
     for (index, corner) in corners.iter().enumerate() {
         let off = ((*corner - origin).dot(normal) - mean).abs();
@@ -173,7 +176,7 @@ fn flat(corners: &[DVec3]) -> Result<(), String> {
     Ok(())
 }
 
-/// The outline does not touch itself.
+/// Check that the outline does not touch itself.
 fn simple(outline: &[DVec2]) -> Result<(), String> {
     let count = outline.len();
     let edge = |i: usize| (outline[i], outline[(i + 1) % count]);
@@ -216,7 +219,7 @@ fn touch(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
 mod tests {
     use super::*;
 
-    /// The error of a cube spoilt by `spoil`.
+    /// Error of a cube changed by `spoil`.
     fn spoilt(spoil: impl Fn(&mut Polyhedron)) -> String {
         let mut cube = Polyhedron::cuboid(DVec3::ONE);
         assert_eq!(cube.check_closed(), Ok(()));
@@ -243,7 +246,7 @@ mod tests {
     #[test]
     fn faces_must_be_planar_have_area_and_a_simple_outline() {
         assert!(spoilt(|p| p.vertices[0] *= 1.01).contains("is not planar: corner"));
-        // Within the tolerance a rounded vertex is no defect.
+        // A rounded vertex within the tolerance is accepted.
         let mut rounded = Polyhedron::cuboid(DVec3::ONE);
         rounded.vertices[0] *= 1.0 + 1e-5;
         assert_eq!(rounded.check_closed(), Ok(()));

@@ -1,10 +1,10 @@
-//! Bodies of the rigs that are not among the ready-made shapes. Lengths in m.
+//! Pyramid for the rigs. Lengths in m.
 
 use glam::DVec3;
 
 use crate::scene::Polyhedron;
 
-/// A square pyramid on the plane y = 0, its tip above the middle of its base.
+/// Square pyramid on the plane y = 0, its tip above the middle of its base.
 pub fn pyramid(base: f64, height: f64) -> Polyhedron {
     let half = 0.5 * base;
     let corners = [(-half, -half), (-half, half), (half, half), (half, -half)];

@@ -1,7 +1,7 @@
-//! Ready-made polyhedra: box, prism, wedge and dome. Lengths in metres.
+//! Standard polyhedra: box, prism, wedge and dome. Lengths in metres.
 //!
-//! The shapes take what they are given; a size of zero or a wrong number gives a polyhedron that
-//! [`Polyhedron::check_closed`] refuses.
+//! Sizes are unchecked; [`Polyhedron::check_closed`] rejects the result of a zero or non-finite
+//! size.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -11,7 +11,7 @@ use crate::scene::polyhedron::check::MAX_CORNERS;
 use crate::scene::polyhedron::{Assembler, Polyhedron};
 
 impl Polyhedron {
-    /// A box of this size, m, about the origin.
+    /// Box of this size, m, about the origin.
     pub fn cuboid(size: DVec3) -> Self {
         let half = 0.5 * size.truncate();
         let section = [
@@ -23,8 +23,8 @@ impl Polyhedron {
         Self::prism(&section, size.z)
     }
 
-    /// A prism: the section (x, y), m, counter-clockwise seen from +z, drawn out along z over `depth`, m, half of it to
-    /// each side of z = 0.
+    /// Prism: the section (x, y), m, counter-clockwise seen from +z, extruded along z over `depth`,
+    /// m, half of it to each side of z = 0.
     pub fn prism(section: &[DVec2], depth: f64) -> Self {
         let mut assembler = Assembler::default();
         let front: Vec<DVec3> = section.iter().map(|p| p.extend(0.5 * depth)).collect();
@@ -41,24 +41,24 @@ impl Polyhedron {
         prism
     }
 
-    /// A triangular prism on the plane y = 0 with its ridge along z: `width` along x, `height` along y and `depth` along
-    /// z, all m; centred in x and z.
+    /// Triangular prism on the plane y = 0 with its ridge along z: `width` along x, `height` along
+    /// y and `depth` along z, all m; centred in x and z.
     pub fn wedge(width: f64, height: f64, depth: f64) -> Self {
         let half = 0.5 * width;
         Self::prism(&[DVec2::new(-half, 0.0), DVec2::new(half, 0.0), DVec2::new(0.0, height)], depth)
     }
 
-    /// A dome of this radius, m, with a flat base on the plane y = 0 about the origin.
+    /// Dome of this radius, m, with a flat base on the plane y = 0 about the origin.
     ///
-    /// `rings` bands of faces (1 to 1024) between base and pole, `segments` faces (3 to 1024) around; numbers outside are
-    /// taken as the nearest inside. The vertices lie on the sphere, the faces inside it.
+    /// `rings` bands of faces (1 to 1024) between base and pole, `segments` faces (3 to 1024)
+    /// around; numbers outside are clamped. The vertices lie on the sphere, the faces inside it.
     pub fn hemisphere(radius: f64, rings: u32, segments: u32) -> Self {
         let limit = MAX_CORNERS as u32;
         let (rings, segments) = (rings.clamp(1, limit), segments.clamp(3, limit));
         let at = |ring: u32, segment: u32| {
             let elevation = FRAC_PI_2 * f64::from(ring) / f64::from(rings);
             let azimuth = TAU * f64::from(segment % segments) / f64::from(segments);
-            // Exactly zero at the base: the sine of zero is.
+            // The height at the base is exactly zero, as is the sine of zero.
             let (height, reach) = elevation.sin_cos();
             radius * DVec3::new(reach * azimuth.cos(), height, reach * azimuth.sin())
         };

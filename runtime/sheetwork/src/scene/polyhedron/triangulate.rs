@@ -1,8 +1,8 @@
-//! Cutting faces into triangles, by clipping ears in a fixed order.
+//! Triangulation of faces, by ear clipping in a fixed order.
 //!
-//! An ear is a convex corner whose triangle with its two neighbours holds no other corner; a simple polygon always has
-//! one. The corners themselves are never moved and none is added, so a closed polyhedron becomes a closed triangle mesh.
-//! Lengths in metres.
+//! An ear is a convex corner whose triangle with its two neighbours contains no other corner; a
+//! simple polygon always has one. Corners are neither moved nor added, so a closed polyhedron
+//! becomes a closed triangle mesh. Lengths in metres.
 
 use glam::DVec2;
 
@@ -11,12 +11,13 @@ use crate::scene::polyhedron::{Polyhedron, area_vector};
 impl Polyhedron {
     /// All faces as triangles of vertex indices, counter-clockwise seen from outside, face by face.
     ///
-    /// Concave faces are cut rightly. Faces that [`Polyhedron::check_open`] would refuse for their corners are left out.
+    /// Faces may be concave. Faces whose corners [`Polyhedron::check_open`] rejects are skipped.
     pub fn triangulate(&self) -> Vec<[u32; 3]> {
         (0..self.faces.len()).flat_map(|face| self.triangulate_face(face)).collect()
     }
 
-    /// The triangles of face `face`; none if it does not exist, has fewer than three corners or corners without vertex.
+    /// Triangles of face `face`; empty if it does not exist, has fewer than three corners or
+    /// corners without vertex.
     pub fn triangulate_face(&self, face: usize) -> Vec<[u32; 3]> {
         let Some(corners) = self.faces.get(face) else { return Vec::new() };
         let outline = self.flatten(corners);
@@ -26,7 +27,8 @@ impl Polyhedron {
         clip_ears(&outline).into_iter().map(|triangle| triangle.map(|corner| corners[corner])).collect()
     }
 
-    /// The face seen along its normal: two of the three coordinates, in the order that keeps it counter-clockwise.
+    /// Projection of the face along its normal: two of the three coordinates, in the order that
+    /// keeps it counter-clockwise.
     pub(crate) fn flatten(&self, face: &[u32]) -> Vec<DVec2> {
         let corners: Vec<_> = face.iter().filter_map(|index| self.vertices.get(*index as usize).copied()).collect();
         let normal = area_vector(&corners);
@@ -55,7 +57,8 @@ fn clip_ears(outline: &[DVec2]) -> Vec<[usize; 3]> {
         let ear = next_ear(outline, &ring, start);
         triangles.push(around(&ring, ear));
         ring.remove(ear);
-        // Going on past the neighbour clips every other corner and gives fewer slivers than a fan.
+        // Continuing past the neighbour clips every other corner and gives fewer slivers than a
+        // fan.
         start = ear + 1;
     }
     if let [a, b, c] = ring[..] {
@@ -64,7 +67,7 @@ fn clip_ears(outline: &[DVec2]) -> Vec<[usize; 3]> {
     triangles
 }
 
-/// Place in the ring of the first ear at or after `start`, cyclically.
+/// Position in the ring of the first ear at or after `start`, cyclically.
 fn next_ear(outline: &[DVec2], ring: &[usize], start: usize) -> usize {
     let mut widest = (0, f64::NEG_INFINITY);
     for step in 0..ring.len() {
@@ -78,7 +81,8 @@ fn next_ear(outline: &[DVec2], ring: &[usize], start: usize) -> usize {
             widest = (place, turn);
         }
     }
-    // Only an outline that touches itself, or is so thin that rounding decides, has no ear: clip the most convex corner.
+    // Only an outline that touches itself, or is so thin that rounding decides, has no ear: clip
+    // the most convex corner.
     widest.0
 }
 
@@ -93,7 +97,7 @@ fn turn([a, b, c]: [DVec2; 3]) -> f64 {
     (b - a).perp_dot(c - a)
 }
 
-/// Whether the triangle holds the point, its sides included.
+/// Whether the triangle contains the point, its sides included.
 fn covers(outline: &[DVec2], triangle: [usize; 3], point: usize) -> bool {
     let [a, b, c] = triangle.map(|i| outline[i]);
     let p = outline[point];
@@ -105,7 +109,7 @@ mod tests {
     use super::*;
     use glam::DVec3;
 
-    /// A face with this outline in a slanted plane.
+    /// Face with this outline in a slanted plane.
     fn slanted(outline: &[(f64, f64)]) -> Polyhedron {
         let (u, v) = (DVec3::new(0.6, -0.8, 0.0), DVec3::new(0.0, 0.0, -1.0));
         Polyhedron {
@@ -114,7 +118,8 @@ mod tests {
         }
     }
 
-    /// The triangles cover the face once: positive areas, all on the face's side, that sum to the face's.
+    /// Check that the triangles cover the face once: positive areas, on the face's side, with the
+    /// face's total.
     fn assert_covered(polyhedron: &Polyhedron, area: f64) {
         assert!((polyhedron.face_area(0) - area).abs() < 1e-12);
         let triangles = polyhedron.triangulate();
@@ -170,7 +175,7 @@ mod tests {
 
     #[test]
     fn outlines_without_ears_still_end() {
-        // Coincident and crossing corners: the result means nothing, but there is one.
+        // Coincident and crossing corners: the result has no meaning, but exists.
         assert_eq!(slanted(&[(0.0, 0.0); 6]).triangulate().len(), 4);
         assert_eq!(slanted(&[(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0), (0.5, 2.0)]).triangulate().len(), 3);
         let nan = slanted(&[(f64::NAN, 0.0), (1.0, f64::INFINITY), (1.0, 0.0), (0.0, 1.0)]);

@@ -1,9 +1,9 @@
-//! Reading sheet files: which record may follow which, and what each must hold.
+//! Reader of sheet files: order and content of the records.
 //!
-//! Units change from the file's to SI in the columns' parser; see [`super`] for the format.
+//! Units change from the file's to SI in the parser of the columns; see [`super`] for the format.
 
-use crate::elements::spring::SpringClass;
 use crate::error::InputError;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{MAX_MASSES, StructureKind};
 use crate::scene::record_lines::{Record, last_line, quoted, records};
 use crate::scene::sht::{
@@ -13,12 +13,12 @@ use crate::scene::sht::{
 /// Record letters in their order.
 const ORDER: [&str; 7] = ["M", "S", "K", "*", "D", "C", "T"];
 
-/// Reads a .SHT text.
+/// Read a .SHT text.
 ///
 /// # Errors
-/// The first fault, with its line: an unknown record, one out of order or missing, a wrong number of fields, a number that
-/// is none or out of range, a spring, corner or centre without its mass, dimensions that the masses contradict, an unknown
-/// spring kind or structure.
+/// The first fault, with its line: an unknown record, one out of order or missing, a wrong number
+/// of fields, an invalid number or one out of range, a spring, corner or centre without its node,
+/// dimensions that contradict the nodes, an unknown spring class or structure.
 pub fn read_sht(text: &str) -> Result<SheetFile, InputError> {
     let mut reader = Reader::new();
     for record in records(text) {
@@ -31,12 +31,12 @@ pub fn read_sht(text: &str) -> Result<SheetFile, InputError> {
     Ok(reader.sheet)
 }
 
-/// What has been read so far.
+/// State of the reader.
 struct Reader {
     sheet: SheetFile,
     layers: Layers,
     marks: Vec<u32>,
-    /// Place in [`ORDER`] of the last record.
+    /// Position in [`ORDER`] of the last record.
     stage: usize,
 }
 
@@ -58,7 +58,8 @@ impl Reader {
         let Some(place) = ORDER.iter().position(|letter| *letter == record.letter) else {
             return Err(record.unknown(&ORDER.join(", ")));
         };
-        // Lists may be long or, for springs, empty; from the end mark on each record comes once, after the one before it.
+        // Lists may be long or, for springs, empty; from the end mark on each record comes once,
+        // after the one before it.
         let in_order = if place <= 3 { place >= self.stage && self.stage < 3 } else { place == self.stage + 1 };
         if !in_order {
             let last = if self.sheet.masses.is_empty() { "the start" } else { ORDER[self.stage] };
@@ -151,7 +152,7 @@ impl Reader {
     fn structure(&mut self, record: &Record<'_>) -> Result<(), InputError> {
         record.expect_fields(1, "name of the structure")?;
         let name = record.field(0);
-        // The table's own error repeats the name as it is; a long one is refused before it gets there.
+        // The error of the table repeats the whole name; a long one is rejected before.
         if name.chars().count() > 40 {
             return Err(record.error("T", format!("no structure is named {}", quoted(name))));
         }
@@ -174,7 +175,7 @@ mod tests {
         read_sht(text).expect_err("bad").to_string()
     }
 
-    /// The error of the small file with one text replaced.
+    /// Error of the small file with one text replaced.
     fn changed(from: &str, to: &str) -> String {
         assert!(SMALL.contains(from));
         error(&SMALL.replacen(from, to, 1))

@@ -1,14 +1,18 @@
-//! A mass that three springs hold over a triangle: where it is by their lengths, and how it moves by their rates.
+//! Apex of three springs over a triangle: position from their lengths, velocity from their rates.
 //!
-//! With corners cᵢ and squared lengths ℓᵢ² the mass is in the plane of the triangle where 2 p·(cⱼ - cᵢ) = ℓᵢ² - ℓⱼ² + |cⱼ|² - |cᵢ|², and over it by
-//! δ² = ℓ₁² - |p - c₁|². It moves as wᵢ·x' = ½ (ℓᵢ²)' + wᵢ·cᵢ' says, wᵢ = x - cᵢ. Lengths m, rates per second.
+//! With corners cᵢ and squared lengths ℓᵢ², the projection p of the apex onto the plane of the
+//! triangle satisfies 2 p·(cⱼ - cᵢ) = ℓᵢ² - ℓⱼ² + |cⱼ|² - |cᵢ|², and its height is δ² = ℓ₁² - |p -
+//! c₁|². Its velocity x' satisfies wᵢ·x' = ½ (ℓᵢ²)' + wᵢ·cᵢ' with wᵢ = x - cᵢ. Lengths in m, rates
+//! per second.
 
 use glam::{DMat3, DVec3};
 
-/// Part of a cube of the triangle's side below which three springs lie in a plane and tell nothing of a motion.
+/// Minimum determinant, relative to the cube of the triangle's side, at which the three springs
+/// determine a velocity.
 const FLAT: f64 = 1e-9;
 
-/// Where a mass is over the upper side of `corners` (m), `n` its unit normal, with springs of these squared lengths (m²).
+/// Position of the apex over the upper side of `corners` (m), with their unit normal `n` and
+/// squared spring lengths `squares` (m²).
 pub(crate) fn place(corners: [DVec3; 3], n: DVec3, squares: [f64; 3]) -> DVec3 {
     let [c, along, across] = [corners[0], corners[1] - corners[0], corners[2] - corners[0]];
     let right = |e: DVec3, square: f64| 0.5 * (squares[0] - square + e.length_squared());
@@ -20,8 +24,9 @@ pub(crate) fn place(corners: [DVec3; 3], n: DVec3, squares: [f64; 3]) -> DVec3 {
     c + flat + n * (squares[0] - flat.length_squared()).max(0.0).sqrt()
 }
 
-/// How fast a mass at `x` over `corners` (m) moves, which move at `moving` (m/s), where half its springs' squares change at `rates` (m²/s); as the
-/// corners do in the mean where springs lie flat.
+/// Velocity (m/s) of the apex at `x` over `corners` (m) with the velocities `moving` (m/s), where
+/// `rates` are half the rates of the squared spring lengths (m²/s). For springs in a plane it is
+/// the mean velocity of the corners.
 pub(crate) fn velocity(x: DVec3, corners: [DVec3; 3], moving: [DVec3; 3], rates: [f64; 3]) -> DVec3 {
     let w = corners.map(|c| x - c);
     let right: [f64; 3] = std::array::from_fn(|i| rates[i] + w[i].dot(moving[i]));

@@ -1,7 +1,8 @@
-//! What pins hold of a lattice on another grid.
+//! Remapping of the pins of a lattice to another grid.
 //!
-//! Each pin holds the masses of its region on that grid, which begin where the description has them, and as far from there as those of the old grid
-//! did: a sheet that was put elsewhere has its pins there. Pinned masses move as those of the old grid in their layer.
+//! Each pin prescribes the nodes of its region on the new grid. Their start positions are those of
+//! the description, shifted like those of the old grid, which a moved sheet requires. Prescribed
+//! nodes have the velocity of those of the old grid in their layer.
 
 use glam::DVec3;
 
@@ -11,13 +12,13 @@ use crate::sheet::remap::layer_offsets::Layout;
 use crate::sheet::remap::row_interpolation::Rows;
 
 impl Sheet {
-    /// Moves the starts of pins as those of `old` have moved; this sheet is as it was built.
+    /// Shift the start positions of pins like those of `old`; this sheet must be as built.
     pub(crate) fn take_pins_of(&mut self, old: &Self, spec: &SheetSpec, (before, now): (&Layout, &Layout)) {
         if self.pins.is_empty() {
             return;
         }
         let up = spec.placement.quaternion() * DVec3::Y;
-        // Where a mass of the old grid was when it was built.
+        // Initial position of a node of the old grid.
         let rest = |i: usize| {
             let (u, v) = before.uv[i];
             let along = DVec3::new((u - 0.5) * before.extent.0, 0.0, (v - 0.5) * before.extent.1);
@@ -32,12 +33,12 @@ impl Sheet {
         self.pins.shift_starts(|k, i| {
             let by = moved.get(k).and_then(|rows| rows.read(now.uv[i as usize], before.step()));
             let by = by.map_or(DVec3::ZERO, DVec3::from_array);
-            // Rounding is no motion.
+            // A shift within rounding errors counts as zero.
             if by.length() > slack { by } else { DVec3::ZERO }
         });
     }
 
-    /// Gives pinned masses the velocity of those of `old`, and what is held along an axis none along it.
+    /// Set the velocities of prescribed nodes to those of `old`, and fixed components to zero.
     pub(crate) fn lead_pinned(&mut self, old: &Self, (before, now): (&Layout, &Layout)) {
         for (layer, own) in before.layers.iter().zip(&now.layers) {
             let held = layer.range().filter(|i| old.inverse_mass[*i] == 0.0);

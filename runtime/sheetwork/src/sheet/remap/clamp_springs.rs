@@ -1,8 +1,11 @@
-//! What has set and crept in the springs that clamps cut, on another grid: as strain, per length without load.
+//! Remapping of inelastic strain in the springs cut by clamps to another grid, as strain per length
+//! without load.
 //!
-//! Those that begin at masses of one layer and go as far, counted in spacings of the grid and of the layers, are of one kind, whatever the grid. They stand
-//! side by side along the clamp; what a new one has is the mean of those of its kind under a hat as wide as the coarser cell. One without its like takes after
-//! the kind of its layer that is nearest. What does not fit the new grid's strain is dealt with as in `springs`.
+//! Clamp springs from nodes of one layer with equal direction and length, counted in spacings of
+//! the grid and of the layers, are of one kind on every grid. The strain of a new spring is the
+//! mean over the old springs of its kind, weighted by a hat function along the clamp that is as
+//! wide as the coarser cell. A kind that the old grid lacks uses the nearest kind of its layer.
+//! `springs` describes the correction for the strain of the new grid.
 
 use std::any::Any;
 use std::collections::BTreeMap;
@@ -16,7 +19,8 @@ use crate::sheet::remap::layer_offsets::Layout;
 use crate::sheet::remap::row_interpolation::Rows;
 use crate::sheet::remap::springs::fitted;
 
-/// Layer, and twelfths of spacings from the mass to the fixed end along u, through the thickness and along v.
+/// Layer, and distance from the node to the fixed end along u, through the thickness and along v,
+/// in twelfths of a spacing.
 type Kind = (u32, [i32; 3]);
 
 fn kind(sheet: &Sheet, layout: &Layout, spec: &SheetSpec, (mass, point): (usize, DVec3)) -> Kind {
@@ -33,13 +37,13 @@ fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Ro
     all.get(wanted).or_else(|| alike.min_by_key(|(k, _)| apart(k)).map(|(_, rows)| rows))
 }
 
-/// The springs of a sheet that clamps cut.
+/// Clamp springs of a sheet.
 fn walls(sheet: &Sheet) -> Option<&WallSprings> {
     sheet.elements.iter().find_map(|e| (&**e as &dyn Any).downcast_ref())
 }
 
 impl Sheet {
-    /// Takes up what the springs of `old` hold that clamps cut.
+    /// Remap the inelastic strain of the clamp springs of `old`.
     pub(crate) fn take_walls_of(&mut self, old: &Self, spec: &SheetSpec) {
         let (Some(before), Some(own)) = (walls(old), walls(self)) else { return };
         if old.heat.is_none() {

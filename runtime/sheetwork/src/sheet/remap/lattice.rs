@@ -1,13 +1,15 @@
-//! Where the masses of a lattice are on its new grid, and how they move.
+//! Remapping of positions and velocities of a lattice to another grid.
 //!
-//! The bottom layer, which is the one that is drawn, is read by splines; the others stand on it as they did (`layers`). Then the bottom layer moves by the least
-//! that brings the mean stretch of all layers to what it was (`membrane`), and the others move with it: how much layers differ is the bend, which is
-//! that of the surface. What is held is where its pins have it, in every layer.
+//! Splines interpolate the bottom layer, which is also the drawn one, and the other layers keep
+//! their offsets from it (`layer_offsets`). Then the bottom layer gets the least motion that
+//! restores the mean membrane strain of all layers (`membrane`), and the other layers follow.
+//! Differences of strain between layers are bending and follow from the surface. Prescribed nodes
+//! of every layer have their prescribed positions.
 
 use glam::DVec3;
 
-use crate::elements::spring::SpringClass;
 use crate::math::Vectors;
+use crate::mesh::spring_class::SpringClass;
 use crate::mesh::structure::{Layer, StructureKind};
 use crate::scene::SheetSpec;
 use crate::sheet::Sheet;
@@ -17,17 +19,19 @@ use crate::sheet::remap::motion::vectors;
 use crate::sheet::remap::spline::Surface;
 use crate::sheet::remap::strain::{Mesh, Strains};
 
-/// Most rounds of bringing the stretch to what it was: it is nearly linear, and a round that does not bring it nearer is not taken.
+/// Maximum number of corrections of the membrane strain. The problem is nearly linear, and a
+/// correction that does not reduce the residual is rejected.
 const ROUNDS: usize = 3;
 
-/// The bottom layer as edges with strains.
+/// Bottom layer as a mesh of edges with strains.
 fn mesh(layout: &Layout) -> Mesh {
     let (step, bottom) = (layout.step(), layout.layers[0]);
     let spacing = (step.0 * layout.extent.0, step.1 * layout.extent.1);
     Mesh { columns: bottom.nx as usize, rows: bottom.nz as usize, spacing, triangular: bottom.triangular }
 }
 
-/// The bottom layer of `old` at the masses of that of `new`, with room for the others.
+/// Interpolate `values` of the bottom layer of `old` at the nodes of the bottom layer of `new`; the
+/// result also has entries for the other layers, set to zero.
 fn surface(old: &Layout, new: &Layout, values: &Vectors) -> Vec<DVec3> {
     let size = |l: &Layer| (l.nx as usize, l.nz as usize);
     let (from, to) = (size(&old.layers[0]), size(&new.layers[0]));
@@ -39,8 +43,8 @@ fn surface(old: &Layout, new: &Layout, values: &Vectors) -> Vec<DVec3> {
     all
 }
 
-/// The least motion of the bottom layer that changes its strains so: along the surface alone, since across it layers would make strain of every
-/// ripple. What is `held` does not move.
+/// Least tangential motion of the bottom layer that changes its strains by `change`. Normal motion
+/// is excluded, because it would turn ripples into strain of the layers. `held` nodes do not move.
 fn answer(mesh: &Mesh, layout: &Layout, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
     let normals = layout.normals(x);
     let along = |i: usize, d: DVec3| if held[i] { DVec3::ZERO } else { d - normals[i] * normals[i].dot(d) };
@@ -48,12 +52,12 @@ fn answer(mesh: &Mesh, layout: &Layout, x: &[DVec3], change: &Strains, held: &[b
 }
 
 impl Sheet {
-    /// Whether it is a lattice that can go to another grid.
+    /// Whether it is a lattice that can change its grid.
     pub(crate) fn is_lattice(&self) -> bool {
         self.structure != StructureKind::Shell && !self.springs.is_empty() && self.triangles.is_none()
     }
 
-    /// Where its masses would be on another grid, m; none where there is no such grid.
+    /// Positions of the nodes of another grid, m; `None` for a grid that does not exist.
     pub(crate) fn layers_at(&self, grid: (u32, u32)) -> Option<Vectors> {
         let (old, new) = (Layout::of(self), Layout::at(self, grid).ok()?);
         let places = self.without_flaps(&self.x);
@@ -63,15 +67,17 @@ impl Sheet {
         Some(vectors(&all))
     }
 
-    /// What `values`, one a mass, are at those places.
+    /// Nodal `values` interpolated at the nodes of another grid; `None` for a grid that does not
+    /// exist.
     pub(crate) fn layer_values_at(&self, grid: (u32, u32), values: &[f64]) -> Option<Vec<f64>> {
         let (old, new) = (Layout::of(self), Layout::at(self, grid).ok()?);
         let values: Vec<[f64; 1]> = values.iter().map(|v| [*v]).collect();
         Some(new.means(&old, &values).into_iter().map(|[v]| v).collect())
     }
 
-    /// Its `values`, one a mass, with those of masses that nothing joins to another layer in line with the two beside them: the corner of a triangular
-    /// lattice without braces flaps, and says nothing of where the sheet is.
+    /// Copy nodal `values`, extrapolated linearly at nodes without a spring to another layer. Such
+    /// a node, as at the corner of a triangular lattice without braces, is loose and does not
+    /// represent the sheet.
     fn without_flaps(&self, values: &Vectors) -> Vectors {
         let mut all = values.clone();
         if self.layers.len() < 2 {
@@ -97,7 +103,8 @@ impl Sheet {
         all
     }
 
-    /// Puts masses on the layers of `old`, as stretched and moving as those.
+    /// Remap positions and velocities of `old`, with its layer offsets, strains and rates of
+    /// strain.
     pub(crate) fn take_layers_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
         let (before, now) = (Layout::of(old), Layout::of(self));
         self.take_pins_of(old, spec, (&before, &now));
@@ -138,7 +145,8 @@ impl Sheet {
         self.keep_momentum(old);
     }
 
-    /// Stands the upper layers on the bottom one at `x` (m), what is pinned where its pins have it at `time` (s).
+    /// Set the upper layers from the bottom one at `x` (m), and the positions of prescribed nodes
+    /// at `time` (s).
     fn stand_on_pins(&mut self, layout: &Layout, offsets: &[[f64; 6]], x: &mut [DVec3], time: f64) {
         let mut place = |x: &mut [DVec3]| {
             self.x = vectors(x);

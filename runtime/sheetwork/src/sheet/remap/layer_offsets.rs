@@ -1,18 +1,23 @@
-//! How the layers of a lattice stand on its bottom one, so that they can stand so on the bottom layer of another grid.
+//! Offsets of the upper layers of a lattice from its bottom layer, for the transfer to another
+//! grid.
 //!
-//! A mass of an upper layer is at x = o + α a + β b + δ n over the bottom layer: o the middle of the cell that it stands over (or the mass, of
-//! layers as large as the bottom one), a = ∂x/∂u and b = ∂x/∂v there (per metre at rest), n their unit normal out of the upper side, all of
-//! masses' own places, chords and not arcs: these are what the springs between layers see. α and β (m) are l g times how far the layer is
-//! sheared, with l layers between and their distance g (m).
+//! A node of an upper layer is at x = o + α a + β b + δ n. o is the middle of the cell below it (or
+//! the node below it, for layers as large as the bottom one), a = ∂x/∂u and b = ∂x/∂v there (per
+//! metre at rest), and n their unit normal out of the upper side, all from node positions (chords,
+//! not arcs), as the springs between layers see them. α and β (m) are l g times the shear of the
+//! layer, for the l-th layer and the layer distance g (m).
 //!
-//! Over a triangle the three springs to its corners say where the mass is (`apex`), and their strains, λᵢ = ½ (ℓᵢ²/ℓ₀² - 1), are what stays. Over a
-//! square they are four, and the height δ (m) depends on the grid where the sheet is bent: a cell's corners lie below its smooth surface, by more on a coarse grid.
-//! What stays is how far the springs to the corners cᵢ are stretched in the mean, λ = ½ (ℓ²/ℓ₀² - 1) with ℓ² their mean square length:
+//! Over a triangle the three springs to its corners determine the node (`apex`), and their strains
+//! λᵢ = ½ (ℓᵢ²/ℓ₀² - 1) are transferred. Over a square there are four springs, and the height δ (m)
+//! of a bent sheet depends on the grid: the corners of a cell lie below its smooth surface, further
+//! on a coarse grid. The transferred quantity is therefore the mean strain of the springs to the
+//! corners cᵢ, λ = ½ (ℓ²/ℓ₀² - 1) with their mean square length ℓ²:
 //!
-//! δ² = ℓ² - m, m = mean of |o + α a + β b - cᵢ|².
+//!   δ² = ℓ² - m, m = mean of |o + α a + β b - cᵢ|².
 //!
-//! Over a mass, two layers on, those differences cancel, and λ = ½ (δ²/(l g)² - 1). So shear and λ are nearly
-//! the same all over, for any bend, and are read linearly. Their rates are those of the same equations, with n' = (1 - n nᵀ)(b × a)'/|b × a|.
+//! Over a node, two layers up, these differences cancel, and λ = ½ (δ²/(l g)² - 1). Shear and λ
+//! vary slowly for any bend and are interpolated linearly. Their rates follow from the same
+//! equations with n' = (1 - n nᵀ)(b × a)'/|b × a|.
 
 use glam::DVec3;
 
@@ -22,7 +27,8 @@ use crate::sheet::Sheet;
 use crate::sheet::remap::apex;
 use crate::sheet::remap::row_interpolation::Rows;
 
-/// Where the masses of a sheet lie in it: layers, places 0 to 1 along length and width, length and width (m) of those, and the distance of layers (m).
+/// Layout of a lattice: layers, material coordinates of the nodes, length and width (m) to which
+/// they refer, and layer distance (m).
 pub(crate) struct Layout {
     pub layers: Vec<Layer>,
     pub uv: Vec<(f64, f64)>,
@@ -30,28 +36,28 @@ pub(crate) struct Layout {
     pub gap: f64,
 }
 
-/// o (m), a and b of a place, or their rates.
+/// o (m), a and b of a cell or node, or their rates.
 type Frame = [DVec3; 3];
 
-/// Shear along u and along v, and λ, or three λᵢ, and their rates.
+/// Shear along u and along v and λ, or three λᵢ, followed by their rates (1/s).
 type Offset = [f64; 6];
 
-/// The offsets of every upper mass: of each layer from the second on.
+/// Offsets of every upper node, for each layer from the second on.
 pub(crate) struct Offsets {
     layers: Vec<Rows<6>>,
     width: (f64, f64),
 }
 
 impl Layout {
-    /// Of a sheet as it is.
+    /// Layout of `sheet`.
     pub fn of(sheet: &Sheet) -> Self {
         Self { layers: sheet.layers.clone(), uv: sheet.uv.clone(), extent: sheet.extent, gap: sheet.gap }
     }
 
-    /// Of the same sheet on another grid.
+    /// Layout of `sheet` on another grid.
     ///
     /// # Errors
-    /// When there is no such grid.
+    /// When the structure has no such grid.
     pub fn at(sheet: &Sheet, (nu, nv): (u32, u32)) -> Result<Self, InputError> {
         let (structure, grid) = (sheet.structure, (nu, sheet.grid.1, nv));
         let spec = LatticeSpec { structure, grid, size: sheet.extent, gap: 1.0, cross_over: false };
@@ -60,31 +66,31 @@ impl Layout {
         Ok(Self { layers: lattice.layers, uv, ..Self::of(sheet) })
     }
 
-    /// How many masses there are.
+    /// Number of nodes.
     pub fn len(&self) -> usize {
         self.uv.len()
     }
 
-    /// Distance of masses in a row, and of rows, 0 to 1 over the sheet.
+    /// Spacing of nodes in a row and of rows, 0 to 1 over the sheet.
     pub fn step(&self) -> (f64, f64) {
         let [columns, rows] = self.layers.first().map_or([2; 2], |l| [l.nx, l.nz]);
         let half = if self.is_triangular() { 0.5 } else { 0.0 };
         (1.0 / (f64::from(columns - 1) + half), 1.0 / f64::from(rows - 1))
     }
 
-    /// Whether rows are shifted by half a cell in turn.
+    /// Whether odd rows are shifted by half a cell.
     pub fn is_triangular(&self) -> bool {
         self.layers.first().is_some_and(|l| l.triangular)
     }
 
-    /// The same of two, whichever is coarser.
+    /// Larger of the two spacings, along u and along v.
     pub fn wider_step(&self, other: &Self) -> (f64, f64) {
         let (a, b) = (self.step(), other.step());
         (a.0.max(b.0), a.1.max(b.1))
     }
 
-    /// What `values` of another layout of the sheet, one a mass, come to at this one's masses: the mean in their layer under a hat as wide as the
-    /// coarser cell.
+    /// Nodal `values` of the layout `old` at the nodes of this one: weighted mean in each layer
+    /// under a hat function as wide as the coarser cell.
     pub fn means<const K: usize>(&self, old: &Self, values: &[[f64; K]]) -> Vec<[f64; K]> {
         let width = self.wider_step(old);
         let mut all = Vec::with_capacity(self.len());
@@ -95,7 +101,8 @@ impl Layout {
         all
     }
 
-    /// The masses around cell (i, j) of the bottom layer: of a triangular one those of the triangle that points to the next row.
+    /// Nodes around cell (i, j) of the bottom layer, or of the triangle that points to the next row
+    /// of a triangular layer, and whether it is a triangle.
     fn corners(&self, i: u32, j: u32) -> ([usize; 4], bool) {
         let bottom = &self.layers[0];
         let at = |i, j| bottom.at(i, j) as usize;
@@ -106,7 +113,8 @@ impl Layout {
         ([at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)], false)
     }
 
-    /// The frame of each cell of the bottom layer, of places `x` (m); of velocities its rate, since it is linear in them.
+    /// Frame of each cell of the bottom layer at the positions `x` (m). It is linear in `x`, so
+    /// that velocities give its rate.
     fn cells(&self, x: &[DVec3]) -> Vec<Frame> {
         let step = self.step();
         let (du, dv) = (step.0 * self.extent.0, step.1 * self.extent.1);
@@ -123,7 +131,7 @@ impl Layout {
         rows.flat_map(|j| (0..bottom.nx - 1).map(move |i| (i, j))).map(|(i, j)| cell(i, j)).collect()
     }
 
-    /// The frame of each mass of the bottom layer: the mean of those of the cells about it.
+    /// Frame of each node of the bottom layer: mean over the cells around it.
     fn nodes(&self, x: &[DVec3], cells: &[Frame]) -> Vec<Frame> {
         let bottom = &self.layers[0];
         let mut all: Vec<(Frame, f64)> = vec![([DVec3::ZERO; 3], 0.0); bottom.len() as usize];
@@ -134,7 +142,8 @@ impl Layout {
         let columns = bottom.nx - 1;
         for (k, cell) in cells.iter().enumerate() {
             let (i, j) = (k as u32 % columns, k as u32 / columns);
-            // All four, so that no corner of a triangular layer is left out.
+            // Cells of triangular layers also count for all four nodes, so that every corner has a
+            // frame.
             let around = [(i, j), (i + 1, j), (i, j + 1), (i + 1, j + 1)];
             around.iter().for_each(|(i, j)| add(bottom.at(*i, *j) as usize, cell));
         }
@@ -142,12 +151,12 @@ impl Layout {
         all.iter().enumerate().map(mean).collect()
     }
 
-    /// The unit normal at each mass of the bottom layer, out of the upper side.
+    /// Unit normal at each node of the bottom layer, out of the upper side.
     pub fn normals(&self, x: &[DVec3]) -> Vec<DVec3> {
         self.nodes(x, &self.cells(x)).iter().map(|[_, a, b]| normal(*a, *b)).collect()
     }
 
-    /// The frame that each mass above the bottom layer stands on, in order.
+    /// Frame below each upper node, in order.
     fn frames(&self, x: &[DVec3]) -> Vec<Frame> {
         let cells = self.cells(x);
         let nodes = if self.layers.len() > 2 { self.nodes(x, &cells) } else { Vec::new() };
@@ -155,14 +164,14 @@ impl Layout {
         (1..self.layers.len()).flat_map(each).collect()
     }
 
-    /// The corners of the triangle that mass `k` of layer `l` stands over; none of one over a square or over a mass.
+    /// Corners of the triangle below node `k` of layer `l`; `None` over a square or over a node.
     fn triangle(&self, l: usize, k: usize) -> Option<[usize; 3]> {
         let columns = self.layers[0].nx - 1;
         let three = self.is_triangular() && l % 2 == 1;
         three.then(|| self.corners(k as u32 % columns, k as u32 / columns).0).map(|[a, b, c, _]| [a, b, c])
     }
 
-    /// Squared lengths of the springs to those at rest, m².
+    /// Squared rest lengths of the springs to the corners of the triangle, m².
     fn squares(&self, l: usize) -> [f64; 3] {
         let step = self.step();
         let (u, v) = (step.0 * self.extent.0, step.1 * self.extent.1);
@@ -171,13 +180,13 @@ impl Layout {
         [beside, beside, 4.0 * v * v / 9.0 + height]
     }
 
-    /// Number of the frame, in its layer, that each upper mass stands on, with the layer and the mass.
+    /// Upper nodes: layer, index of the frame in its layer, node.
     fn upper(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
         let layers = self.layers.iter().enumerate().skip(1);
         layers.flat_map(|(l, layer)| layer.range().enumerate().map(move |(k, i)| (l, k, i)))
     }
 
-    /// m (m²) of the mass over cell `k` of the bottom layer, and its rate; none of it over a mass.
+    /// m (m²) of the node over cell `k` of the bottom layer, and its rate; zero over a node.
     fn spread(
         &self,
         (l, k): (usize, usize),
@@ -202,7 +211,7 @@ impl Layout {
         })
     }
 
-    /// ℓ₀², or the square of a height of layer `l`, at rest, m².
+    /// ℓ₀² of layer `l`, or its squared height at rest, m².
     fn rest(&self, l: usize) -> f64 {
         if l.is_multiple_of(2) {
             return (l as f64 * self.gap).powi(2);
@@ -212,7 +221,7 @@ impl Layout {
         0.25 * (u * u + v * v) + (l as f64 * self.gap).powi(2)
     }
 
-    /// How the upper masses stand at places `x` (m) and move at velocities `v` (m/s), of all masses.
+    /// Offsets of the upper nodes at the positions `x` (m) and velocities `v` (m/s) of all nodes.
     pub fn offsets(&self, x: &[DVec3], v: &[DVec3]) -> Offsets {
         let (frames, rates) = (self.frames(x), self.frames(v));
         let first = self.layers.first().map_or(0, |l| l.len() as usize);
@@ -239,13 +248,13 @@ impl Layout {
         Offsets { layers: (1..self.layers.len()).map(rows).collect(), width: self.step() }
     }
 
-    /// Those of another sheet at this one's upper masses, in order.
+    /// Offsets of another sheet at the upper nodes of this layout, in order.
     pub fn read(&self, offsets: &Offsets) -> Vec<Offset> {
         let at = |(l, _, i): (usize, usize, usize)| offsets.layers[l - 1].read(self.uv[i], offsets.width);
         self.upper().map(|upper| at(upper).unwrap_or_default()).collect()
     }
 
-    /// Puts the upper masses on the bottom layer, which is at `x` (m) already.
+    /// Set the positions of the upper nodes from those of the bottom layer in `x` (m).
     pub fn stand(&self, offsets: &[Offset], x: &mut [DVec3]) {
         let frames = self.frames(x);
         for ((l, k, i), (frame, own)) in self.upper().zip(frames.iter().zip(offsets)) {
@@ -262,13 +271,14 @@ impl Layout {
         }
     }
 
-    /// δ (m) of what stands so.
+    /// Height δ (m) for an offset.
     fn height(&self, l: usize, own: &Offset, m: f64) -> f64 {
         let square = (1.0 + 2.0 * own[2]) * self.rest(l) - m;
         square.signum() * square.abs().sqrt()
     }
 
-    /// The same of velocities `v` (m/s), at places `x` (m).
+    /// Set the velocities of the upper nodes from those of the bottom layer in `v` (m/s), at the
+    /// positions `x` (m).
     pub fn follow(&self, offsets: &[Offset], x: &[DVec3], v: &mut [DVec3]) {
         let (frames, rates) = (self.frames(x), self.frames(v));
         for ((l, k, i), ((frame, rate), own)) in self.upper().zip(frames.iter().zip(&rates).zip(offsets)) {
@@ -281,7 +291,8 @@ impl Layout {
             let (m, change) = self.spread((l, k), (frame, rate), own, x, v);
             let [_, a, b] = frame;
             let height = self.height(l, own, m);
-            // δ δ' = ½ (ℓ²)' - ½ m'; a layer pressed flat has no height that could rise.
+            // δ δ' = ½ (ℓ²)' - ½ m'. The bound excludes a division by zero for a layer pressed
+            // flat.
             let least = 1e-3 * self.gap;
             let rising = (own[5] * self.rest(l) - 0.5 * change) / height.abs().max(least);
             let thick = l as f64 * self.gap;
@@ -291,12 +302,12 @@ impl Layout {
     }
 }
 
-/// n: out of the upper side, where u goes to the right and v comes nearer.
+/// Unit normal n out of the upper side, with u to the right and v towards the viewer.
 fn normal(a: DVec3, b: DVec3) -> DVec3 {
     b.cross(a).normalize_or(DVec3::Y)
 }
 
-/// Velocity of what stands still in a frame that moves.
+/// Velocity of a point at rest in a moving frame.
 fn carried([_, a, b]: &Frame, [o_rate, a_rate, b_rate]: &Frame, [alpha, beta, delta, ..]: &[f64; 6]) -> DVec3 {
     let (n, area) = (normal(*a, *b), b.cross(*a));
     let change = b_rate.cross(*a) + b.cross(*a_rate);
@@ -304,7 +315,7 @@ fn carried([_, a, b]: &Frame, [o_rate, a_rate, b_rate]: &Frame, [alpha, beta, de
     o_rate + a_rate * *alpha + b_rate * *beta + turn * *delta
 }
 
-/// A vector in terms of a, b and n.
+/// Components of a vector along a, b and n.
 fn parts([_, a, b]: &Frame, w: DVec3) -> [f64; 3] {
     let (aa, ab, bb) = (a.dot(*a), a.dot(*b), b.dot(*b));
     let (p, q, size) = (a.dot(w), b.dot(w), aa * bb - ab * ab);
@@ -312,7 +323,7 @@ fn parts([_, a, b]: &Frame, w: DVec3) -> [f64; 3] {
     if size > 0.0 { [(p * bb - q * ab) / size, (q * aa - p * ab) / size, height] } else { [0.0, 0.0, height] }
 }
 
-/// α, β, δ (m) and their rates.
+/// α, β, δ (m) and their rates (m/s).
 fn offset(frame: &Frame, rate: &Frame, x: DVec3, v: DVec3) -> [f64; 6] {
     let [alpha, beta, delta] = parts(frame, x - frame[0]);
     let still = [alpha, beta, delta, 0.0, 0.0, 0.0];
@@ -363,7 +374,7 @@ mod tests {
 
     #[test]
     fn upper_layers_move_as_the_frames_that_they_stand_on() {
-        // Velocities are what places change by.
+        // The velocities must equal central differences of the positions.
         let sheet = sheet("trimm", (6, 2, 6));
         let layout = Layout::of(&sheet);
         let x: Vec<DVec3> = sheet.x.iter().map(|p| p + DVec3::Y * (4.0 * p.x).sin() * 0.05).collect();

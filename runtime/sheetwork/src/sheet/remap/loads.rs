@@ -1,7 +1,8 @@
-//! Forces on masses, and which of them touch something, on another grid.
+//! Remapping of applied forces and of contact flags to another grid.
 //!
-//! A force goes to the masses of the cell that it is in, by its lever: force and moment of the flat sheet stay. Of a layer of a lattice that is the
-//! row before and the row after, each with its two masses; beyond the outermost mass the lever goes on.
+//! A force is distributed to the nodes of its cell by the lever rule, which preserves the force and
+//! moment of the flat sheet. In a layer of a lattice the cell is the pair of rows around the force,
+//! with two nodes each; beyond the outermost node the lever rule extrapolates.
 
 use glam::DVec3;
 
@@ -9,7 +10,7 @@ use crate::mesh::structure::Layer;
 use crate::sheet::Sheet;
 use crate::sheet::remap::layer_offsets::Layout;
 
-/// The two of `count` places, `step` apart from `first` on, between which `at` is, with their parts of it.
+/// The two of `count` points, `step` apart from `first` on, around `at`, with their weights.
 fn between(at: f64, (first, step, count): (f64, f64, usize)) -> [(usize, f64); 2] {
     if count < 2 {
         return [(0, 1.0), (0, 0.0)];
@@ -21,7 +22,7 @@ fn between(at: f64, (first, step, count): (f64, f64, usize)) -> [(usize, f64); 2
 }
 
 impl Sheet {
-    /// Each force to the masses of the cell that it is in, by its lever.
+    /// Distribute each applied force of `old` to the nodes of its cell by the lever rule.
     pub(crate) fn take_forces_of(&mut self, old: &Self) {
         if self.is_lattice() {
             return self.take_layer_forces_of(old);
@@ -64,7 +65,7 @@ impl Sheet {
         }
     }
 
-    /// What touched something in the last step: each mass as the nearest one did.
+    /// Copy the contact flag of the nearest node of `old` to each node.
     pub(crate) fn take_touching_of(&mut self, old: &Self) {
         if !old.work.touching.contains(&true) {
             return;

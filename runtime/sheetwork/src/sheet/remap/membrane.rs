@@ -1,8 +1,10 @@
-//! How a lattice is stretched along its surface: the mean over its layers, as a tensor (uu, vv, uv) of places in the sheet.
+//! Membrane strain of a lattice: mean over its layers of the tensor (uu, vv, uv), as a function of
+//! (u, v).
 //!
-//! Each cell of a layer has the mean of Green's strain E = ½ (Fᵀ F - 1) of its two triangles, with F = ∂x/∂(u, v) between their masses, or of its rate
-//! ½ (F'ᵀ F + Fᵀ F'). Layers that bend together are stretched by as much as others are pressed: what is left in the mean is what no bending
-//! explains, and what a change of grid shall neither make nor take away.
+//! Each cell of a layer has the mean Green strain E = ½ (Fᵀ F - 1) of its two triangles, with F =
+//! ∂x/∂(u, v) between their nodes, or its rate ½ (F'ᵀ F + Fᵀ F'). Bending stretches one layer as
+//! much as it compresses another, so the mean is the membrane strain, which a change of grid must
+//! preserve.
 
 use glam::DVec3;
 
@@ -11,14 +13,14 @@ use crate::sheet::remap::layer_offsets::Layout;
 use crate::sheet::remap::row_interpolation::Rows;
 use crate::sheet::remap::strain::{Mesh, Strains};
 
-/// Strain (or its rate, 1/s) of every layer that has cells.
+/// Strain, or its rate (1/s), of every layer with cells.
 pub(crate) struct Membrane {
     layers: Vec<Rows<3>>,
     width: (f64, f64),
 }
 
 impl Membrane {
-    /// Strains of masses at `x` (m).
+    /// Strains at the node positions `x` (m).
     pub fn strains(layout: &Layout, x: &[DVec3]) -> Self {
         let strain = |a: DVec3, b: DVec3, _, _| {
             [0.5 * (a.length_squared() - 1.0), 0.5 * (b.length_squared() - 1.0), 0.5 * a.dot(b)]
@@ -26,7 +28,7 @@ impl Membrane {
         Self::new(layout, x, x, strain)
     }
 
-    /// Rates of strain of masses at `x` (m) that move at `v` (m/s).
+    /// Rates of strain (1/s) at the node positions `x` (m) and velocities `v` (m/s).
     pub fn rates(layout: &Layout, x: &[DVec3], v: &[DVec3]) -> Self {
         let rate = |a: DVec3, b: DVec3, p: DVec3, q: DVec3| [a.dot(p), b.dot(q), 0.5 * (a.dot(q) + p.dot(b))];
         Self::new(layout, x, v, rate)
@@ -53,7 +55,8 @@ impl Membrane {
         Self { layers: with_cells.map(rows).collect(), width: layout.step() }
     }
 
-    /// What `mesh`, the bottom layer of `layout`, has to be stretched by for this mean instead of that of `own`.
+    /// Change of the strains of `mesh`, the bottom layer of `layout`, from the mean `own` to this
+    /// one.
     pub fn change(&self, mesh: &Mesh, layout: &Layout, own: &Self) -> Strains {
         mesh.of_field(|masses| {
             let part = 1.0 / masses.len() as f64;
@@ -64,7 +67,7 @@ impl Membrane {
         })
     }
 
-    /// The mean over the layers at (u, v).
+    /// Mean over the layers at (u, v).
     fn read(&self, at: (f64, f64)) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for layer in self.layers.iter().filter_map(|l| l.read(at, self.width)) {

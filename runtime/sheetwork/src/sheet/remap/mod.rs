@@ -1,15 +1,17 @@
-//! A sheet on another grid: the same material, shape, motion, warmth and creases, on more masses or on fewer.
+//! Change of the grid of a sheet: state transfer to a refined or coarsened grid.
 //!
-//! The sheet is built from its description at the other grid and then takes over what the old one has come to:
+//! The sheet is built from its description on the other grid and then takes over the state of the
+//! old one:
 //!
-//! - places and velocities by splines through the masses (`spline`), then brought to the strains and rates of strain of the old grid (`strain`);
-//!   pinned masses are where their pins have them;
-//! - momentum and angular momentum, where nothing holds it, and no more energy of motion than there was, less what strain has gained;
-//! - temperatures, each half of the thickness for itself, and the mean of them;
-//! - what yield, creep and warmth have left in its elements ([`crate::elements::remap`]);
-//! - forces on masses, each by its lever to the masses of its cell; hands; everything that was set.
+//! - positions and velocities by splines through the nodes (`spline`), corrected to the strains and
+//!   rates of strain of the old grid (`strain`); prescribed nodes have their prescribed positions;
+//! - momentum and angular momentum of a free sheet, and a kinetic energy of at most the old one
+//!   minus the gain of elastic energy;
+//! - temperatures of each half of the thickness, and their means;
+//! - inelastic strains and thermal expansion of the elements ([`crate::elements::remap`]);
+//! - applied forces, distributed to the nodes of their cell by the lever rule; grabs; parameters.
 //!
-//! Its engine begins anew, as after a change of engine, and contact forgets where its solvers began.
+//! The integrator restarts, and the contact cache is discarded.
 
 pub(crate) mod apex;
 pub(crate) mod attachments;
@@ -31,17 +33,17 @@ use crate::error::InputError;
 use crate::scene::{Region, SheetSpec};
 use crate::sheet::remap::layer_offsets::Layout;
 use crate::sheet::{GuardState, Sheet, Status};
-use crate::thermal::REFERENCE;
+use crate::units::temperature::REFERENCE;
 
-/// Iterations for the largest frequency: to a few percent.
+/// Iterations for the largest frequency, which give an accuracy of a few percent.
 const ITERATIONS: usize = 60;
-/// Largest hω that every explicit engine bears once there is damping.
+/// Stability limit hω of every explicit integrator with damping.
 const BORNE: f64 = 1.0;
-/// Shortest part of a step, s.
+/// Minimum length of a substep, s.
 const SHORTEST: f64 = 1e-9;
 
 impl Sheet {
-    /// Whether it can go to another grid; `spec` is its description.
+    /// Check that the grid can change; `spec` is the description of the sheet.
     pub(crate) fn check_resample(&self, spec: &SheetSpec) -> Result<(), InputError> {
         let refused = |problem: &str| Err(InputError::new("grid", problem.to_owned()));
         if spec.file.is_some() {
@@ -66,11 +68,11 @@ impl Sheet {
         Ok(())
     }
 
-    /// Takes over what `old`, the same sheet on another grid, has come to by `time` (s). This one is as it was built; `tolerance` is that of
-    /// an adaptive engine, m.
+    /// Take over the state of `old`, the same sheet on another grid, at `time` (s). This sheet must
+    /// be as built; `tolerance` is that of an adaptive integrator, m.
     ///
     /// # Errors
-    /// When a pin that holds one mass alone would hold another place of the sheet.
+    /// When a pin at a single node would prescribe another material point.
     pub(crate) fn take_over(
         &mut self,
         old: &Self,
@@ -79,10 +81,6 @@ impl Sheet {
         tolerance: f64,
     ) -> Result<(), InputError> {
         self.check_points(old, spec)?;
-        if old.work.skin.is_some() {
-            // Of the sheet at rest, as it lies now.
-            crate::islands::skin(self);
-        }
         let (from, to) = (old.mesh.clone(), self.mesh.clone());
         let carry = match (&from, &to) {
             (Some(from), Some(to)) => Carry::Mesh(Meshes::new(from, to)),
@@ -120,12 +118,12 @@ impl Sheet {
         Ok(())
     }
 
-    /// Masses along length and width.
+    /// Numbers of nodes along length and width.
     pub(crate) fn masses_along(&self) -> [usize; 2] {
         [self.grid.0 as usize, self.grid.2 as usize]
     }
 
-    /// Refuses a grid on which a pin at a point holds another place than before.
+    /// Refuse a grid on which a pin at a point prescribes another material point.
     fn check_points(&self, old: &Self, spec: &SheetSpec) -> Result<(), InputError> {
         for (i, pin) in spec.pins.iter().enumerate() {
             let Region::Point(u, v) = pin.region else { continue };
@@ -171,7 +169,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Temperatures as they were, and the same mean of the heat in each half of the thickness.
+    /// Remap the temperatures, and restore their mean, weighted by mass, in each half of the
+    /// thickness.
     fn take_temperatures_of(&mut self, old: &Self, carry: &Carry) {
         if old.heat.is_none() {
             return;
@@ -190,7 +189,7 @@ impl Sheet {
         self.put_temperatures(&both);
     }
 
-    /// Temperatures `before` of `old` at its own masses, before the mean is what it was.
+    /// Interpolate the temperatures `before` of `old` at the nodes of this sheet.
     fn read_temperatures(&self, old: &Self, before: &[f64], carry: &Carry) -> Vec<f64> {
         if self.is_lattice() {
             let before: Vec<[f64; 1]> = before.iter().map(|t| [*t]).collect();
@@ -199,21 +198,22 @@ impl Sheet {
         carry.at_masses(before)
     }
 
-    /// Finds the longest step that an explicit engine bears on this grid.
+    /// Compute the longest stable step of an explicit integrator on this grid.
     pub(crate) fn fit_step(&mut self) {
         let engine = self.engine_kind.info();
         let limited = !engine.implicit && !engine.adaptive;
         let frequency = if limited { self.largest_frequency(ITERATIONS) } else { 0.0 };
-        // A Kelvin-Voigt solid damps its fastest motion by τ ω/2 of critical, and bears shorter steps then. Dashpots that are a fraction of each
-        // spring's own critical damp it two to three times as much, where a dozen springs meet.
+        // The highest mode of a Kelvin-Voigt solid has the damping ratio τ ω/2, which shortens the
+        // stable step. Dashpots that are a fraction of each spring's own critical damping give two
+        // to three times that ratio where a dozen springs meet.
         let solid = self.follows_material();
         let damping = if solid { 0.5 * self.law().retardation * frequency } else { 2.5 * self.damping };
         let borne = BORNE / (damping.hypot(1.0) + damping);
         self.longest = if frequency > 0.0 { (borne / frequency).max(SHORTEST) } else { f64::INFINITY };
     }
 
-    /// Parts that a step of `dt` s is taken in: more than one of a sheet that has gone to a grid for which its explicit engine cannot take it
-    /// whole.
+    /// Number of substeps of a step of `dt` (s): more than one on a changed grid whose explicit
+    /// integrator is unstable for the whole step.
     pub fn parts_of_step(&self, dt: f64) -> u32 {
         (dt / self.longest).ceil().max(1.0) as u32
     }

@@ -1,4 +1,5 @@
-//! Where the masses of the new grid are, and how they move: of a shell here, of a lattice in `lattice`.
+//! Remapping of positions and velocities to another grid, for shells; `lattice` does so for
+//! lattices.
 
 use glam::{DMat3, DVec3};
 
@@ -10,7 +11,8 @@ use crate::sheet::Sheet;
 use crate::sheet::remap::spline::Surface;
 use crate::sheet::remap::strain::Mesh;
 
-/// Part of the sheet's length by which a pinned mass may be off its pin, for rounding.
+/// Tolerance on the distance of a node from its pin, relative to the length of the sheet, for
+/// rounding.
 pub(crate) const OFF: f64 = 1e-9;
 
 impl Sheet {
@@ -25,7 +27,8 @@ impl Sheet {
         self.structure == StructureKind::Shell && self.triangles.is_none() && self.elements.len() > self.pulls.len()
     }
 
-    /// Where the masses of another grid would be, m: the masses themselves where it is on that grid, or cannot go to another.
+    /// Positions of the nodes of another grid, m; the present positions where the grid is the same
+    /// or cannot change.
     pub fn places_at(&self, grid: (u32, u32)) -> std::borrow::Cow<'_, Vectors> {
         let [columns, rows] = self.masses_along();
         let to = (grid.0 as usize, grid.1 as usize);
@@ -49,7 +52,7 @@ impl Sheet {
         std::borrow::Cow::Owned(vectors(&surface.read(&self.x, [DVec3::ZERO; 2])))
     }
 
-    /// What `values`, one a mass, are at those places.
+    /// Nodal `values` interpolated at the nodes of another grid.
     pub fn values_at<'a>(&self, grid: (u32, u32), values: &'a [f64]) -> std::borrow::Cow<'a, [f64]> {
         let (from, to) = (self.masses_along(), [grid.0 as usize, grid.1 as usize]);
         if let Some((mesh, first)) = self.meshes_to(grid) {
@@ -66,7 +69,7 @@ impl Sheet {
         std::borrow::Cow::Owned(Carry::Grid(Grids { from, to }).at_masses(values))
     }
 
-    /// Puts masses on the surface of `old`, as strained and moving as that.
+    /// Remap positions and velocities of `old`, with its strains and rates of strain.
     pub(crate) fn take_motion_of(&mut self, old: &Self, spec: &SheetSpec, time: f64) {
         if self.structure != StructureKind::Shell {
             return self.take_layers_of(old, spec, time);
@@ -100,7 +103,7 @@ impl Sheet {
         self.keep_momentum(old);
     }
 
-    /// Gives it the momentum and the angular momentum of `old`, where nothing holds it.
+    /// Set the momentum and angular momentum of `old`, for a sheet without pins.
     pub(crate) fn keep_momentum(&mut self, old: &Self) {
         if !self.pins.is_empty() {
             return;
@@ -128,7 +131,7 @@ impl Sheet {
         }
     }
 
-    /// Slows what of its motion is more than `old` had, less what its strain stores more.
+    /// Limit the kinetic energy to that of `old` minus the gain of elastic energy.
     pub(crate) fn bound_energy(&mut self, old: &Self) {
         let (before, now) = (old.level(), self.level());
         let gained = (now.elastic - before.elastic).max(0.0);

@@ -1,7 +1,9 @@
-//! A sheet with an outline, holes or cuts on another grid: places and motion, what its elements hold, forces.
+//! Remapping of a sheet with an outline, holes or cuts: positions, velocities, forces and contact
+//! flags.
 //!
-//! It has another mesh there. Masses are put on the smooth surface of the old ones ([`crate::sheet::remap::patch`]) and then moved by the least that
-//! gives the edges the stretch, along their arcs, that the old sheet has there; velocities likewise. The rest is as on a rectangle.
+//! The new grid has another mesh. Its nodes are placed on the smooth surface through the old ones
+//! ([`crate::sheet::remap::patch`]) and then get the least motion that gives the edges the stretch
+//! of the old sheet, along their arcs; velocities likewise.
 
 use glam::{DMat3, DVec3};
 
@@ -21,19 +23,20 @@ impl Sheet {
         self.elements.iter().find_map(|e| (&**e as &dyn std::any::Any).downcast_ref())
     }
 
-    /// Its mesh, of one that has an outline, holes or cuts; places from the middle of its description.
+    /// Mesh of a sheet with an outline, holes or cuts; positions (m) relative to the origin of its
+    /// description.
     pub fn mesh(&self) -> Option<&Mesh> {
         self.mesh.as_deref()
     }
 
-    /// Its mesh and that of the scene's `grid`, if it is on another.
+    /// Present mesh and that of the scene's `grid`; `None` where they are the same.
     pub(crate) fn meshes_to(&self, grid: (u32, u32)) -> Option<(&Mesh, &Mesh)> {
         let (_, first) =
             self.first_mesh.as_ref().filter(|(first, _)| *first == grid && *first != (self.grid.0, self.grid.2))?;
         Some((self.mesh.as_deref()?, first))
     }
 
-    /// Takes it that `old` is the same sheet, whose scene has the grid that it has or had.
+    /// Take over the mesh of the scene's grid from `old`, the same sheet on another grid.
     pub(crate) fn take_first_mesh_of(&mut self, old: &Self) {
         let own = || Some(((old.grid.0, old.grid.2), old.mesh.clone()?));
         self.first_mesh = old.first_mesh.clone().or_else(own);
@@ -45,7 +48,7 @@ impl Sheet {
         [self.extent.0 / (columns - 1) as f64, self.extent.1 / (rows - 1) as f64]
     }
 
-    /// Puts masses on the surface of `old`, as stretched and moving as that.
+    /// Remap positions and velocities of `old`, with its edge stretch and its rates.
     pub(crate) fn take_outline_of(&mut self, old: &Self, spec: &SheetSpec, meshes: &Meshes, time: f64) {
         let surface = old.patches(meshes.from, true);
         let rotation = spec.placement.quaternion();
@@ -72,12 +75,13 @@ impl Sheet {
         self.keep_momentum(old);
     }
 
-    /// The smooth surface through its masses; whether slopes at clamps are known.
+    /// Smooth surface through its nodes; `slopes` uses the known slopes at clamps.
     pub(crate) fn patches<'a>(&self, mesh: &'a Mesh, slopes: bool) -> Patches<'a> {
         Patches::new(mesh, self.cell(), |i| self.inverse_mass[i] == 0.0, |i| slopes && self.clamped[i])
     }
 
-    /// Has pins begin as far from where the description has them as those of `old` did: a sheet that was put elsewhere has its pins there.
+    /// Shift the start positions of pins from those of the description like those of `old`, which a
+    /// moved sheet requires.
     fn shift_pins_of(&mut self, old: &Self, spec: &SheetSpec, meshes: &Meshes) {
         let rest = |[u, v]: [f64; 2]| spec.placement.apply(DVec3::new(u, 0.0, v));
         let shifts = |starts: Vec<(u32, DVec3)>| {
@@ -88,12 +92,12 @@ impl Sheet {
         let slack = OFF * self.length;
         self.pins.shift_starts(|k, i| {
             let by = shifts[k].at(meshes.to.positions[i as usize]);
-            // Rounding is no motion.
+            // A shift within rounding errors counts as zero.
             if by.length() > slack { by } else { DVec3::ZERO }
         });
     }
 
-    /// Moves masses so that edges are stretched as `old` is, as near as that goes.
+    /// Move nodes towards the edge stretch of `old`.
     fn approach_stretch_of(&mut self, old: &Self, meshes: &Meshes) {
         let Some(both) = old.edge_membrane().zip(self.edge_membrane()) else { return };
         let wanted = read_stretch(both, meshes, &both.0.stretch(&old.x));
@@ -108,7 +112,7 @@ impl Sheet {
         }
     }
 
-    /// The least motion that changes the stretch of edges by `change`; held masses have none.
+    /// Least motion that changes the edge stretch by `change`; fixed nodes do not move.
     fn answer_stretch(&self, membrane: &EdgeMembrane, change: &[f64]) -> Vectors {
         let n = self.masses();
         let [a, b] = self.cell();
@@ -130,7 +134,7 @@ impl Sheet {
         vectors(&least(first, normal, free))
     }
 
-    /// Each force to the corners of the triangle that it is in.
+    /// Distribute each applied force of `old` to the corners of its triangle.
     pub(crate) fn take_outline_forces_of(&mut self, old: &Self, meshes: &Meshes) {
         self.applied.clear();
         if old.applied.max_squared() == 0.0 {
@@ -146,7 +150,8 @@ impl Sheet {
         }
     }
 
-    /// What touched something in the last step: each mass as the nearest corner of the triangle that it is in.
+    /// Interpolate the contact flags of `old` in its triangles; a node touches from a value of 0.5
+    /// on.
     pub(crate) fn take_outline_touching_of(&mut self, old: &Self, meshes: &Meshes) {
         let before: Vec<[f64; 1]> = old.work.touching.iter().map(|t| [f64::from(u8::from(*t))]).collect();
         for i in 0..self.masses() {
@@ -155,7 +160,8 @@ impl Sheet {
     }
 }
 
-/// How far the masses of a pin are from where the description has them: the plane through that, and what the nearest one is off it by.
+/// Shift of the nodes of a pin from their described positions: a least-squares plane plus the
+/// deviation of the nearest node.
 struct Shifts {
     each: Vec<([f64; 2], DVec3)>,
     plane: DMat3,
@@ -171,7 +177,8 @@ impl Shifts {
             right += DMat3::from_cols(*by * s.x, *by * s.y, *by * s.z);
             size += u * u + v * v;
         }
-        // Pins in a line say nothing of a slope across it: it is none.
+        // For pins in a line the slope across the line is undetermined; the regularisation makes it
+        // zero.
         moments += DMat3::from_diagonal(DVec3::new(0.0, 1.0, 1.0) * (1e-9 * size + f64::MIN_POSITIVE));
         let plane = if each.is_empty() { DMat3::ZERO } else { right * moments.inverse() };
         Self { each, plane: if plane.is_finite() { plane } else { DMat3::ZERO } }
@@ -185,14 +192,15 @@ impl Shifts {
     }
 }
 
-/// Stretch of the new edges where the old ones have `stretch`: by the tensors of triangles, as the masses of each have them in the mean.
+/// Stretch of the new edges from the `stretch` of the old ones, by way of the strain tensors of
+/// triangles averaged at nodes.
 fn read_stretch((before, now): (&EdgeMembrane, &EdgeMembrane), meshes: &Meshes, stretch: &[f64]) -> Vec<f64> {
     let at_masses = mean_at_masses(meshes.from, &before.tensors(stretch));
     let read: Vec<[f64; 3]> = (0..meshes.to.positions.len()).map(|i| meshes.at_mass(&at_masses, i)).collect();
     now.along(&read)
 }
 
-/// Of values of triangles what each mass has in the mean, by area.
+/// Mean of triangle values at each node, weighted by area.
 fn mean_at_masses(mesh: &Mesh, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let mut sums = vec![[0.0; 3]; mesh.positions.len()];
     for ((t, value), area) in mesh.triangles.iter().zip(values).zip(&mesh.areas) {

@@ -1,13 +1,16 @@
-//! Values at places that lie in rows, to be read anywhere: what a lattice has at the masses of a layer, in its cells, on the springs of a kind.
+//! Interpolation of values on points in rows: nodes of a lattice layer, cells, or springs of one
+//! kind.
 //!
-//! Rows of a triangular layer are shifted by half a cell in turn, so that places are no grid. A value at (u, v) is the mean under a hat along
-//! u in each row, and then under a hat along v over the rows; hats as wide as the rows' own spacing make that linear in between. Beyond the outermost
-//! it stays what it is there.
+//! The odd rows of a triangular layer are shifted by half a cell, so the points form no grid. A
+//! value at (u, v) is the weighted mean under a hat function along u in each row, and then under a
+//! hat function along v over the rows. Hats as wide as the spacing make this linear interpolation.
+//! Beyond the outermost point the value is constant.
 
-/// Rows nearer to one another than this, of the sheet, are one.
+/// Distance relative to the sheet below which rows are one.
 const SAME: f64 = 1e-9;
 
-/// Values with their places, 0 to 1 over the sheet: rows by v, and in each by u, ascending.
+/// Values with their points, 0 to 1 over the sheet: rows ascending in v, and points of each
+/// ascending in u.
 pub(crate) struct Rows<const K: usize> {
     rows: Vec<Row<K>>,
 }
@@ -19,7 +22,7 @@ struct Row<const K: usize> {
 }
 
 impl<const K: usize> Rows<K> {
-    /// Of values at places (u, v), in any order.
+    /// Sort values at points (u, v), given in any order.
     pub fn new(points: impl Iterator<Item = ((f64, f64), [f64; K])>) -> Self {
         let mut points: Vec<_> = points.collect();
         points.sort_by(|a, b| a.0.1.total_cmp(&b.0.1));
@@ -32,7 +35,7 @@ impl<const K: usize> Rows<K> {
         Self { rows }
     }
 
-    /// The value at `at` under hats of half widths `width` along u and v; none where there is no value at all.
+    /// Value at `at` under hats of half widths `width` along u and v; `None` without any value.
     pub fn read(&self, at: (f64, f64), width: (f64, f64)) -> Option<[f64; K]> {
         let v: Vec<f64> = self.rows.iter().map(|r| r.v).collect();
         let mut sum = [0.0; K];
@@ -46,7 +49,8 @@ impl<const K: usize> Rows<K> {
     }
 }
 
-/// Those of ascending `places` that lie under a hat about `at`, with their parts of it; the nearest alone where none does.
+/// Indices of ascending `places` under a hat about `at`, with weights that sum to 1; the nearest
+/// one if none is under it.
 fn hat(places: &[f64], at: f64, width: f64) -> Vec<(usize, f64)> {
     let first = places.partition_point(|p| *p <= at - width);
     let weight = |p: f64| (1.0 - (p - at).abs() / width).max(0.0);
@@ -66,7 +70,7 @@ fn hat(places: &[f64], at: f64, width: f64) -> Vec<(usize, f64)> {
 mod tests {
     use super::*;
 
-    /// A triangular layer of spacing 0.2 and 0.25.
+    /// Triangular layer of spacing 0.2 and 0.25.
     fn places() -> Vec<(f64, f64)> {
         (0..25_u8).map(|k| (0.2 * f64::from(k % 5) + 0.1 * f64::from(k / 5 % 2), 0.25 * f64::from(k / 5))).collect()
     }

@@ -1,22 +1,24 @@
-//! A smooth surface through the masses of a grid, to be read at the masses of another.
+//! Smooth surface through the nodes of a grid, for interpolation at the nodes of another grid.
 //!
-//! Rows along u are cubic splines through their masses, and so are columns through what those give: of all smooth curves through the
-//! masses the one that bends least. At a clamped end the slope is the clamp's; at a free one the curve goes on as the two pieces next to the
-//! end do (not-a-knot), since a sheet that is made bent is bent up to its edge; so they do on both sides of a crease. What lies at a mass is that mass to the bit. Rows of a triangular
-//! layer are shifted by half a cell in turn: each goes on to the end of the sheet, where curves through the ends of the others have it.
+//! Rows along u are cubic splines through their nodes, and columns are cubic splines through the
+//! results. The slope at a clamped end is that of the clamp. At a free end the spline is
+//! not-a-knot, because a sheet with rest curvature is bent up to its edge; so it is on both sides
+//! of a crease. Values at coincident nodes are exact to the bit. The odd rows of a triangular layer
+//! are shifted by half a cell; every row is extended to both ends of the sheet by curves through
+//! the ends of the other rows.
 
 use glam::DVec3;
 
 use crate::math::Vectors;
 use crate::sheet::surface::Folds;
 
-/// Nearer to a mass than this, in cells, is at it.
+/// Distance in cells below which a point coincides with a node.
 const AT: f64 = 1e-9;
 
-/// Derivatives (per cell) that are prescribed at the two ends of a row.
+/// Prescribed derivatives (per cell) at the two ends of a row.
 type Ends = [Option<DVec3>; 2];
 
-/// Places of `to` evenly spaced points on a row of `from`, in cells.
+/// Positions of `to` evenly spaced points on a row of `from` nodes, in cells.
 pub(crate) fn places(from: usize, to: usize) -> Vec<f64> {
     let step = (from - 1) as f64 / (to - 1) as f64;
     (0..to).map(|i| if i + 1 == to { (from - 1) as f64 } else { i as f64 * step }).collect()
@@ -29,7 +31,7 @@ fn slopes(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
     if n < 4 {
         return short(points, ends);
     }
-    // m₋ + 4 m + m₊ = 3 (p₊ - p₋) within; at an end the slope, or m₀ + 2 m₁ = (5 Δ₀ + Δ₁)/2.
+    // m₋ + 4 m + m₊ = 3 (p₊ - p₋) inside; at an end the slope, or m₀ + 2 m₁ = (5 Δ₀ + Δ₁)/2.
     let mut upper = vec![1.0; n];
     let mut right: Vec<DVec3> = vec![DVec3::ZERO; n];
     match ends[0] {
@@ -55,7 +57,8 @@ fn slopes(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
     right
 }
 
-/// The same of two or three points: a line or a parabola, but for slopes that are prescribed.
+/// Derivatives per cell for two or three points: those of a line or a parabola, except for
+/// prescribed slopes.
 fn short(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
     let n = points.len();
     let mut all = if n == 2 {
@@ -73,7 +76,7 @@ fn short(points: &[DVec3], ends: Ends) -> Vec<DVec3> {
     all
 }
 
-/// The spline through `points` at `at`, in cells; it is folded at each of `folds`, where two splines end.
+/// Evaluate the spline through `points` at `at` (cells); it ends on both sides of each of `folds`.
 fn row(points: &[DVec3], ends: Ends, folds: &[u32], at: &[f64], out: &mut Vec<DVec3>) {
     let last = points.len() - 1;
     let mut begin = 0;
@@ -100,13 +103,13 @@ fn row(points: &[DVec3], ends: Ends, folds: &[u32], at: &[f64], out: &mut Vec<DV
     }
 }
 
-/// The spline through `points` at ascending `knots`, read at `at`; its first two pieces are one cubic, and its last two.
+/// Evaluate the not-a-knot spline through `points` at ascending `knots` at the parameters `at`.
 fn uneven_row(knots: &[f64], points: &[DVec3], at: &[f64], out: &mut Vec<DVec3>) {
     let n = points.len();
     let wide = |i: usize| knots[i + 1] - knots[i];
     let rise = |i: usize| (points[i + 1] - points[i]) / wide(i);
     if n < 4 {
-        // By Lagrange's polynomial.
+        // Lagrange polynomial through the points.
         let weight = |t: f64, i: usize| -> f64 {
             (0..n).filter(|j| *j != i).map(|j| (t - knots[j]) / (knots[i] - knots[j])).product()
         };
@@ -142,28 +145,30 @@ fn uneven_row(knots: &[f64], points: &[DVec3], at: &[f64], out: &mut Vec<DVec3>)
     }
 }
 
-/// A grid of masses to be read at another.
+/// Surface through a grid of nodes, and the grid of its evaluation.
 pub(crate) struct Surface<'a> {
-    /// Masses along u and v there were, and there are to be.
+    /// Numbers of nodes along u and v, of the old grid and of the new one.
     pub from: (usize, usize),
     pub to: (usize, usize),
-    /// Which masses are clamped.
+    /// Whether each node is clamped.
     pub clamped: &'a [bool],
     /// Whether odd rows are shifted by half a cell along u.
     pub staggered: bool,
-    /// Columns and rows along which it is creased.
+    /// Columns and rows along creases.
     pub folds: &'a Folds,
 }
 
 impl Surface<'_> {
-    /// `values` at the masses of the other grid; `clamp` is what they change by from cell to cell along u and v where a clamp holds them.
+    /// Interpolate `values` at the nodes of the new grid; `clamp` are the derivatives per cell
+    /// along u and v at clamped nodes.
     pub fn read(&self, values: &Vectors, clamp: [DVec3; 2]) -> Vec<DVec3> {
         let (nu, mu) = (self.from.0, self.to.0);
         if !self.staggered {
             let along_u = places(nu, mu);
             return self.columns(&self.rows(values, clamp, &along_u), clamp, &along_u);
         }
-        // New rows that are shifted lie between others on all old ones: each kind is read by itself, and its own rows taken.
+        // Shifted and unshifted new rows lie at different places of the old rows: each kind is
+        // evaluated on its own, and its rows are selected.
         let step = (nu as f64 - 0.5) / (mu as f64 - 0.5);
         let kinds = [0.0, 0.5].map(|shift| {
             let along_u: Vec<f64> = (0..mu).map(|i| (i as f64 + shift) * step).collect();
@@ -172,10 +177,12 @@ impl Surface<'_> {
         (0..mu * self.to.1).map(|k| kinds[k / mu % 2][k]).collect()
     }
 
-    /// All old rows at places `along_u`, in cells from the end of the sheet, of a layer whose odd rows are shifted.
+    /// Old rows of a layer with shifted odd rows, evaluated at `along_u`, in cells from the end of
+    /// the sheet.
     fn shifted_rows(&self, values: &Vectors, along_u: &[f64]) -> Vec<DVec3> {
         let (nu, nv) = self.from;
-        // Every row is brought to both ends of the sheet, where only every other one has a mass: by the curve through those.
+        // Only every other row has a node at an end of the sheet; the others get a point on the
+        // curve through these nodes.
         let end = |odd: usize, column: usize| {
             let points: Vec<DVec3> = (odd..nv).step_by(2).map(|j| values.get(j * nu + column)).collect();
             let at: Vec<f64> = (0..nv).map(|j| 0.5 * (j as f64 - odd as f64)).collect();
@@ -211,7 +218,7 @@ impl Surface<'_> {
         self.clamped[j * self.from.0 + i]
     }
 
-    /// The old rows of a grid, at places `along_u` in cells.
+    /// Old rows of a grid, evaluated at `along_u` (cells).
     fn rows(&self, values: &Vectors, clamp: [DVec3; 2], along_u: &[f64]) -> Vec<DVec3> {
         let (nu, nv) = self.from;
         let mut rows = Vec::with_capacity(along_u.len() * nv);
@@ -228,7 +235,7 @@ impl Surface<'_> {
         rows
     }
 
-    /// The columns through `rows`, at the new rows.
+    /// Columns through `rows`, evaluated at the new rows.
     fn columns(&self, rows: &[DVec3], clamp: [DVec3; 2], along_u: &[f64]) -> Vec<DVec3> {
         let ((nu, nv), (mu, mv)) = (self.from, self.to);
         let along_v = places(nv, mv);
@@ -236,7 +243,7 @@ impl Surface<'_> {
         let mut column = Vec::with_capacity(mv);
         for (i, place) in along_u.iter().enumerate() {
             let points: Vec<DVec3> = (0..nv).map(|j| rows[j * mu + i]).collect();
-            // Clamped where the masses on both sides are.
+            // A column is clamped where the nodes on both sides are.
             let beside = [place.floor() as usize, place.ceil() as usize].map(|i| i.min(nu - 1));
             let at = |j: usize| beside.iter().all(|i| self.is_clamped(*i, j));
             column.clear();
@@ -304,7 +311,7 @@ mod tests {
 
     #[test]
     fn the_slope_of_a_clamp_is_kept() {
-        // w = u² from a clamp that lies flat, on four masses: the error of the first half cell is that of a slope.
+        // w = u² from a flat clamp, on four nodes: the first half cell shows an error of the slope.
         let own = grid(4, 2, |u, v| DVec3::new(u, u * u, v));
         let clamped: Vec<bool> = (0..8).map(|i| i % 4 == 0).collect();
         let read = Surface { from: (4, 2), to: (7, 2), clamped: &clamped, staggered: false, folds: &Folds::default() };
@@ -325,7 +332,7 @@ mod tests {
 
     #[test]
     fn a_fold_stays_sharp() {
-        // A roof of two parabolas, creased along its third column.
+        // A roof of two parabolas with a crease along its third column.
         let roof = |u: f64, v: f64| DVec3::new(u, (u - 0.4).abs() + (u - 0.4) * (u - 0.4), v);
         let folds = Folds { columns: vec![2], rows: vec![] };
         let read = Surface { from: (6, 2), to: (11, 2), clamped: &[false; 12], staggered: false, folds: &folds };

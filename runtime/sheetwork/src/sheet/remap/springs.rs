@@ -1,26 +1,32 @@
-//! What has set and crept in the springs of a lattice, on another grid: as strain, per length without load.
+//! Remapping of inelastic strain in the springs of a lattice to another grid, as strain per length
+//! without load.
 //!
-//! Springs of one kind are those of one class between the same layers that point the same way, counted in spacings of the grid. What a spring of
-//! the new grid has is the mean of those of its kind under a hat as wide as the coarser cell, about its middle; a kind that the old grid does not have
-//! (a brace at another corner) has that of the kind which points most nearly as it does. What warmth makes longer is of the new temperatures already.
-
+//! Springs of one class between the same layers with the same direction, counted in spacings of the
+//! grid, are of one kind. The strain of a new spring is the mean over the old springs of its kind,
+//! weighted by a hat function about its middle that is as wide as the coarser cell. A kind that the
+//! old grid lacks (a brace at another corner) uses the kind with the nearest direction. Thermal
+//! expansion follows from the remapped temperatures.
 //!
-//! Strain is ε = h + e, h what has set and e the elastic rest. Where nearly all of it has set, as beside a clamp where a sheet has sagged, what is known is
-//! the shape: means of h that do not fit the new grid's own strain ε' would be stress. So it holds h + w (ε' - e - h), w = h²/(h² + e²): what is
-//! elastic stays so, and what has set is not bent by the change.
+//! The strain is ε = h + e, with the inelastic strain h and the elastic strain e. Where h
+//! dominates, as beside a clamp of a sagged sheet, the shape is the reliable information, and a
+//! mean h that differs from the strain ε' of the new grid would cause stress. The new spring
+//! therefore has the inelastic strain h + w (ε' - e - h), w = h²/(h² + e²), which preserves e where
+//! e dominates.
 
 use std::collections::BTreeMap;
 
-use crate::elements::spring::SpringClass;
 use crate::elements::wall_spring::Held;
+use crate::mesh::spring_class::SpringClass;
 use crate::sheet::Sheet;
 use crate::sheet::remap::layer_offsets::Layout;
 use crate::sheet::remap::row_interpolation::Rows;
 
-/// Class, layers of the two ends, and twelfths of a spacing from the first to the second end along u and v.
+/// Class, layers of the two ends, and direction from the first to the second end along u and v, in
+/// twelfths of a spacing.
 type Kind = (SpringClass, [u32; 2], [i32; 2]);
 
-/// What a spring that holds `held`, and is strained elastically by `elastic`, holds at the strain `strain` of a new grid.
+/// Strains of a new spring at the total strain `strain`, from the inelastic strain, its two arms
+/// and the elastic strain of the old grid.
 pub(crate) fn fitted([set, first, second, elastic]: [f64; 4], strain: f64) -> Held {
     let (h, e) = (set * set, elastic * elastic);
     let part = if h > 0.0 { h / (h + e) } else { 0.0 };
@@ -39,7 +45,7 @@ fn middle(sheet: &Sheet, layout: &Layout, i: usize) -> (f64, f64) {
     (0.5 * (p.0 + q.0), 0.5 * (p.1 + q.1))
 }
 
-/// The kind among `all` that is `wanted`, or of its class and layers that which points most nearly so.
+/// The `wanted` kind, or the one of its class and layers with the nearest direction.
 fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Rows<4>> {
     let apart = |k: &Kind| (0..2).map(|a| (k.2[a] - wanted.2[a]).pow(2)).sum::<i32>();
     let alike = all.iter().filter(|(k, _)| (k.0, k.1) == (wanted.0, wanted.1));
@@ -47,7 +53,7 @@ fn nearest<'a>(all: &'a BTreeMap<Kind, Rows<4>>, wanted: &Kind) -> Option<&'a Ro
 }
 
 impl Sheet {
-    /// Takes up what has set and crept in the springs of `old`.
+    /// Remap the inelastic strain of the springs of `old`.
     pub(crate) fn take_springs_of(&mut self, old: &Self) {
         if !self.is_lattice() || old.heat.is_none() {
             return;
@@ -70,13 +76,13 @@ impl Sheet {
         }
     }
 
-    /// Strain of spring `i` beyond expansion.
+    /// Strain of spring `i` without thermal expansion.
     fn spring_strain(&self, i: usize) -> f64 {
         let [a, b] = [self.springs.a[i], self.springs.b[i]].map(|m| self.x.get(m as usize));
         self.heat.as_ref().map_or(0.0, |h| a.distance(b) / h.grown_length(i) - 1.0)
     }
 
-    /// What spring `i` holds.
+    /// Inelastic strain of spring `i`, and that of its two arms.
     fn spring_held(&self, i: usize) -> Held {
         let creeping = self.flow.as_ref().and_then(|f| f.spring_held(i));
         let grown = self.heat.as_ref().map(|h| h.grown_length(i));

@@ -1,31 +1,36 @@
-//! Strains of a grid, and the least motion of its masses that brings them to what they shall be.
+//! Membrane strains of a grid, and the least motion of its nodes that restores given strains.
 //!
-//! A curve through masses is longer than the chain of straight edges between them by (h κ)²/24, so that a sheet which is bent and read at
-//! another grid is stretched or slack by that much; a thin sheet stores more energy in it than in all its bending. Edges and the
-//! shear of cells have the strains of [`crate::elements::grid_membrane`]; what they shall be is read, linear in between, off the other grid.
-//! Those of a triangular layer are of its edges alone. Masses then go where Σ (ε - ε*)² + μ Σ |d|²/h² is least (Gauss, Newton, and conjugate gradients on the normal equations): μ keeps what
-//! strains tell little about where it is. Masses that are held do not move.
+//! A curve through nodes is longer than the chain of straight edges by the fraction (h κ)²/24, so
+//! that interpolation of a bent sheet at another grid causes membrane strain, whose energy in a
+//! thin sheet exceeds that of all its bending. Edges and cells have the strains of
+//! [`crate::elements::grid_membrane`]; their targets ε* are interpolated linearly from the other
+//! grid. A triangular layer has only the strains of its edges. The motion d of the nodes minimises
+//! Σ (ε - ε*)² + μ Σ |d|²/h² (Gauss-Newton, with conjugate gradients on the normal equations). μ
+//! damps motions that hardly change the strains. Fixed nodes do not move.
 
 use glam::DVec3;
 
 use crate::sheet::remap::spline::places;
 
-/// μ: what motion costs. In the middle between a stiff sheet's membrane, which follows within a millisecond, and its bending, which does not.
+/// Weight μ of the motion, between that of a stiff sheet's membrane, which relaxes within a
+/// millisecond, and that of its bending, which is slower.
 pub(crate) const INERTIA: f64 = 1e-5;
-/// Rounds of Newton's method, steps of conjugate gradients in each, and the residual (of the first) that ends one.
+/// Maximum number of Newton iterations, maximum number of conjugate gradient steps in each, and
+/// tolerance on the residual relative to the first one.
 pub(crate) const ROUNDS: usize = 3;
 const STEPS: usize = 120;
 const ENOUGH: f64 = 1e-4;
-/// Strain that is none.
+/// Strain below which a correction is omitted.
 pub(crate) const NONE: f64 = 1e-10;
 
-/// A grid of masses with its spacings at rest, m.
+/// Grid of nodes with its spacings at rest, m.
 #[derive(Clone, Copy)]
 pub(crate) struct Mesh {
     pub columns: usize,
     pub rows: usize,
     pub spacing: (f64, f64),
-    /// Whether odd rows are shifted by half a cell along u. Strains are then those of the edges along u and of those that slant forward and back.
+    /// Whether odd rows are shifted by half a cell along u. The strains are then those of the edges
+    /// along u and of the two kinds of slanting edges.
     pub triangular: bool,
 }
 
@@ -46,7 +51,7 @@ impl Strains {
         [&mut self.u, &mut self.v, &mut self.shear]
     }
 
-    /// Sum of their squares.
+    /// Sum of the squares.
     pub fn square(&self) -> f64 {
         self.parts().into_iter().flatten().map(|e| e * e).sum()
     }
@@ -76,7 +81,7 @@ impl Mesh {
         (0..self.rows - 1).flat_map(move |j| (0..self.columns).map(move |i| [self.at(i, j), self.at(i, j + 1)]))
     }
 
-    /// Slanting edges of a triangular layer, to the next row.
+    /// Slanting edges of a triangular layer, from each row to the next.
     fn slants(&self, forward: bool) -> impl Iterator<Item = [usize; 2]> + '_ {
         let column = move |i: usize, j: usize| (i + j % 2 + usize::from(forward)).checked_sub(1);
         let there =
@@ -94,14 +99,14 @@ impl Mesh {
         (0..self.rows - 1).flat_map(move |j| (0..self.columns - 1).map(move |i| corners(i, j)))
     }
 
-    /// Derivatives along u and v in the middle of a cell of `of`.
+    /// Derivatives of `of` along u and v in the middle of a cell.
     fn middle(&self, of: &[DVec3], [a, b, c, d]: [usize; 4]) -> (DVec3, DVec3) {
         let u = (of[b] - of[a] + of[d] - of[c]) * (0.5 / self.spacing.0);
         let v = (of[c] - of[a] + of[d] - of[b]) * (0.5 / self.spacing.1);
         (u, v)
     }
 
-    /// Strains at `x`.
+    /// Strains at the positions `x` (m).
     pub fn strains(&self, x: &[DVec3]) -> Strains {
         let along = |[a, b]: [usize; 2], h: f64| 0.5 * ((x[b] - x[a]).length_squared() / (h * h) - 1.0);
         let shear = |cell| {
@@ -120,7 +125,8 @@ impl Mesh {
         }
     }
 
-    /// What they change by at `x`, to first order, where masses move by `d`.
+    /// First-order change of the strains at `x` (m) by the displacement `d` (m); rates of strain
+    /// for velocities.
     pub fn rates(&self, x: &[DVec3], d: &[DVec3]) -> Strains {
         let along = |[a, b]: [usize; 2], h: f64| (x[b] - x[a]).dot(d[b] - d[a]) / (h * h);
         let shear = |cell| {
@@ -139,7 +145,7 @@ impl Mesh {
         }
     }
 
-    /// The transpose of that.
+    /// Apply the transpose of [`Mesh::rates`] to `of`.
     fn back(&self, x: &[DVec3], of: &Strains, to: &mut [DVec3]) {
         to.fill(DVec3::ZERO);
         let (hu, hv) = self.spacing;
@@ -168,7 +174,8 @@ impl Mesh {
         }
     }
 
-    /// Strains that are the tensor `field` of the mean place of masses, (uu, vv, uv).
+    /// Strains from the tensor `field` (uu, vv, uv), evaluated at the mean position of the nodes of
+    /// an edge or cell.
     pub fn of_field(&self, field: impl Fn(&[usize]) -> [f64; 3]) -> Strains {
         let u = self.edges_u().map(|e| field(&e)[0]).collect();
         if self.triangular {
@@ -187,7 +194,8 @@ impl Mesh {
         }
     }
 
-    /// Strains of this grid as another has them, linear in between and even beyond the outermost.
+    /// Interpolate strains `of` this grid at the edges and cells of `other`, linearly, and constant
+    /// beyond the outermost ones.
     pub fn read(&self, of: &Strains, other: &Self) -> Strains {
         let axis = |from: usize, to: usize, middles: bool| -> Vec<(usize, usize, f64)> {
             let cells = places(from, to);
@@ -211,12 +219,12 @@ impl Mesh {
         Strains { u: read(&of.u, (true, false)), v: read(&of.v, (false, true)), shear: read(&of.shear, (true, true)) }
     }
 
-    /// The least motion that changes strains at `x` by `change`, as far as that goes; masses that are `held` have none.
+    /// Least motion that changes the strains at `x` by `change`; `held` nodes do not move.
     pub fn answer(&self, x: &[DVec3], change: &Strains, held: &[bool]) -> Vec<DVec3> {
         self.answer_within(x, change, |i, d| if held[i] { DVec3::ZERO } else { d })
     }
 
-    /// The same with masses that move as `allowed` leaves of each one's motion: a projection.
+    /// Least motion as in [`Mesh::answer`], with the motion of each node projected by `allowed`.
     pub fn answer_within(&self, x: &[DVec3], change: &Strains, allowed: impl Fn(usize, DVec3) -> DVec3) -> Vec<DVec3> {
         let scale = INERTIA / (self.spacing.0 * self.spacing.1);
         let free = |d: &mut [DVec3]| d.iter_mut().enumerate().for_each(|(i, d)| *d = allowed(i, *d));
@@ -229,7 +237,7 @@ impl Mesh {
         least(first, normal, free)
     }
 
-    /// Moves masses at `x` so that their strains are as near to `wanted` as that brings them.
+    /// Move nodes from `x` (m) towards the strains `wanted`.
     pub fn approach(&self, x: &mut [DVec3], wanted: &Strains, held: &[bool]) {
         for _ in 0..ROUNDS {
             let change = wanted.clone().minus(&self.strains(x));
@@ -241,7 +249,7 @@ impl Mesh {
         }
     }
 
-    /// The same of velocities `v` and rates of strain.
+    /// Change the velocities `v` (m/s) towards the rates of strain `wanted` (1/s).
     pub fn approach_rates(&self, x: &[DVec3], v: &mut [DVec3], wanted: &Strains, held: &[bool]) {
         let change = wanted.clone().minus(&self.rates(x, v));
         if change.largest() > 0.0 {
@@ -251,7 +259,8 @@ impl Mesh {
     }
 }
 
-/// Conjugate gradients on the normal equations N d = `residual`, `normal` the product with N, in the motion that `free` leaves.
+/// Solve N d = `residual` by conjugate gradients in the subspace of the projection `free`; `normal`
+/// is the product with N.
 pub(crate) fn least(
     mut residual: Vec<DVec3>,
     normal: impl Fn(&[DVec3], &mut [DVec3]),
@@ -284,7 +293,7 @@ pub(crate) fn least(
 mod tests {
     use super::*;
 
-    /// A cylinder of curvature 4 1/m, on chords that are as long as the flat sheet's edges.
+    /// Cylinder of curvature 4 1/m, on chords as long as the edges of the flat sheet.
     fn bent(columns: usize, rows: usize) -> (Mesh, Vec<DVec3>) {
         let mesh =
             Mesh { columns, rows, spacing: (0.25 / (columns - 1) as f64, 0.2 / (rows - 1) as f64), triangular: false };
@@ -301,7 +310,7 @@ mod tests {
         let (mesh, wanted) = bent(21, 9);
         let own = mesh.strains(&wanted);
         assert!(own.largest() < 1e-12);
-        // Pulled apart as a curve through half as many masses would be.
+        // Stretched like a curve through half as many nodes.
         let mut x: Vec<DVec3> = wanted.iter().map(|p| *p * 1.0004 + DVec3::Y * (1e-5 * (40.0 * p.x).sin())).collect();
         assert!(mesh.strains(&x).largest() > 3e-4);
         let before = x.clone();

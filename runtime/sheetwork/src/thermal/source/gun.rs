@@ -1,8 +1,13 @@
-//! A heat gun: a jet of hot air in a cone, moved along a path or by the program.
+//! Heat gun: a jet of hot air in a cone, moved along a path or by the program.
 //!
-//! A patch that faces the nozzle, at a distance d from it and at an angle θ from the jet's axis, is in air of the gun's temperature
-//! with h = h₀ cos φ e^(-(θ/θ₀)²) r/(r + d), θ₀ the half angle, r the reach (at which half is left) and φ the angle between the
-//! patch's normal and the way to the nozzle. A simple jet, not one of a make: h₀ and r are to be set from a measurement.
+//! A patch that faces the nozzle, at a distance d from it and at an angle θ from the axis of the
+//! jet, is in air of the gun's temperature with
+//!
+//!   h = h₀ cos φ e^(-(θ/θ₀)²) r/(r + d),
+//!
+//! θ₀ the half angle, r the reach (at which h falls to a half) and φ the angle between the normal
+//! of the patch and the direction to the nozzle. The model is generic: h₀ (W/(m² K)) and r (m) are
+//! to be set from a measurement.
 
 use glam::DVec3;
 
@@ -10,9 +15,9 @@ use crate::error::InputError;
 use crate::scene::{HeatGunSpec, Placement, Scene, path_at};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::thermal::source::{Dial, Kind, Moment, Source, Target};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
-/// Beyond this many half angles from the axis there is no jet.
+/// Angle from the axis, in half angles, beyond which the jet ends.
 const EDGE: f64 = 3.0;
 
 pub(crate) const KIND: Kind = Kind { name: "heat_gun", about: "a jet of hot air in a cone that moves", build };
@@ -21,12 +26,12 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
     Ok(scene.heat_gun.iter().map(of).collect())
 }
 
-/// The heat gun that `spec` describes.
+/// Heat gun of `spec`.
 pub(crate) fn of(spec: &HeatGunSpec) -> Box<dyn Source> {
     Box::new(Gun { spec: spec.clone() })
 }
 
-/// Where its numbers are set.
+/// Parameter path of the heat gun.
 pub(crate) const PATH: &str = "heat_gun";
 
 struct Gun {
@@ -34,14 +39,14 @@ struct Gun {
 }
 
 impl Gun {
-    /// Where the nozzle is (m) and which way it blows at `time`.
+    /// Position of the nozzle (m) and direction of the jet at `time` (s).
     fn aim(&self, time: f64) -> (DVec3, DVec3) {
         let (offset, turn) = path_at(&self.spec.path, time);
         let turn = Placement { position: DVec3::ZERO, rotation: turn }.quaternion();
         (self.spec.position + offset, (turn * self.spec.direction).normalize_or_zero())
     }
 
-    /// h at a patch, W/(m² K).
+    /// Convection coefficient h at a patch, W/(m² K).
     fn convection(&self, nozzle: DVec3, axis: DVec3, place: DVec3, normal: DVec3) -> f64 {
         let way = place - nozzle;
         let distance = way.length();

@@ -1,16 +1,18 @@
 //! Heaters: polyhedra with hot faces that radiate to both sides of a sheet.
 //!
-//! A patch with emissivity (and absorptivity) ε takes up, of a hot face at T_h with emissivity ε_h that it sees by the view factor F,
+//! A patch with emissivity (and absorptivity) ε absorbs, from a hot face at T_h with emissivity ε_h
+//! and view factor F,
 //!
-//! q = ε σ F V ε_h (T_h⁴ - T_wall⁴) per area,
+//!   q = ε σ F V ε_h (T_h⁴ - T_wall⁴) per area,
 //!
-//! where V is the part of the face that nothing stands before, and the walls' own radiation, which the face hides or reflects, is
-//! counted with the room. F is exact ([`crate::thermal::view_factor`]); a face radiates from its outer side only. V is by rays to
-//! `RAYS` points of the face, weighted as they are seen: bodies stop them, and the sheet itself.
+//! where V is the unobstructed fraction of the face. The walls' radiation that the face hides or
+//! reflects is counted with the room. F is exact ([`crate::thermal::view_factor`]); a face radiates
+//! from its outer side only. V is computed by rays to `RAYS` points of the face, weighted by their
+//! view; bodies and the sheet itself block rays.
 //!
-//! F follows a patch that has moved by `CLOSE` of its distance or turned by as much, one patch in `GLANCES` a step; V is looked
-//! at again for one patch in `TURNS` a step, and where the sheet stands in its own light as often. Neither is looked at for what
-//! faces away.
+//! F is updated for a patch that has moved by `CLOSE` of its distance or turned by `CLOSE` (rad),
+//! with one patch in `GLANCES` tested per step. V is updated for one patch in `TURNS` per step,
+//! self-shadowing as often. Pairs that face away are skipped.
 
 use std::path::Path;
 
@@ -27,18 +29,20 @@ use crate::sheet::Sheet;
 use crate::thermal::shadow::Own;
 use crate::thermal::source::{Dial, Kind, Moment, Source, Target, fourth_power};
 use crate::thermal::view_factor::contour;
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
-/// How far a patch may move, as a fraction of its distance from the nearest hot face's middle, and turn (radians), before it is
-/// looked at again: its view factor is then some thousandths off.
+/// Motion of a patch that requires a new view factor: as a fraction of its distance from the middle
+/// of the nearest hot face, and as a rotation, rad. The view factor is then wrong by some
+/// thousandths.
 const CLOSE: f64 = 1e-3;
-/// Steps in which all patches that move have been looked at: one sees a face as it did a twentieth of a second ago at most.
+/// Number of steps in which all moving patches are tested, so that view factors lag by at most a
+/// twentieth of a second.
 const GLANCES: usize = 3;
-/// Steps in which all patches' shadows have been looked at.
+/// Number of steps in which the shadows of all patches are updated.
 const TURNS: usize = 24;
-/// Points of a face that rays are sent to, for each of its corners.
+/// Number of ray targets per corner of a face.
 const RAYS: usize = 4;
-/// How far from a patch its rays begin, as a fraction of their length.
+/// Distance of a ray's start from its patch, as a fraction of its length.
 const START: f64 = 1e-4;
 
 pub(crate) const KIND: Kind =
@@ -57,26 +61,26 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
     scene.heaters.iter().enumerate().map(each).collect()
 }
 
-/// The heater that `spec` describes, its file in the folder `base`.
+/// Heater of `spec`, its file in the folder `base`.
 ///
 /// # Errors
-/// When its file is not valid.
+/// When its file is invalid.
 pub(crate) fn of(name: &str, spec: &HeaterSpec, base: &Path) -> Result<Box<dyn Source>, InputError> {
     Ok(Box::new(Radiator::new(name.to_owned(), spec, &spec.resolve(base)?)))
 }
 
-/// Where the numbers of the heater of that name are set.
+/// Parameter path of the heater `name`.
 pub(crate) fn path_of(name: &str) -> String {
     format!("heaters.{name}")
 }
 
-/// A hot face, in the world.
+/// Hot face in world coordinates.
 #[derive(Clone, Debug)]
 struct HotFace {
     corners: Vec<DVec3>,
     normal: DVec3,
     middle: DVec3,
-    /// Points that rays are sent to, with the area each stands for.
+    /// Ray targets, with the area of each.
     points: Vec<(DVec3, f64)>,
     celsius: f64,
     emissivity: f64,
@@ -98,7 +102,7 @@ impl HotFace {
         Self { normal: area.normalize_or_zero(), corners, middle, points, celsius, emissivity }
     }
 
-    /// F from a patch; 0 where the face's outer side cannot be seen.
+    /// View factor F from a patch; 0 behind the face.
     fn view_factor(&self, place: DVec3, normal: DVec3) -> f64 {
         if self.normal.dot(place - self.middle) <= 0.0 {
             return 0.0;
@@ -106,7 +110,7 @@ impl HotFace {
         contour(&self.corners, place, normal).abs().min(1.0)
     }
 
-    /// V from a patch.
+    /// Unobstructed fraction V from a patch.
     fn visible(&self, place: DVec3, normal: DVec3, blocked: impl Fn(DVec3, DVec3) -> bool) -> f64 {
         let (mut seen, mut all) = (0.0, 0.0);
         for (point, area) in &self.points {
@@ -125,16 +129,17 @@ impl HotFace {
     }
 }
 
-/// What is kept of a sheet's patches.
+/// View data of a sheet's patches.
 #[derive(Default)]
 struct Seen {
-    /// Place and normal that view factors are of, NaN before the first, and the squared distance of the nearest face's middle, m².
+    /// Position and normal of the view factors, NaN before the first, and the squared distance of
+    /// the middle of the nearest face, m².
     at: Vec<(DVec3, DVec3, f64)>,
     /// F and V of every patch, face by face.
     factors: Vec<(f64, f64)>,
-    /// Patch whose shadows are looked at next, and whether all have been.
+    /// First patch of the next shadow update, and whether all patches have been updated once.
     next: usize,
-    /// Steps so far, round and round.
+    /// Step counter modulo `GLANCES`.
     glance: usize,
     complete: bool,
     own: Option<Own>,
@@ -158,7 +163,7 @@ impl Seen {
         }
     }
 
-    /// Takes it back, of `sheet` and of `faces` hot faces.
+    /// Deserialise the data of `sheet` for `faces` hot faces.
     fn take(&mut self, from: &mut Taker, sheet: &Sheet, faces: usize) -> Taken {
         let patches = from.length(56)?;
         self.at.resize(patches, (DVec3::NAN, DVec3::NAN, f64::NAN));
@@ -187,9 +192,9 @@ struct Radiator {
     name: String,
     on: bool,
     faces: Vec<HotFace>,
-    /// Corners of the faces in its own axes, m.
+    /// Corners of the faces in the heater's axes, m.
     own: Vec<Vec<DVec3>>,
-    /// Of each sheet.
+    /// View data of each sheet.
     seen: Vec<Seen>,
 }
 
@@ -208,7 +213,7 @@ impl Radiator {
         Self { name, on: spec.on, faces, own, seen: Vec::new() }
     }
 
-    /// Brings view factors and some shadows of a sheet up to date.
+    /// Update view factors and some shadows of a sheet.
     fn look(&mut self, index: usize, moment: &Moment, target: &Target) {
         if self.seen.len() <= index {
             self.seen.resize_with(index + 1, Seen::default);
@@ -235,7 +240,7 @@ impl Radiator {
             let (was, faced, reach) = seen.at[i];
             let moved = was.distance_squared(place) + faced.distance_squared(normal) * reach;
             let factors = &mut seen.factors[i * faces.len()..(i + 1) * faces.len()];
-            // NaN is of a patch that has not been looked at.
+            // NaN marks a patch without view factors.
             if moved.is_nan() || moved > CLOSE * CLOSE * reach {
                 let reach = faces.iter().map(|f| f.middle.distance_squared(place)).fold(f64::INFINITY, f64::min);
                 seen.at[i] = (place, normal, reach);
@@ -254,7 +259,7 @@ impl Radiator {
     }
 }
 
-/// Whether a body stands between `from` and `to`.
+/// Whether a body blocks the line from `from` to `to`.
 fn stops(view: Option<&RigidView>, from: DVec3, to: DVec3) -> bool {
     let Some(view) = view.filter(|view| !view.colliders.is_empty()) else { return false };
     let start = from + (to - from) * START;

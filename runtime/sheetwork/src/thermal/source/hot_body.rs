@@ -1,8 +1,9 @@
-//! Hot bodies: what a body with a temperature gives to the sheet that lies on it.
+//! Hot bodies: heat exchange between a body with a temperature and a sheet near it.
 //!
-//! A patch at a gap g from the body's surface that faces it exchanges q = (T_body - T)/(1/h_c + g/k_air) per area: through the contact,
-//! and through the air that is left between them. Beyond `FAR` nothing is counted: the room's convection is more. The body stays as
-//! warm as it is said to be.
+//! A patch at a gap g (m) from the surface of the body exchanges q = (T_body - T)/(1/h_c + g/k_air)
+//! per area, through the contact and the air in the gap, where it faces the surface. Beyond `FAR`
+//! the exchange is neglected: the convection of the room is larger. The temperature of the body is
+//! constant.
 
 use glam::DVec3;
 use rapier3d::math::Real;
@@ -13,11 +14,11 @@ use crate::error::InputError;
 use crate::scene::{Scene, body_name};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::thermal::source::{Dial, Kind, Moment, Source, Target};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 /// Conductivity of air, W/(m K).
 const AIR: f64 = 0.026;
-/// Widest gap that is looked at, m: what is left there is a tenth of what a room's air takes.
+/// Maximum gap, m: the exchange across it is small against the convection of the room.
 const FAR: f64 = 5e-3;
 
 pub(crate) const KIND: Kind =
@@ -28,12 +29,12 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
     Ok(hot.map(|(name, celsius)| of(&name, celsius, scene.contact_conductance)).collect())
 }
 
-/// The body of that name at `celsius`, which what touches it meets with `conductance` (W/(m² K)).
+/// Body `name` at `celsius` (°C) with contact conductance `conductance` (W/(m² K)).
 pub(crate) fn of(name: &str, celsius: f64, conductance: f64) -> Box<dyn Source> {
     Box::new(HotBody { name: name.to_owned(), celsius, conductance })
 }
 
-/// Where the temperature of the body of that name is set.
+/// Parameter path of the temperature of the body `name`.
 pub(crate) fn path_of(name: &str) -> String {
     format!("bodies.{name}.temperature")
 }
@@ -41,7 +42,7 @@ pub(crate) fn path_of(name: &str) -> String {
 struct HotBody {
     name: String,
     celsius: f64,
-    /// Of the contact, W/(m² K).
+    /// Contact conductance, W/(m² K).
     conductance: f64,
 }
 

@@ -1,7 +1,8 @@
-//! Sources of heat: the surroundings, an oven, heaters, hot bodies, a heat gun.
+//! Heat sources: surroundings, oven, heaters, hot bodies, heat gun.
 //!
-//! One file a source and one row in [`TABLE`]. A source adds to the [`Exchange`] of a sheet what its patches take up; the sheet's
-//! own losses are `surroundings`'. Sources are looked at once a step of heat, at its start.
+//! Each source has one file and one row in [`TABLE`]. A source adds the heat exchange of its
+//! patches to the [`Exchange`] of a sheet; `surroundings` adds the losses of the sheet. Sources are
+//! evaluated once per thermal step, at its start.
 
 pub mod gun;
 pub mod heater;
@@ -16,41 +17,41 @@ use crate::rigid::{RigidView, RigidWorld};
 use crate::scene::{Placement, Scene};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::patches::{Faces, Patch};
-use crate::thermal::stepper::Exchange;
-use crate::thermal::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
+use crate::sheet::temperature::conduction::Exchange;
+use crate::sheet::temperature::patches::{Faces, Patch};
+use crate::units::temperature::{STEFAN_BOLTZMANN, ZERO_CELSIUS};
 
-/// A kind of source.
+/// Kind of source.
 pub struct Kind {
-    /// Its name, as in a scene.
+    /// Name, as in a scene.
     pub name: &'static str,
-    /// One line on what it does.
+    /// Description in one line.
     pub about: &'static str,
-    /// Those of a scene.
+    /// Sources of this kind in a scene.
     pub(crate) build: fn(&Scene) -> Result<Vec<Box<dyn Source>>, InputError>,
 }
 
-/// Every kind, in the order in which they give: the surroundings first.
+/// All kinds, in the order of evaluation: the surroundings first.
 pub const TABLE: &[Kind] = &[surroundings::KIND, oven::KIND, heater::KIND, hot_body::KIND, gun::KIND];
 
-/// What a source is asked with.
+/// Inputs of a source in a step.
 pub struct Moment<'a> {
-    /// Simulated time of the sheet's motion, s.
+    /// Simulated time of the motion, s.
     pub time: f64,
-    /// How warm the room is.
+    /// Temperature of the room.
     pub room: Surroundings,
-    /// Bodies, where there are any to be touched or to throw a shadow.
+    /// Bodies for contact and shadows, if any.
     pub view: Option<&'a RigidView<'a>>,
     /// The world's own bodies.
     pub rigid: Option<&'a RigidWorld>,
 }
 
-/// The surroundings: air and walls.
+/// Surroundings: air and walls.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
     /// Temperature, °C.
     pub celsius: f64,
-    /// Convection of both sides of a sheet together, W/(m² K).
+    /// Convection coefficient of both sides of a sheet together, W/(m² K).
     pub convection: f64,
 }
 
@@ -67,18 +68,18 @@ pub fn fourth_power(celsius: f64) -> f64 {
     kelvin * kelvin * kelvin * kelvin
 }
 
-/// A sheet as a source sees it.
+/// Sheet as a source sees it.
 pub struct Target<'a> {
     /// The sheet.
     pub sheet: &'a Sheet,
-    /// Its sides.
+    /// Patches of the sheet.
     pub faces: &'a Faces,
-    /// What its nodes exchange: to be added to.
+    /// Exchange of the thermal nodes, to which sources add.
     pub exchange: &'a mut Exchange,
 }
 
 impl Target<'_> {
-    /// Patches with their places (m) and normals.
+    /// Patches with their positions (m) and normals.
     pub fn patches(&self) -> impl Iterator<Item = (Patch, DVec3, DVec3)> + use<'_> {
         let Self { sheet, faces, .. } = self;
         faces.patches.iter().zip(&faces.normals).map(|(p, n)| (*p, sheet.x.get(p.mass as usize), *n))
@@ -89,82 +90,83 @@ impl Target<'_> {
         self.sheet.material().emissivity
     }
 
-    /// `patch` exchanges with what is `celsius` warm by `conductance` (W/K).
+    /// Add an exchange of `patch` with a temperature `celsius` (°C) through `conductance` (W/K).
     pub fn couple(&mut self, patch: Patch, celsius: f64, conductance: f64) {
         let node = patch.node as usize;
         self.exchange.supply[node] += conductance * celsius;
         self.exchange.convection[node] += conductance;
     }
 
-    /// `patch` takes up what `view_factor` of it receives from a face that sends out like a black one for which T⁴ is
-    /// `above` K⁴ more than the walls'.
+    /// Add the radiation that `patch` absorbs with `view_factor` from a black face whose T⁴ exceeds
+    /// that of the walls by `above` (K⁴).
     pub fn irradiate(&mut self, patch: Patch, view_factor: f64, above: f64) {
         let taken = self.emissivity() * STEFAN_BOLTZMANN * patch.area * view_factor * above;
         self.exchange.supply[patch.node as usize] += taken;
     }
 }
 
-/// A number of a source that can be changed while the world runs.
+/// Parameter of a source that can change while the world runs.
 pub struct Dial {
-    /// Its path in the world: `oven.temperature`.
+    /// Path in the world, as `oven.temperature`.
     pub path: String,
-    /// Its value.
+    /// Present value.
     pub value: f64,
-    /// Its unit.
+    /// Unit of the value.
     pub unit: &'static str,
-    /// Its range.
+    /// Smallest and largest value.
     pub range: (f64, f64),
 }
 
-/// Gives heat to sheets, or takes it.
+/// Heat source.
 pub trait Source: Send + Sync {
-    /// What of its surroundings is another for it: an oven's are warm.
+    /// Change the surroundings, as an oven does.
     fn surround(&self, _time: f64, _room: &mut Surroundings) {}
 
-    /// Whether it gives anything to a sheet that is as warm as its surroundings, or takes it.
+    /// Whether the source exchanges heat with a sheet at the temperature of its surroundings.
     fn is_at_work(&self) -> bool {
         true
     }
 
-    /// Adds what sheet number `index` takes up.
+    /// Add the heat exchange of the sheet `index`.
     fn give(&mut self, index: usize, moment: &Moment, target: &mut Target);
 
-    /// Where its numbers are among the world's parameters: `oven`, `heaters.lamp`. The room's have no common place.
+    /// Path of the source's parameters: `oven`, `heaters.lamp`. Empty for the room.
     fn path(&self) -> String {
         String::new()
     }
 
-    /// Goes to `placement`; false where it has no place that can be changed so.
+    /// Move the source to `placement`. Returns `false` when its placement is fixed.
     fn place(&mut self, _placement: &Placement) -> bool {
         false
     }
 
-    /// What can be changed of it.
+    /// Parameters of the source.
     fn dials(&self) -> Vec<Dial> {
         Vec::new()
     }
 
-    /// Takes up `value` for the dial at `path`, which has been checked; false where it has no such dial.
+    /// Set the parameter at `path` to `value`, which has been checked. Returns `false` when the
+    /// source has no such parameter.
     fn turn(&mut self, _path: &str, _value: f64) -> bool {
         false
     }
 
-    /// Keeps for a snapshot what can be changed of it.
+    /// Serialise the settings for a snapshot.
     fn keep_settings(&self, _to: &mut Keeper) {}
 
-    /// Takes that back.
+    /// Deserialise the settings.
     fn take_settings(&mut self, _from: &mut Taker) -> Taken {
         Ok(())
     }
 
-    /// Keeps what it carries from step to step.
+    /// Serialise the state that steps depend on.
     fn keep(&self, _to: &mut Keeper) {}
 
-    /// Takes that back, for these sheets.
+    /// Deserialise the state, for these sheets.
     fn take(&mut self, _from: &mut Taker, _sheets: &[Sheet]) -> Taken {
         Ok(())
     }
 
-    /// Sheets were added or removed: what is kept for each is no longer theirs.
+    /// Discard the state of each sheet, after sheets were added or removed.
     fn forget(&mut self) {}
 }

@@ -1,10 +1,11 @@
-//! An oven: the whole room, its air and its walls, at a temperature; on and off, and changed, at any moment.
+//! Oven: the whole room, its air and its walls, at one temperature, which can change or be switched
+//! at any time.
 
 use crate::error::InputError;
 use crate::scene::{OvenKey, OvenSpec, Scene};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::thermal::source::{Dial, Kind, Moment, Source, Surroundings, Target};
-use crate::thermal::{COLDEST, HOTTEST};
+use crate::units::temperature::{COLDEST, HOTTEST};
 
 pub(crate) const KIND: Kind = Kind { name: "oven", about: "the whole room at a temperature", build };
 
@@ -12,12 +13,12 @@ fn build(scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
     Ok(scene.oven.iter().map(of).collect())
 }
 
-/// The oven that `spec` describes.
+/// Oven of `spec`.
 pub(crate) fn of(spec: &OvenSpec) -> Box<dyn Source> {
     Box::new(Oven { spec: spec.clone() })
 }
 
-/// Where its numbers are set.
+/// Parameter path of the oven.
 pub(crate) const PATH: &str = "oven";
 
 struct Oven {
@@ -58,7 +59,7 @@ impl Source for Oven {
     fn keep_settings(&self, to: &mut Keeper) {
         to.flag(self.spec.on);
         to.number(self.spec.temperature);
-        // One that was set has no schedule any more.
+        // Setting the temperature clears the schedule.
         to.count(self.spec.schedule.len() as u64);
         for key in &self.spec.schedule {
             to.number(key.time);
@@ -78,7 +79,7 @@ impl Source for Oven {
     fn turn(&mut self, path: &str, value: f64) -> bool {
         match path {
             "oven.temperature" => {
-                // From now on it is what it was set to, whatever it was to become.
+                // A set temperature replaces the schedule.
                 self.spec.schedule.clear();
                 self.spec.temperature = value;
             }

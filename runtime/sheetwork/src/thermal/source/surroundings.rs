@@ -1,8 +1,10 @@
-//! The room: what a sheet loses to the air by convection and to the walls by radiation, on both sides,
+//! Surroundings: heat exchange of a sheet with the air by convection and with the walls by
+//! radiation, on both sides,
 //!
-//! q = -h (T - T_air) - 2 ε σ (T⁴ - T_wall⁴) per area of the sheet, half of it on each side.
+//!   q = -h (T - T_air) - 2 ε σ (T⁴ - T_wall⁴) per area of the sheet, half of it on each side.
 //!
-//! h is of both sides together. Air and walls are equally warm: as the scene's `ambient_temperature`, or as its oven.
+//! h is the coefficient of both sides together. Air and walls have one temperature: the scene's
+//! `ambient_temperature`, or that of its oven.
 
 use crate::error::InputError;
 use crate::scene::Scene;
@@ -18,7 +20,7 @@ fn build(_scene: &Scene) -> Result<Vec<Box<dyn Source>>, InputError> {
     Ok(vec![Box::new(Room)])
 }
 
-/// The room.
+/// Source of the room.
 struct Room;
 
 impl Source for Room {

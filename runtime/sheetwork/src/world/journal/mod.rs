@@ -1,8 +1,10 @@
-//! Journals: a run as what was done to it, step by step, with what came of it, so that it can be run again, gone to at any step, and checked.
+//! Journals: the inputs of a run, step by step, with checksums of the results, so that the run can
+//! be repeated, entered at any step, and verified.
 //!
-//! File: the line `sheetwork journal 1`, a line of JSON ([`Header`]), then parts, each after its length in bytes (u32) and their CRC-32
-//! (u32), little endian. A part begins with a snapshot ([`World::save`]) of before its first step; then for every step the inputs that
-//! came before it and, of every sheet and of all bodies together, a sum of where they are and how they move after it.
+//! File: the line `sheetwork journal 1`, a line of JSON ([`Header`]), then parts, each after its
+//! length in bytes (u32) and its CRC-32 (u32), little endian. A part begins with a snapshot
+//! ([`World::save`]) before its first step. For every step follow the inputs before it, and a
+//! checksum of positions and velocities after it of every sheet and of all bodies together.
 
 #[cfg(test)]
 mod tests;
@@ -20,37 +22,37 @@ use crate::scene::Scene;
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 
 const MAGIC: &str = "sheetwork journal 1";
-/// Longest header that is read, bytes.
+/// Maximum length of a header, bytes.
 const LONGEST: usize = 64 << 20;
 
-/// What a journal is of.
+/// Header of a journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Header {
     /// Name of the scene.
     pub scene: String,
     /// The scene itself (RON).
     pub source: String,
-    /// Folder that the scene's files are in.
+    /// Folder of the scene's files.
     pub base: PathBuf,
-    /// Steps from one snapshot to the next.
+    /// Number of steps between snapshots.
     pub every: u32,
 }
 
-/// Something that is done to a world between two steps.
+/// Input to a world between two steps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Input {
     /// [`World::set`].
     Set {
         /// Path of the parameter.
         path: String,
-        /// Its value, as text.
+        /// Value as text.
         value: String,
     },
     /// [`crate::sheet::Sheet::grab`].
     Grab {
         /// Name of the sheet.
         sheet: String,
-        /// Where on it, each 0 to 1.
+        /// Material point, each coordinate 0 to 1.
         uv: (f64, f64),
         /// Stiffness, N/m.
         stiffness: f64,
@@ -59,43 +61,43 @@ pub enum Input {
     Pull {
         /// Name of the sheet.
         sheet: String,
-        /// Which of its pulls.
+        /// Index of the grab.
         index: u32,
-        /// Where to, m.
+        /// Target position, m.
         target: DVec3,
     },
     /// [`crate::sheet::Sheet::let_go`].
     LetGo {
         /// Name of the sheet.
         sheet: String,
-        /// Which of its pulls.
+        /// Index of the grab.
         index: u32,
     },
     /// [`World::move_body`].
     MoveBody {
-        /// Its name.
+        /// Name of the body.
         name: String,
-        /// Where it shall be, m.
+        /// Target position, m.
         position: DVec3,
-        /// And how turned.
+        /// Target rotation.
         rotation: DQuat,
     },
     /// [`World::place_body`].
     PlaceBody {
-        /// Its name.
+        /// Name of the body.
         name: String,
-        /// Where it is from now on, m.
+        /// New position, m.
         position: DVec3,
-        /// And how turned.
+        /// New rotation.
         rotation: DQuat,
     },
 }
 
 impl Input {
-    /// Does it to `world`.
+    /// Apply the input to `world`.
     ///
     /// # Errors
-    /// When the world refuses it, or has no sheet or body of that name.
+    /// When the world refuses the input, or has no sheet or body of that name.
     pub fn apply(&self, world: &mut World) -> Result<(), InputError> {
         let of = |world: &mut World, name: &str| -> Result<usize, InputError> {
             let found = world.sheets().iter().position(|s| s.name == name);
@@ -128,19 +130,20 @@ impl Input {
     }
 }
 
-/// Whether a body can be there.
+/// Whether position and rotation are a valid pose.
 fn is_place(position: DVec3, rotation: DQuat) -> bool {
     position.is_finite() && rotation.is_finite() && rotation.length_squared() > 0.0
 }
 
-/// Why a body did not go there.
+/// Error for a body that was not moved.
 fn no_such(name: &str, position: DVec3, rotation: DQuat) -> InputError {
     let there = is_place(position, rotation);
     let problem = if there { "is not there, or does not move so" } else { "cannot be sent to what is no place" };
     InputError::new(format!("bodies.{name}"), problem)
 }
 
-/// Sums of where the sheets of `world` are and how they move, sheet by sheet, and last of its bodies.
+/// Checksums of positions and velocities of the sheets of `world`, one per sheet, and last of all
+/// its bodies.
 pub fn sums(world: &World) -> Vec<u32> {
     let mut all = Vec::with_capacity(world.sheets().len() + 1);
     for sheet in world.sheets() {
@@ -158,12 +161,12 @@ pub fn sums(world: &World) -> Vec<u32> {
     all
 }
 
-/// Writes a journal while a world runs.
+/// Writer of a journal while a world runs.
 pub struct Writer {
     file: PathBuf,
     out: BufWriter<File>,
     every: u32,
-    /// The part on its way: its snapshot, its steps, and how many there are.
+    /// Unwritten part: its snapshot, its steps, and their number.
     key: Vec<u8>,
     steps: Keeper,
     count: u32,
@@ -171,7 +174,7 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Creates the file for `world`, with a snapshot every `every` steps, 1 to 1e6.
+    /// Create the file for `world`, with a snapshot every `every` steps, 1 to 1e6.
     ///
     /// # Errors
     /// When `every` is out of range or the file cannot be written.
@@ -194,17 +197,17 @@ impl Writer {
         Ok(writer)
     }
 
-    /// Does `input` to `world`, and notes it.
+    /// Apply `input` to `world`, and record it.
     ///
     /// # Errors
-    /// As [`Input::apply`]; nothing is noted then.
+    /// As [`Input::apply`]; nothing is recorded then.
     pub fn input(&mut self, world: &mut World, input: Input) -> Result<(), InputError> {
         input.apply(world)?;
         self.waiting.push(input);
         Ok(())
     }
 
-    /// Takes a step of `world`, and notes what came of it.
+    /// Take a step of `world`, and record its inputs and checksums.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -224,7 +227,7 @@ impl Writer {
         Ok(())
     }
 
-    /// Writes the part on its way.
+    /// Write the unwritten part.
     fn flush(&mut self) -> Result<(), InputError> {
         let mut part = Keeper::default();
         part.blob(&self.key);
@@ -238,10 +241,10 @@ impl Writer {
         self.write(&part.bytes)
     }
 
-    /// Finishes the file.
+    /// Finish the file.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub fn finish(mut self) -> Result<(), InputError> {
         if self.count > 0 {
             self.flush()?;
@@ -261,34 +264,34 @@ struct Step {
     sums: Vec<u32>,
 }
 
-/// Steps from a snapshot on.
+/// A snapshot and the steps after it.
 #[derive(Clone, Debug, PartialEq)]
 struct Part {
     key: Vec<u8>,
     steps: Vec<Step>,
 }
 
-/// A journal that was read.
+/// A journal read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Journal {
-    /// What it is of.
+    /// Header of the journal.
     pub header: Header,
     parts: Vec<Part>,
 }
 
-/// Where a run comes apart from its journal.
+/// First difference between a run and its journal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Difference {
-    /// The first step after which something is elsewhere, counted from 1.
+    /// Number of the first step after which a state differs, counted from 1.
     pub step: u64,
-    /// Simulated time after it, s.
+    /// Simulated time after that step, s.
     pub time_s: f64,
-    /// What: the name of a sheet, or "bodies".
+    /// Name of the sheet that differs, or "bodies".
     pub what: String,
 }
 
 impl Journal {
-    /// Reads a journal.
+    /// Read a journal.
     ///
     /// # Errors
     /// When the file cannot be read, is no journal, ends within a part or is damaged.
@@ -297,14 +300,14 @@ impl Journal {
         Self::from_bytes(&bytes).map_err(|e| e.in_file(file))
     }
 
-    /// The same of a file's bytes.
+    /// Read a journal from the bytes of a file.
     ///
     /// # Errors
     /// As [`Journal::read`].
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, InputError> {
         let bad = |problem: String| InputError::new("journal", problem);
         let none = || bad(format!("does not begin with \"{MAGIC}\": not a journal"));
-        // A file that was cut off within its first line may still say what it is.
+        // A file truncated within its first line can still name its format.
         let (magic, rest) = line_of(bytes).unwrap_or((&bytes[..bytes.len().min(2 * MAGIC.len())], &[]));
         if magic != MAGIC.as_bytes() {
             let other = magic.strip_prefix(b"sheetwork journal ").unwrap_or_default();
@@ -336,20 +339,21 @@ impl Journal {
         Ok(Self { header, parts })
     }
 
-    /// How many steps it has.
+    /// Number of steps.
     pub fn len(&self) -> u64 {
         self.parts.iter().map(|p| p.steps.len() as u64).sum()
     }
 
-    /// Whether it has none.
+    /// Whether the journal has no steps.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// A world of its scene, at its beginning; `base` is the folder of the scene's files, where it is not the journal's.
+    /// Build the world of the journal's scene, at its beginning. `base` replaces the folder of the
+    /// scene's files.
     ///
     /// # Errors
-    /// When the scene cannot be built, or the first snapshot is not of it.
+    /// When the scene cannot be built, or the first snapshot belongs to another scene.
     pub fn world(&self, base: Option<&Path>) -> Result<World, InputError> {
         let mut scene = Scene::parse(&self.header.source)?;
         scene.base = base.map_or_else(|| self.header.base.clone(), Path::to_path_buf);
@@ -360,10 +364,11 @@ impl Journal {
         Ok(world)
     }
 
-    /// Takes `world`, which must be one of [`Journal::world`], to after step number `step`: from the last snapshot before it on.
+    /// Take `world`, built by [`Journal::world`], to the state after step `step`, from the last
+    /// snapshot before it.
     ///
     /// # Errors
-    /// When the journal has not that many steps, or one of its snapshots or inputs is refused.
+    /// When the journal has fewer steps, or one of its snapshots or inputs is refused.
     pub fn seek(&self, world: &mut World, step: u64) -> Result<(), InputError> {
         if step > self.len() {
             return Err(InputError::new("step", format!("{step} is outside 0 to {}", self.len())));
@@ -381,8 +386,8 @@ impl Journal {
         Ok(())
     }
 
-    /// Runs all of it again in `world` and says where that first comes apart from what was written; `None` where it does not. Every part
-    /// begins with its own snapshot, which is compared too.
+    /// Repeat the run in `world`, and return its first difference from the journal; `None` when
+    /// there is none. The snapshot of every part is compared too.
     ///
     /// # Errors
     /// When a snapshot or an input is refused.
@@ -414,7 +419,7 @@ impl Step {
     }
 }
 
-/// The first line of `bytes`, and what follows it.
+/// The first line of `bytes`, and the bytes after it.
 fn line_of(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let end = bytes.iter().take(LONGEST).position(|b| *b == b'\n')?;
     Some((&bytes[..end], &bytes[end + 1..]))

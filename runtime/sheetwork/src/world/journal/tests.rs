@@ -1,4 +1,4 @@
-//! A run is written, run again, gone to at any step, and what differs is named.
+//! A run is recorded, repeated, entered at any step, and differences are named.
 
 use crate::world::journal::*;
 
@@ -69,7 +69,7 @@ fn the_first_step_that_differs_is_named() {
     let (file, _) = journal("differs", 20);
     let mut journal = Journal::read(&file).expect("its own");
     let mut world = journal.world(None).expect("its scene");
-    // The ball meets the sheet later.
+    // The ball meets the sheet after this step.
     journal.parts[1].steps[3].sums[0] ^= 1;
     let found = journal.check(&mut world).expect("can be run").expect("differs");
     assert_eq!((found.step, &*found.what), (10, "leaf"));

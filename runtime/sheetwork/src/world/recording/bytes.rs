@@ -1,25 +1,27 @@
-//! Frames as bytes, of both versions of the file.
+//! Encoding of frames, in both versions of the file.
 //!
-//! A frame of the second version: the time (f64); of every sheet a byte that says what follows, the positions of its masses (3 f32 each), its warmth
-//! (u16 each: tenths of a degree above absolute zero, or of 65535 what is left of the stiffness) and, where other cells are open than in the frame before,
-//! their number (u32) and a bit for each; then of every body 7 f32.
+//! Frame of version 2: the time (f64). Per sheet: a byte with the kinds of data, the positions of
+//! the nodes (3 f32 each), the temperatures (u16 each: tenths of a kelvin, or 65535ths of the
+//! remaining stiffness) and, where the open cells differ from those of the frame before, their
+//! number (u32) and a bit for each. Then 7 f32 per body.
 
 use std::sync::Arc;
 
 use glam::{Quat, Vec3};
 
-use crate::thermal::ZERO_CELSIUS;
-use crate::world::recording::frame::{Frame, Header, Warmth};
+use crate::sheet::temperature::RecordedTemperature;
+use crate::units::temperature::ZERO_CELSIUS;
+use crate::world::recording::frame::{Frame, Header};
 
-/// Bits of a sheet's first byte: which warmth, and whether cells follow.
+/// Bits of a sheet's first byte: the kind of temperatures, and whether cells follow.
 const WARMTH: u8 = 3;
 const CELLS: u8 = 4;
-/// Steps of a temperature in a degree.
+/// Steps per kelvin.
 const STEPS: f64 = 10.0;
-/// Steps of what is left of the stiffness.
+/// Steps of the remaining stiffness.
 const LEFT: f64 = 65535.0;
 
-/// A number of 32 bits that is another when the bytes are others: FNV-1a over words of eight of them.
+/// Checksum of 32 bits: FNV-1a over words of eight bytes.
 pub fn checksum(bytes: &[u8]) -> u32 {
     let mix = |sum: u64, word: u64| (sum ^ word).wrapping_mul(0x0100_0000_01b3);
     let words = bytes.chunks(8).map(|chunk| {
@@ -27,12 +29,12 @@ pub fn checksum(bytes: &[u8]) -> u32 {
         word[..chunk.len()].copy_from_slice(chunk);
         u64::from_le_bytes(word)
     });
-    // Upper bits are shifted down, or the last words would not reach them.
+    // The upper bits are folded in, since the last words affect only these.
     let sum = words.fold(0xcbf2_9ce4_8422_2325, |sum, word| mix(mix(sum, word & 0xffff_ffff), word >> 32));
     (sum ^ (sum >> 32)) as u32
 }
 
-/// Appends `frame` to `out`; `open` is what was open in the frame before, and is moved on.
+/// Append `frame` to `out`. `open` holds the open cells of the frame before and is updated.
 pub fn encode(frame: &Frame, open: &mut Vec<Arc<[bool]>>, out: &mut Vec<u8>) {
     out.extend(frame.time.to_le_bytes());
     open.resize_with(frame.sheets.len(), || [].into());
@@ -40,18 +42,18 @@ pub fn encode(frame: &Frame, open: &mut Vec<Arc<[bool]>>, out: &mut Vec<u8>) {
         let (warmth, cells) = (frame.warmth_of(index), frame.open_of(index));
         let changed = **open != *cells;
         let kind = match warmth {
-            Warmth::Unknown => 0,
-            Warmth::Mean(_) => 1,
-            Warmth::Sides(_) => 2,
-            Warmth::Stiffness(_) => 3,
+            RecordedTemperature::Unknown => 0,
+            RecordedTemperature::Mean(_) => 1,
+            RecordedTemperature::Sides(_) => 2,
+            RecordedTemperature::Stiffness(_) => 3,
         };
         out.push(kind | if changed { CELLS } else { 0 });
         places.iter().for_each(|p| p.to_array().iter().for_each(|c| out.extend(c.to_le_bytes())));
         let step = |value: &f32| match warmth {
-            Warmth::Stiffness(_) => LEFT * f64::from(*value),
+            RecordedTemperature::Stiffness(_) => LEFT * f64::from(*value),
             _ => STEPS * (f64::from(*value) + ZERO_CELSIUS),
         };
-        // What is out of range is as far as there is.
+        // The conversion saturates values out of range.
         warmth.values().iter().for_each(|v| out.extend((step(v).round() as u16).to_le_bytes()));
         if changed {
             *open = cells.into();
@@ -67,7 +69,7 @@ pub fn encode(frame: &Frame, open: &mut Vec<Arc<[bool]>>, out: &mut Vec<u8>) {
     }
 }
 
-/// Bytes that are read from the front.
+/// Reader of bytes from the front.
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
@@ -96,12 +98,12 @@ impl<'a> Bytes<'a> {
         Some(self.floats::<7>(n)?.map(body).collect())
     }
 
-    fn warmth(&mut self, kind: u8, masses: usize) -> Option<Warmth> {
-        let of: fn(Vec<f32>) -> Warmth = match kind {
-            0 => return Some(Warmth::Unknown),
-            1 => Warmth::Mean,
-            2 => Warmth::Sides,
-            _ => Warmth::Stiffness,
+    fn warmth(&mut self, kind: u8, masses: usize) -> Option<RecordedTemperature> {
+        let of: fn(Vec<f32>) -> RecordedTemperature = match kind {
+            0 => return Some(RecordedTemperature::Unknown),
+            1 => RecordedTemperature::Mean,
+            2 => RecordedTemperature::Sides,
+            _ => RecordedTemperature::Stiffness,
         };
         let all = self.take(of(Vec::new()).count(masses).checked_mul(2)?)?;
         let value = |step: f64| if kind == 3 { step / LEFT } else { step / STEPS - ZERO_CELSIUS };
@@ -115,8 +117,8 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// The frame in `bytes`, of the second version; `open` is what was open in the one before, and is moved on. None where the bytes are not
-/// those of such a frame.
+/// Decode the frame in `bytes`, of version 2. `open` holds the open cells of the frame before and
+/// is updated. `None` when the bytes are no such frame.
 pub fn decode(header: &Header, bytes: &[u8], open: &mut Vec<Arc<[bool]>>) -> Option<Frame> {
     let mut bytes = Bytes(bytes);
     let mut frame = Frame { time: f64::from_le_bytes(bytes.array()?), ..Frame::default() };
@@ -134,13 +136,13 @@ pub fn decode(header: &Header, bytes: &[u8], open: &mut Vec<Arc<[bool]>>) -> Opt
     bytes.0.is_empty().then_some(frame)
 }
 
-/// Length of a frame of the first version; saturates where a damaged header asks for the impossible.
+/// Length of a frame of version 1, bytes; saturates for a damaged header.
 pub fn first_version_bytes(header: &Header) -> usize {
     let masses = header.masses.iter().fold(0_usize, |sum, n| sum.saturating_add(*n));
     masses.saturating_mul(12).saturating_add(header.bodies.saturating_mul(28)).saturating_add(8)
 }
 
-/// The frame in `bytes`, of the first version: time, positions, bodies.
+/// Decode the frame in `bytes`, of version 1: time, positions, bodies.
 pub fn decode_first_version(header: &Header, bytes: &[u8]) -> Option<Frame> {
     let mut bytes = Bytes(bytes);
     let time = f64::from_le_bytes(bytes.array()?);

@@ -1,8 +1,9 @@
-//! Recordings: what a scene looked like, frame by frame, for playing back without simulating.
+//! Recordings: a run frame by frame, for playback without simulation.
 //!
-//! File, little endian: the line `sheetwork recording 2`, a line of JSON ([`Header`]), then frames, each after its length in bytes (u32) and their
-//! checksum (u32): where things are, how warm sheets are and what of them is open (`recording/bytes.rs`). Numbers are rounded: this is a
-//! picture, not a snapshot to continue from. Files of the first version, which hold places alone, are read too.
+//! File, little endian: the line `sheetwork recording 2`, a line of JSON ([`Header`]), then frames,
+//! each after its length in bytes (u32) and its checksum (u32): positions, temperatures and open
+//! cells (`recording/bytes.rs`). Values are rounded; a [`Snapshot`](crate::world::Snapshot) serves
+//! to continue a run. Files of version 1, with positions alone, are read too.
 
 pub(crate) mod bytes;
 pub(crate) mod frame;
@@ -14,28 +15,29 @@ use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+pub use crate::sheet::temperature::RecordedTemperature;
 pub use crate::world::recording::bytes::checksum;
-pub use crate::world::recording::frame::{Frame, Header, Warmth};
+pub use crate::world::recording::frame::{Frame, Header};
 
 use crate::World;
 use crate::error::InputError;
 
-/// First lines of the files that are read; the last is what is written.
+/// First lines of the supported versions; the last is the version written.
 const MAGIC: [&str; 2] = ["sheetwork recording 1", "sheetwork recording 2"];
 
-/// Writes a recording.
+/// Writer of a recording.
 pub struct Recorder {
     file: PathBuf,
     out: BufWriter<File>,
     frames: u64,
-    /// Room for a frame.
+    /// Buffer of a frame.
     bytes: Vec<u8>,
-    /// What was open in the frame before.
+    /// Open cells of the frame before.
     open: Vec<Arc<[bool]>>,
 }
 
 impl Recorder {
-    /// Creates the file and writes the header for `world`.
+    /// Create the file and write the header for `world`.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -50,7 +52,7 @@ impl Recorder {
         Self::begin(file, &header)
     }
 
-    /// Creates the file for frames that come from elsewhere, as `header` describes them.
+    /// Create the file for frames from another source, as described by `header`.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -62,7 +64,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Appends the world as it is now; its sheets and bodies must be those it was created for.
+    /// Append the present state of the world, which must have the sheets and bodies of the header.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -70,7 +72,7 @@ impl Recorder {
         self.append(&Frame::of(world))
     }
 
-    /// Appends a frame, which must have the masses and bodies that the header has.
+    /// Append a frame, which must have the nodes and bodies of the header.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -89,7 +91,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Finishes the file and returns how many frames it holds.
+    /// Finish the file and return the number of frames.
     ///
     /// # Errors
     /// When the file cannot be written.
@@ -103,7 +105,7 @@ impl Recorder {
     }
 }
 
-/// Reads a whole recording.
+/// Read a whole recording.
 ///
 /// # Errors
 /// When the file cannot be read, is not a recording, ends within a frame or is damaged.
@@ -111,7 +113,7 @@ pub fn read(file: &Path) -> Result<(Header, Vec<Frame>), InputError> {
     read_from(&mut BufReader::new(File::open(file).map_err(|e| InputError::io(file, &e))?), file)
 }
 
-/// The same of a file's bytes.
+/// Read a recording from the bytes of a file.
 ///
 /// # Errors
 /// As [`read`].
@@ -123,7 +125,7 @@ fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(Header, Vec<Frame>
     let bad = |problem: String| InputError::new("", problem).in_file(file);
     let line = |input: &mut dyn BufRead| -> Result<String, InputError> {
         let mut text = String::new();
-        // The scene may be long, but not endless: a file without line ends is no recording.
+        // The limit bounds the memory for a file without line ends.
         input.take(64 << 20).read_line(&mut text).map_err(|e| match e.kind() {
             std::io::ErrorKind::InvalidData => bad("is not a recording: its first lines are no text".into()),
             _ => InputError::io(file, &e),
@@ -145,7 +147,7 @@ fn read_from(input: &mut dyn BufRead, file: &Path) -> Result<(Header, Vec<Frame>
     Ok((header, frames.map_err(bad)?))
 }
 
-/// Frames of a file of the first version, which are of one length.
+/// Frames of a file of version 1, which have equal length.
 fn first_version(header: &Header, bytes: &[u8]) -> Result<Vec<Frame>, String> {
     let size = bytes::first_version_bytes(header);
     let whole = bytes.len() / size;
@@ -156,7 +158,7 @@ fn first_version(header: &Header, bytes: &[u8]) -> Result<Vec<Frame>, String> {
     bytes.chunks_exact(size).enumerate().map(read).collect()
 }
 
-/// Frames of a file of the second version, each after its length and its checksum.
+/// Frames of a file of version 2, each after its length and its checksum.
 fn second_version(header: &Header, mut rest: &[u8]) -> Result<Vec<Frame>, String> {
     let (mut frames, mut open) = (Vec::new(), Vec::new());
     while !rest.is_empty() {

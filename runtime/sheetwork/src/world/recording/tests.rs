@@ -1,9 +1,10 @@
-//! What is recorded is read: places, warmth, holes; old files too, and no damaged ones.
+//! Recordings are read as written: positions, temperatures, open cells; old files too, and damaged
+//! ones are refused.
 
 use crate::scene::Scene;
 use crate::world::recording::*;
 
-/// A file of a test's own, removed at its end.
+/// File of one test, removed at its end.
 struct Place(PathBuf);
 
 impl Place {
@@ -41,7 +42,7 @@ fn what_is_recorded_is_read_and_a_cut_or_damaged_file_is_refused() {
     assert_eq!((frames.len(), header.masses.as_slice(), header.bodies), (3, &[221][..], 2));
     assert!((frames[2].time - 2.0 / 60.0).abs() < 1e-12);
     assert!(frames[2].sheets[0][0].y < frames[0].sheets[0][0].y);
-    assert_eq!((frames[0].warmth_of(0), frames[0].open_of(0)), (&Warmth::Unknown, &[][..]));
+    assert_eq!((frames[0].warmth_of(0), frames[0].open_of(0)), (&RecordedTemperature::Unknown, &[][..]));
     let bytes = std::fs::read(&file.0).expect("readable");
     assert!(file.refusal(&bytes[..bytes.len() - 5]).contains("ends within frame 2"));
     let start = bytes.len() - 3 * (8 + 8 + 1 + 12 * 221 + 28 * 2);
@@ -79,7 +80,7 @@ fn a_file_of_the_first_version_is_read() {
     assert!(file.refusal(&bytes[..bytes.len() - 1]).contains("ends within frame 1"));
 }
 
-/// A shell with two points through its thickness, and a lattice that can open.
+/// A shell with two temperatures through its thickness, and a lattice that can fracture.
 fn hot() -> World {
     let scene = r#"(engine: "tr-bdf2", dt: 0.01, heaters: [(name: "lamp", size: (0.1, 0.1, 0.1), hot: [(face: 0, temperature: 200)])],
         sheets: [
@@ -104,7 +105,7 @@ fn warmth_and_holes_come_back_as_they_were() {
     for step in 0..4 {
         world.sheets_mut()[1].set_temperatures(|i| 20.0 + f64::from(step) * 7.3 + i as f64).expect("in range");
         let mut frame = Frame::of(&world);
-        // Opened by hand: from the second frame to the third, and another cell in the fourth.
+        // Cells opened by hand: one from the second frame on, another in the fourth.
         let open = |cells: &[usize]| (0..20).map(|c| cells.contains(&c)).collect::<Vec<_>>();
         frame.open[1] = [open(&[]), open(&[3]), open(&[3]), open(&[3, 19])][step as usize].as_slice().into();
         if step == 0 {
@@ -123,15 +124,15 @@ fn warmth_and_holes_come_back_as_they_were() {
             assert!(read.values().len() == kept.values().len() && apart < 0.0501, "{apart} °C");
         }
     }
-    // What is shown of it is as warm as what was recorded.
+    // The displayed sheet has the recorded temperatures.
     let mut shown = hot();
     shown.show(&frames[3]).expect("of this scene");
     let celsius = shown.sheets()[1].temperatures().expect("heated");
     assert!(celsius.iter().enumerate().all(|(i, t)| (t - (41.9 + i as f64)).abs() < 0.06), "{celsius:?}");
     let mut foreign = frames[3].clone();
-    foreign.warmth[0] = Warmth::Mean(vec![9e9; 20]);
+    foreign.warmth[0] = RecordedTemperature::Mean(vec![9e9; 20]);
     assert!(shown.show(&foreign).expect_err("refused").problem.contains("°C"));
-    foreign.warmth[0] = Warmth::Mean(vec![20.0; 3]);
+    foreign.warmth[0] = RecordedTemperature::Mean(vec![20.0; 3]);
     assert!(shown.show(&foreign).expect_err("refused").problem.contains("other sheets"));
 }
 
@@ -147,7 +148,7 @@ fn stiffness_by_the_thesis_comes_back() {
     recorder.frame(&world).expect("writable");
     recorder.finish().expect("writable");
     let (_, frames) = read(&file.0).expect("a recording");
-    assert!(matches!(frames[0].warmth_of(0), Warmth::Stiffness(_)) && left(&world)[7] < 0.9);
+    assert!(matches!(frames[0].warmth_of(0), RecordedTemperature::Stiffness(_)) && left(&world)[7] < 0.9);
     let mut shown = softened();
     shown.show(&frames[0]).expect("of this scene");
     for (seen, was) in left(&shown).iter().zip(left(&world)) {

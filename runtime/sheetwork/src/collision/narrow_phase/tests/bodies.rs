@@ -1,4 +1,4 @@
-//! Sheets and bodies.
+//! Sheets against bodies.
 
 use glam::{DQuat, DVec3};
 use rapier3d::prelude::SharedShape;
@@ -6,7 +6,7 @@ use rapier3d::prelude::SharedShape;
 use crate::collision::features::Solid;
 use crate::collision::narrow_phase::tests::*;
 
-/// A box of these half sides, m, its top at y = 0.
+/// A box with these half sides (m) and its top at y = 0.
 fn cuboid(x: f64, y: f64, z: f64) -> Features {
     let corners: Vec<DVec3> = (0..8)
         .map(|i| {
@@ -30,7 +30,7 @@ fn up(by: f64) -> DVec3 {
 
 #[test]
 fn a_sheet_that_lies_on_a_box_is_met_by_masses_on_its_top_and_by_edges_on_its_rim() {
-    // 21 masses 12.5 mm apart, a box whose rim lies between masses: 7 by 7 of them are over it.
+    // 21 nodes 12.5 mm apart and a box whose rim lies between nodes: 7 by 7 of them are above it.
     let flat = square(21, 0.25);
     let skin = skin(21, &flat);
     let features = cuboid(0.042, 0.05, 0.041);
@@ -39,7 +39,8 @@ fn a_sheet_that_lies_on_a_box_is_met_by_masses_on_its_top_and_by_edges_on_its_ri
     let found = rows(&[moved(3, &skin, &start, &end)], &[still(5, &features)]);
     let (masses, others): (Vec<_>, Vec<_>) = found.iter().partition(|r| carriers(r) == 1);
     assert_eq!(masses.len(), 49);
-    // Each side of the rim crosses 7 lines along the grid and, in 8 cells' pieces of diagonals, at least 6 more.
+    // Each side of the rim crosses 7 grid lines and, in 8 cells with parts of diagonals, at least 6
+    // more edges.
     let edges = others.iter().filter(|r| carriers(r) == 2).count();
     assert!((4 * 13..=4 * 15).contains(&edges), "{edges}");
     assert_eq!(others.len() - edges, 4);
@@ -53,7 +54,7 @@ fn a_sheet_that_lies_on_a_box_is_met_by_masses_on_its_top_and_by_edges_on_its_ri
 fn rows_of_a_resting_sheet_do_not_flicker() {
     let flat = square(21, 0.25);
     let skin = skin(21, &flat);
-    // The rim lies exactly below a line of masses.
+    // The rim lies exactly below a line of nodes.
     let features = cuboid(0.05, 0.05, 0.05);
     let wave = |phase: f64| {
         mapped(&flat, move |p| p + up(HALF + 2e-6 * (300.0 * p.x + phase).sin() * (200.0 * p.z - phase).cos()))
@@ -68,7 +69,7 @@ fn rows_of_a_resting_sheet_do_not_flicker() {
         keys.push(found.iter().map(|r| r.key).collect());
     }
     assert!(keys.iter().all(|k| *k == keys[0]));
-    // 9 by 9 masses on the top.
+    // 9 by 9 nodes on the top.
     assert!(keys[0].len() >= 81);
 }
 
@@ -77,7 +78,7 @@ fn a_sheet_that_hangs_beside_a_box_is_not_lifted_to_its_top() {
     let flat = square(11, 0.2);
     let skin = skin(11, &flat);
     let features = cuboid(0.05, 0.05, 0.2);
-    // Upright, its plane touching the side x = 0.05, half of it above the top.
+    // The sheet is upright; its plane touches the side x = 0.05, and half of it is above the top.
     let upright = mapped(&flat, |p| DVec3::new(0.05 + HALF + 1e-6, p.x, p.z));
     for fall in [0.0, 1e-3, 5e-3, 0.03] {
         for push in [0.0, 1e-4, 2e-3] {
@@ -112,7 +113,7 @@ fn a_sheet_that_slides_over_a_rim_stays_on_the_top() {
 fn a_needle_and_a_ridge_are_felt_between_masses() {
     let flat = square(5, 0.1);
     let skin = skin(5, &flat);
-    // A pyramid with its point at the origin, 2 mm wide and 40 mm high.
+    // A pyramid with its apex at the origin, 2 mm wide and 40 mm high.
     let base = [(-1e-3, -1e-3), (1e-3, -1e-3), (1e-3, 1e-3), (-1e-3, 1e-3)];
     let mut corners: Vec<DVec3> = base.iter().map(|(x, z)| DVec3::new(*x, -0.04, *z)).collect();
     corners.push(DVec3::ZERO);
@@ -127,7 +128,7 @@ fn a_needle_and_a_ridge_are_felt_between_masses() {
         assert!(place(&point.a, &[&start], &HERE).distance(DVec3::Y * start.y[0]) < 1e-12);
         assert!(found.iter().all(|r| gap(r, &[&start], &HERE) > -1e-9));
     }
-    // A wedge with its ridge along z, just right of a line of masses.
+    // A wedge with its ridge along z, beside a line of nodes.
     let section = [DVec3::new(-0.015, -0.016, 0.0), DVec3::new(0.015, -0.016, 0.0), DVec3::ZERO];
     let ends = [-0.05, 0.05].map(|z| section.map(|p| p + DVec3::Z * z));
     let corners: Vec<DVec3> = ends.into_iter().flatten().collect();
@@ -149,7 +150,8 @@ fn a_corner_is_felt_where_a_sheet_slides_and_turns_over_it() {
     let normal = DVec3::new(1.0, 1.0, 1.0).normalize();
     let leant = DQuat::from_rotation_arc(DVec3::Y, normal);
     for (slide, turn) in [(7e-3, 0.15), (7e-3, -0.15), (-5e-3, 0.2), (-5e-3, -0.2)] {
-        // Through the middle of a triangle, and on by `slide`, turned about the corner.
+        // The corner is below the inside of a triangle that slides by `slide` and turns about the
+        // corner.
         let placed = |slide: f64, turn: f64, height: f64| {
             let turn = DQuat::from_axis_angle(leant * DVec3::Z, turn) * leant;
             mapped(&flat, |p| corner + turn * (p + DVec3::new(0.009 + slide, height, 0.004)))
@@ -169,7 +171,8 @@ fn a_sharp_fold_is_felt_on_a_rim() {
     let flat = square(5, 0.1);
     let skin = skin(5, &flat);
     let features = cuboid(0.05, 0.05, 0.2);
-    // Folded along its middle line, which crosses the rim at x = 0.05 slantwise, from both halves upright to both lying back.
+    // The sheet is folded along its middle line, which crosses the rim at x = 0.05 obliquely, from
+    // both halves upright to both halves inclined.
     for (open, back) in [(0.1, 0.0_f64), (0.3, 0.7), (0.1, -1.2), (0.05, 1.2)] {
         let folded = |height: f64| {
             mapped(&flat, move |p| {
@@ -195,7 +198,7 @@ fn what_cuts_off_a_rim_is_held_by_it() {
     let flat = square(5, 0.1);
     let skin = skin(5, &flat);
     let features = cuboid(0.05, 0.05, 0.2);
-    // The last line of masses goes over the rim and down, less than a millimetre within the box on its way.
+    // The last line of nodes moves over the rim and down, less than 1 mm inside the box on its way.
     let start = shifted(&flat, DVec3::new(-0.0009, HALF + 1e-6, 0.0));
     let end = mapped(&flat, |p| p + DVec3::new(0.0031, HALF - if p.x > 0.04 { 3.3e-3 } else { 0.0 }, 0.0));
     let found = rows(&[moved(0, &skin, &start, &end)], &[still(0, &features)]);
@@ -217,11 +220,11 @@ fn a_ball_is_met_where_it_is_round() {
     let start = shifted(&flat, DVec3::new(0.004, 0.03 + HALF + 1e-6, 0.009));
     let end = shifted(&start, up(-1e-3));
     let found = rows(&[moved(0, &skin, &start, &end)], &[still(0, &ball)]);
-    // Which triangle lies over the pole is known.
+    // The triangle above the pole is known.
     let deepest = found.iter().min_by(|a, b| gap(a, &[&end], &HERE).total_cmp(&gap(b, &[&end], &HERE)));
     let deepest = deepest.expect("a row");
     assert!(deepest.normal.distance(DVec3::Y) < 1e-7 && (gap(deepest, &[&end], &HERE) + 1e-3 - 1e-6).abs() < 1e-8);
-    // The ball comes through from either side, far and fast.
+    // The ball comes from either side, from afar and fast.
     for side in [1.0, -1.0] {
         let mut body = still(0, &ball);
         body.start.origin = up(0.2 * side);
@@ -243,7 +246,7 @@ fn nothing_passes_a_thin_plate_at_20_m_per_s() {
     let plate = cuboid(0.2, 5e-4, 0.2);
     let step = 20.0 / 60.0;
     for side in [1.0, -1.0] {
-        // The sheet comes to the plate, tilted, and the plate to the sheet.
+        // The tilted sheet moves to the plate, and the plate to the sheet.
         let turned = mapped(&flat, |p| DQuat::from_rotation_x(0.3) * p);
         let start = shifted(&turned, up(0.1 * side));
         let end = shifted(&start, up(-step * side));
@@ -256,7 +259,7 @@ fn nothing_passes_a_thin_plate_at_20_m_per_s() {
         assert_eq!(found.iter().filter(|r| carriers(r) == 1).count(), 121);
         assert!(found.iter().all(|r| r.normal.y * side > 0.99 && gap(r, &[&start], &[body.start]) > 0.0));
     }
-    // A thin bar, narrower than a cell, hits the sheet between masses with its edges.
+    // A bar narrower than a cell hits the sheet between nodes with its edges.
     let bar = cuboid(0.002, 5e-4, 0.03);
     let mut body = still(0, &bar);
     (body.start.origin, body.awake) = (DVec3::new(0.005, -0.1, 0.0), true);
@@ -275,7 +278,7 @@ fn a_floor_and_a_cylinder_hold_from_above() {
     let found = rows(&[moved(0, &skin, &shifted(&flat, up(HALF)), &end)], &[still(0, &floor)]);
     assert_eq!(found.len(), 121);
     assert!(found.iter().all(|r| (gap(r, &[&end], &HERE) + 0.2 + HALF).abs() < 1e-12));
-    // A cylinder lying along z; its surface has many faces.
+    // A cylinder along z; its surface has many faces.
     let cylinder = Features::of(SharedShape::cylinder(0.1, 0.03).0.as_ref());
     let mut body = still(0, &cylinder);
     body.start = RigidFrame::from_parts(up(-0.03), DQuat::from_rotation_x(std::f64::consts::FRAC_PI_2));
@@ -285,7 +288,7 @@ fn a_floor_and_a_cylinder_hold_from_above() {
     let found = rows(&[moved(0, &skin, &start, &end)], &[body]);
     let worst = found.iter().map(|r| gap(r, &[&end], &[body.end])).fold(0.0, f64::min);
     assert!(found.len() > 11 && worst < -9e-4 && worst > -1.05e-3, "{worst}");
-    // Where the lowest row is, the normal is up to half a facet off.
+    // At the lowest contact the normal deviates by up to half a facet.
     assert!(found.iter().filter(|r| gap(r, &[&end], &[body.end]) < -8e-4).all(|r| r.normal.y > 0.98));
 }
 

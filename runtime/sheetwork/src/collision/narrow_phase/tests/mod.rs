@@ -1,4 +1,4 @@
-//! Cases whose contacts are known from the geometry alone.
+//! Detection cases whose contacts follow from geometry alone.
 
 pub(crate) mod bodies;
 pub(crate) mod random;
@@ -10,13 +10,14 @@ use crate::collision::constraint::{SheetPoint, Side};
 use crate::collision::features::Features;
 use crate::collision::narrow_phase::*;
 
-/// Half the thickness of the test sheets, m.
+/// Half thickness of the test sheets, m.
 pub const HALF: f64 = 2.5e-4;
 
-/// Margin of the test problems, m.
+/// Detection margin of the tests, m.
 pub const MARGIN: f64 = 2e-4;
 
-/// A grid of `n` by `n` masses over a square of side `size` (m), its middle at the origin, in the plane y = 0.
+/// A grid of `n` by `n` nodes over a square of side `size` (m), centred at the origin in the plane
+/// y = 0.
 pub fn square(n: u32, size: f64) -> Vectors {
     let mut x = Vectors::default();
     let step = size / f64::from(n - 1);
@@ -28,7 +29,7 @@ pub fn square(n: u32, size: f64) -> Vectors {
     x
 }
 
-/// Its surface, with diagonals that alternate.
+/// Collision surface of such a grid, with alternating diagonals.
 pub fn skin(n: u32, rest: &Vectors) -> Skin {
     let mut triangles = Vec::new();
     for j in 0..n - 1 {
@@ -42,7 +43,7 @@ pub fn skin(n: u32, rest: &Vectors) -> Skin {
     Skin::new(&triangles, rest, HALF, true)
 }
 
-/// The masses, each taken somewhere.
+/// Positions mapped by a function.
 pub fn mapped(x: &Vectors, f: impl Fn(DVec3) -> DVec3) -> Vectors {
     let mut y = Vectors::default();
     x.iter().for_each(|p| y.push(f(p)));
@@ -62,7 +63,7 @@ pub fn moved<'a>(id: u32, skin: &'a Skin, start: &'a Vectors, end: &'a Vectors) 
     SheetMotion { id, skin, start, base: start, end, awake: true }
 }
 
-/// All rows of some sheets and bodies.
+/// All constraints of some sheets and bodies.
 pub fn rows(sheets: &[SheetMotion], bodies: &[BodyMotion]) -> Vec<Contact> {
     let problem = Problem { sheets, bodies, margin: MARGIN, between: Some(MARGIN), surfaces: &|_| (0.3, 0.1) };
     let mut finder = Finder::default();
@@ -78,7 +79,8 @@ pub fn rows(sheets: &[SheetMotion], bodies: &[BodyMotion]) -> Vec<Contact> {
     out
 }
 
-/// Place of a side of a row of a problem with its sheets at `x`, one for each, and its bodies where their frame is.
+/// World position of one side of a constraint, with the sheets at `x` and the bodies at `frames`,
+/// m.
 pub fn place(side: &Side, x: &[&Vectors], frames: &[RigidFrame]) -> DVec3 {
     match side {
         Side::Sheet { sheet, point } => point.of(x[*sheet as usize]),
@@ -90,7 +92,7 @@ pub fn gap(row: &Contact, x: &[&Vectors], frames: &[RigidFrame]) -> f64 {
     row.normal.dot(place(&row.a, x, frames) - place(&row.b, x, frames)) - row.offset
 }
 
-/// What a row's first side is: how many masses carry it.
+/// Number of nodes on the first side of a constraint.
 pub fn carriers(row: &Contact) -> usize {
     let Side::Sheet { point, .. } = row.a else { return 0 };
     point.terms().count()

@@ -1,4 +1,4 @@
-//! Random motions against what sampling in time and on the surface says of them.
+//! Random motions, compared with sampling in time and on the surface.
 
 use glam::{DQuat, DVec3, EulerRot};
 use proptest::prelude::*;
@@ -19,18 +19,18 @@ fn turn(v: DVec3) -> DQuat {
     DQuat::from_euler(EulerRot::XYZ, v.x, v.y, v.z)
 }
 
-/// A bent sheet somewhere.
+/// A bent sheet with the given rotation and position.
 fn posed(flat: &Vectors, angles: DVec3, bend: f64, place: DVec3) -> Vectors {
     mapped(flat, |p| turn(angles) * (p + DVec3::Y * bend * (p.x * p.x - p.x * p.z)) + place)
 }
 
-/// Distance of a point from the box, negative inside.
+/// Distance of a point from the box, m; negative inside.
 fn distance(p: DVec3) -> f64 {
     let d = p.abs() - SIZE;
     d.max(DVec3::ZERO).length() + d.max_element().min(0.0)
 }
 
-/// Signed distance of a sheet from the box, by sampling its triangles.
+/// Signed distance of a sheet from the box by sampling its triangles, m.
 fn clearance(skin: &Skin, x: &Vectors) -> f64 {
     let mut least = f64::INFINITY;
     for t in skin.triangles() {
@@ -54,8 +54,9 @@ fn between(x: &Vectors, y: &Vectors, t: f64) -> Vectors {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
-    /// A sheet outside a box goes somewhere. Every mass that has been in the box has a row that it violates, if the sheet
-    /// ends in the box some row is violated, and a sheet that stayed away has none.
+    /// A sheet moves from outside a box. Each node that has been inside the box has a violated
+    /// constraint, a sheet that ends in the box has at least one, and a sheet that stays away has
+    /// none.
     #[test]
     fn a_box_is_felt_exactly_where_it_is(angles in vector(1.6), bend in -6.0..6.0, place in vector(0.1),
                                          way in vector(0.2), twist in vector(0.3), unbend in -3.0..3.0) {
@@ -70,7 +71,8 @@ proptest! {
         let least = (0..=40).map(|k| clearance(&own, &between(&start, &end, f64::from(k) / 40.0)));
         let least = least.fold(f64::INFINITY, f64::min);
         for row in &found {
-            // What slides over an edge and turns may have been behind a plane that was not there yet, but it has come to the box.
+            // A feature that slides over an edge and turns may begin behind the contact plane, but
+            // it comes near the box.
             prop_assert!(gap(row, &[&start], &here) > -2e-4 || least < 3e-3, "was never apart: {row:?}");
         }
         let times = 200;
@@ -94,7 +96,7 @@ proptest! {
         }
     }
 
-    /// Two sheets: every mass of one that changes sides of a triangle of the other within it has a row.
+    /// Each node of one sheet that crosses a triangle of another has a constraint.
     #[test]
     fn no_mass_passes_a_sheet(angles in vector(0.7), bend in -4.0..4.0, place in vector(0.02), way in vector(0.01),
                               fall in 0.05..0.3, shake in vector(0.2)) {
@@ -116,7 +118,8 @@ proptest! {
                 let x = p.lerp(q, before / (before - after));
                 before > 0.0 && after < 0.0 && point_triangle(x, [a, b, c]).iter().all(|w| *w > 0.01)
             });
-            // Where a mass meets a mass one row says it for both (`prune`), and may be the other's.
+            // For two coincident nodes one constraint remains (`prune`), which may belong to the
+            // other node.
             let own = |side: &Side| matches!(side, Side::Sheet { sheet: 1, point } if *point == SheetPoint::mass(i as u32));
             let there = |side: &Side| match side {
                 Side::Sheet { sheet: 1, point } => point.terms().any(|(m, w)| m as usize == i && w > 0.98),

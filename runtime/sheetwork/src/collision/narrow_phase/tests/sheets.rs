@@ -1,4 +1,4 @@
-//! Sheets and sheets.
+//! Sheets against sheets.
 
 use glam::{DQuat, DVec3};
 
@@ -12,7 +12,7 @@ fn up(by: f64) -> DVec3 {
 fn a_sheet_that_lies_on_another_is_met_by_the_masses_of_both() {
     let (large, small) = (square(9, 0.2), square(5, 0.06));
     let (under, over) = (skin(9, &large), skin(5, &small));
-    // Turned, so that no mass lies over a line of the other.
+    // The rotation keeps nodes of one sheet off the mesh lines of the other.
     let turned = mapped(&small, |p| DQuat::from_rotation_y(0.4) * p + DVec3::new(0.003, 2.0 * HALF + 1e-6, 0.002));
     let end = shifted(&turned, up(-1e-4));
     let sheets = [moved(0, &under, &large, &large), moved(1, &over, &turned, &end)];
@@ -24,7 +24,7 @@ fn a_sheet_that_lies_on_another_is_met_by_the_masses_of_both() {
         assert!(row.normal.distance(DVec3::Y * sign) < 1e-9);
         assert!((gap(row, &[&large, &end], &[]) + 1e-4 - 1e-6).abs() < 1e-9);
     }
-    // Only masses of the large one that lie below the small one, and no crossings of lines.
+    // Only nodes of the large sheet below the small one have constraints, and no edge crossings.
     assert!(found.len() < 25 + 9 && found.len() > 25);
 }
 
@@ -40,10 +40,10 @@ fn sheets_do_not_pass_each_other_at_20_m_per_s() {
         let found = rows(&sheets, &[]);
         assert!(found.len() >= 25);
         for row in &found {
-            // Every pair was apart, and is through.
+            // Each pair is apart at the start and crossed at the end.
             assert!(gap(row, &[&flat, &start], &[]) > 0.0 && gap(row, &[&flat, &end], &[]) < 0.0, "{row:?}");
         }
-        // Those masses that fall on the sheet's inside are all there.
+        // All nodes that fall on the inside of the sheet have constraints.
         let through = start.iter().filter(|p| p.x.abs() < 0.029 && p.z.abs() < 0.029).count();
         let met = found.iter().filter(|r| matches!(r.a, Side::Sheet { sheet: 1, .. })).count();
         assert!(met >= through && through > 15, "{met} of {through}");
@@ -52,7 +52,7 @@ fn sheets_do_not_pass_each_other_at_20_m_per_s() {
 
 #[test]
 fn crossed_strips_meet_at_their_borders() {
-    // Two strips of one cell cross; no mass of either lies on the other.
+    // Two crossing strips of one cell each; no node of either lies on the other.
     let cell = |x: f64, z: f64| {
         let mut v = Vectors::default();
         [(-x, -z), (x, -z), (-x, z), (x, z)].iter().for_each(|(x, z)| v.push(DVec3::new(*x, 0.0, *z)));
@@ -89,7 +89,7 @@ fn sheets_side_by_side_push_each_other_in_their_plane() {
 fn a_folded_sheet_meets_itself_and_a_curved_one_does_not() {
     let flat = square(21, 0.25);
     let own = skin(21, &flat);
-    // Rolled about an axis along z to a radius: a half turn brings the halves to a distance of 2 radii.
+    // The sheet is rolled about an axis along z: half a turn places the halves 2 radii apart.
     let rolled = |radius: f64, turn: f64| {
         mapped(&flat, move |p| {
             let angle = (p.x / radius).clamp(-0.5 * turn, 0.5 * turn);
@@ -100,7 +100,7 @@ fn a_folded_sheet_meets_itself_and_a_curved_one_does_not() {
     };
     let open = rolled(0.05, 3.0);
     assert!(rows(&[moved(0, &own, &open, &open)], &[]).is_empty());
-    // Two flat halves, side by side, 4 times the half thickness apart, joined by a bend.
+    // Two flat halves 4 half thicknesses apart, joined by a bend.
     let start = rolled(2.0 * HALF, std::f64::consts::PI);
     let pressed = mapped(&start, |p| DVec3::new(0.4 * p.x, p.y, p.z));
     let found = rows(&[SheetMotion { base: &start, ..moved(0, &own, &start, &pressed) }], &[]);
@@ -117,7 +117,7 @@ fn flat_and_sleeping_sheets_look_at_no_triangles() {
     let flat = square(11, 0.1);
     let own = skin(11, &flat);
     let bent = mapped(&flat, |p| DVec3::new(p.x, 4.0 * p.x * p.x, p.z));
-    // A sheet over a ball: its sides lean by 69°.
+    // A sheet over a ball, whose sides are inclined by 69°.
     let draped = mapped(&flat, |p| {
         let r = (p.x * p.x + p.z * p.z).sqrt().max(1e-12);
         let angle = (r / 0.05).min(1.2);
@@ -141,7 +141,7 @@ fn flat_and_sleeping_sheets_look_at_no_triangles() {
     assert_eq!(count(&[awake(&flat), awake(&far)]), 0);
     assert_eq!(count(&[awake(&bent)]), 0);
     assert_eq!(count(&[moved(0, &own, &draped, &sunk)]), 0);
-    // One that is folded, or becomes so, is looked at.
+    // A sheet that is folded, or becomes folded, is tested.
     let folded = mapped(&flat, |p| DVec3::new(p.x.abs(), 0.1 * p.x, p.z));
     assert!(count(&[moved(0, &own, &draped, &folded)]) > 0);
     assert!(count(&[awake(&folded)]) > 0);
@@ -153,8 +153,8 @@ fn is_edge(side: &Side) -> bool {
     matches!(side, Side::Sheet { point, .. } if point.weights.iter().filter(|w| **w > 0.0).count() == 2)
 }
 
-/// A corner that comes up under the border of a card which leans less in the end, and more at the start: which of its sides goes away from the
-/// border is to be told where they meet.
+/// Edge orientation is evaluated at the time of impact: a corner rises below the border of a card
+/// that turns within the stage.
 #[test]
 fn borders_that_turn_in_the_stage_meet_as_they_then_lean() {
     let cell = |x: [f64; 2], z: [f64; 2]| {
@@ -177,7 +177,7 @@ fn borders_that_turn_in_the_stage_meet_as_they_then_lean() {
     assert_eq!(found.iter().filter(crossed).count(), 1, "{found:#?}");
 }
 
-/// Two sheets that lie on each other fold along lines that cross between their masses.
+/// Two sheets that lie on each other fold along lines that cross between their nodes.
 #[test]
 fn what_is_flat_and_folds_in_the_stage_is_seen_where_crossings_are_looked_for() {
     let flat = square(5, 0.08);
@@ -206,7 +206,8 @@ fn what_is_flat_and_folds_in_the_stage_is_seen_where_crossings_are_looked_for() 
     assert!(!look([&below, &below], [&through, &through], true).1, "they began so");
 }
 
-/// Two cards that lean away from each other meet border to border, four degrees askew: neither card's own normal says along what.
+/// Two cards inclined away from each other touch border to border at an angle of 4°, where neither
+/// surface normal gives the contact direction.
 #[test]
 fn borders_that_run_nearly_side_by_side_meet_head_on() {
     let card = |into: DVec3| {
@@ -233,7 +234,8 @@ fn borders_that_run_nearly_side_by_side_meet_head_on() {
     }
 }
 
-/// The border of a card lies on that of another, 0.6 mm from its corner: that is met by the card's face, along another normal.
+/// The border of a card lies on that of another, 0.6 mm from a corner. The contact of the corner
+/// with the face of the card has another normal.
 #[test]
 fn borders_that_meet_near_an_end_meet_along_their_own_normal() {
     let card = |at: DVec3, into: DVec3, along: DVec3| {
@@ -253,7 +255,8 @@ fn borders_that_meet_near_an_end_meet_along_their_own_normal() {
     assert!(found.iter().any(|row| holds(&row)), "{found:#?}");
 }
 
-/// Cards of a pack lie over one another with their borders nearly side by side: their masses hold them, and no row of the borders is aslant.
+/// Cards of a pack lie over each other with nearly parallel borders. Their nodes have constraints,
+/// and no constraint of the borders is oblique.
 #[test]
 fn borders_of_cards_that_lie_one_over_the_other_are_not_met_aslant() {
     let card = |yaw: f64, at: DVec3| {

@@ -1,44 +1,48 @@
-//! A contact as the unknowns see it: u = b + Σ J_k δ_k over the block rows k that it is of, in the contact's frame.
+//! Constraint of a contact in the unknowns of the solver: u = b + Σ J_k δ_k over its block rows k,
+//! in the contact frame F (normal, two tangents).
 //!
-//! A mass with weight w has J = w Fᵀ with F the frame (normal, two tangents) and its held directions left out; a body that gives
-//! way has J = Fᵀ for the displacement of its centre and J = -Fᵀ [r]× for its turn, r the arm from there. The side that the
-//! normal comes from has the other sign.
+//! A node with weight w has J = w Fᵀ without its fixed directions. A dynamic body has J = Fᵀ for
+//! the displacement of its centre and J = -Fᵀ [r]× for its rotation, with r the arm from the
+//! centre. Side b has the opposite sign.
 
 use glam::{DMat3, DVec3};
 
 use crate::contact::coulomb::Law;
 use crate::linear::Pattern;
 
-/// Block rows of a contact, at most: three masses on each side.
+/// Maximum number of block rows of a contact: three nodes on each side.
 const MOST: usize = 6;
 
-/// A contact as the unknowns see it.
+/// Constraint of a contact.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
-    /// Block rows and J, the first `count` of them.
+    /// Block rows; the first `count` are used.
     rows: [u32; MOST],
+    /// Jacobian block J_k of each block row, in the contact frame.
     parts: [DMat3; MOST],
     count: u8,
-    /// Columns: normal and two tangents.
+    /// Contact frame; columns are the normal and two tangents.
     pub frame: DMat3,
     pub law: Law,
-    /// Whether nothing is known of it: it then pushes, for a beginning, if its gap is less than `eager` (m).
+    /// Whether the contact has no known force; it then starts as closed if its gap is less than
+    /// `eager`.
     pub new: bool,
+    /// Gap (m) below which a new contact starts as closed.
     pub eager: f64,
-    /// Whether it never acts.
+    /// Whether the contact is disabled.
     pub idle: bool,
-    /// Whether it slid when it had the force it begins with.
+    /// Whether the contact slipped when it had its initial force.
     pub slid: bool,
-    /// u where δ is zero, in the frame, m.
+    /// u for δ = 0, in the contact frame, m.
     pub b: DVec3,
-    /// Stiffness of the unknowns against it along the frame's axes, N/m; one for both tangents.
+    /// Stiffness of the unknowns along the axes of the frame, N/m; equal for both tangents.
     pub stiffness: DVec3,
-    /// Where its pairs begin in the list of slots.
+    /// Position of its block pairs in the list of slots.
     first_slot: u32,
 }
 
 impl Row {
-    /// A contact of nothing yet.
+    /// A constraint without block rows.
     pub fn new(frame: DMat3, law: Law) -> Self {
         Self {
             rows: [0; MOST],
@@ -56,7 +60,7 @@ impl Row {
         }
     }
 
-    /// Adds a displacement `by` δ (in the world) of block row `row`.
+    /// Add the contribution `by` δ (in world axes) of block row `row`.
     pub fn add(&mut self, row: u32, by: DMat3) {
         let part = self.frame.transpose() * by;
         let count = self.count as usize;
@@ -72,25 +76,25 @@ impl Row {
         self.rows.iter().copied().zip(&self.parts).take(self.count as usize)
     }
 
-    /// Pairs of block rows that it joins, each as (the later, the earlier).
+    /// Pairs of block rows that the constraint couples, as (larger, smaller) index.
     pub fn pairs(&self) -> impl Iterator<Item = (u32, u32)> + '_ {
         let rows = &self.rows[..self.count as usize];
         rows.iter().enumerate().flat_map(move |(k, a)| rows[..=k].iter().map(move |b| (*a.max(b), *a.min(b))))
     }
 
-    /// Looks up where its pairs are in `pattern`.
+    /// Look up the slots of the block pairs in `pattern`.
     pub fn bind(&mut self, pattern: &Pattern, slots: &mut Vec<u32>) {
         self.first_slot = slots.len() as u32;
         slots.extend(self.pairs().map(|(row, column)| pattern.slot(row, column).unwrap_or(u32::MAX)));
     }
 
-    /// Works out how stiff the unknowns are against it, by the diagonal blocks of their matrix (N/m).
+    /// Compute the stiffness from the diagonal blocks of the matrix (N/m).
     pub fn weigh(&mut self, diagonal: impl Fn(u32) -> DMat3) {
         let mut compliance = DVec3::ZERO;
         for (row, part) in self.terms() {
             let (stiffness, across) = (diagonal(row), part.transpose());
             for k in 0..3 {
-                // The displacement of this block row alone, along the force.
+                // Compliance of this block row alone along the force.
                 let along = across.col(k);
                 let square = along.length_squared();
                 if square > 0.0 {
@@ -98,7 +102,7 @@ impl Row {
                 }
             }
         }
-        // What is held along the normal does not give way to any force.
+        // A contact whose nodes are all fixed along the normal cannot be opened by a force.
         self.idle |= compliance.x <= 0.0;
         let c = compliance.max(DVec3::splat(f64::MIN_POSITIVE)).recip();
         self.stiffness = DVec3::splat(c.min_element());
@@ -109,7 +113,7 @@ impl Row {
         self.terms().map(|(row, part)| *part * DVec3::from_slice(&delta[3 * row as usize..])).sum()
     }
 
-    /// Adds Jᵀ p.
+    /// Add Jᵀ p to `force`, N.
     pub fn push(&self, p: DVec3, force: &mut [f64]) {
         for (row, part) in self.terms() {
             let f = part.transpose() * p;
@@ -120,14 +124,14 @@ impl Row {
         }
     }
 
-    /// Adds Jᵀ D J, given where its pairs are.
+    /// Add Jᵀ D J to the matrix `values`, at the slots of the block pairs.
     pub fn stiffen(&self, d: &DMat3, slots: &[u32], values: &mut [f64]) {
         let mut slots = slots[self.first_slot as usize..].iter();
         for (k, (a, left)) in self.terms().enumerate() {
             let pulled = *d * *left;
             for (b, right) in self.terms().take(k + 1) {
                 let Some(slot) = slots.next().filter(|s| **s != u32::MAX) else { continue };
-                // Of rows a and columns b, or the transpose where b is the later.
+                // The block of rows a and columns b, or its transpose if b has the larger index.
                 let block = if a >= b { pulled.transpose() * *right } else { right.transpose() * pulled };
                 let at = 9 * *slot as usize;
                 for (to, value) in values[at..at + 9].iter_mut().zip(block.transpose().to_cols_array()) {

@@ -1,43 +1,54 @@
-//! How a contact acts at given forces, and what of it stands in the matrix of a Newton step: D = ρ ∂P.
+//! State of a contact at a given trial force, and its contribution to the matrix of a Newton step,
+//! D = ρ ∂P.
 //!
-//! With p the force there would be if it could be anything, p - ρ u (N): open where its normal part pulls, stuck where its part across is
-//! within the limit of friction L, sliding beyond, where P turns with p_t and D is (L/|p_t|) ρ across it and nothing along.
+//! With the trial force p - ρ u (N): open if its normal part is tensile; stick if its tangential
+//! part is within the friction bound L; slip beyond, where the projection P rotates with p_t, so
+//! that D is ρ L/|p_t| across the direction of slip and zero along it.
 
 use glam::{DMat3, DVec2, DVec3};
 
 use crate::contact::coulomb::Law;
 use crate::contact::solver::augmented_lagrangian::Row;
 
-/// How a contact acts.
+/// Friction of a contact: none, stick or slip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rubs {
+    /// No friction.
     No,
+    /// Stick: friction below the bound.
     Sticks,
+    /// Slip: friction on the bound.
     Slides,
 }
 
-/// What the matrix has of a contact.
+/// State of a contact in the matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct State {
+    /// Whether the contact is closed.
     pub pushes: bool,
+    /// Friction state.
     pub rubs: Rubs,
-    /// Direction of friction where it slides, and D across it over ρ.
+    /// Direction of friction in slip, and D across it divided by ρ.
     pub along: DVec2,
     pub across: f64,
 }
 
 impl State {
+    /// State of an open contact.
     pub(crate) const OPEN: Self = Self { pushes: false, rubs: Rubs::No, along: DVec2::ZERO, across: 0.0 };
 
+    /// Whether the contact has an entry in the matrix.
     pub(crate) fn acts(&self) -> bool {
         self.pushes || self.rubs != Rubs::No
     }
 
+    /// Whether both states are open, stick or slip alike.
     pub(crate) fn is_like(&self, other: &Self) -> bool {
         self.pushes == other.pushes && self.rubs == other.rubs
     }
 
-    /// Whether the factor with `other` in it does as well: what is a little off only costs another step.
+    /// Whether a factor with the state `other` can be used. A small difference only costs another
+    /// iteration.
     pub(crate) fn is_near(&self, other: &Self) -> bool {
         let alike = || {
             (self.along - other.along).abs().max_element() < 0.02
@@ -47,7 +58,7 @@ impl State {
     }
 }
 
-/// The force nearest to `p` that a contact may have.
+/// Projection P of the force `p` on the admissible forces with friction bound `limit` (N).
 pub(crate) fn projected(row: &Row, p: DVec3, limit: f64) -> DVec3 {
     if row.law == Law::Glue {
         return p;
@@ -59,7 +70,7 @@ pub(crate) fn projected(row: &Row, p: DVec3, limit: f64) -> DVec3 {
     DVec3::new(p.x.max(0.0), tangential.x, tangential.y)
 }
 
-/// How a contact acts whose force would be `p` if it could be anything.
+/// State of a contact with trial force `p` and friction bound `limit` (N).
 pub(crate) fn state_of(row: &Row, p: DVec3, limit: f64) -> State {
     if row.law == Law::Glue {
         return State { pushes: true, rubs: Rubs::Sticks, ..State::OPEN };
@@ -79,7 +90,8 @@ pub(crate) fn state_of(row: &Row, p: DVec3, limit: f64) -> State {
     }
 }
 
-/// D of a contact of weights `rho`.
+/// D of a contact with weights `rho` (N/m); `braced` selects the regularised form, isotropic in
+/// slip.
 pub(crate) fn stiffness(rho: DVec3, state: &State, braced: bool) -> DMat3 {
     let [yy, yz, zz] = match state.rubs {
         Rubs::No => [0.0; 3],

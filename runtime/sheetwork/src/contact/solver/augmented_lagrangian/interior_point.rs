@@ -1,70 +1,80 @@
-//! Which contacts push, found from within: where much changes at once, as when a pack of cards lands.
+//! Interior point method for the normal forces, used when many contacts change state at once, as in
+//! the impact of a pack of cards.
 //!
-//! Newton steps that go from one set of pushing contacts to the next walk up a pile card by card. A path through the interior
-//! does not: with gaps s > 0 and normal forces p > 0 apart,
+//! An active-set method changes the set of closed contacts card by card. A path through the
+//! interior does not. With gaps s > 0 and normal forces p > 0,
 //!
-//!   H δ = Jᵀ p,  s = J δ + b,  s p = σ m,  m the mean of s p,
+//!   H δ = Jᵀ p,  s = J δ + b,  s p = σ m,  m the mean of s p.
 //!
-//! each step solves (H + Jᵀ (p/s) J) Δ = ..., twice with one factor: for σ = 0, which says how far m may fall, and for that σ with what
-//! the first left out. Friction of limit L = μ p_n goes along smoothed, p_t = -L w with w √(|u_t|² + ε²) = u_t and ε falling with m.
-//! Some twenty steps do for any number of contacts.
-//! (S. Mehrotra, "On the implementation of a primal-dual interior point method", SIAM J. Optim. 2, 1992; Chan, Golub, Mulet, "A nonlinear
-//! primal-dual method for total variation-based image restoration", SIAM J. Sci. Comput. 20, 1999, for the smoothed length.)
+//! Each iteration solves (H + Jᵀ (p/s) J) Δ = ... twice with one factorisation: a predictor with σ
+//! = 0, which determines σ, and a corrector with this σ and the second-order terms of the
+//! predictor. Friction with bound L = μ p_n is smoothed: p_t = -L w with w √(|u_t|² + ε²) = u_t,
+//! and ε decreases with m. About twenty iterations suffice for any number of contacts.
+//!
+//! Sources: S. Mehrotra, "On the implementation of a primal-dual interior point method", SIAM J.
+//! Optim. 2, 1992; Chan, Golub, Mulet, "A nonlinear primal-dual method for total variation-based
+//! image restoration", SIAM J. Sci. Comput. 20, 1999, for the smoothed length.
 
 use glam::{DMat2, DMat3, DVec2, DVec3};
 
 use crate::contact::coulomb::Law;
 use crate::contact::solver::augmented_lagrangian::{Accuracy, Primal, Space};
 
-/// Steps, at most.
+/// Maximum number of iterations.
 const STEPS: u32 = 25;
-/// How far down m must have come after all steps, as a fraction of where it began, and by how much gaps and slips may be off then, m.
+/// Value of m, as a fraction of its initial one, that is accepted at the iteration limit.
 const ENOUGH: f64 = 1e-3;
+/// Error of gaps and slips (m) that is accepted at the iteration limit.
 const MISS_ENOUGH: f64 = 1e-6;
-/// Power of the fraction of m with which ε falls.
+/// Exponent with which ε decreases with m.
 const SMOOTHER: f64 = 0.75;
-/// Fraction of the way to the border that a step may go.
+/// Fraction of the step to the boundary that is taken.
 const WITHIN: f64 = 0.995;
 
-/// Where the path ends.
+/// Settings of the interior point method: tolerances at the end of the path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Inside {
-    /// How far down m must come, as a fraction of where it began.
+    /// Tolerance of m as a fraction of its initial value.
     pub down: f64,
-    /// By how much gaps and slips may be off, m.
+    /// Tolerance of gaps and slips, m.
     pub miss: f64,
-    /// By what fraction of their sum forces may be short of holding the displacement.
+    /// Tolerance of the force balance as a fraction of the sum of forces.
     pub balanced: f64,
 }
 
 impl Inside {
+    /// Settings for a single sheet.
     pub const FINE: Self = Self { down: 1e-9, miss: 1e-8, balanced: 1e-5 };
-    /// Of several sheets: half of the steps bring the last thousandth of the forces.
+    /// Settings for several sheets. A tolerance of a thousandth of this takes twice the iterations.
     pub const TOGETHER: Self = Self { down: 1e-6, miss: 1e-7, balanced: 1e-2 };
 }
 
-/// Gaps and forces on the path.
+/// Gaps (m) and normal forces (N) on the path.
 #[derive(Default)]
 pub(crate) struct Interior {
     gap: Vec<f64>,
     force: Vec<f64>,
-    /// w, ε (m) and the depth it began with (m).
+    /// Friction direction w, scaled to length 1 in full slip.
     slip: Vec<DVec2>,
+    /// Smoothing length ε, m.
     smooth: f64,
+    /// Initial penetration, m.
     scale: f64,
-    /// Steps of the two.
+    /// Steps of gaps and forces.
     gap_step: Vec<f64>,
     force_step: Vec<f64>,
-    /// What s p should become.
+    /// Target of s p, N m.
     product: Vec<f64>,
 }
 
 impl Primal {
+    /// Whether contact `i` is unilateral and enabled, so that the path includes it.
     fn is_inner(&self, i: usize) -> bool {
         !self.rows[i].idle && self.rows[i].law != Law::Glue
     }
 
-    /// Goes along the path to its end, from u and δ as they are; leaves δ, u and the forces there. False when that is not reached.
+    /// Follow the path to its end from the present δ and u; leaves δ, u and the forces of its end.
+    /// Returns false if it is not reached.
     pub(crate) fn go_inside(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
         let mut inner = std::mem::take(&mut self.interior);
         inner.begin(self);
@@ -99,7 +109,7 @@ impl Primal {
         }
         for i in 0..self.rows.len() {
             if self.is_inner(i) {
-                // Of the two the one that counts.
+                // Either s or p is zero at the solution: the smaller one, in units of force.
                 let pushes = inner.force[i] > inner.gap[i] * self.rows[i].stiffness.x;
                 let normal = if pushes { inner.force[i] } else { 0.0 };
                 self.limits[i] = inner.limit(&self.rows[i], normal);
@@ -120,7 +130,7 @@ impl Primal {
         fine
     }
 
-    /// Factorises with p/s at every contact.
+    /// Factorise with the weight p/s at every contact.
     fn factorize_inside(&mut self, space: &mut dyn Space, inner: &Interior) -> bool {
         self.factored.clear();
         self.factors += 1;
@@ -132,7 +142,7 @@ impl Primal {
         space.factorize(&self.rows, &self.weights)
     }
 
-    /// Solves for the step that makes s p what `product` says, with the factor at hand.
+    /// Solve for the step that brings s p to `product`, with the factor at hand.
     fn step_inside(&mut self, space: &mut dyn Space, inner: &mut Interior) {
         self.steps += 1;
         self.fall_short(space, |all, i, row| {
@@ -160,6 +170,7 @@ impl Primal {
 }
 
 impl Interior {
+    /// Set initial gaps and forces, both positive.
     fn begin(&mut self, primal: &Primal) {
         let count = primal.rows.len();
         for list in [&mut self.gap, &mut self.force, &mut self.gap_step, &mut self.force_step, &mut self.product] {
@@ -177,7 +188,7 @@ impl Interior {
         }
     }
 
-    /// Limit of friction at a contact with normal force `p`, N.
+    /// Friction bound of a contact with normal force `p` (N), N.
     fn limit(&self, row: &crate::contact::solver::augmented_lagrangian::Row, p: f64) -> f64 {
         match row.law {
             Law::Coulomb(friction) => friction * p,
@@ -185,11 +196,12 @@ impl Interior {
         }
     }
 
+    /// Smoothed length √(|u_t|² + ε²) of a slip, m.
     fn length(&self, slip: DVec2) -> f64 {
         (slip.length_squared() + self.smooth * self.smooth).sqrt()
     }
 
-    /// D of a contact that is at `u`.
+    /// D of a contact with relative displacement `u`, N/m.
     fn weight(
         &self,
         row: &crate::contact::solver::augmented_lagrangian::Row,
@@ -211,7 +223,7 @@ impl Interior {
         )
     }
 
-    /// Turns the directions of friction by `part` of the step.
+    /// Move the friction directions w by the fraction `part` of the step.
     fn turn(&mut self, primal: &Primal, part: f64) {
         for i in (0..self.gap.len()).filter(|i| primal.is_inner(*i)) {
             let slip = DVec2::new(primal.u[i].y, primal.u[i].z);
@@ -222,11 +234,12 @@ impl Interior {
         }
     }
 
+    /// Mean m of s p, N m.
     fn mean(&self, primal: &Primal) -> f64 {
         self.mean_ahead(primal, 0.0)
     }
 
-    /// Mean of s p after `part` of the step.
+    /// Mean of s p after the fraction `part` of the step.
     fn mean_ahead(&self, primal: &Primal, part: f64) -> f64 {
         let (mut sum, mut count) = (0.0, 0);
         for i in (0..self.gap.len()).filter(|i| primal.is_inner(*i)) {
@@ -236,13 +249,13 @@ impl Interior {
         sum / f64::from(count.max(1))
     }
 
-    /// By how much gaps are not yet those of δ, m.
+    /// Largest difference between s and J δ + b, m.
     fn missed(&self, primal: &Primal) -> f64 {
         let inner = (0..self.gap.len()).filter(|i| primal.is_inner(*i));
         inner.map(|i| (primal.u[i].x - self.gap[i]).abs()).fold(0.0, f64::max)
     }
 
-    /// What the forces are short of holding the displacement, as a fraction of their sum.
+    /// Imbalance of forces as a fraction of their sum.
     fn unbalanced(&self, primal: &mut Primal, space: &dyn Space) -> f64 {
         primal.fall_short(space, |all, i, row| {
             if row.law == Law::Glue {
@@ -253,19 +266,19 @@ impl Interior {
         })
     }
 
-    /// By how much slips are not yet those that go with the directions of friction, m.
+    /// Largest difference between u_t and the slip that corresponds to w, m.
     fn unturned(&self, primal: &Primal) -> f64 {
         let inner = (0..self.gap.len()).filter(|i| primal.is_inner(*i));
         let each = inner.map(|i| {
             let slip = DVec2::new(primal.u[i].y, primal.u[i].z);
-            // Where nothing pushes nothing rubs.
+            // A contact without normal force has no friction.
             let rubs = self.force[i] > self.gap[i] * primal.rows[i].stiffness.x;
             if rubs { (self.slip[i] * self.length(slip) - slip).length() } else { 0.0 }
         });
         each.fold(0.0, f64::max)
     }
 
-    /// How much of the step leaves gaps and forces positive, times `within`; at most 1.
+    /// Fractions of the step, times `within`, that keep gaps and forces positive; at most 1.
     fn reach(&self, within: f64) -> (f64, f64) {
         let most = |values: &[f64], steps: &[f64]| {
             let each =
@@ -275,6 +288,7 @@ impl Interior {
         (most(&self.gap, &self.gap_step), most(&self.force, &self.force_step))
     }
 
+    /// Move gaps and forces along the fraction `part` of the step.
     fn go(&mut self, part: f64) {
         for (to, by) in self.gap.iter_mut().zip(&self.gap_step).chain(self.force.iter_mut().zip(&self.force_step)) {
             *to += part * by;

@@ -1,20 +1,30 @@
-//! Contacts of sheets and bodies, solved by Newton steps.
+//! Augmented Lagrangian method with semismooth Newton steps, in displacements or contact forces.
 //!
-//! Wanted is the displacement δ with H δ = Jᵀ p, u = J δ + b, and Coulomb's law between u and p at every contact. With the limits of
-//! friction held, the problem is convex, and an augmented Lagrangian with weights ρ,
+//! Unknown is the displacement δ (m) with H δ = Jᵀ p, u = J δ + b, and Coulomb's law between u and
+//! p at every contact. With constant friction bounds the problem is convex. The augmented
+//! Lagrangian with weights ρ (N/m),
 //!
-//!   Φ(δ) = ½ δᵀ H δ + Σ |P(p - ρ u)|²/2ρ (in parts),  p⁺ = P(p - ρ u),
+//!   Φ(δ) = ½ δᵀ H δ + Σ |P(p - ρ u)|²/2ρ (componentwise),  p⁺ = P(p - ρ u),
 //!
-//! P the projection on what forces there may be (normal ≥ 0, tangential within a disc), is minimised by Newton steps,
+//! where P projects on the admissible forces (normal part ≥ 0, tangential part within a disc of the
+//! friction bound), is minimised by Newton steps
 //!
-//!   (H + Σ Jᵀ D J) s = Jᵀ P(p - ρ u) - H δ,  D = ρ ∂P,
+//!   (H + Σ Jᵀ D J) s = Jᵀ P(p - ρ u) - H δ,  D = ρ ∂P.
 //!
-//! each followed along s as far as that lowers Φ; where contacts act (open, stuck, sliding) as the step supposed, it is exact and
-//! the forces are brought up to date. Then the limits of friction follow the normal forces. A step needs a new factor only when a
-//! contact acts otherwise than before: of the masses' matrix (`joint`), or of one in the contacts (`space`).
-//! (Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton like solution methods", CMAME 92,
-//! 1991; Li, Sun, Toh, "A highly efficient semismooth Newton augmented Lagrangian method", SIAM J. Optim. 28, 2018; Haslinger,
-//! "Approximation of the Signorini problem with friction, obeying the Coulomb law", Math. Meth. Appl. Sci. 5, 1983.)
+//! A line search on Φ follows each step. If the contact states (open, stick, slip) after the step
+//! are those for which D was computed, the step is exact and the forces are updated to p⁺. Once
+//! gaps and slips are within tolerance, the friction bounds follow the normal forces (fixed-point
+//! iteration), and the solve continues. A new factorisation is needed only after a change of state:
+//! of the displacement matrix (`tangent`), or of the matrix of contact forces (`unknowns`).
+//!
+//! Two measures keep the iteration from cycling when many contacts change state: regularised steps,
+//! whose D bounds the curvature of friction from above, and the interior point method
+//! (`interior_point`).
+//!
+//! Sources: Alart and Curnier, "A mixed formulation for frictional contact problems prone to Newton
+//! like solution methods", CMAME 92, 1991; Li, Sun, Toh, "A highly efficient semismooth Newton
+//! augmented Lagrangian method", SIAM J. Optim. 28, 2018; Haslinger, "Approximation of the
+//! Signorini problem with friction, obeying the Coulomb law", Math. Meth. Appl. Sci. 5, 1983.
 
 pub(crate) mod block_row;
 pub(crate) mod contact_state;
@@ -33,76 +43,92 @@ pub(crate) use crate::contact::solver::augmented_lagrangian::interior_point::Ins
 pub(crate) use crate::contact::solver::augmented_lagrangian::tangent::{Joint, Tangent, covers};
 pub(crate) use crate::contact::solver::augmented_lagrangian::unknowns::{OnForces, OnMasses, Space};
 
-/// Share of the contacts that act otherwise than supposed which makes the next steps braced, or, after some, has those that push
-/// found from within.
+/// Fraction of contacts that open or close unexpectedly above which steps are regularised, or the
+/// interior point method is used.
 const MANY: f64 = 0.03;
+/// Iterations without regularisation after which [`MANY`] changes switch to the interior point
+/// method.
 const STEPS_OUTSIDE: u32 = 3;
-/// After so many braced steps gaps that are not down to this fraction of the first, and after so many those that are more than a few times
-/// what is asked, are found from within: such steps go on for long or not at all.
+/// Regularised iterations at which the residual decides whether to switch to the interior point
+/// method. Regularised steps that have not converged by then converge slowly or not at all.
 const STEPS_BRACED: [u32; 2] = [6, 10];
+/// Ratio of the residual to its initial value above which the first check switches.
 const LOST: f64 = 0.5;
+/// Residual, as a multiple of the tolerance, above which the second check switches.
 const FEW_TIMES: f64 = 4.0;
-/// Steps more for each time that limits of friction have followed: what settles each time comes there.
+/// Additional iterations for each update of the friction bounds.
 const MORE: u32 = 6;
-/// Steps on the forces at most before that: what does not settle there may on the masses.
+/// Maximum number of iterations in contact forces, before additional ones; the primal solver may
+/// converge where they do not.
 const ON_FORCES: u32 = 20;
-/// The least part of the way that limits of friction go.
+/// Minimum relaxation factor of the friction bounds.
 const LEAST_PART: f64 = 0.1;
-/// Steps after which what is out of balance need only be less than [`Accuracy::balance_late`].
+/// Iterations after which the tolerance of the force balance is [`Accuracy::balance_late`].
 const LATE: u32 = 3;
-/// How much more a gap of glue counts: two rows of a stiff sheet that are held a micrometre apart pull by newtons.
+/// Weight of the gap of an attachment in the residual. On a stiff sheet, a gap of a micrometre
+/// between two attached rows of nodes means a force of newtons.
 const HOLDS: f64 = 100.0;
-/// By how much friction may miss its limit, as a fraction of that.
+/// Tolerance of the friction force as a fraction of the friction bound.
 const STICKS: f64 = 1e-3;
-/// A gap that a round of forces does not lessen by more than this fraction, and that is no more than so many times what is asked, is
-/// one that contacts which contradict one another leave.
+/// Stagnation: relative decrease of the residual in an update of the forces below which it is
+/// accepted, if it also meets [`CONTRADICTED`]. Over-constrained contacts leave such a residual.
 const STALLED: f64 = 0.1;
+/// Largest residual that is accepted after stagnation, as a multiple of the tolerance.
 const CONTRADICTED: f64 = 10.0;
-/// A gap that a round of forces does not lessen to this fraction asks for weights so many times larger: where many contacts hold a soft
-/// sheet together, they are stiffer than each by itself.
+/// Ratio of the residual to that before an update of the forces above which the weights ρ grow.
+/// Many contacts that hold a soft sheet together are stiffer than each of them alone.
 const SLOW: f64 = 0.4;
+/// Growth factor of the weights ρ.
 const FASTER: f64 = 5.0;
-/// Sum of forces, as a fraction of the largest there was on the way, below which they are what rounding has left.
+/// Sum of forces, as a fraction of the largest sum in the solve, below which only rounding errors
+/// are left.
 const ROUNDING: f64 = 1e-6;
-/// A contact with less than this fraction of all normal force does not rub.
+/// Fraction of the total normal force below which a contact has no friction.
 const NEGLIGIBLE: f64 = 1e-6;
-/// The same as a fraction of STICKS of all friction there may be, for contacts that carry little.
+/// Minimum tolerance of a friction bound, as a fraction of the total friction bound times
+/// [`STICKS`], for contacts with little force.
 const SLIGHT: f64 = 0.1;
-/// Halvings and secants of a search along a step, and how much of the slope of Φ may be left.
+/// Maximum number of trial points of a line search.
 const TRIALS: u32 = 12;
+/// Fraction of the initial slope of Φ at which a line search ends.
 const FLAT: f64 = 0.1;
 
-/// How accurate a solve is to be.
+/// Settings of a solve: tolerances, weights and iteration limits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Accuracy {
-    /// Gaps, m.
+    /// Gap tolerance, m.
     pub gap: f64,
-    /// ρ over the sheet's own stiffness at the contact: with 100 a contact closes to a hundredth of its depth in a step. Friction
-    /// needs less, since it changes over from holding to sliding.
+    /// ρ as a multiple of the stiffness of the sheet at the contact. With 100, a Newton step
+    /// reduces the penetration to a hundredth. Friction has a smaller factor because it changes
+    /// between stick and slip.
     pub stiffer: DVec3,
-    /// Up to what weights of gaps grow where they close slowly; piles take longer with more.
+    /// Maximum of the normal factor when weights grow in slow convergence. Piles converge more
+    /// slowly with larger weights.
     pub stiffest: f64,
-    /// How much more a slip counts, which would add up from step to step.
+    /// Weight of slip in the residual; slip of sticking contacts would add up from step to step.
     pub slip: f64,
-    /// By what fraction of their sum forces may be short of holding the displacement: stiff contacts hide in small gaps what is
-    /// not held.
+    /// Tolerance of the force balance H δ = Jᵀ p, as a fraction of the sum of forces. A stiff
+    /// contact has a force error at a small gap.
     pub balance: f64,
-    /// The same after some steps: where sheets slide over one another, a few contacts flicker between holding and sliding for long.
+    /// Tolerance of the force balance after [`LATE`] iterations. When sheets slide over each other,
+    /// a few contacts alternate between stick and slip for many iterations.
     pub balance_late: f64,
-    /// The same of forces found from within, which close in on friction slowly.
+    /// Tolerance of the force balance after the interior point method, whose friction converges
+    /// slowly.
     pub balance_inside: f64,
-    /// Where the path to them ends.
+    /// Settings of the interior point method.
     pub inside: Inside,
-    /// Times that the limits of friction follow the normal forces, at most.
+    /// Maximum number of updates of the friction bounds.
     pub updates: u32,
-    /// Steps after which forces are found from within in any case.
+    /// Iterations after which the interior point method is used in any case.
     pub patience: u32,
-    /// Whether to take braced steps where much changes: surer to come near, slower to get there.
+    /// Whether to regularise steps when many contacts change state: more robust, but slower near
+    /// the solution.
     pub braced: bool,
 }
 
 impl Accuracy {
-    /// Of one sheet: what sticks must not creep, and momentum be kept.
+    /// Settings for a single sheet: sticking contacts must not creep, and momentum is conserved.
     pub const FINE: Self = Self {
         gap: 2e-7,
         slip: 10.0,
@@ -113,12 +139,15 @@ impl Accuracy {
         balance_inside: 1e-3,
         inside: Inside::FINE,
         updates: 5,
-        // With 20 a sheet that lies loosely around a needle, half of its contacts about to slide, failed where 30 do; what is halved costs more.
+        // A sheet that lies loosely around a needle, with half of its contacts near the friction
+        // bound, needs between 20 and 30. A failed solve costs more than the spare iterations
+        // because the step is then bisected.
         patience: 40,
         braced: false,
     };
-    /// Of several sheets in the midst of a blow, where some contact always changes from holding to sliding: limits of friction follow the normal
-    /// forces from solve to solve.
+    /// Settings for several sheets during an impact, in which some contact changes between stick
+    /// and slip in every iteration. The friction bounds follow the normal forces from solve to
+    /// solve.
     pub const TOGETHER: Self = Self {
         gap: 5e-6,
         slip: 1.0,
@@ -132,13 +161,15 @@ impl Accuracy {
         patience: 14,
         braced: true,
     };
-    /// Of several sheets otherwise: what slides on one comes within 2 % of its acceleration. With the limits of the solve before it was 0.5 to
-    /// 7 % off; the next finer one takes a house of cards that falls 1.2 to 1.6 times as long.
+    /// Settings for several sheets without bisection. The acceleration of a sliding sheet is within
+    /// 2 % of the exact one (0.5 to 7 % with `updates: 0`). [`Self::TOGETHER_FEW`] takes 1.2 to 1.6
+    /// times as long for a falling house of cards.
     pub const TOGETHER_CALM: Self = Self { balance_late: 1e-2, updates: 1, ..Self::TOGETHER };
-    /// Of a few sheets otherwise, where that is no slower: what slides on a sheet comes within 1e-4 of its acceleration. With ten
-    /// times the balance a step of a sheet that slides at 35° may not settle for seconds.
+    /// Settings for a few sheets without bisection. The acceleration of a sliding sheet is within
+    /// 1e-4 of the exact one. With ten times the tolerance of the balance, steps of a sheet that
+    /// slides at 35° may fail to converge for seconds.
     pub const TOGETHER_FEW: Self = Self { balance_late: 1e-4, updates: 2, ..Self::TOGETHER };
-    /// Where a sheet is still far from where it will be, and where several are.
+    /// Settings for an outer iteration of a single sheet that is far from the solution.
     pub const ROUGH: Self = Self {
         gap: 1e-5,
         slip: 10.0,
@@ -148,46 +179,56 @@ impl Accuracy {
         updates: 0,
         ..Self::FINE
     };
+    /// Settings for an outer iteration of several sheets that is far from the solution.
     pub const ROUGH_TOGETHER: Self = Self { gap: 1e-5, slip: 10.0, stiffer: Self::FINE.stiffer, ..Self::TOGETHER };
 }
 
-/// The solver with its arrays.
+/// Augmented Lagrangian solver and its arrays.
 #[derive(Default)]
 pub(crate) struct Primal {
     pub rows: Vec<Row>,
-    /// Forces, in the frames, N.
+    /// Contact forces in the contact frames, N.
     pub force: Vec<DVec3>,
-    /// Limit of friction at each contact, N.
+    /// Friction bound of each contact, N.
     limits: Vec<f64>,
-    /// By how much those are off what the normal forces allow, N, and the part of it that they went last.
+    /// Difference between μ p_n and the friction bound of each contact, N.
     short: Vec<f64>,
+    /// Last relaxation factor of the friction bounds.
     part: f64,
+    /// Contact states at the present u.
     states: Vec<State>,
+    /// Contact states for which the factor was computed; empty if there is none.
     factored: Vec<State>,
-    /// D of every row in the factor.
+    /// D of each constraint in the factor, N/m.
     weights: Vec<DMat3>,
-    /// J δ + b, and its change along the step.
+    /// u = J δ + b, m.
     u: Vec<DVec3>,
+    /// Change of u along the step, m.
     du: Vec<DVec3>,
+    /// Displacement δ.
     delta: Vec<f64>,
-    /// H δ, the step, and H times the step.
+    /// H δ, N.
     pull: Vec<f64>,
+    /// Right-hand side of a Newton step, then the step s.
     step: Vec<f64>,
+    /// H s, N.
     step_pull: Vec<f64>,
     interior: interior_point::Interior,
-    /// The largest sum of forces in this solve, N.
+    /// Largest sum of forces in this solve, N.
     most: f64,
-    /// Newton steps and factors so far.
+    /// Newton iterations since the solver was created.
     pub steps: u64,
-    /// ρ over the stiffness of the sheet itself.
+    /// ρ as a multiple of the stiffness of the sheet.
     stiffer: DVec3,
-    /// Whether steps are braced: what slides is held against the direction it slides in too, and steps are taken whole.
+    /// Whether steps are regularised: D of a slipping contact also resists slip along its
+    /// direction, and steps have full length.
     braced: bool,
+    /// Factorisations since the solver was created.
     pub factors: u64,
 }
 
 impl Primal {
-    /// Begins another problem with another matrix.
+    /// Start a problem with another matrix.
     pub fn clear(&mut self) {
         self.rows.clear();
         self.force.clear();
@@ -195,7 +236,7 @@ impl Primal {
         self.factored.clear();
     }
 
-    /// Takes the rows solved for as known: what is added now is new to them.
+    /// Mark the constraints of the last solve as known; constraints added from now on are new.
     pub fn go_on(&mut self) {
         for (row, state) in self.rows.iter_mut().zip(&self.states) {
             row.new = false;
@@ -204,12 +245,13 @@ impl Primal {
         self.factored.clear();
     }
 
-    /// Displacement of each block row, m.
+    /// Displacement of each block row, m; rotations in rad.
     pub fn displacement(&self) -> &[f64] {
         &self.delta
     }
 
-    /// Has another solver find the forces and u, from the forces `begun`; whether it did.
+    /// Let another solver, `solve`, find forces and u from the initial forces `begun`. Returns
+    /// whether it converged.
     pub fn adopt(
         &mut self,
         begun: &[DVec3],
@@ -230,12 +272,18 @@ impl Primal {
         settled
     }
 
-    /// Whether contact `i` slides.
+    /// Whether contact `i` slips.
     pub fn slides(&self, i: usize) -> bool {
         self.states[i].rubs == Rubs::Slides
     }
 
-    /// Solves from the forces in `force`; leaves the forces there. True if it settled.
+    /// Solve from the initial forces in `force`, and leave the solution there. Returns whether the
+    /// iteration converged.
+    ///
+    /// Each iteration updates the contact states and the force balance. If the forces balance the
+    /// displacement, the forces are updated; if gaps and slips are then within tolerance, the
+    /// friction bounds are updated, and the solve ends when they no longer change. Otherwise a
+    /// Newton step follows, with a new factor if the states have changed.
     pub fn solve(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
         if !self.guess(space, accuracy) {
             return false;
@@ -249,13 +297,14 @@ impl Primal {
             let patience = most + MORE * updated;
             let soon =
                 round == STEPS_OUTSIDE && !accuracy.braced && !exact && !space.is_cheap() && self.changes() > MANY;
-            // New forces throw contacts open for a step.
+            // Updated forces open contacts for one iteration.
             let lost = accuracy.braced && !just_held && self.is_lost(round, &mut first, accuracy);
             if !inside && (soon || lost || round == patience) {
                 if !space.is_cheap() && self.go_inside(space, accuracy) {
                     return true;
                 }
-                // What it came to may be a good place to go on from.
+                // The result of the interior point method may be a good initial value even if it
+                // did not converge.
                 inside = true;
             }
             if round == patience {
@@ -288,7 +337,8 @@ impl Primal {
                 self.aim();
                 self.load(space);
             }
-            // Friction that has changed often makes no difference, and the factor at hand can tell.
+            // The factor at hand is tried first: a change of friction states alone often makes
+            // little difference.
             let will_do = trusted && self.pushes_alike();
             if !will_do && !self.factorize(space) {
                 return false;
@@ -301,7 +351,8 @@ impl Primal {
         false
     }
 
-    /// Whether braced steps have not come near in so many rounds; `first` is what was missed in the first, m.
+    /// Whether the regularised iteration has not come near the solution by iteration `round`;
+    /// `first` is the residual of the first iteration, m.
     fn is_lost(&self, round: u32, first: &mut f64, accuracy: &Accuracy) -> bool {
         if round > 0 && !STEPS_BRACED.contains(&round) {
             return false;
@@ -314,7 +365,7 @@ impl Primal {
         round > 0 && missed > FEW_TIMES * accuracy.gap && (round > early || missed > LOST * *first)
     }
 
-    /// Begins with the displacement for contacts that act as they did when they had their forces.
+    /// Compute the initial displacement, with the contact states of the initial forces.
     fn guess(&mut self, space: &mut dyn Space, accuracy: &Accuracy) -> bool {
         self.most = 0.0;
         self.braced = false;
@@ -348,7 +399,8 @@ impl Primal {
         true
     }
 
-    /// States to begin with: what had a force keeps it, what is new and would overlap pushes.
+    /// Set the initial contact states. A contact is closed if it has an initial force, or if it is
+    /// new with a gap below `eager`.
     fn begin(&mut self) {
         self.states.clear();
         self.limits.clear();
@@ -376,7 +428,7 @@ impl Primal {
         }
     }
 
-    /// Share of the contacts that push and were not supposed to, or do not and were.
+    /// Fraction of contacts that open or close unexpectedly.
     fn changes(&self) -> f64 {
         let rows = self.rows.iter().enumerate();
         let other = rows.filter(|(i, row)| {
@@ -386,7 +438,7 @@ impl Primal {
         other.count() as f64 / self.rows.len().max(1) as f64
     }
 
-    /// Works out how contacts act at the u there is.
+    /// Update the contact states from the present u.
     fn aim(&mut self) {
         for (i, row) in self.rows.iter().enumerate() {
             let next = state_of(row, self.force[i] - row.stiffness * self.stiffer * self.u[i], self.limits[i]);
@@ -394,7 +446,7 @@ impl Primal {
         }
     }
 
-    /// By how much gaps and slips that should be none are missed, m; slips count `slips` times.
+    /// Residual: largest gap or slip that should be zero, m, with weight `slips` of the slip.
     fn missed(&self, slips: f64) -> f64 {
         let each = self.rows.iter().zip(&self.u).zip(&self.states).map(|((row, u), state)| {
             if row.law == Law::Glue {
@@ -407,16 +459,17 @@ impl Primal {
         each.fold(0.0, f64::max)
     }
 
-    /// Brings the forces up to date.
+    /// Update the forces to P(p - ρ u).
     fn project(&mut self) {
         for (i, row) in self.rows.iter().enumerate() {
             self.force[i] = projected(row, self.force[i] - row.stiffness * self.stiffer * self.u[i], self.limits[i]);
         }
     }
 
-    /// Lets the limits of friction follow the normal forces; false when they are what they were. Those that overshoot, as a sheet's that is wedged in
-    /// between a floor and a needle, would for ever: they go part of the way (Irons and Tuck, "A version of the Aitken accelerator for computer
-    /// iteration", IJNME 1, 1969).
+    /// Move the friction bounds towards μ p_n. Returns false if they are within tolerance. The full
+    /// update may oscillate, as for a sheet wedged between a floor and a needle; Aitken relaxation
+    /// shortens it (Irons and Tuck, "A version of the Aitken accelerator for computer iteration",
+    /// IJNME 1, 1969).
     fn limit_friction(&mut self) -> bool {
         let all: f64 = self.force.iter().map(|p| p.x).sum();
         let first = self.short.is_empty();
@@ -445,7 +498,8 @@ impl Primal {
         changed
     }
 
-    /// Makes the right side of a Newton step for contacts that act as they do. Returns what [`Primal::fall_short`] does.
+    /// Compute the right-hand side of a Newton step for the present contact states. Returns the
+    /// relative imbalance of [`Primal::fall_short`].
     fn load(&mut self, space: &dyn Space) -> f64 {
         self.fall_short(space, |all, i, row| {
             let p = || projected(row, all.force[i] - row.stiffness * all.stiffer * all.u[i], all.limits[i]);
@@ -453,9 +507,10 @@ impl Primal {
         })
     }
 
-    /// Puts on the right side of a step what the forces that `force` gives, of the contacts which have one, are short of holding the
-    /// displacement. Returns its sum as a fraction of that of all forces; where all contacts open in the end, of a fraction of
-    /// the most there were in this solve: rounding is not to be measured by itself.
+    /// Compute the imbalance Jᵀ p - H δ for the contact forces that `force` returns, and store it
+    /// as the right-hand side. Returns its sum as a fraction of the sum of forces; if all contacts
+    /// are open, of a fraction of the largest sum in this solve, so that rounding errors are not
+    /// compared to themselves.
     fn fall_short(&mut self, space: &dyn Space, force: impl Fn(&Self, usize, &Row) -> Option<DVec3>) -> f64 {
         let mut step = std::mem::take(&mut self.step);
         for (to, from) in step.iter_mut().zip(&self.pull) {
@@ -474,13 +529,13 @@ impl Primal {
         short / all.max(ROUNDING * self.most).max(f64::MIN_POSITIVE)
     }
 
-    /// Whether the factor at hand is of contacts of which the same push.
+    /// Whether the factor at hand was computed for the same set of closed contacts.
     fn pushes_alike(&self) -> bool {
         let alike = self.factored.len() == self.states.len();
         alike && self.factored.iter().zip(&self.states).all(|(a, b)| a.pushes == b.pushes)
     }
 
-    /// Makes the factor that the states ask for; false when there is none.
+    /// Factorise for the present contact states. Returns false if the matrix has no factor.
     fn factorize(&mut self, space: &mut dyn Space) -> bool {
         let alike = self.factored.len() == self.states.len();
         if alike && self.factored.iter().zip(&self.states).all(|(a, b)| a.is_near(b)) {
@@ -499,25 +554,27 @@ impl Primal {
         done
     }
 
-    /// Solves for the step from its right side, and what it does to every contact.
+    /// Solve for the step s and the change of u at every contact.
     fn solve_step(&mut self, space: &mut dyn Space) {
         self.steps += 1;
         space.solve(&self.rows, &self.weights, (&mut self.step, &mut self.step_pull), &mut self.du);
     }
 
-    /// Goes along the step as far as that lowers Φ; true where contacts then act as the step supposed.
+    /// Move along the step to the minimum of Φ. Returns whether the contact states are then those
+    /// of the factor.
     fn advance(&mut self, space: &dyn Space) -> bool {
         let supposed = |(i, row): (usize, &Row)| {
             let trial = self.force[i] - row.stiffness * self.stiffer * (self.u[i] + self.du[i]);
             state_of(row, trial, self.limits[i]).is_near(&self.factored[i])
         };
-        // Φ is then one parabola along the step.
+        // Φ is then quadratic along the step, and the full step is its minimum.
         let exact = self.rows.iter().enumerate().all(supposed);
         let part = if exact || self.braced { 1.0 } else { self.search(space) };
         self.go(part);
         exact
     }
 
+    /// Move δ and u along the fraction `part` of the step.
     fn go(&mut self, part: f64) {
         for (to, by) in self.delta.iter_mut().zip(&self.step) {
             *to += part * by;
@@ -530,7 +587,7 @@ impl Primal {
         }
     }
 
-    /// The part of the step at which Φ is least, nearly.
+    /// Fraction of the step at which Φ is near its minimum.
     fn search(&self, space: &dyn Space) -> f64 {
         let work = |forces: &[f64]| space.work(&self.step, &self.du, forces);
         let (constant, linear) = (work(&self.pull), work(&self.step_pull));
@@ -549,7 +606,8 @@ impl Primal {
         let (mut low, mut high) = ((0.0, first), (1.0, last));
         let mut part = 1.0;
         for k in 0..TRIALS {
-            // The slope rises: halves in turn with secants, which alone would creep.
+            // The slope increases along the step. Bisection alternates with secant steps, which
+            // alone converge slowly.
             let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
             part = if k % 2 == 0 { secant } else { 0.5 * (low.0 + high.0) };
             let here = slope(part);

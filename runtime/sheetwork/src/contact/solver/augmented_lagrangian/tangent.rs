@@ -1,9 +1,11 @@
-//! The tangent that contact is added to: of one sheet as it is, or of several sheets and the bodies that give way as one matrix.
+//! Tangent matrix to which contact is added: that of a single sheet, or the joint matrix of several
+//! sheets and dynamic bodies.
 //!
-//! A body that gives way has two block rows, the displacement of its centre of mass and its turn, with m/h² and I/h² on the
-//! diagonal: what the tangent M/h² + K of a sheet is for K = 0. Sheets and bodies do not couple but by contact, so the pattern
-//! of the joint matrix is theirs and what the contacts there are join. It is analysed anew when a contact joins what none
-//! joined before; a scene at rest keeps its pattern.
+//! A dynamic body has two block rows, the displacement of its centre of mass and its rotation, with
+//! m/h² and I/h² on the diagonal: the tangent M/h² + K of a sheet for K = 0. Only contacts couple
+//! sheets and bodies. The pattern of the joint matrix is the union of the patterns of the sheets
+//! and the pairs of the contacts. It is analysed again when a contact couples a new pair; a resting
+//! scene keeps its pattern.
 
 use glam::DMat3;
 
@@ -14,48 +16,54 @@ use crate::linear::{Backend, Factor, Pattern, analyse_joined};
 use crate::serialize::{Cut, Keeper, Taken, Taker};
 use crate::sheet::System;
 
-/// How many times the blocks that contact has now may be kept of those that it has had.
+/// Maximum ratio of the number of blocks with earlier contact pairs to that without them.
 const MORE: f64 = 1.3;
 
-/// Block rows of something that has none.
+/// Block row of a kinematic or static body, which has none.
 pub(crate) const NO_ROWS: u32 = u32::MAX;
 
-/// A symmetric matrix of 3x3 blocks that can be factorised with contact added to it.
+/// A symmetric matrix of 3×3 blocks that can be factorised together with contact terms.
 pub(crate) trait Tangent {
-    /// Where its blocks are.
+    /// Sparsity pattern of the blocks.
     fn pattern(&self) -> &Pattern;
 
-    /// Factorises it with what `add` adds to its values; false when that has no factor.
+    /// Factorise the matrix after `add` has added to its values. Returns false if it has no factor.
     fn factorize_with(&mut self, add: &mut dyn FnMut(&mut [f64])) -> bool;
 
-    /// Solves with the last factor, in place.
+    /// Solve with the last factor, in place.
     fn solve(&mut self, right: &mut [f64]);
 }
 
-/// The joint matrix of a group.
+/// Joint tangent matrix of an island.
 #[derive(Default)]
 pub(crate) struct Joint {
-    /// First block row of every sheet and then of every body of the group; [`NO_ROWS`] for a body that does not give way.
+    /// First block row of every sheet and then of every body of the island; [`NO_ROWS`] for
+    /// kinematic and static bodies.
     first: Vec<u32>,
-    /// What the pattern was made for: block rows and blocks of every sheet, and `first`.
+    /// Present layout: first block row and number of blocks of every sheet and body.
     sizes: Vec<(u32, u32)>,
+    /// Layout for which the pattern was made.
     made_for: Vec<(u32, u32)>,
     pattern: Pattern,
     factor: Option<Box<dyn Factor>>,
-    /// Of every block of every sheet in turn, its block in the joint pattern.
+    /// Slot in the joint pattern of every block of every sheet.
     slots: Vec<u32>,
+    /// Values of the matrix without contact.
     base: Vec<f64>,
+    /// Values of the matrix with contact.
     values: Vec<f64>,
+    /// Horizontal position of each block row, m.
     places: Vec<[f64; 2]>,
+    /// Height of the sheet or body of each block row, m.
     depths: Vec<f64>,
-    /// Times that a pattern was analysed.
+    /// Number of analyses of a pattern.
     pub analyses: u64,
-    /// Whether the pattern is of a snapshot, and has no factor yet.
+    /// Whether the pattern was deserialised and has no factor yet.
     restored: bool,
 }
 
 impl Joint {
-    /// Lays the rows of `group` out; rows of contacts are made after this.
+    /// Lay out the block rows of `group`. Constraints are assembled after this.
     pub fn lay_out(&mut self, group: &Group) {
         self.first.clear();
         self.sizes.clear();
@@ -76,17 +84,18 @@ impl Joint {
         self.sizes.push((next, 0));
     }
 
-    /// Block rows in all.
+    /// Number of block rows.
     pub fn size(&self) -> usize {
         self.sizes.last().map_or(0, |s| s.0 as usize)
     }
 
-    /// First block row of sheet number `local` of the group.
+    /// First block row of sheet number `local` of the island.
     pub fn sheet(&self, local: u32) -> u32 {
         self.first[local as usize]
     }
 
-    /// First block row of body number `body` of a group of `sheets` sheets, if it gives way.
+    /// First block row of body number `body` of an island with `sheets` sheets, if the body is
+    /// dynamic.
     pub fn body(&self, sheets: usize, body: u32) -> Option<u32> {
         Some(self.first[sheets + body as usize]).filter(|f| *f != NO_ROWS)
     }
@@ -108,8 +117,8 @@ impl Joint {
         })
     }
 
-    /// Fills in the tangents of the sheets and the masses of the bodies in a stage of weight `h` (s), in a pattern that has what
-    /// `rows` join.
+    /// Copy the tangents of the sheets and the inertia of the bodies in a stage of weight `h` (s)
+    /// into the joint matrix. The pattern is extended if it does not cover `rows`.
     pub fn fill(&mut self, group: &Group, rows: &[Row], h: f64) {
         if std::mem::take(&mut self.restored) && self.made_for == self.sizes {
             self.begin_factor(group);
@@ -140,7 +149,7 @@ impl Joint {
         }
     }
 
-    /// Makes the pattern for what `rows` join.
+    /// Analyse the pattern of the sheets and the pairs of `rows`.
     fn analyse(&mut self, group: &Group, rows: &[Row]) {
         self.analyses += 1;
         let same = self.made_for == self.sizes;
@@ -154,7 +163,8 @@ impl Joint {
         for (row, column) in rows.iter().flat_map(Row::pairs) {
             pairs.push((row, column));
         }
-        // What touched before may again, and another analysis is dearer than a few blocks that are zero.
+        // Earlier pairs are kept: they may touch again, and another analysis costs more than a few
+        // zero blocks.
         let fresh = Pattern::new(self.size(), pairs.iter().copied());
         pairs.extend(self.pattern.iter().filter(|_| same).map(|(_, row, column)| (row, column)));
         let joined = Pattern::new(self.size(), pairs);
@@ -164,7 +174,7 @@ impl Joint {
         self.begin_factor(group);
     }
 
-    /// Keeps for a snapshot what the order of elimination depends on: it is of the step in which a contact last joined something new.
+    /// Serialise the pattern and the data of the elimination order, which depend on earlier steps.
     pub fn keep(&self, to: &mut Keeper) {
         to.count(self.made_for.len() as u64);
         for (first, blocks) in &self.made_for {
@@ -182,7 +192,8 @@ impl Joint {
         to.numbers(&self.depths);
     }
 
-    /// Takes it back. The factor is made when it is wanted, unless it is of just this.
+    /// Deserialise. The factor is analysed at the next use, unless it matches the deserialised
+    /// data.
     pub fn take(&mut self, from: &mut Taker) -> Taken {
         let mut made_for = Vec::new();
         for _ in 0..from.length(2)? {
@@ -208,7 +219,7 @@ impl Joint {
         {
             return Ok(());
         }
-        // A size that fits no more makes it anew.
+        // A pattern of inconsistent size is discarded.
         self.restored = !made_for.is_empty() && made_for.last().is_some_and(|s| s.0 as usize == size);
         (self.made_for, self.pattern, self.places, self.depths) = (made_for, pattern, places, depths);
         if !self.restored {
@@ -217,7 +228,7 @@ impl Joint {
         Ok(())
     }
 
-    /// Makes ready for factors of the pattern there is.
+    /// Analyse the present pattern for factorisation.
     fn begin_factor(&mut self, group: &Group) {
         self.slots.clear();
         for (local, first) in (0..group.members.len() as u32).zip(&self.first) {
@@ -232,8 +243,8 @@ impl Joint {
         self.base.resize(9 * self.pattern.blocks(), 0.0);
     }
 
-    /// Places of the block rows, which guide the ordering: on the ground, and the height of the sheet, which tells the sheets of
-    /// a pile apart.
+    /// Compute the positions of the block rows that guide the elimination order: horizontal
+    /// position, and height of the sheet's centre, which separates the sheets of a pile.
     fn put(&mut self, group: &Group) {
         self.places.clear();
         self.depths.clear();
@@ -286,13 +297,13 @@ impl Tangent for System {
     }
 }
 
-/// m/h² and I/h² of a body that gives way.
+/// Diagonal blocks m/h² (kg/s²) and I/h² of a dynamic body.
 fn weight_of(mover: &Mover, h: f64) -> (DMat3, DMat3) {
     let per = 1.0 / (h * h);
     (DMat3::from_diagonal(glam::DVec3::splat(per / mover.free.inverse_mass())), mover.free.inertia() * per)
 }
 
-/// Whether `pattern` couples all that `row` joins.
+/// Whether `pattern` covers all pairs of `row`.
 pub(crate) fn covers(pattern: &Pattern, row: &Row) -> bool {
     row.pairs().all(|(row, column)| pattern.slot(row, column).is_some())
 }

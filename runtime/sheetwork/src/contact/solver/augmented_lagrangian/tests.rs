@@ -1,4 +1,5 @@
-//! The same problems solved on the masses and on the forces: the answers must be one, and Coulomb's law.
+//! Tests of the augmented Lagrangian solver: primal and dual form give the same solution, which
+//! obeys Coulomb's law.
 
 use std::ops::Range;
 
@@ -12,7 +13,7 @@ use crate::contact::solver::augmented_lagrangian::{Accuracy, OnForces, OnMasses,
 use crate::contact::solver::delassus::frame_of;
 use crate::linear::{Backend, Factor, Pattern, analyse};
 
-/// A matrix of a chain of blocks.
+/// Tangent matrix of a chain of nodes.
 struct Chain {
     pattern: Pattern,
     values: Vec<f64>,
@@ -25,9 +26,10 @@ const BLOCKS: u32 = 6;
 type Drawn = ([f64; 6], [[f64; 3]; 6], [[f64; 3]; 5], [[f64; 3]; 5], f64);
 
 impl Chain {
-    /// A mass of 1 at each block, joined to the next by a spring of stiffness `along` in its direction and a tenth across it.
+    /// A chain of nodes of mass 1, each joined to the next by a spring with stiffness `along` in
+    /// its direction and a tenth of it across.
     fn new(along: [f64; BLOCKS as usize], directions: [[f64; 3]; BLOCKS as usize]) -> Self {
-        // Contacts join any two.
+        // The pattern covers contacts between any two nodes.
         let pairs = (0..BLOCKS).flat_map(|i| (0..=i).map(move |j| (i, j)));
         let pattern = Pattern::new(BLOCKS as usize, pairs);
         let mut values = vec![0.0; 9 * pattern.blocks()];
@@ -71,7 +73,7 @@ impl Tangent for Chain {
     }
 }
 
-/// Contacts of some of the masses with walls, and of the last two with each other.
+/// Contacts of the first nodes with walls, and of the last two nodes with each other.
 fn rows(chain: &Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -> Vec<Row> {
     let make = |(i, (normal, gap)): (usize, (&[f64; 3], &[f64; 3]))| {
         let normal = DVec3::from(*normal).try_normalize().unwrap_or(DVec3::Y);
@@ -90,7 +92,7 @@ fn rows(chain: &Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -
     normals.iter().zip(gaps).enumerate().map(make).collect()
 }
 
-/// W of the rows.
+/// Dual form of the constraints.
 fn on_forces(chain: &mut Chain, rows: &[Row]) -> OnForces {
     let mut space = OnForces::default();
     chain.factorize_with(&mut |_| {});
@@ -118,7 +120,8 @@ fn solve(space: &mut dyn Space, rows: &[Row]) -> Option<(Vec<DVec3>, Vec<DVec3>)
     primal.solve(space, &accuracy).then_some((primal.force, primal.u))
 }
 
-/// By how much forces `p` and `u` miss Coulomb's law, as a fraction of all normal force: friction beyond its limit, and short of it where it slides.
+/// Violation of Coulomb's law by forces `p` and relative displacements `u`, as a fraction of the
+/// total normal force: friction above the bound, and friction below the bound in slip.
 fn off_the_law(p: &[DVec3], u: &[DVec3], friction: f64) -> f64 {
     let all: f64 = p.iter().map(|p| p.x).sum();
     let off = |(p, u): (&DVec3, &DVec3)| {
@@ -129,14 +132,16 @@ fn off_the_law(p: &[DVec3], u: &[DVec3], friction: f64) -> f64 {
     p.iter().zip(u).map(off).fold(0.0, f64::max)
 }
 
-/// Whether both ways give one answer and that is Coulomb's law, as nearly as the limits of friction follow.
+/// Check that both forms give the same solution, which obeys Coulomb's law within the tolerance of
+/// the friction bounds.
 fn agrees(mut chain: Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f64) -> Result<(), TestCaseError> {
     let mut rows = rows(&chain, normals, gaps, friction);
     let by_forces = solve(&mut on_forces(&mut chain, &rows), &rows);
     let mut slots = Vec::new();
     rows.iter_mut().for_each(|row| row.bind(&chain.pattern, &mut slots));
     let by_masses = solve(&mut OnMasses { tangent: &mut chain, slots: &slots }, &rows);
-    // Friction's limits need not settle from any beginning; where they do, they do to one answer.
+    // The fixed-point iteration on friction bounds need not converge from every initial value;
+    // converged solutions agree.
     prop_assume!(by_forces.is_some() && by_masses.is_some());
     let ((p, u), (q, v)) = (by_forces.unwrap_or_default(), by_masses.unwrap_or_default());
     let all: f64 = p.iter().map(|p| p.x).sum();
@@ -151,7 +156,7 @@ fn agrees(mut chain: Chain, normals: &[[f64; 3]], gaps: &[[f64; 3]], friction: f
     Ok(())
 }
 
-/// Draws of springs and their directions, of normals, gaps and friction: the same every time.
+/// Strategy for springs, directions, normals, gaps and friction, with a fixed seed.
 fn draws(friction: Range<f64>) -> (TestRunner, impl Strategy<Value = Drawn>) {
     let config = ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() };
     let runner = TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha));
@@ -175,7 +180,7 @@ fn masses_and_forces_give_one_answer_and_coulombs_law() {
     done.unwrap_or_else(|e| panic!("{e}"));
 }
 
-/// With friction as high as this, limits that follow the normal forces all the way overshoot in a part of the problems, and do not settle.
+/// With friction this large, unrelaxed friction bounds oscillate in some problems.
 #[test]
 fn limits_of_friction_that_overshoot_settle() {
     let (mut runner, draws) = draws(0.5..1.0);

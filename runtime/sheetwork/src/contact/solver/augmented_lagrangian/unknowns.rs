@@ -1,13 +1,13 @@
-//! Where the unknowns of a contact problem are: with the masses or with the forces.
+//! Unknowns of a contact problem: displacements (primal) or contact forces (dual).
 //!
-//! A Newton step asks for s with (H + Jᵀ D J) s = f, and for what it does to every contact, Δu = J s. On the masses that is a
-//! sparse matrix, factorised anew for every D, of a cost that hardly grows with the number of contacts. On the forces the
-//! factor of H alone is enough: s = H⁻¹ Jᵀ q and f = Jᵀ r give, with W = J H⁻¹ Jᵀ and D = E Λ Eᵀ,
+//! A Newton step solves (H + Jᵀ D J) s = f and Δu = J s. The primal form is a sparse matrix,
+//! factorised again for each D, whose cost hardly grows with the number of contacts. The dual form
+//! needs only the factor of H. With s = H⁻¹ Jᵀ q, f = Jᵀ r, W = J H⁻¹ Jᵀ and D = E Λ Eᵀ,
 //!
-//!   (Eᵀ W E + Λ⁻¹) z = Eᵀ W r,  q = r - E z,  Δu = W q,
+//!   (Eᵀ W E + Λ⁻¹) z = Eᵀ W r,  q = r - E z,  Δu = W q.
 //!
-//! which is dense in the contacts of a sheet: less work where they are few. Vectors hold three numbers for each block row of masses
-//! there (m, N), and three for each contact here (N).
+//! This matrix is dense in the contacts of a sheet, which is less work for few contacts. Primal
+//! vectors hold three numbers per block row (m, N), dual vectors three per contact (N).
 
 use glam::{DMat3, DVec3};
 
@@ -16,29 +16,30 @@ use crate::contact::solver::augmented_lagrangian::{Row, Tangent};
 use crate::contact::solver::delassus::Delassus;
 use crate::contact::solver::newton::{Direct, Ways};
 
-/// Where a contact problem is solved.
+/// Unknowns in which a contact problem is solved.
 pub(crate) trait Space {
-    /// Numbers in its vectors.
+    /// Length of the vectors.
     fn size(&self, rows: &[Row]) -> usize;
 
-    /// Whether factors cost little, so that many steps may be taken.
+    /// Whether a factorisation is cheap, so that many iterations are affordable.
     fn is_cheap(&self) -> bool;
 
-    /// Adds the force `p` (N, in its frame) of contact number `i` to `forces`.
+    /// Add the force `p` (N, contact frame) of contact `i` to `forces`.
     fn push(&self, i: usize, row: &Row, p: DVec3, forces: &mut [f64]);
 
-    /// Factorises with D = `weights` (N/m) at the contacts; false when that has no factor.
+    /// Factorise with D = `weights` (N/m). Returns false if the matrix has no factor.
     fn factorize(&mut self, rows: &[Row], weights: &[DMat3]) -> bool;
 
-    /// Solves with the last factor, which was of these `weights`: `step.0` holds the forces and then the step, `step.1` what
-    /// H times the step is, and `du` what it does to each contact, m.
+    /// Solve with the last factor, which must be for the same `weights`. `step.0` holds the
+    /// right-hand side (N) and then the step s; `step.1` receives H s, and `du` the change of u at
+    /// each contact, m.
     fn solve(&mut self, rows: &[Row], weights: &[DMat3], step: (&mut Vec<f64>, &mut Vec<f64>), du: &mut [DVec3]);
 
-    /// Work of `forces` along a step, which moves the contacts by `du`, J.
+    /// Work (J) of `forces` along a step that changes u by `du`.
     fn work(&self, step: &[f64], du: &[DVec3], forces: &[f64]) -> f64;
 }
 
-/// On the masses, of which `slots` says where the pairs of every row are.
+/// Displacements as unknowns; `slots` holds the matrix slots of the constraints.
 pub(crate) struct OnMasses<'a> {
     pub tangent: &'a mut dyn Tangent,
     pub slots: &'a [u32],
@@ -87,7 +88,7 @@ impl Space for OnMasses<'_> {
     }
 }
 
-/// On the forces.
+/// Contact forces as unknowns.
 #[derive(Default)]
 pub(crate) struct OnForces {
     pub delassus: Delassus,
@@ -134,7 +135,7 @@ impl Space for OnForces {
         w.answer(&self.force, &mut self.moved);
         self.direct.solve_with(&self.ways, &self.moved);
         for (i, (p, ways)) in self.force.iter_mut().zip(&self.ways).enumerate() {
-            // The factor's right side has the other sign.
+            // The factor solves for the right-hand side of opposite sign.
             *p += self.direct.step(i, ways);
         }
         w.answer(&self.force, du);
@@ -149,7 +150,7 @@ impl Space for OnForces {
     }
 }
 
-/// Directions and compliances of a D that has no entries between the normal and the tangents.
+/// Principal directions and compliances of D, which does not couple normal and tangents.
 fn ways_of(d: &DMat3) -> Ways {
     let mut ways = Ways::NONE;
     let mut add = |direction: DVec3, stiffness: f64| {

@@ -1,4 +1,5 @@
-//! The curvature operator: exact for quadratics on any mesh, and plates against published solutions.
+//! Tests of the curvature operator: exactness for quadratics on any mesh, and plates against
+//! published solutions.
 
 pub(crate) mod modes;
 pub(crate) mod plates;
@@ -9,7 +10,7 @@ use crate::elements::curvature::relaxation;
 use crate::elements::triangle_bending::triangle_curvatures;
 use crate::mesh::outline::{HoleSpec, Mesh, Outline, OutlineSpec, mesh};
 
-/// The mesh of an outline given as RON, over a rectangle of `size` where `spec` is empty.
+/// The mesh of an outline given as RON; a rectangle of `size` (m) if `spec` is empty.
 pub fn meshed(spec: &str, holes: &str, cuts: &str, size: (f64, f64), grid: (u32, u32)) -> Mesh {
     let spec: Option<OutlineSpec> = (!spec.is_empty()).then(|| ron::from_str(spec).expect("an outline"));
     let holes: Vec<HoleSpec> = ron::from_str(if holes.is_empty() { "[]" } else { holes }).expect("holes");
@@ -18,7 +19,7 @@ pub fn meshed(spec: &str, holes: &str, cuts: &str, size: (f64, f64), grid: (u32,
     mesh(&outline, grid).expect("a mesh")
 }
 
-/// The same with its inner masses moved at random by up to `by` m.
+/// The mesh with its inner nodes moved at random by up to `by` m.
 pub fn shaken(mesh: &Mesh, by: f64) -> Mesh {
     let mut seed = 7_u64;
     let mut random = || {
@@ -76,7 +77,7 @@ fn quadratics_are_exact_on_any_mesh() {
                     let clamps: f64 = group.clamps[i].iter().map(|(j, r)| r * slopes[*j as usize]).sum();
                     wanted[i] - masses - clamps
                 });
-                // What is missing is only in directions that are free to adjust.
+                // The remaining error lies in relaxed directions only.
                 let q = relaxation(&unit, &group.relaxed);
                 for row in q {
                     let left: f64 = row.iter().zip(missing).map(|(q, m)| q * m).sum();

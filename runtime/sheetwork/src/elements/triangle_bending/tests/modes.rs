@@ -1,10 +1,12 @@
-//! Lowest frequencies of a linear plate: skyline Cholesky factor, subspace iteration with Rayleigh and Ritz's quotients.
+//! Lowest frequencies of a linear plate: skyline Cholesky factorisation and subspace iteration with
+//! Rayleigh-Ritz quotients.
 
 use crate::elements::bending::condensed;
 use crate::elements::curvature::CurvatureGroup;
 use crate::elements::triangle_bending::symmetric::eigen;
 
-/// Vectors iterated together: more than any test asks for, so that the wanted ones converge quickly.
+/// Vectors of the subspace iteration: more than any test needs, for fast convergence of the lowest
+/// ones.
 const BLOCK: usize = 10;
 
 /// A symmetric matrix by rows, each from its first entry to the diagonal.
@@ -82,7 +84,8 @@ pub struct Plate {
 }
 
 impl Plate {
-    /// From curvatures, bending stiffness and areas (for masses of one per area); `held` deflections are zero.
+    /// From curvatures, bending stiffness and nodal areas (unit mass per area); `held` deflections
+    /// are zero.
     pub fn new(groups: &[CurvatureGroup], d: &[[f64; 3]; 3], areas: &[f64], held: impl Fn(usize) -> bool) -> Self {
         let mut mass = Vec::new();
         let number: Vec<Option<usize>> = areas
@@ -126,14 +129,14 @@ impl Plate {
         k
     }
 
-    /// Deflection of every mass under a pressure of one.
+    /// Deflection of every node under unit pressure.
     pub fn deflection(&self) -> Vec<f64> {
         let mut w = self.mass.clone();
         self.stiffness(0.0).factor().solve(&mut w);
         self.number.iter().map(|i| i.map_or(0.0, |i| w[i])).collect()
     }
 
-    /// The lowest ω², those of rigid motions first; `shift` (ω²) is of the order of the lowest wanted.
+    /// The lowest ω², rigid motions first; `shift` (ω²) is of the order of the lowest wanted value.
     pub fn squares(&self, shift: f64) -> [f64; BLOCK] {
         let n = self.mass.len();
         let stiffness = self.stiffness(0.0);

@@ -1,7 +1,8 @@
 //! Plates of unit stiffness and mass per area against published frequencies and deflections.
 //!
-//! λ² = ω a² √(m/D): Leissa, Vibration of Plates (NASA SP-160, 1969), chapters 2 and 4; deflections: Timoshenko and
-//! Woinowsky-Krieger, Theory of Plates and Shells, 2nd edition, sections 16, 30 and 44.
+//! λ² = ω a² √(m/D): Leissa, Vibration of Plates (NASA SP-160, 1969), chapters 2 and 4;
+//! deflections: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd edition,
+//! sections 16, 30 and 44.
 
 use crate::elements::triangle_bending::tests::meshed;
 use crate::elements::triangle_bending::tests::modes::Plate;
@@ -19,7 +20,7 @@ fn plate(mesh: &Mesh, nu: f64, clamped: &dyn Fn(&Edge) -> bool, held: &dyn Fn(us
     Plate::new(&groups, &law(nu), &mesh.lumped, held)
 }
 
-/// Asserts a relative error, and prints it.
+/// Asserts a relative error (%) and prints it.
 fn within(what: &str, found: f64, wanted: f64, percent: f64) {
     let error = 100.0 * (found / wanted - 1.0);
     println!("{what}: {error:+.3} % (allowed {percent})");
@@ -80,7 +81,7 @@ fn a_cantilever_sounds_as_a_beam_at_any_angle_to_the_grid() {
             let (s, c) = degrees.to_radians().sin_cos();
             let turn = |(x, z): (f64, f64)| format!("({}, {})", c * x - s * z, s * x + c * z);
             let corners = [(-0.5, -0.2), (0.5, -0.2), (0.5, 0.2), (-0.5, 0.2)].map(turn).join(",");
-            // The grid whose cells are as large as those of `across` along the beam.
+            // The grid with cells as large as those of `across` cells along the beam.
             let box_of = |a: f64, b: f64| ((a * c.abs() + b * s.abs()) * f64::from(across - 1)).round() as u32 + 1;
             let mesh =
                 meshed(&format!("Polygon([{corners}])"), "", "", (1.0, 1.0), (box_of(1.0, 0.4), box_of(0.4, 1.0)));

@@ -1,14 +1,16 @@
-//! Small deflections of a calibrated lattice: K u = f and K u = ω² M u, by an envelope Cholesky factorisation.
+//! Small deflections of a calibrated lattice: K u = f and K u = ω² M u, by an envelope Cholesky
+//! factorisation.
 //!
-//! K = Σ k n nᵀ over springs at rest (linearised: a straight spring at its rest length has no other stiffness).
+//! K = Σ k n nᵀ over springs at rest (linearised: a straight spring at its rest length has no other
+//! stiffness).
 
 use glam::DVec3;
 
 use crate::material::calibration::Calibration;
 
-/// A linearised sheet; unknowns are those of its masses, three each, less the held ones.
+/// Linearised sheet; unknowns are three per node, without the fixed ones.
 pub struct Linear {
-    /// Unknown of each coordinate of each mass; none where held.
+    /// Unknown of each coordinate of each node; `None` for a fixed one.
     unknown: Vec<Option<usize>>,
     mass: Vec<f64>,
     rows: Vec<Vec<f64>>,
@@ -16,7 +18,8 @@ pub struct Linear {
 }
 
 impl Linear {
-    /// Of a lattice; coordinate `axis` of mass `i` is held where `held(i, axis)`, or where a clamp holds it.
+    /// Linear system of a lattice; coordinate `axis` of node `i` is fixed where `held(i, axis)`, or
+    /// by a clamp.
     pub fn new(sheet: &Calibration, held: impl Fn(usize, usize) -> bool) -> Self {
         let positions = &sheet.lattice.positions;
         let mut order: Vec<usize> = (0..positions.len()).collect();
@@ -103,7 +106,8 @@ impl Linear {
         y
     }
 
-    /// Downward displacement of every mass under an acceleration `g` downward, m; 0 where held.
+    /// Downward displacement of every node under a downward acceleration `g` (m/s²), m; 0 where
+    /// fixed.
     pub fn sag(&self, g: f64) -> Vec<f64> {
         let mut load = vec![0.0; self.mass.len()];
         for u in self.unknown.iter().skip(1).step_by(3).flatten() {
@@ -113,9 +117,9 @@ impl Linear {
         self.unknown.iter().skip(1).step_by(3).map(|u| u.map_or(0.0, |u| found[u])).collect()
     }
 
-    /// The lowest frequency, rad/s, by inverse iteration.
+    /// Lowest frequency, rad/s, by inverse iteration.
     pub fn frequency(&self) -> f64 {
-        // The sag shape is close to the first mode; it is not orthogonal to it.
+        // The sag shape is close to the first mode, and so not orthogonal to it.
         let mut load = vec![0.0; self.mass.len()];
         self.unknown.iter().skip(1).step_by(3).flatten().for_each(|u| load[*u] = self.mass[*u]);
         let mut squared = 0.0;

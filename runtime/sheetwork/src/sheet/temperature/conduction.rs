@@ -1,36 +1,42 @@
-//! Temperatures in time: conduction, and what every node exchanges with its surroundings.
+//! Time integration of temperatures: conduction, and exchange of every thermal node with its
+//! surroundings.
 //!
-//! C dT/dt = -K T + S - H T - R (T + 273.15)⁴, T in °C; K is the [`Network`]'s, the rest an [`Exchange`] that stands still over the
-//! step. TR-BDF2 with γ = 2 - √2: a trapezoidal stage of γ h, then BDF2 over the whole step,
+//!   C dT/dt = -K T + S - H T - R (T + 273.15)⁴,
 //!
-//! C (T₁ - T₀) = d h (F₀ + F₁), C (T₂ - T₀) = h (w (F₀ + F₁) + d F₂), d = 1 - √½, w = √2/4.
+//! T in °C; K is the matrix of the [`Network`], the other terms are an [`Exchange`], constant over
+//! the step. TR-BDF2 with γ = 2 - √2: a trapezoidal stage of γ h, then BDF2 over the whole step,
 //!
-//! Second order, L-stable: right at small steps, stable at any. Both stages have the matrix C/(d h) + K + J, J the slope of the
-//! exchange, which is factorised when the step or J has changed; Newton's iteration with it ends where it moves nothing by
-//! `CLOSE`. What it and rounding leave of the balance of heat is spread over all nodes: heat is conserved to the bit of a sum.
-//! Steps in which the surroundings would move a node by more than `LEAP` are taken in parts.
+//!   C (T₁ - T₀) = d h (F₀ + F₁), C (T₂ - T₀) = h (w (F₀ + F₁) + d F₂), d = 1 - √½, w = √2/4.
+//!
+//! The scheme is of second order and L-stable. Both stages have the matrix C/(d h) + K + J, J the
+//! slope of the exchange, which is factorised when h or J has changed. Newton's iteration ends when
+//! the remaining change is below `CLOSE`. The residual of the heat balance, from iteration and
+//! rounding, is distributed over all nodes, so that heat is conserved to the rounding of a sum.
+//! Steps in which the surroundings would change a temperature by more than `LEAP` are divided.
 
 use crate::linear::{Backend, Factor, Pattern, analyse};
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::ZERO_CELSIUS;
-use crate::thermal::network::Network;
+use crate::sheet::temperature::network::Network;
+use crate::units::temperature::ZERO_CELSIUS;
 
-/// Newton's iteration ends where it would move no node by so much, K.
+/// Tolerance of Newton's iteration, K.
 const CLOSE: f64 = 1e-6;
-/// Most iterations of a stage, and how many are given to a matrix that is only nearly right.
+/// Maximum number of iterations of a stage, and number of iterations after which the matrix must be
+/// exact.
 const ROUNDS: u32 = 40;
 const PATIENCE: u32 = 8;
-/// The matrix is made anew where a slope is wrong by this part of a diagonal.
+/// Error of a slope, as a fraction of the diagonal, above which the matrix is factorised again.
 const STALE: f64 = 0.05;
-/// How far the surroundings may move a node in a step, K, and how often a step may be halved for it.
+/// Maximum change of a temperature by the surroundings in a step, K, and maximum number of
+/// bisections to achieve it.
 const LEAP: f64 = 5.0;
 const MOST_HALVINGS: f64 = 8.0;
 
 const D: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
 const W: f64 = 0.5 * std::f64::consts::FRAC_1_SQRT_2;
 
-/// What each node exchanges with its surroundings: S - H T - R (T + 273.15)⁴.
+/// Exchange of each thermal node with its surroundings: S - H T - R (T + 273.15)⁴.
 #[derive(Clone, Debug, Default)]
 pub struct Exchange {
     /// S, W.
@@ -42,7 +48,7 @@ pub struct Exchange {
 }
 
 impl Exchange {
-    /// Nothing, for `nodes` nodes.
+    /// Reset to zero, for `nodes` thermal nodes.
     pub fn clear(&mut self, nodes: usize) {
         for part in [&mut self.supply, &mut self.convection, &mut self.radiation] {
             part.clear();
@@ -50,15 +56,15 @@ impl Exchange {
         }
     }
 
-    /// What node `i` takes up at `celsius`, W.
+    /// Heat flow into node `i` at `celsius` (°C), W.
     #[inline]
     fn flow(&self, i: usize, celsius: f64) -> f64 {
         let kelvin = celsius + ZERO_CELSIUS;
-        // Odd, so that a stage that overshoots to below nothing is still pulled back.
+        // The radiation term is odd in T, so that an iterate below absolute zero is pulled back.
         self.supply[i] - self.convection[i] * celsius - self.radiation[i] * kelvin * kelvin.abs() * kelvin * kelvin
     }
 
-    /// Minus its slope, W/K.
+    /// Negative slope of the heat flow, W/K.
     #[inline]
     fn slope(&self, i: usize, celsius: f64) -> f64 {
         let kelvin = (celsius + ZERO_CELSIUS).abs();
@@ -66,14 +72,14 @@ impl Exchange {
     }
 }
 
-/// The linear system of conduction: three nodes make a block row.
+/// Linear system of conduction, with three thermal nodes per block row.
 struct System {
     factor: Box<dyn Factor>,
-    /// Entries of K in `values`, and of the diagonal of every node.
+    /// Indices in `values` of the entries of K, and of the diagonal of every node.
     conduction: Vec<(u32, f64)>,
     diagonal: Vec<u32>,
     values: Vec<f64>,
-    /// J that is in the factor, and the d h it is for.
+    /// J of the factorised matrix, and its d h.
     slope: Vec<f64>,
     length: f64,
     right: Vec<f64>,
@@ -110,9 +116,10 @@ impl System {
         }
     }
 
-    /// Makes the factor one for stages of d h = `length` (s) and the slopes at `celsius`, unless the one there is will do. Returns the
-    /// largest part of a diagonal by which a slope is wrong there, and the largest that is a slope at all: the former, and the latter
-    /// by as much as it changes on the way, is what each step of Newton's iteration leaves.
+    /// Factorise the matrix for stages of d h = `length` (s) with the slopes at `celsius` (°C),
+    /// unless the present factor is accurate enough. Returns the largest error of a slope and the
+    /// largest slope, as fractions of the diagonal. The former, and the latter times its change
+    /// during the iteration, bound the contraction of Newton's iteration.
     fn prepare(
         &mut self,
         network: &Network,
@@ -125,7 +132,7 @@ impl System {
         for (i, t) in celsius.iter().enumerate() {
             let slope = exchange.slope(i, *t);
             let diagonal = network.capacity[i] / length + slope;
-            // Not `>`: NaN stands for none yet.
+            // Written with `<=`: NaN marks a slope before the first factorisation.
             near &= (slope - self.slope[i]).abs() <= stale * diagonal;
             wrong = wrong.max((slope - self.slope[i]).abs() / diagonal);
             largest = largest.max(slope / diagonal);
@@ -141,7 +148,7 @@ impl System {
         (0.0, largest)
     }
 
-    /// Makes the factor for the length and the slopes there are.
+    /// Factorise the matrix of the present length and slopes.
     fn factorise(&mut self, network: &Network) {
         self.values.fill(0.0);
         for (i, slope) in self.slope.iter().enumerate() {
@@ -153,16 +160,17 @@ impl System {
         for (entry, g) in &self.conduction {
             self.values[*entry as usize] += g;
         }
-        // Diagonally dominant but for bridges, which are positive by themselves: it has a factor.
+        // The matrix is diagonally dominant apart from bridges, which are positive semidefinite: it
+        // has a factor.
         let _ = self.factor.factorize(&self.values);
     }
 }
 
-/// Steps the temperatures of a sheet.
+/// Time integrator of the temperatures of a sheet.
 pub struct Stepper {
     network: Network,
     system: System,
-    /// Heat that all nodes hold, J/K.
+    /// Total heat capacity, J/K.
     whole: f64,
     before: Vec<f64>,
     flow: [Vec<f64>; 2],
@@ -170,7 +178,7 @@ pub struct Stepper {
 }
 
 impl Stepper {
-    /// That of `sheet`, whose masses have `points` points through the thickness.
+    /// Integrator of `sheet`, with `points` temperatures through the thickness at each node.
     pub fn new(sheet: &Sheet, points: usize) -> Self {
         let network = Network::new(sheet, points);
         let n = network.capacity.len();
@@ -184,13 +192,13 @@ impl Stepper {
         }
     }
 
-    /// Keeps for a snapshot what the factor at hand is for: another would do as well, but not to the bit.
+    /// Serialise the length and slopes of the present factor: another factor gives other rounding.
     pub(crate) fn keep(&self, to: &mut Keeper) {
         to.number(self.system.length);
         to.numbers(&self.system.slope);
     }
 
-    /// Takes it back, and makes that factor.
+    /// Deserialise length and slopes, and factorise.
     pub(crate) fn take(&mut self, from: &mut Taker) -> Taken {
         let length = from.number()?;
         let mut slope = vec![0.0; self.system.slope.len()];
@@ -203,23 +211,23 @@ impl Stepper {
         Ok(())
     }
 
-    /// What nodes hold, and where heat can go.
+    /// Thermal network.
     pub fn network(&self) -> &Network {
         &self.network
     }
 
-    /// Heat above 0 °C, J.
+    /// Heat content above 0 °C, J.
     pub fn heat(&self, celsius: &[f64]) -> f64 {
         celsius.iter().zip(&self.network.capacity).map(|(t, c)| t * c).sum()
     }
 
-    /// Takes temperatures (°C) through `dt` s of `exchange`.
+    /// Advance temperatures (°C) by `dt` (s) of `exchange`.
     pub fn advance(&mut self, celsius: &mut [f64], exchange: &Exchange, dt: f64) {
         let mut left = dt;
         while left > dt * 1e-12 {
             let rate = |i: usize| exchange.flow(i, celsius[i]).abs() / self.network.capacity[i];
             let fastest = (0..celsius.len()).map(rate).fold(0.0, f64::max);
-            // Halves of halves, so that one matrix serves for many.
+            // Powers of a half, so that one matrix serves many steps.
             let halvings = (fastest * dt / LEAP).max(1.0).log2().ceil().min(MOST_HALVINGS);
             let part = (dt * (-halvings).exp2()).min(left);
             self.step(celsius, exchange, part);
@@ -227,7 +235,7 @@ impl Stepper {
         }
     }
 
-    /// One step of `h` s.
+    /// One step of `h` (s).
     fn step(&mut self, celsius: &mut [f64], exchange: &Exchange, h: f64) {
         self.before.copy_from_slice(celsius);
         let length = D * h;
@@ -241,21 +249,23 @@ impl Stepper {
             self.base[i] = self.before[i] + h * mean / self.network.capacity[i];
         }
         let last = self.solve(celsius, exchange, length, 1);
-        // Conduction gives what it takes: what is left is rounding, and where Newton's iteration ended.
+        // Conduction conserves heat: the difference is due to rounding and the tolerance of
+        // Newton's iteration.
         let mut lost = h * (W * (first + middle) + D * last);
         for i in 0..celsius.len() {
             lost += self.network.capacity[i] * (self.before[i] - celsius[i]);
         }
         let shift = lost / self.whole;
         if !shift.is_finite() {
-            // Only what is beyond all measure has no solution: nothing warms then.
+            // Only extreme exchanges have no solution; temperatures are then unchanged.
             celsius.copy_from_slice(&self.before);
             return;
         }
         celsius.iter_mut().for_each(|t| *t += shift);
     }
 
-    /// What nodes at `celsius` take up, W, left in flow `k`; returns what the surroundings give in all.
+    /// Compute the heat flow into nodes at `celsius` (°C), W, as flow `k`. Returns the total from
+    /// the surroundings, W.
     fn flow_at(&mut self, celsius: &[f64], exchange: &Exchange, k: usize) -> f64 {
         let flow = &mut self.flow[k];
         let mut given = 0.0;
@@ -267,7 +277,8 @@ impl Stepper {
         given
     }
 
-    /// Finds T with C (T - base) = `length` F(T), from `celsius`, and leaves F in flow `k`; returns what the surroundings give.
+    /// Solve C (T - base) = `length` F(T), from `celsius`, and store F as flow `k`. Returns the
+    /// total heat flow from the surroundings, W.
     fn solve(&mut self, celsius: &mut [f64], exchange: &Exchange, length: f64, k: usize) -> f64 {
         for round in 0..ROUNDS {
             self.flow_at(celsius, exchange, k);
@@ -284,7 +295,7 @@ impl Stepper {
                 furthest = furthest.max(d.abs());
                 coldest = coldest.min(*t);
             }
-            // A slope goes with the third power of the absolute temperature.
+            // A slope is proportional to the third power of the absolute temperature.
             let turned = 3.0 * furthest / (coldest + ZERO_CELSIUS).max(1.0);
             if furthest * (wrong + slope * turned.min(1.0)) <= CLOSE {
                 break;
@@ -364,7 +375,8 @@ mod tests {
                 }
                 let change = stepper.heat(&celsius) / before - 1.0;
                 assert!(change.abs() < 1e-12, "{} at {dt}: {change}", sheet.structure);
-                // Bridges take the mean of masses, so that noise from mass to mass may swap places, but never grows in all.
+                // Bridges take the mean of nodes, so that node-to-node noise may change places,
+                // while its total does not grow.
                 assert!(uneven(&celsius) <= first, "{} at {dt}: {} of {first}", sheet.structure, uneven(&celsius));
                 if dt >= 1e3 {
                     let furthest = celsius.iter().map(|t| (t - mean).abs()).fold(0.0, f64::max);
@@ -382,7 +394,7 @@ mod tests {
             let celsius: Vec<f64> = (0..n).map(|i| 40.0 + 30.0 * sheet.uv[i % sheet.masses()].0).collect();
             let mut flow = vec![0.0; n];
             network.conduct(&celsius, &mut flow);
-            // All that flows is what the ends would have to be given.
+            // Inner nodes have no net flow; the border supplies it.
             let m = sheet.material();
             let through = m.conductivity * m.thickness * 30.0;
             for (i, q) in flow.iter().enumerate() {
@@ -394,7 +406,8 @@ mod tests {
 
     #[test]
     fn radiation_is_followed_in_long_steps_too() {
-        // 0.5 mm polystyrene from 120 °C in 20 °C: 60 °C after 43.79 s, by quadrature of dt = -C dT/(2 ε σ (T⁴ - T₀⁴)).
+        // 0.5 mm polystyrene from 120 °C in 20 °C: 60 °C after 43.79 s, by quadrature of dt = -C
+        // dT/(2 ε σ (T⁴ - T₀⁴)).
         let sheet = sheet(StructureKind::Shell, (5, 1, 5), None);
         for dt in [1.0 / 60.0, 1.0, 43.79] {
             let mut stepper = Stepper::new(&sheet, 1);
@@ -402,7 +415,8 @@ mod tests {
             let mut exchange = Exchange::default();
             exchange.clear(n);
             for i in 0..n {
-                exchange.radiation[i] = 2.0 * 0.9 * crate::thermal::STEFAN_BOLTZMANN * stepper.network().area[i];
+                exchange.radiation[i] =
+                    2.0 * 0.9 * crate::units::temperature::STEFAN_BOLTZMANN * stepper.network().area[i];
                 exchange.supply[i] = exchange.radiation[i] * (20.0 + ZERO_CELSIUS).powi(4);
             }
             let mut celsius = vec![120.0; n];

@@ -1,39 +1,40 @@
-//! How a material's stiffness follows its temperature: E(T), as a fraction of E at 20 °C.
+//! Stiffness of a material against temperature: E(T), as a fraction of E at 20 °C.
 //!
-//! A polymer with a glass transition Tg (°C) is by default
+//! The default for a polymer with a glass transition Tg (°C) is
 //!
-//! log₁₀ g(T) = -a (T - Tg)(1 - S) - 3 S, S = 1/(1 + exp(-(T - Tg)/w)), E(T)/E(20 °C) = g(T)/g(20 °C),
+//!   E(T)/E(20 °C) = g(T)/g(20 °C),
+//!   log₁₀ g(T) = -a (T - Tg)(1 - S) - 3 S,  S = 1/(1 + exp(-(T - Tg)/w)),
 //!
-//! with a = 0.0015 per kelvin and w = 4.5 K: a glass that loses a third of a percent a kelvin, three decades from glass to
-//! rubber (GPa to MPa) of which nine tenths fall within 26 K around Tg, and a plateau above. That is the shape of the curves of
-//! amorphous polymers (Ferry, *Viscoelastic Properties of Polymers*, 1980, chapters 2 and 11); no curve of one grade is. A
-//! material may have a table of its own, (°C, fraction of E at 20 °C), in between which log E is linear and beyond which it is
-//! constant. One with neither keeps its stiffness.
+//! with a = 0.0015 per kelvin and w = 4.5 K: a glass that loses a third of a percent per kelvin,
+//! three decades from glass to rubber (GPa to MPa), of which nine tenths lie within 26 K around Tg,
+//! and a plateau above. Amorphous polymers have curves of this shape (Ferry, *Viscoelastic
+//! Properties of Polymers*, 1980, chapters 2 and 11); a particular grade may differ. A material may
+//! have a table, (°C, fraction of E at 20 °C), with log E linear in between and constant beyond. A
+//! material with neither has a constant stiffness.
 
 use crate::scene::Material;
+use crate::units::temperature::REFERENCE;
 
-/// The temperature at which a material's constants hold, and at which a sheet has its size, °C.
-pub const REFERENCE: f64 = 20.0;
-/// Loss of the glass, decades a kelvin.
+/// Slope of the glass, decades per kelvin.
 const GLASS: f64 = 0.0015;
 /// Width of the transition, K.
 const WIDTH: f64 = 4.5;
-/// From glass to rubber, decades.
+/// Difference between glass and rubber, decades.
 const DECADES: f64 = 3.0;
 
 /// E(T) of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Softening {
-    /// None: as stiff at any temperature.
+    /// Constant stiffness.
     Constant,
-    /// A glass transition (°C).
+    /// Glass transition.
     Glass {
         /// Tg, °C.
         transition: f64,
         /// log₁₀ g at 20 °C.
         reference: f64,
     },
-    /// A table of temperatures (°C, rising) and log₁₀ of the fraction.
+    /// Table of temperatures (°C, increasing) and log₁₀ of the fraction.
     Table(Vec<(f64, f64)>),
 }
 
@@ -49,7 +50,7 @@ impl Softening {
         }
     }
 
-    /// E(T)/E(20 °C) at `celsius`; more than 0.
+    /// E(T)/E(20 °C) at `celsius` (°C); above 0.
     pub fn fraction(&self, celsius: f64) -> f64 {
         match self {
             Self::Constant => 1.0,
@@ -63,7 +64,7 @@ fn tenth_power(decades: f64) -> f64 {
     (decades * std::f64::consts::LN_10).exp()
 }
 
-/// log₁₀ g at `above` K above the glass transition.
+/// log₁₀ g at `above` (K) above the glass transition.
 fn glass(above: f64) -> f64 {
     let rubber = 1.0 / (1.0 + (-above / WIDTH).exp());
     -GLASS * above * (1.0 - rubber) - DECADES * rubber

@@ -1,33 +1,33 @@
-//! The two sides of a sheet as heat meets them: a patch for every mass of the lowest layer, facing down, and of the uppermost,
-//! facing up.
+//! The two sides of a sheet in heat exchange: one patch per node of the lowest layer, facing down,
+//! and one per node of the uppermost layer, facing up.
 //!
-//! A patch has the area that falls to its mass, and the normal of the triangles around it. Edges are taken to be thin: they
-//! exchange nothing.
+//! A patch has the area of its node, m², and the normal of the triangles around it. The edges of
+//! the sheet are thin and exchange no heat.
 
 use glam::DVec3;
 
 use crate::sheet::Sheet;
-use crate::thermal::network::Network;
+use crate::sheet::temperature::network::Network;
 
-/// A part of a side.
+/// Part of a side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Patch {
-    /// Which of the nodes takes its heat.
+    /// Index of the thermal node that receives the patch's heat.
     pub node: u32,
-    /// Its mass.
+    /// Index of the sheet's node.
     pub mass: u32,
-    /// Whether it faces up, along the normal of the upper side.
+    /// Whether the patch faces up, along the normal of the upper side.
     pub up: bool,
     /// Area, m².
     pub area: f64,
 }
 
-/// The patches of a sheet, lower side first, and where they face.
+/// Patches of a sheet, lower side first, and their normals.
 #[derive(Clone, Debug, Default)]
 pub struct Faces {
     /// All patches.
     pub patches: Vec<Patch>,
-    /// Unit outward normal of each; zero where the sheet has folded up to nothing.
+    /// Unit outward normal of each patch; zero where the triangles around it cancel.
     pub normals: Vec<DVec3>,
     /// Triangles of the lowest and of the uppermost layer, counter-clockwise seen from above.
     triangles: [Vec<[u32; 3]>; 2],
@@ -35,7 +35,7 @@ pub struct Faces {
 }
 
 impl Faces {
-    /// Those of `sheet`.
+    /// Patches of `sheet`.
     pub fn new(sheet: &Sheet, network: &Network, points: usize) -> Self {
         let of_layer = |index: usize| match &sheet.triangles {
             Some(triangles) => triangles.clone(),
@@ -60,7 +60,7 @@ impl Faces {
         faces
     }
 
-    /// Brings the normals to where the sheet is.
+    /// Update the normals to the present shape of the sheet.
     pub fn turn(&mut self, sheet: &Sheet) {
         self.sums.fill(DVec3::ZERO);
         for t in self.triangles.iter().flatten() {

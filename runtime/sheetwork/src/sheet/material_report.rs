@@ -1,12 +1,14 @@
-//! What a material does in a given sheet, and what the sheet's structure delivers of it: known without a step.
+//! Report of a material in a given sheet and of the stiffness that its structure delivers, computed
+//! without a step.
 //!
 //! - Plate stiffness D = E t³/(12 (1-ν²)), plate modulus E' = E/(1-ν²), mass per area ρ t.
-//! - Gravito-bending length l = (D/(ρ g t))^(1/3), over which weight bends a sheet visibly, and Γ = (L/l)³, the one number
-//!   that rules a heavy cantilever of length L (Romero et al., *Physical Validation of Simulators in Computer Graphics*,
-//!   ACM TOG 40(4), 2021).
-//! - What the soft membrane of a two-layer lattice costs: the stiffness lost where a cantilever of this sheet is bent most,
-//!   at its root. There the curvature is Γ/(2 L) while it sags little and √(2 Γ)/L when it hangs (from ½ D κ² = ρ g t L at
-//!   the root of a sheet that hangs straight down), whichever is smaller.
+//! - Gravito-bending length l = (D/(ρ g t))^(1/3), over which weight bends a sheet visibly, and Γ =
+//!   (L/l)³, which determines the droop of a heavy cantilever of length L (Romero et al., *Physical
+//!   Validation of Simulators in Computer Graphics*, ACM TOG 40(4), 2021).
+//! - Effect of the soft membrane of a two-layer lattice: the stiffness lost at the root of a
+//!   cantilever of this sheet, where its curvature is largest. The curvature is Γ/(2 L) at small
+//!   droop and √(2 Γ)/L when the sheet hangs (from ½ D κ² = ρ g t L at the root of a sheet that
+//!   hangs straight down); the smaller is used.
 
 use serde::Serialize;
 
@@ -15,24 +17,24 @@ use crate::material::calibration::{Delivered, Request, calibrate, strip_bending}
 use crate::mesh::structure::StructureKind;
 use crate::scene::{Material, validate};
 
-/// A sheet whose material is to be reported on.
+/// Request for a report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReportRequest {
-    /// Constants, with the sheet's own thickness.
+    /// Constants, with the thickness of the sheet.
     pub material: Material,
     /// Structure.
     pub structure: StructureKind,
-    /// Masses along the length, layers, masses along the width.
+    /// Nodes along the length, layers, nodes along the width.
     pub grid: (u32, u32, u32),
     /// Length and width, m.
     pub size: (f64, f64),
-    /// Distance between layers, m; none for what calibration chooses.
+    /// Distance between layers, m; `None` for that of the calibration.
     pub gap: Option<f64>,
     /// Gravity, m/s², 1e-6 to 1000.
     pub gravity: f64,
 }
 
-/// A material in a sheet: what is asked, what is delivered. Keys carry their units.
+/// Requested and delivered properties of a material in a sheet. Keys carry their units.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[allow(missing_docs)] // Each key says what it is and in which unit; the module has the formulas.
 pub struct MaterialReport {
@@ -68,7 +70,7 @@ pub struct MaterialReport {
     pub notes: Vec<String>,
 }
 
-/// Reports on a material in a sheet.
+/// Report of a material in a sheet.
 ///
 /// # Errors
 /// When a value is out of range; the error names the field.
@@ -84,7 +86,7 @@ pub fn material_report(request: &ReportRequest) -> Result<MaterialReport, InputE
     let length = (bending / (material.areal_mass() * request.gravity)).cbrt();
     let gamma = (request.size.0 / length).powi(3);
     let loss = soft_membrane_loss(request, &delivered, gamma);
-    // A measured sheet has no modulus of its own: that of its warp, spread over the thickness.
+    // A measured sheet has no modulus: use that of its warp, divided by the thickness.
     let measured = material.orthotropic.map(|o| (o.young_warp / material.thickness, o.poisson));
     let (young_pa, poisson) = measured.unwrap_or((material.young, material.poisson));
     let mut notes = delivered.notes;
@@ -128,12 +130,13 @@ pub fn material_report(request: &ReportRequest) -> Result<MaterialReport, InputE
     })
 }
 
-/// Fraction of its bending stiffness that a cantilever of the sheet loses at its root to a membrane softer than asked.
+/// Fraction of its bending stiffness that a cantilever of the sheet loses at its root because the
+/// membrane is softer than requested.
 fn soft_membrane_loss(request: &ReportRequest, delivered: &Delivered, gamma: f64) -> f64 {
     let target = request.material.target();
     let curvature = (0.5 * gamma).min((2.0 * gamma).sqrt()) / request.size.0;
     let asked = Delivered::exact(&target).stretch;
-    // The same Poisson's ratio for both, so that only the membrane differs.
+    // Both have one Poisson's ratio, so that only the membrane differs.
     let strip =
         |stretch: f64| strip_bending(target.bending[0][0], stretch, delivered.poisson_ratio, curvature, request.size.1);
     (1.0 - strip(delivered.stretch) / strip(asked)).max(0.0)
@@ -164,8 +167,8 @@ mod tests {
 
     #[test]
     fn the_soft_membrane_is_charged_what_it_costs() {
-        // Against the same lattice's own continuum this sheet's tip was found 1.2 % too low for the soft membrane alone; at
-        // the root, where it is bent most, more.
+        // The tip of this lattice lies 1.2 % lower than that of its continuum, by the soft membrane
+        // alone; the loss at the root is larger.
         let found = material_report(&request(StructureKind::DoubleDiagonal, 2)).expect("valid");
         assert!(found.soft_membrane_loss > 0.01 && found.soft_membrane_loss < 0.03, "{}", found.soft_membrane_loss);
         assert!(found.notes.iter().any(|n| n.contains("softer where it is bent most")));

@@ -1,19 +1,23 @@
-//! Where heat can go inside a sheet: what every mass holds, and what conducts between masses.
+//! Thermal network of a sheet: heat capacities of thermal nodes, and conductances between them.
 //!
-//! A node is a mass, or one of the two halves of the thickness above and below it. It holds C = ρ c A t/n (J/K), A the area that
-//! falls to it and n the layers or halves. Within a layer heat goes along links, q = G (T_a - T_b):
+//! A thermal node is a node of the sheet, or one of the two halves of the thickness at it. Its
+//! capacity is C = ρ c A t/n (J/K), A the area of the node and n the number of layers or halves.
+//! Within a layer heat flows along links, q = G (T_a - T_b):
 //!
-//! - on a rectangular grid G = k (t/n) w/h with h the distance of two masses and w the width of the face between what belongs to
-//!   them (finite volumes; half the width along an edge of the sheet that masses lie on);
-//! - on triangles G = ½ k (t/n) cot of the angle opposite to the link, summed over its triangles, with lumped masses (linear finite
-//!   elements). What a layer leaves uncovered inside the sheet's outline belongs to the masses and links of its border.
+//! - on a rectangular grid G = k (t/n) w/h with h the distance of two nodes and w the width of the
+//!   face between their cells (finite volumes; half the width along an edge of the sheet with nodes
+//!   on it);
+//! - on triangles G = ½ k (t/n) cot of the angle opposite to the link, summed over its triangles,
+//!   with lumped capacities (linear finite elements). The area inside the outline of the sheet that
+//!   a layer leaves uncovered belongs to the nodes and links of its border.
 //!
-//! Both are of second order in the spacing. Through the thickness a mass exchanges heat with the *mean* of the masses around it in
-//! the next layer, q = k A n/t (T - Σ w T): taken one by one they would let heat run along the sheet. So a field that changes
-//! steadily along the sheet drives nothing across it. Every part gives as much as it takes: heat is neither made nor lost.
+//! Both are of second order in the spacing. Through the thickness a node exchanges heat with the
+//! *mean* of the nodes around it in the next layer, q = k A n/t (T - Σ w T): separate links would
+//! conduct along the sheet. A temperature that is linear along the sheet thus causes no flow across
+//! it. All exchange is antisymmetric and conserves heat.
 //!
-//! Of a sheet that has opened the closed cells alone hold heat and conduct: what melts away takes its heat with it. A mass that is gone
-//! keeps its temperature.
+//! In a fractured sheet only closed cells have capacity and conduct; cells that melt take their
+//! heat with them. A node without closed cells keeps its temperature.
 
 use std::collections::BTreeMap;
 
@@ -21,19 +25,19 @@ use crate::elements::fracture::Open;
 use crate::mesh::structure::Layer;
 use crate::sheet::Sheet;
 
-/// What conducts between two nodes.
+/// Conductance between two thermal nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
-    /// The nodes.
+    /// The two thermal nodes.
     pub ends: [u32; 2],
     /// Conductance, W/K.
     pub conductance: f64,
 }
 
-/// What conducts between a node and the mean of some others.
+/// Conductance between a thermal node and the mean of others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bridge {
-    /// The node.
+    /// The thermal node.
     pub node: u32,
     /// The others.
     pub others: Vec<u32>,
@@ -41,24 +45,25 @@ pub struct Bridge {
     pub conductance: f64,
 }
 
-/// The nodes of a sheet and what joins them.
+/// Thermal nodes of a sheet and their conductances.
 #[derive(Clone, Debug, Default)]
 pub struct Network {
-    /// Heat that a node holds, J/K.
+    /// Heat capacity of each thermal node, J/K.
     pub capacity: Vec<f64>,
-    /// Area of the sheet that falls to a node, m².
+    /// Area of the sheet of each thermal node, m².
     pub area: Vec<f64>,
-    /// Along layers, and between halves.
+    /// Links along layers, and between halves.
     pub links: Vec<Link>,
-    /// Between layers.
+    /// Bridges between layers.
     pub bridges: Vec<Bridge>,
 }
 
-/// Conductances per k t of a layer, by the masses they join.
+/// Conductances per k t of a layer, by the nodes they join.
 type Plane = BTreeMap<(u32, u32), f64>;
 
 impl Network {
-    /// That of `sheet`, whose masses have `points` points through the thickness: 2 for the halves of a single layer.
+    /// Network of `sheet`, with `points` temperatures through the thickness at each node: 2 for the
+    /// halves of a single layer.
     pub fn new(sheet: &Sheet, points: usize) -> Self {
         let n = sheet.masses();
         let material = sheet.material();
@@ -74,7 +79,7 @@ impl Network {
         let per_area = material.density * material.specific_heat * slab;
         network.capacity = network.area.iter().map(|a| a * per_area).collect();
         if sheet.opened().is_some() {
-            // Of what is gone nothing flows: any capacity will do.
+            // A node without closed cells has no heat flow; any capacity above 0 serves.
             network
                 .capacity
                 .iter_mut()
@@ -102,7 +107,7 @@ impl Network {
         network
     }
 
-    /// Adds to `flow` (W) what nodes at `celsius` take up by conduction.
+    /// Add to `flow` (W) the conduction into thermal nodes at `celsius` (°C).
     pub fn conduct(&self, celsius: &[f64], flow: &mut [f64]) {
         for link in &self.links {
             let [a, b] = link.ends.map(|i| i as usize);
@@ -119,7 +124,8 @@ impl Network {
         }
     }
 
-    /// Visits every pair of nodes and what it adds to the matrix of conduction, W/K: both diagonals and, once, a > b.
+    /// Visit the contributions to the conduction matrix, W/K: diagonal entries and, once, entries a
+    /// > b.
     pub fn for_each_entry(&self, mut visit: impl FnMut(u32, u32, f64)) {
         for link in &self.links {
             let [a, b] = link.ends;
@@ -139,7 +145,8 @@ impl Network {
     }
 }
 
-/// A rectangular layer by finite volumes, a triangular one by its triangles.
+/// Area and conductances of a layer: a rectangular one by finite volumes, a triangular one by its
+/// triangles.
 fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
     if layer.triangular {
         of_triangles(sheet, &layer.triangles(), area, plane);
@@ -151,7 +158,7 @@ fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
     if let Some(open) = sheet.opened() {
         return of_torn_layer((layer, h, (nx, nz)), open, area, plane);
     }
-    // A smaller layer's masses lie in the middles of cells and have whole ones.
+    // Nodes of a smaller layer lie in the middles of cells and have whole cells.
     let part = |k: u32, n: u32, whole: u32| if n == whole && (k == 0 || k + 1 == n) { 0.5 } else { 1.0 };
     for j in 0..layer.nz {
         for i in 0..layer.nx {
@@ -167,8 +174,9 @@ fn of_layer(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
     }
 }
 
-/// A rectangular layer of masses with spacings `h` (m) by what is closed: every closed cell gives a quarter of its area to each corner, and
-/// half of its width to each of its sides; to masses in the middles of cells, and what joins them, the whole.
+/// Area and conductances of a rectangular layer with node spacings `h` (m) by its closed cells. A
+/// closed cell gives a quarter of its area to each corner and half of its width to each of its
+/// sides; at nodes in the middles of cells it gives the whole.
 fn of_torn_layer(
     (layer, h, (nx, nz)): (&Layer, [f64; 2], (u32, u32)),
     open: &Open,
@@ -199,7 +207,7 @@ fn of_torn_layer(
     }
 }
 
-/// Linear finite elements with lumped masses.
+/// Area and conductances of triangles: linear finite elements with lumped capacities.
 fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: &mut Plane) {
     let place = |m: u32| {
         let (u, v) = sheet.uv[m as usize];
@@ -221,7 +229,8 @@ fn of_triangles(sheet: &Sheet, triangles: &[[u32; 3]], area: &mut [f64], plane: 
     }
 }
 
-/// Gives what a triangular layer does not cover of the sheet to its border: a strip of even width.
+/// Assign the area that a triangular layer leaves uncovered to its border, as a strip of uniform
+/// width.
 fn fill_outline(sheet: &Sheet, layer: &Layer, area: &mut [f64], plane: &mut Plane) {
     let place = |m: u32| {
         let (u, v) = sheet.uv[m as usize];

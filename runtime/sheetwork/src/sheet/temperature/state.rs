@@ -1,70 +1,74 @@
-//! How warm a sheet is, and what that has made of its stiffness.
+//! Temperatures of a sheet, and their effect on its stiffness.
 //!
-//! One temperature a mass (°C); a shell of one layer may have two, of the lower and the upper half of its thickness, which is
-//! the two-point gradient. A sheet that nothing heats has none of this: [`Sheet::heat`] is then `None`, it is as warm as the
-//! surroundings and as stiff as its material says.
+//! Each node has one temperature (°C); a shell of one layer may have two, of the lower and the
+//! upper half of its thickness, which give the gradient. A sheet without heat stores none:
+//! [`Sheet::heat`] is then `None`, and the sheet has the temperature of the surroundings and the
+//! stiffness of its material.
 //!
-//! Stiffness is taken up when some mass is `STEP` warmer or colder than when it last was, or so much that its E is another by
-//! `SOFTER`; E, expansion and curl then follow every mass, and elements hold strain where they soften and stress where they
-//! stiffen ([`crate::elements::Element::warm`]).
+//! Stiffness is updated when the temperature of a node has changed by `STEP` since the last update,
+//! or its E by the fraction `SOFTER`. E, expansion and curl are then updated for every node;
+//! elements keep their strain where they soften and their stress where they stiffen
+//! ([`crate::elements::Element::warm`]).
 
 use crate::elements::{Warmth, set_rest};
 use crate::error::{InputError, check_range};
 use crate::scene::Material;
 use crate::serialize::{Keeper, Taken, Taker};
 use crate::sheet::Sheet;
-use crate::thermal::patches::Faces;
-use crate::thermal::softening::Softening;
-use crate::thermal::stepper::{Exchange, Stepper};
+use crate::sheet::temperature::conduction::{Exchange, Stepper};
+use crate::sheet::temperature::patches::Faces;
+use crate::sheet::temperature::softening::Softening;
 
-/// Change of temperature that stiffness and size follow, K: polystyrene grows by 7e-6 with it.
+/// Change of temperature that triggers an update of stiffness and size, K: polystyrene expands by
+/// 7e-6 with it.
 const STEP: f64 = 0.1;
-/// Change of E that is followed, as a fraction of it: 0.02 K in the midst of a glass transition.
+/// Relative change of E that triggers an update: 0.02 K in the middle of a glass transition.
 const SOFTER: f64 = 8e-3;
-/// Change of a given stiffness that is followed, as a fraction of it.
+/// Relative change of a given stiffness that triggers an update.
 const GIVEN: f64 = 2e-3;
 
-/// The temperature of a sheet, mass by mass.
+/// Temperatures of a sheet by node.
 pub struct Heat {
-    /// Of every mass, and then of the upper halves where there are two points, °C.
+    /// Temperature of every node, then of the upper halves where there are two points, °C.
     nodes: Vec<f64>,
-    /// Mean through the thickness, °C; empty where a mass has one point.
+    /// Mean through the thickness, °C; empty with one point per node.
     mean: Vec<f64>,
-    /// Temperatures that stiffness was last taken up at, °C, like `nodes`, and by how much a mass may leave them, K.
+    /// Temperatures of the last stiffness update, °C, ordered as `nodes`, and the change of each
+    /// node that triggers the next, K.
     applied: Vec<f64>,
     room: Vec<f64>,
     compliance: Vec<f64>,
     expansion: Vec<f64>,
-    /// Curvature that a difference of the halves makes, 1/m; empty where a mass has one point.
+    /// Curvature from the difference of the halves, 1/m; empty with one point per node.
     curl: Vec<f64>,
     springs: Vec<WarmSpring>,
     curve: Softening,
     coefficient: f64,
     /// Thickness, m.
     thickness: f64,
-    /// Compliances that were given and not worked out of temperatures.
+    /// Whether compliances are given instead of computed from temperatures.
     given: bool,
     body: Option<Box<Body>>,
 }
 
-/// What heat flows through, made when it is first stepped.
+/// Thermal network with its stepper, built before the first step.
 pub(crate) struct Body {
     pub stepper: Stepper,
     pub faces: Faces,
     pub exchange: Exchange,
 }
 
-/// What warmth has made of a spring.
+/// Thermal state of a spring.
 #[derive(Clone, Copy, Debug)]
 struct WarmSpring {
     softness: f64,
-    /// Length of the cold spring without load, m.
+    /// Rest length of the cold spring, m.
     cold: f64,
     expansion: f64,
 }
 
 impl Heat {
-    /// A sheet of `masses` masses at `celsius`, with one or two `points` through the thickness.
+    /// State of a sheet at `celsius` (°C), with one or two `points` through the thickness.
     fn new(sheet: &Sheet, celsius: f64, points: usize) -> Self {
         let n = sheet.masses();
         let springs = sheet.springs();
@@ -86,7 +90,7 @@ impl Heat {
         }
     }
 
-    /// A copy of what it is, without what it is stepped with.
+    /// Copy of the state, without the thermal network.
     pub(crate) fn kept(&self) -> Self {
         Self {
             nodes: self.nodes.clone(),
@@ -103,7 +107,8 @@ impl Heat {
         }
     }
 
-    /// Keeps it for a snapshot: temperatures, what stiffness has been taken up at, and the slopes that the factor is for.
+    /// Serialise the state: temperatures, those of the last stiffness update, and the slopes of the
+    /// factorised matrix.
     pub(crate) fn keep(&self, to: &mut Keeper) {
         to.numbers(&self.nodes);
         for list in [&self.applied, &self.room, &self.compliance, &self.expansion, &self.curl] {
@@ -119,7 +124,7 @@ impl Heat {
         }
     }
 
-    /// Takes it back; `sheet` is the one it is of.
+    /// Deserialise the state of `sheet`.
     pub(crate) fn take(&mut self, from: &mut Taker, sheet: &Sheet) -> Taken {
         from.numbers(&mut self.nodes)?;
         self.average();
@@ -136,7 +141,7 @@ impl Heat {
         self.body(sheet).stepper.take(from)
     }
 
-    /// What heat flows through; `sheet` is the one it is of.
+    /// Thermal network and stepper of `sheet`, built on first use.
     pub(crate) fn body(&mut self, sheet: &Sheet) -> &mut Body {
         let points = if self.mean.is_empty() { 1 } else { 2 };
         self.body.get_or_insert_with(|| {
@@ -146,12 +151,13 @@ impl Heat {
         })
     }
 
-    /// What heat flows through has changed: it is made anew when it is stepped next. Temperatures stay.
+    /// Discard the thermal network after a change; the next step builds it again. Temperatures are
+    /// kept.
     pub(crate) fn forget_body(&mut self) {
         self.body = None;
     }
 
-    /// Takes temperatures through `span` s of the exchange of its body.
+    /// Advance temperatures by `span` (s) of the present exchange.
     pub(crate) fn advance(&mut self, span: f64) {
         if let Some(body) = &mut self.body {
             body.stepper.advance(&mut self.nodes, &body.exchange, span);
@@ -159,7 +165,8 @@ impl Heat {
         self.average();
     }
 
-    /// Makes mass `i` as stiff as `fraction(i)` of its law, in a room at `celsius`: what is worked out of no temperature.
+    /// Set the stiffness of node `i` to `fraction(i)` of its law, in a room at `celsius` (°C),
+    /// independently of temperature.
     pub(crate) fn set_fractions(&mut self, celsius: f64, fraction: impl Fn(usize) -> f64) {
         self.nodes.fill(celsius);
         self.average();
@@ -180,38 +187,41 @@ impl Heat {
         }
     }
 
-    /// Heat of the sheet above 0 °C, J; `None` before heat has flowed.
+    /// Heat content of the sheet above 0 °C, J; `None` before the first thermal step.
     pub fn held(&self) -> Option<f64> {
         self.body.as_ref().map(|b| b.stepper.heat(&self.nodes))
     }
 
-    /// Temperature of every mass, °C; the mean through the thickness where a mass has two.
+    /// Temperature of every node, °C; the mean through the thickness where a node has two.
     pub fn celsius(&self) -> &[f64] {
         if self.mean.is_empty() { &self.nodes } else { &self.mean }
     }
 
-    /// Temperatures of the lower and of the upper half of the thickness, °C, of a shell that tells them apart.
+    /// Temperatures of the lower and of the upper half of the thickness, °C; `None` without a
+    /// gradient.
     pub fn halves(&self) -> Option<(&[f64], &[f64])> {
         (!self.mean.is_empty()).then(|| self.nodes.split_at(self.mean.len()))
     }
 
-    /// Coldest and hottest temperature, °C, of either half of the thickness.
+    /// Lowest and highest temperature, °C, of either half of the thickness.
     pub fn range(&self) -> (f64, f64) {
         self.nodes.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), t| (low.min(*t), high.max(*t)))
     }
 
-    /// E of the material over E at the temperature of mass `i`, as the sheet has taken it up; panics when there is none.
+    /// E of the material over E at the temperature of node `i`, at the last stiffness update.
+    /// Panics when there is no node `i`.
     pub fn compliance(&self, i: usize) -> f64 {
         self.compliance[i]
     }
 
-    /// Takes up new temperatures, °C.
+    /// Set the temperatures, °C.
     pub(crate) fn set_nodes(&mut self, celsius: impl Iterator<Item = f64>) {
         self.nodes.iter_mut().zip(celsius).for_each(|(node, t)| *node = t);
         self.average();
     }
 
-    /// Takes mass `i` from `now` to `new(i, now)`, °C, through the whole thickness.
+    /// Change the temperature of node `i` from `now` to `new(i, now)`, °C, through the whole
+    /// thickness.
     pub(crate) fn mix(&mut self, new: impl Fn(usize, f64) -> f64) {
         let masses = self.compliance.len();
         for (k, node) in self.nodes.iter_mut().enumerate() {
@@ -220,46 +230,46 @@ impl Heat {
         self.average();
     }
 
-    /// What is left of the stiffness of spring `i`.
+    /// Remaining stiffness of spring `i`.
     pub(crate) fn spring_softness(&self, i: usize) -> f64 {
         self.springs[i].softness
     }
 
-    /// Length of spring `i` without load as warmth has made it, m, but for what has set.
+    /// Rest length of spring `i` with thermal expansion, m, without permanent strain.
     pub(crate) fn grown_length(&self, i: usize) -> f64 {
         self.springs[i].cold * (1.0 + self.springs[i].expansion)
     }
 
-    /// The material has changed: its curve is followed from now on.
+    /// Set the material, whose curve applies from the next update on.
     pub(crate) fn set_material(&mut self, material: &Material) {
         self.curve = Softening::of(material);
         self.coefficient = material.expansion;
         self.thickness = material.thickness;
         self.applied.fill(f64::NAN);
-        // What it holds and conducts is another too.
+        // Capacity and conductivity change too.
         self.body = None;
     }
 
-    /// Whether all of it is as warm as `celsius`, to the bit.
+    /// Whether all temperatures equal `celsius`, to the bit.
     pub(crate) fn is_all_at(&self, celsius: f64) -> bool {
         self.nodes.iter().all(|t| *t == celsius)
     }
 
-    /// Whether the sheet is as stiff and as large as at 20 °C, as it was built.
+    /// Whether stiffness and size are those at 20 °C, as built.
     fn is_as_built(&self) -> bool {
         !self.given
             && self.compliance.iter().all(|c| *c == 1.0)
             && self.expansion.iter().chain(&self.curl).all(|growth| *growth == 0.0)
     }
 
-    /// Whether some mass is another than stiffness was taken up at.
+    /// Whether the temperature of a node requires an update of the stiffness.
     fn has_moved(&self) -> bool {
         let mut all = self.nodes.iter().zip(&self.applied).zip(self.room.iter().cycle());
-        // NaN stands for never.
+        // NaN marks a node before its first update.
         all.any(|((now, then), room)| then.is_nan() || (now - then).abs() > *room)
     }
 
-    /// Works out compliance and expansion of every mass.
+    /// Compute compliance and expansion of every node.
     fn apply(&mut self) {
         self.applied.copy_from_slice(&self.nodes);
         if self.given {
@@ -272,11 +282,12 @@ impl Heat {
             // A table has corners: the steeper side counts.
             let change = |by: f64| (self.curve.fraction(celsius + by) / fraction).ln().abs();
             self.room[i] = STEP * (SOFTER / change(STEP).max(change(-STEP)).max(SOFTER));
-            self.expansion[i] = self.coefficient * (celsius - crate::thermal::REFERENCE);
+            self.expansion[i] = self.coefficient * (celsius - crate::units::temperature::REFERENCE);
         }
         let (lower, upper) = self.nodes.split_at(self.mean.len());
         for (curl, (lower, upper)) in self.curl.iter_mut().zip(lower.iter().zip(upper)) {
-            // The halves' middles are half a thickness apart; a warm upper side bends the ends down.
+            // The middles of the halves are half a thickness apart; a warm upper side bends the
+            // ends down.
             *curl = -2.0 * self.coefficient * (upper - lower) / self.thickness;
         }
     }
@@ -287,24 +298,24 @@ impl Heat {
 }
 
 impl Sheet {
-    /// The sides that heat flows through; `None` before it has flowed.
+    /// Patches of the sheet; `None` before the first thermal step.
     pub(crate) fn faces(&self) -> Option<&Faces> {
         self.heat.as_ref()?.body.as_ref().map(|b| &b.faces)
     }
 
-    /// How warm it is; `None` for one that nothing heats.
+    /// Thermal state; `None` for a sheet without heat.
     pub fn heat(&self) -> Option<&Heat> {
         self.heat.as_deref()
     }
 
-    /// Temperature of every mass, °C, the mean through the thickness; `None` for a sheet that nothing heats, which is as warm
-    /// as the surroundings.
+    /// Temperature of every node, °C, the mean through the thickness; `None` for a sheet without
+    /// heat, which has the temperature of the surroundings.
     pub fn temperatures(&self) -> Option<&[f64]> {
         self.heat().map(Heat::celsius)
     }
 
-    /// Temperature of every mass, °C, on the upper or on the lower side; that through the whole thickness where the two are not told
-    /// apart, and `None` as with [`Sheet::temperatures`].
+    /// Temperature of every node, °C, on the upper or on the lower side; that of the whole
+    /// thickness without a gradient, and `None` as with [`Sheet::temperatures`].
     pub fn side_temperatures(&self, upper: bool) -> Option<&[f64]> {
         let heat = self.heat()?;
         Some(match heat.halves() {
@@ -314,17 +325,23 @@ impl Sheet {
         })
     }
 
-    /// Makes mass `i` as warm as `celsius(i)` says, °C, -273.15 to 5000, through the whole thickness. Stiffness follows at
-    /// once. A sheet that nothing heats has temperatures from then on, and keeps them.
+    /// Set the temperature of node `i` to `celsius(i)`, °C, -273.15 to 5000, through the whole
+    /// thickness, and update the stiffness. A sheet without heat starts its thermal state.
     ///
     /// # Errors
-    /// When a temperature is out of range; nothing is changed then.
+    /// When a temperature is out of range; nothing changes then.
     pub fn set_temperatures(&mut self, celsius: impl Fn(usize) -> f64) -> Result<(), InputError> {
         let n = self.masses();
         (0..n).try_for_each(|i| {
-            check_range("temperature", celsius(i), crate::thermal::COLDEST, crate::thermal::HOTTEST, "°C")
+            check_range(
+                "temperature",
+                celsius(i),
+                crate::units::temperature::COLDEST,
+                crate::units::temperature::HOTTEST,
+                "°C",
+            )
         })?;
-        self.begin_heat(crate::thermal::REFERENCE);
+        self.begin_heat(crate::units::temperature::REFERENCE);
         if let Some(heat) = &mut self.heat {
             let count = heat.nodes.len();
             heat.set_nodes((0..count).map(|k| celsius(k % n)));
@@ -333,8 +350,8 @@ impl Sheet {
         Ok(())
     }
 
-    /// Takes up temperatures of the lower and of the upper half of the thickness, °C, mass by mass; of a sheet that does not tell them apart
-    /// the lower. Stiffness follows at once.
+    /// Set the temperatures of the lower and of the upper half of the thickness, °C, by node;
+    /// without a gradient those of the lower. Updates the stiffness.
     pub(crate) fn put_temperatures(&mut self, [lower, upper]: &[Vec<f64>; 2]) {
         if let Some(heat) = &mut self.heat {
             heat.set_nodes(lower.iter().chain(upper).copied());
@@ -342,7 +359,8 @@ impl Sheet {
         self.follow_heat();
     }
 
-    /// Gives it temperatures if it has none: all `celsius`, unless its description has another.
+    /// Start the thermal state at `celsius` (°C), or at the initial temperature of its
+    /// specification. Without effect when it exists.
     pub fn begin_heat(&mut self, celsius: f64) {
         if self.heat.is_none() {
             let points = if self.has_gradient { 2 } else { 1 };
@@ -351,7 +369,7 @@ impl Sheet {
         }
     }
 
-    /// Lets stiffness and size follow the temperatures, where those have moved on.
+    /// Update stiffness and size where the temperatures have changed enough.
     pub(crate) fn follow_heat(&mut self) {
         let Some(mut heat) = self.heat.take_if(|h| h.has_moved()) else { return };
         let was_as_built = heat.is_as_built();
@@ -367,7 +385,7 @@ impl Sheet {
         self.refresh_springs();
     }
 
-    /// Rest lengths and softness of springs, as elements have it.
+    /// Update rest lengths and softness of springs, as for elements.
     fn warm_springs(&mut self, heat: &mut Heat) {
         let warmth = Warmth { compliance: &heat.compliance, expansion: &heat.expansion, curl: &[] };
         for (i, spring) in heat.springs.iter_mut().enumerate() {
@@ -392,7 +410,7 @@ mod tests {
     use crate::scene::{PinSpec, Region, Scene, SheetSpec, SpringLaw};
     use glam::DVec3;
 
-    /// A sheet of polystyrene of this structure, bent and stretched.
+    /// Sheet of polystyrene of this structure, bent and stretched.
     fn bent(structure: StructureKind, outline: Option<OutlineSpec>, pins: &[PinSpec]) -> Sheet {
         let spec = SheetSpec {
             structure,
@@ -471,7 +489,7 @@ mod tests {
             }
             let after = sheet.energy(DVec3::ZERO).elastic;
             let softer = Softening::of(sheet.material()).fraction(50.0);
-            // The same shape, 0.2 % larger: the same energy but for that, and for stiffness.
+            // The shape is the same, 0.2 % larger: the energy differs by that and by the stiffness.
             assert!((after / (before * softer) - 1.0).abs() < 0.02, "{}: {after} of {before}", sheet.structure);
         }
     }

@@ -1,0 +1,32 @@
+//! Spots of a sheet set to a temperature.
+
+use crate::error::InputError;
+use crate::scene::spot::SpotSpec;
+use crate::sheet::Sheet;
+
+impl Sheet {
+    /// Set the temperatures of `spots`, through the whole thickness; other places keep theirs. A
+    /// sheet without a thermal model starts one at `ambient` (°C).
+    ///
+    /// # Errors
+    /// When a spot is out of range; nothing changes then.
+    pub fn warm(&mut self, spots: &[SpotSpec], ambient: f64) -> Result<(), InputError> {
+        if spots.is_empty() {
+            return Ok(());
+        }
+        spots.iter().try_for_each(SpotSpec::check)?;
+        self.begin_heat(ambient);
+        let (extent, uv) = (self.extent, self.uv.clone());
+        if let Some(heat) = &mut self.heat {
+            heat.mix(|i, now| {
+                spots.iter().fold(now, |celsius, spot| {
+                    let apart = ((uv[i].0 - spot.at.0) * extent.0).hypot((uv[i].1 - spot.at.1) * extent.1);
+                    celsius + spot.share(apart) * (spot.temperature - celsius)
+                })
+            });
+        }
+        self.follow_heat();
+        self.wake();
+        Ok(())
+    }
+}
