@@ -11,7 +11,7 @@ use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 
 fn main() {
-    let assets = AssetPlugin { file_path: "../assets".into(), ..default() };
+    let assets = AssetPlugin { file_path: "../../assets".into(), ..default() };
     App::new()
         .add_plugins((DefaultPlugins.set(assets), SheetworkPlugins, SheetworkDebugPlugin))
         .insert_resource(ClearColor(Color::srgb(0.80, 0.83, 0.87)))

@@ -5,7 +5,7 @@ use bevy::prelude::*;
 use bevy_sheetwork::prelude::*;
 
 fn main() {
-    let assets = AssetPlugin { file_path: "../assets".into(), ..default() };
+    let assets = AssetPlugin { file_path: "../../assets".into(), ..default() };
     App::new()
         .add_plugins((DefaultPlugins.set(assets), SheetworkPlugins))
         .add_systems(Startup, setup)

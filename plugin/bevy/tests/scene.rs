@@ -41,7 +41,7 @@ fn the_wedge_scene_is_loaded_from_its_file_and_runs_as_it_does_headless() {
     assert_eq!(app.world().get::<Children>(root).map(|c| c.len()), Some(5), "room, floor, back wall, wedge, sheet");
     run(&mut app, 2.0);
     let world = app.world().resource::<SheetWorld>();
-    let scene = Scene::load(std::path::Path::new("../assets/scenes/wedge.ron")).expect("valid");
+    let scene = Scene::load(std::path::Path::new("../../assets/scenes/wedge.ron")).expect("valid");
     let mut alone = sheetwork::World::new(&scene).expect("valid");
     while alone.steps() < world.steps() {
         alone.step();

@@ -18,7 +18,7 @@ pub fn app() -> App {
 /// The given plugins over a minimal Bevy app.
 pub fn app_with(plugins: impl PluginGroup) -> App {
     let mut app = App::new();
-    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin { file_path: "../assets".into(), ..default() }));
+    app.add_plugins((MinimalPlugins, TransformPlugin, AssetPlugin { file_path: "../../assets".into(), ..default() }));
     app.add_plugins((bevy::mesh::MeshPlugin, bevy::camera::visibility::VisibilityPlugin));
     app.init_asset::<StandardMaterial>().init_asset::<Image>();
     app.add_plugins(plugins);
